@@ -1,0 +1,69 @@
+"""Rigid motions, named b_from_a: they take coordinates in frame a to coordinates in frame b."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from limbgram.geometry.arrays import Matrix3, Points3, Vector3
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """x_in_b = rotation @ x_in_a + translation."""
+
+    rotation: Matrix3
+    translation: Vector3
+
+    @classmethod
+    def identity(cls) -> Self:
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_rotation_vector(cls, rotation_vector: Vector3, translation: Vector3) -> Self:
+        return cls(
+            Rotation.from_rotvec(rotation_vector).as_matrix(), np.asarray(translation, float)
+        )
+
+    @classmethod
+    def looking_at(cls, centre: Vector3, target: Vector3, up: Vector3) -> Self:
+        """camera_from_world of a camera at `centre`: x right, y down, z towards `target`."""
+        forward = (target - centre) / np.linalg.norm(target - centre)
+        right = np.cross(forward, up)
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        return cls(rotation, -rotation @ centre)
+
+    @property
+    def rotation_vector(self) -> Vector3:
+        """Axis times angle, radians."""
+        return Rotation.from_matrix(self.rotation).as_rotvec()
+
+    @property
+    def centre(self) -> Vector3:
+        """Origin of frame b in coordinates of a: for camera_from_world, the camera centre."""
+        return -self.rotation.T @ self.translation
+
+    @property
+    def inverse(self) -> "Rigid":
+        return Rigid(self.rotation.T.copy(), self.centre)
+
+    @property
+    def matrix_3x4(self) -> Float64[np.ndarray, "3 4"]:
+        return np.column_stack([self.rotation, self.translation])
+
+    def __matmul__(self, other: "Rigid") -> "Rigid":
+        """c_from_b @ b_from_a = c_from_a."""
+        return Rigid(
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
+        )
+
+    def apply(self, points_in_a: Points3) -> Points3:
+        return points_in_a @ self.rotation.T + self.translation
+
+
+def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
+    """Angle of the rotation that takes one orientation to the other."""
+    return float(np.degrees(Rotation.from_matrix(first.T @ second).magnitude()))

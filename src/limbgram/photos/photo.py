@@ -1,0 +1,72 @@
+"""Photos: where the pixels are and what EXIF says about the camera. Pixels load on demand.
+
+Pixels are used in the orientation in which the sensor stored them, so that a photo and the
+calibration of its camera agree however the camera was held; `quarter_turns` turns a picture
+upright for people. Nothing is ever written back to a photo.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exif:
+    """What the file says about the camera; None where it says nothing."""
+
+    make: str | None = None
+    model: str | None = None
+    lens: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    aperture: float | None = None
+    quarter_turns: int = 0
+    """Clockwise quarter turns that show the stored pixels upright."""
+    mirrored: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Photo:
+    """One readable photo; its pixels load with `photos.reading.load_luma` and `load_colour`."""
+
+    name: str
+    path: Path
+    width_px: int
+    height_px: int
+    exif: Exif
+    sha256: str
+    camera_idx: int
+    """Group of photos from one camera at one size (`PhotoSet.cameras`)."""
+    mask_path: Path | None = None
+    sharpness: float = float("nan")
+    """Width of the sharpest edges, px (smaller is sharper); see `photos.quality`."""
+
+
+@dataclass(frozen=True)
+class SetAside:
+    """A part that was left out, and why: told to the user by name."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraGroup:
+    """Photos of one camera at one size and focal length."""
+
+    label: str
+    width_px: int
+    height_px: int
+    exif: Exif
+
+
+@dataclass(frozen=True)
+class PhotoSet:
+    """The photos of one capture, sorted by name, and the files that were set aside."""
+
+    photos: tuple[Photo, ...]
+    cameras: tuple[CameraGroup, ...]
+    set_aside: tuple[SetAside, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(photo.name for photo in self.photos)

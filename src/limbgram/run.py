@@ -1,0 +1,127 @@
+"""A run: calls stages, reports their progress, times them and lets the user stop.
+
+A stage stays a plain function. Where it loops over photos, pairs or tiles it writes
+`for photo in track(photos)` or `in_parallel(work, photos)`; inside a run those report
+progress and raise Cancelled, outside they do nothing.
+"""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import ContextVar, copy_context
+from dataclasses import dataclass, field
+from typing import ParamSpec, TypeVar
+
+from limbgram.errors import Cancelled
+
+P = ParamSpec("P")
+T = TypeVar("T")
+S = TypeVar("S")
+
+Listener = Callable[[str, int, int], None]
+"""Called with the stage's name, steps done and steps in all."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What one stage cost."""
+
+    stage: str
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+@dataclass
+class Run:
+    """One piece of work for one user: `product = run(stage, inputs, options)`."""
+
+    listener: Listener = field(default=lambda _stage, _done, _total: None)
+    timings: list[Timing] = field(default_factory=list)
+    _stop: threading.Event = field(default_factory=threading.Event)
+    _stage: str = ""
+
+    def __call__(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        self._stage = getattr(stage, "__name__", "stage").replace("_", " ")
+        self.report(0, 0)
+        wall, cpu = time.perf_counter(), cpu_seconds()
+        token = _current.set(self)
+        try:
+            return stage(*args, **kwargs)
+        finally:
+            _current.reset(token)
+            self.timings.append(
+                Timing(
+                    self._stage, time.perf_counter() - wall, cpu_seconds() - cpu, peak_megabytes()
+                )
+            )
+
+    def cancel(self) -> None:
+        """Ask the work to stop at its next step; safe from another thread or a signal handler."""
+        self._stop.set()
+
+    def report(self, done: int, total: int) -> None:
+        """Tell the listener how far the stage is, or raise Cancelled."""
+        if self._stop.is_set():
+            raise Cancelled("Stopped as asked. Finished stages are kept; run again to continue.")
+        self.listener(self._stage, done, total)
+
+
+_current: ContextVar[Run | None] = ContextVar("limbgram_run", default=None)
+
+
+def track(items: Iterable[T], total: int | None = None) -> Iterator[T]:
+    """Iterate, telling the current run about every step."""
+    run = _current.get()
+    if run is None:
+        yield from items
+        return
+    count = total if total is not None else len(items) if isinstance(items, Sequence) else 0
+    for done, item in enumerate(items):
+        run.report(done, count)
+        yield item
+    run.report(count, count)
+
+
+def in_parallel(work: Callable[[S], T], items: Sequence[S], workers: int | None = None) -> list[T]:
+    """`[work(item) for item in items]` on threads, in order, at most `workers` in flight.
+
+    For work that leaves the interpreter lock (OpenCV, numba with nogil, large numpy calls).
+    """
+    limit = workers or worker_count()
+    if limit == 1:
+        return [work(item) for item in track(items)]
+    futures: list[Future[T]] = []
+    with ThreadPoolExecutor(limit) as pool:
+        futures = [pool.submit(copy_context().run, work, item) for item in items]
+        try:
+            return [future.result() for future in track(futures)]
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def worker_count() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return max(1, len(os.sched_getaffinity(0)))
+    return max(1, os.cpu_count() or 1)
+
+
+def cpu_seconds() -> float:
+    """Processor time of this process and its ended children."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def peak_megabytes() -> float:
+    """Largest resident memory of this process so far; NaN where the system does not tell."""
+    if sys.platform == "win32":
+        return float("nan")
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 2**20 if sys.platform == "darwin" else peak / 1024

@@ -1,0 +1,54 @@
+"""The metric scene: millimetres, and the proof that they are."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from limbgram.geometry.arrays import Vector3
+from limbgram.mapping.scene import Scene
+from limbgram.photos.photo import SetAside
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthCheck:
+    """One known length against the length in the scaled scene."""
+
+    label: str
+    known_mm: float
+    measured_mm: float
+    sigma_mm: float
+    role: Literal["control", "check"]
+    """control: it helped to set the scale; check: it did not, so it tests it."""
+
+    @property
+    def error(self) -> float:
+        """Fraction of the known length; positive where the scene is too large."""
+        return self.measured_mm / self.known_mm - 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """How the scale was found and how well it holds on lengths that did not set it."""
+
+    unit: Literal["mm", "unitless"]
+    source: Literal["board", "distances", "none"]
+    relative_sigma: float
+    """One standard deviation of the scale factor, as a fraction; NaN without scale."""
+    lengths: tuple[LengthCheck, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    """Boards, markers or distances that were not used, and why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MetricScene:
+    """A scene whose unit is one millimetre (or says that it has none).
+
+    World frame: right-handed, +Z away from the plane the object stands on where that plane is
+    known (`floor_z_mm`), otherwise along the cameras' common up direction.
+    """
+
+    scene: Scene
+    scale: Scale
+    floor_z_mm: float | None = None
+    """Height of the board's plane: nothing below it belongs to the limb. None: no plane known."""
+    board_corners_mm: tuple[Vector3, ...] = ()
+    """Outline of the scale board in the world: for pictures, and to keep it out of the region."""

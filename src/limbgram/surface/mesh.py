@@ -1,0 +1,43 @@
+"""The mesh that every later stage takes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+
+from limbgram.geometry.arrays import Faces, Points3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Triangles, counter-clockwise seen from outside; world frame of the MetricScene."""
+
+    vertices_mm: Points3
+    faces: Faces
+    colours: UInt8[np.ndarray, "n 3"] | None = None
+    filled: Bool[np.ndarray, " n"] | None = None
+    """True at vertices that no photo measured: the part closed by us."""
+    sigma_mm: Float32[np.ndarray, " n"] | None = None
+    """One standard deviation along the normal; NaN at filled vertices."""
+
+    def __len__(self) -> int:
+        return len(self.vertices_mm)
+
+    def with_vertices(self, vertices_mm: Points3) -> "Mesh":
+        return replace(self, vertices_mm=vertices_mm)
+
+    def face_normals(self) -> Float64[np.ndarray, "f 3"]:
+        """Twice the area along the outward normal."""
+        a, b, c = (self.vertices_mm[self.faces[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
+        """Unit, area-weighted."""
+        weighted = self.face_normals()
+        normals = np.zeros_like(self.vertices_mm)
+        for corner in range(3):
+            for axis in range(3):
+                normals[:, axis] += np.bincount(
+                    self.faces[:, corner], weighted[:, axis], len(self.vertices_mm)
+                )
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
