@@ -1,0 +1,18 @@
+"""Targets: boards of known size, and where their corners appear in photos.
+
+In      a PhotoSet, and the Board that lies in the scene or was photographed for calibration.
+Out     BoardDetections: sub-pixel corners with their ids, photo by photo.
+"""
+
+from limbgram.targets.board import Board, charuco, checkerboard, parse_dictionary, parse_size
+from limbgram.targets.detections import BoardDetections, PhotoCorners
+
+__all__ = [
+    "Board",
+    "BoardDetections",
+    "PhotoCorners",
+    "charuco",
+    "checkerboard",
+    "parse_dictionary",
+    "parse_size",
+]
