@@ -1,0 +1,140 @@
+"""The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
+
+Cotangent Laplacian (Pinkall and Polthier 1993); the bending energy acts on the whole surface,
+not on the correction, so that noise does not stay from round to round.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float64
+from scipy.sparse.linalg import cg
+
+from limbgram.geometry.arrays import Points3
+from limbgram.surface.mesh import Mesh
+
+_LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """Operators of one mesh."""
+
+    laplacian: sp.csr_matrix
+    """(n, n), 1/mm^2: mean curvature normal times two."""
+    area_mm2: Float64[np.ndarray, " n"]
+    """A third of the area of the faces round each vertex."""
+    neighbours: sp.csr_matrix
+    """(n, n) 1 where two vertices share an edge."""
+    is_boundary: np.ndarray
+
+
+def plate_of(mesh: Mesh) -> Plate:
+    """Laplacian, areas and adjacency of a mesh."""
+    vertices, faces = mesh.vertices_mm, mesh.faces
+    count = len(vertices)
+    rows: list[np.ndarray] = []
+    columns: list[np.ndarray] = []
+    weights: list[np.ndarray] = []
+    doubled = np.linalg.norm(mesh.face_normals(), axis=1)
+    area = np.bincount(faces.ravel(), np.repeat(doubled / 6, 3), count)
+    for corner in range(3):
+        i, j, k = (faces[:, (corner + turn) % 3] for turn in range(3))
+        to_i, to_j = vertices[i] - vertices[k], vertices[j] - vertices[k]
+        cotangent = np.einsum("ij,ij->i", to_i, to_j) / np.maximum(doubled, 1e-12)
+        half = 0.5 * np.clip(cotangent, _LEAST_COTANGENT, _MOST_COTANGENT)
+        rows += [i, j]
+        columns += [j, i]
+        weights += [half, half]
+    area = np.maximum(area, 0.02 * np.median(area))
+    graph = sp.csr_matrix(
+        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), (count, count)
+    )
+    laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
+    return Plate(
+        laplacian=laplacian.tocsr(),
+        area_mm2=area,
+        neighbours=(graph != 0).astype(np.float64),
+        is_boundary=_on_boundary(faces, count),
+    )
+
+
+def settle(
+    mesh: Mesh,
+    plate: Plate,
+    offsets_mm: Float64[np.ndarray, " n"],
+    weights: Float64[np.ndarray, " n"],
+    length_mm: float,
+) -> Float64[np.ndarray, " n"]:
+    """Offsets along the normals that balance the measured ones against bending.
+
+    Minimises sum w (x - offset)^2 + stiffness * area * (curvature after the move)^2, where
+    stiffness = length^4 * (typical weight per area): over distances shorter than `length_mm`
+    the plate rules, over longer ones the data. Weight 0 marks an unmeasured vertex, which the
+    plate carries along.
+    """
+    normals = mesh.vertex_normals()
+    measured = weights > 0
+    density = float(np.median(weights[measured] / plate.area_mm2[measured]))
+    stiffness = sp.diags(
+        np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
+    )
+    curvature = np.einsum("ij,ij->i", normals, plate.laplacian @ mesh.vertices_mm)
+    anchor = 1e-6 * float(np.median(weights[measured]))
+    system = plate.laplacian.T @ stiffness @ plate.laplacian + sp.diags(weights + anchor)
+    right = weights * offsets_mm - plate.laplacian.T @ (stiffness @ curvature)
+    return solve(system.tocsr(), right, np.where(measured, offsets_mm, 0.0))
+
+
+def solve(
+    system: sp.csr_matrix, right: Float64[np.ndarray, " n"], start: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " n"]:
+    """Conjugate gradients with diagonal preconditioning, to a thousandth of the right side."""
+    solution, _ = cg(
+        system, right, x0=start, rtol=1e-3, maxiter=200, M=sp.diags(1 / system.diagonal())
+    )
+    return solution
+
+
+def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:
+    """Two tangents and the normal of each vertex, rows, right-handed."""
+    helper = np.where(np.abs(normals[:, 2:3]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    first = np.cross(helper, normals)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first), normals], axis=1)
+
+
+def quadrics(
+    mesh: Mesh, plate: Plate, axes: Float64[np.ndarray, "n 3 3"], rings: int = 2
+) -> Float64[np.ndarray, "n 3"]:
+    """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
+    reach = plate.neighbours
+    for _ in range(rings - 1):
+        reach = ((reach @ plate.neighbours) != 0).astype(np.float64)
+    pairs = reach.tocoo()
+    centre, other = pairs.row[pairs.row != pairs.col], pairs.col[pairs.row != pairs.col]
+    count = len(mesh)
+    step = np.einsum("nij,nj->ni", axes[centre], mesh.vertices_mm[other] - mesh.vertices_mm[centre])
+    u, v, height = step.T
+    terms = [u, v, 0.5 * u * u, u * v, 0.5 * v * v]
+    normal = np.zeros((count, 5, 5))
+    right = np.zeros((count, 5))
+    for a in range(5):
+        right[:, a] = np.bincount(centre, terms[a] * height, count)
+        for b in range(a, 5):
+            normal[:, a, b] = normal[:, b, a] = np.bincount(centre, terms[a] * terms[b], count)
+    diagonal = np.einsum("nii->ni", normal)
+    diagonal *= 1.0 + 1e-4
+    diagonal += 1e-9
+    return np.linalg.solve(normal, right[..., None])[:, 2:, 0]
+
+
+def _on_boundary(faces: np.ndarray, count: int) -> np.ndarray:
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    keys, uses = np.unique(edges[:, 0].astype(np.int64) * count + edges[:, 1], return_counts=True)
+    single = keys[uses == 1]
+    boundary = np.zeros(count, bool)
+    boundary[single // count] = True
+    boundary[single % count] = True
+    return boundary
