@@ -24,6 +24,9 @@ from limbgram.run import track
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
+_UNMEASURED_PX = 1.0
+"""What is believed of the given surface where no patch could be measured: one pixel, in sigma."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MeasureOptions:
@@ -101,9 +104,10 @@ def _round(
             "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
             "of the placed photos; paint more densely and photograph again."
         )
-    sigma = np.maximum(report[:, 1], 0.02 * pixel_mm)
-    weights = np.where(good, 1 / sigma**2, 0.0)
-    moves = settle(mesh, plate, offsets, weights, options.plate_length_px * float(np.median(pixel_mm)))
+    sigma = np.where(good, np.maximum(report[:, 1], 0.02 * pixel_mm), _UNMEASURED_PX * pixel_mm)
+    length_mm = options.plate_length_px * float(np.median(pixel_mm))
+    moves = settle(mesh, plate, np.where(good, offsets, 0.0), 1 / sigma**2, length_mm)
+    moves = np.clip(moves, -options.max_move_px * pixel_mm, options.max_move_px * pixel_mm)
     return mesh.with_vertices(mesh.vertices_mm + moves[:, None] * axes[:, 2]), good
 
 

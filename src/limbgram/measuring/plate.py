@@ -71,20 +71,17 @@ def settle(
 
     Minimises sum w (x - offset)^2 + stiffness * area * (curvature after the move)^2, where
     stiffness = length^4 * (typical weight per area): over distances shorter than `length_mm`
-    the plate rules, over longer ones the data. Weight 0 marks an unmeasured vertex, which the
-    plate carries along.
+    the plate rules, over longer ones the data.
     """
     normals = mesh.vertex_normals()
-    measured = weights > 0
-    density = float(np.median(weights[measured] / plate.area_mm2[measured]))
+    density = float(np.median(weights / plate.area_mm2))
     stiffness = sp.diags(
         np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
     )
     curvature = np.einsum("ij,ij->i", normals, plate.laplacian @ mesh.vertices_mm)
-    anchor = 1e-6 * float(np.median(weights[measured]))
-    system = plate.laplacian.T @ stiffness @ plate.laplacian + sp.diags(weights + anchor)
+    system = plate.laplacian.T @ stiffness @ plate.laplacian + sp.diags(weights)
     right = weights * offsets_mm - plate.laplacian.T @ (stiffness @ curvature)
-    return solve(system.tocsr(), right, np.where(measured, offsets_mm, 0.0))
+    return solve(system.tocsr(), right, offsets_mm)
 
 
 def solve(
