@@ -1,0 +1,133 @@
+"""The pipeline: photos to a mesh in millimetres, one line a stage.
+
+In      photos, calibrated cameras (or none: EXIF), a scale board or known distances.
+Out     a Reconstruction: every product, for export and report.
+Method  the stages, called through a Run; a Run that keeps products makes it resumable.
+Fails   with the refusal of the stage that cannot go on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from limbgram.calibration import Calibration, CameraOptions, Cameras, cameras_for
+from limbgram.dense import (
+    Cloud,
+    DenseOptions,
+    FusionOptions,
+    Region,
+    RegionOptions,
+    estimate_depth,
+    find_region,
+    fuse,
+)
+from limbgram.features import FeatureOptions, Features, detect
+from limbgram.mapping import MappingOptions, place
+from limbgram.matching import Matches, MatchingOptions, match
+from limbgram.photos import PhotoOptions, PhotoSet, read_photos
+from limbgram.run import Run
+from limbgram.scale import KnownDistance, MetricScene, ScaleOptions, to_millimetres
+from limbgram.surface import (
+    Mesh,
+    PivotOptions,
+    PoissonOptions,
+    RepairOptions,
+    pivot,
+    poisson,
+    repair,
+)
+from limbgram.targets import Board, BoardDetections, TargetOptions, find_board
+from limbgram.twoview import Pairs, TwoViewOptions, verify
+
+
+@dataclass(frozen=True, kw_only=True)
+class Capture:
+    """What the user gives: photos, and what is known about camera and scale."""
+
+    sources: tuple[Path, ...]
+    """Photo files, or folders of them."""
+    calibrations: tuple[Calibration, ...] = ()
+    """One for each camera; none: focal length from EXIF, refined in the adjustment."""
+    board: Board | None = None
+    """The scale board in the scene."""
+    distances: tuple[KnownDistance, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PipelineOptions:
+    """Options of every stage."""
+
+    photos: PhotoOptions = field(default_factory=PhotoOptions)
+    cameras: CameraOptions = field(default_factory=CameraOptions)
+    features: FeatureOptions = field(default_factory=FeatureOptions)
+    matching: MatchingOptions = field(default_factory=MatchingOptions)
+    twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
+    mapping: MappingOptions = field(default_factory=MappingOptions)
+    targets: TargetOptions = field(default_factory=TargetOptions)
+    scale: ScaleOptions = field(default_factory=ScaleOptions)
+    region: RegionOptions = field(default_factory=RegionOptions)
+    dense: DenseOptions = field(default_factory=DenseOptions)
+    fusion: FusionOptions = field(default_factory=FusionOptions)
+    surface: PivotOptions | PoissonOptions = field(default_factory=PivotOptions)
+    """How points become a surface: Ball Pivoting or Poisson."""
+    repair: RepairOptions = field(default_factory=RepairOptions)
+
+
+DEFAULTS = PipelineOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reconstruction:
+    """Every product on the way, the mesh last."""
+
+    photos: PhotoSet
+    cameras: Cameras
+    features: Features
+    matches: Matches
+    pairs: Pairs
+    detections: BoardDetections | None
+    metric: MetricScene
+    region: Region
+    cloud: Cloud
+    mesh: Mesh
+
+
+def reconstruct(
+    capture: Capture, options: PipelineOptions = DEFAULTS, run: Run | None = None
+) -> Reconstruction:
+    """A surface in millimetres from photos taken round a limb."""
+    run = run or Run()
+    photos = run(read_photos, capture.sources, options.photos)
+    cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
+    features = run(detect, photos, options.features)
+    matches = run(match, photos, features, options.matching)
+    pairs = run(verify, photos, matches, cameras, options.twoview)
+    scene = run(place, photos, features, pairs, cameras, options.mapping)
+    board = capture.board
+    found = None if board is None else run(find_board, photos, board, options.targets)
+    metric = run(to_millimetres, scene, found, capture.distances, options.scale)
+    region = run(find_region, photos, metric, options.region)
+    depths = run(estimate_depth, photos, metric, region, options.dense)
+    cloud = run(fuse, photos, metric, depths, region, options.fusion)
+    mesh = run(repair, wrap(cloud, options.surface, run), cloud, options.repair)
+    return Reconstruction(
+        photos=photos,
+        cameras=cameras,
+        features=features,
+        matches=matches,
+        pairs=pairs,
+        detections=found,
+        metric=metric,
+        region=region,
+        cloud=cloud,
+        mesh=mesh,
+    )
+
+
+def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:
+    """The surface through the points, by the chosen method."""
+    match options:
+        case PivotOptions():
+            return run(pivot, cloud, options)
+        case PoissonOptions():
+            return run(poisson, cloud, options)

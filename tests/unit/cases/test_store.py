@@ -1,0 +1,201 @@
+"""Nothing is computed twice, and nothing is reused that has changed or is not whole."""
+
+import errno
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from jaxtyping import Float64
+from limbgram.cases import fingerprint, store
+from limbgram.cases.fingerprint import Fingerprints, code_version
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.store import KeepingRun
+from limbgram.errors import Cancelled, CaseError
+from limbgram.run import track
+
+CALLS: list[str] = []
+
+
+@dataclass(frozen=True)
+class Numbers:
+    values: Float64[np.ndarray, " n"]
+    source: Path
+
+
+@dataclass(frozen=True)
+class Options:
+    factor: float = 2.0
+
+
+def read(sources: tuple[Path, ...]) -> Numbers:
+    CALLS.append("read")
+    return Numbers(np.array([float(p.read_text()) for p in sources]), sources[0])
+
+
+def scale(numbers: Numbers, options: Options) -> Numbers:
+    CALLS.append("scale")
+    return Numbers(numbers.values * options.factor, numbers.source)
+
+
+def split(numbers: Numbers) -> tuple[Numbers, ...]:
+    CALLS.append("split")
+    return tuple(Numbers(numbers.values[k : k + 1], numbers.source) for k in track(range(2)))
+
+
+def wrong(_numbers: Numbers) -> Numbers:
+    return Numbers(np.zeros(3, np.float32), Path("x"))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, ...]:
+    CALLS.clear()
+    photos = tmp_path / "Fall Ä 1" / "photos"
+    photos.mkdir(parents=True)
+    for k in range(2):
+        (photos / f"{k}.txt").write_text(str(k + 1))
+    return tuple(sorted(photos.iterdir()))
+
+
+def chain(files: tuple[Path, ...], factor: float = 2.0) -> tuple[list[str], np.ndarray]:
+    """Stages that were computed, and the last product."""
+    CALLS.clear()
+    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    parts = run(split, run(scale, run(read, files), Options(factor)))
+    assert len(run.timings) == 3
+    return list(CALLS), np.concatenate([part.values for part in parts])
+
+
+def test_a_second_run_computes_nothing(files: tuple[Path, ...]) -> None:
+    assert chain(files)[0] == ["read", "scale", "split"]
+    computed, values = chain(files)
+    assert computed == []
+    np.testing.assert_array_equal(values, [2, 4])
+
+
+def test_an_option_recomputes_what_hangs_on_it(files: tuple[Path, ...]) -> None:
+    chain(files)
+    computed, values = chain(files, factor=3)
+    assert computed == ["scale", "split"]
+    np.testing.assert_array_equal(values, [3, 6])
+
+
+def test_a_changed_file_recomputes_all(files: tuple[Path, ...]) -> None:
+    chain(files)
+    files[1].write_text("50")
+    computed, values = chain(files)
+    assert computed == ["read", "scale", "split"]
+    np.testing.assert_array_equal(values, [2, 100])
+
+
+def test_an_input_of_equal_content_stops_the_recomputing(
+    files: tuple[Path, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chain(files)
+    versions = {"read": "another version of its code"}
+    plain = Fingerprints.key
+    monkeypatch.setattr(
+        Fingerprints,
+        "key",
+        lambda self, stage, inputs: plain(self, stage, inputs) + versions.get(stage.__name__, ""),
+    )
+    assert chain(files)[0] == ["read"]
+
+
+@pytest.mark.parametrize("name", ["product.json", "arrays.npz", "stage.json"])
+@pytest.mark.parametrize("damage", ["cut", "flipped", "gone"])
+def test_what_is_not_whole_is_computed_again(
+    files: tuple[Path, ...], name: str, damage: str
+) -> None:
+    chain(files)
+    file = files[0].parent.parent / "stages" / "scale" / name
+    content = file.read_bytes()
+    match damage:
+        case "cut":
+            file.write_bytes(content[: len(content) // 2])
+        case "flipped":
+            middle = content.index(b"key") + 8 if name == "stage.json" else len(content) // 2
+            file.write_bytes(
+                content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+            )
+        case _:
+            file.unlink()
+    computed, values = chain(files)
+    assert computed == ["scale"]
+    np.testing.assert_array_equal(values, [2, 4])
+
+
+def test_a_case_can_be_moved(files: tuple[Path, ...]) -> None:
+    chain(files)
+    old = files[0].parent.parent
+    new = old.rename(old.with_name("moved"))
+    moved = tuple(new / "photos" / file.name for file in files)
+    assert chain(moved)[0] == []
+    run = KeepingRun(case=CaseFolder(new))
+    assert run(read, moved).source == moved[0].resolve()
+
+
+def test_a_product_that_breaks_its_promise_is_a_bug_at_once(files: tuple[Path, ...]) -> None:
+    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    with pytest.raises(TypeError, match="float32"):
+        run(wrong, run(read, files))
+
+
+def test_the_same_stage_twice_keeps_both(files: tuple[Path, ...]) -> None:
+    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    run(scale, run(scale, run(read, files), Options()), Options())
+    assert list(run.keys) == ["read", "scale", "scale-2"]
+    again = KeepingRun(case=run.case)
+    CALLS.clear()
+    twice = again(scale, again(scale, again(read, files), Options()), Options())
+    np.testing.assert_array_equal(twice.values, [4, 8])
+    assert CALLS == []
+
+
+def test_stopping_keeps_what_is_finished(files: tuple[Path, ...]) -> None:
+    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    scaled = run(scale, run(read, files), Options())
+    run.listener = lambda stage, done, _total: (
+        run.cancel() if (stage, done) == ("split", 1) else None
+    )
+    with pytest.raises(Cancelled):
+        run(split, scaled)
+    assert chain(files)[0] == ["split"]
+
+
+def test_a_full_disk_gives_advice_and_leaves_a_case_that_continues(
+    files: tuple[Path, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store.np, "savez", full)
+        with pytest.raises(CaseError, match="is full .* run the same command again"):
+            chain(files)
+    assert chain(files)[0] == ["read", "scale", "split"]
+
+
+def test_code_version_follows_imports() -> None:
+    first = code_version("limbgram.geometry.rigid")
+    assert first != code_version("limbgram.geometry.similarity")
+    read_by_similarity = set(
+        fingerprint._imported(Path(fingerprint._PACKAGE / "geometry/similarity.py").read_bytes())
+    )
+    assert "limbgram.geometry.rigid" in read_by_similarity
+
+
+def test_fingerprints_tell_dtype_shape_and_content_apart() -> None:
+    of = Fingerprints().of
+    values = [
+        np.zeros(4),
+        np.zeros(4, np.float32),
+        np.zeros((2, 2)),
+        np.zeros(5),
+        np.array([0, 0, 0, -0.0]),
+        (np.zeros(4),),
+        None,
+        "",
+        0,
+    ]
+    assert len({of(value) for value in values}) == len(values)
