@@ -4,15 +4,17 @@ In      a PhotoSet, and the Board that lies in the scene or was photographed for
 Out     BoardDetections: sub-pixel corners with their ids, photo by photo.
 """
 
-from limbgram.targets.board import Board, charuco, checkerboard, parse_dictionary, parse_size
+from limbgram.targets.board import Board, parse_dictionary, parse_size
 from limbgram.targets.detections import BoardDetections, PhotoCorners
+from limbgram.targets.finding import TargetOptions, find_board, find_in_photo
 
 __all__ = [
     "Board",
     "BoardDetections",
     "PhotoCorners",
-    "charuco",
-    "checkerboard",
+    "TargetOptions",
+    "find_board",
+    "find_in_photo",
     "parse_dictionary",
     "parse_size",
 ]

@@ -6,7 +6,7 @@ printed, z into the plate.
 
 import re
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import cv2
 import numpy as np
@@ -46,6 +46,34 @@ class Board:
         if self.kind == "charuco":
             _check_markers(self)
 
+    @classmethod
+    def checkerboard(cls, size: str, square_mm: float) -> Self:
+        """A checkerboard from its INNER CORNERS across and down, such as "14x10"."""
+        columns, rows = parse_size(size)
+        return cls(kind="checkerboard", columns=columns, rows=rows, square_mm=square_mm)
+
+    @classmethod
+    def charuco(
+        cls,
+        size: str,
+        square_mm: float,
+        marker_mm: float,
+        dictionary: str,
+        *,
+        legacy: bool = False,
+    ) -> Self:
+        """A ChArUco board from its SQUARES across and down, such as "7x5"."""
+        columns, rows = parse_size(size)
+        return cls(
+            kind="charuco",
+            columns=columns,
+            rows=rows,
+            square_mm=square_mm,
+            marker_mm=marker_mm,
+            dictionary=parse_dictionary(dictionary),
+            legacy=legacy,
+        )
+
     @property
     def squares(self) -> tuple[int, int]:
         """Squares across and down."""
@@ -65,8 +93,8 @@ class Board:
         y, x = np.mgrid[1 : down + 1, 1 : across + 1].reshape(2, -1)
         return np.stack([x, y, np.zeros_like(x)], axis=1) * float(self.square_mm)
 
-    def charuco(self) -> cv2.aruco.CharucoBoard:
-        """The same board for OpenCV; only for kind charuco."""
+    def opencv(self) -> cv2.aruco.CharucoBoard:
+        """The same ChArUco board as OpenCV has it."""
         markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
         board = cv2.aruco.CharucoBoard(self.squares, self.square_mm, self.marker_mm, markers)
         board.setLegacyPattern(self.legacy)
@@ -82,28 +110,6 @@ class Board:
             f"ChArUco board of {self.columns} x {self.rows} squares of {self.square_mm:g} mm, "
             f"markers of {self.marker_mm:g} mm from {self.dictionary}"
         )
-
-
-def checkerboard(size: str, square_mm: float) -> Board:
-    """A checkerboard from its INNER CORNERS across and down, such as "14x10"."""
-    columns, rows = parse_size(size)
-    return Board(kind="checkerboard", columns=columns, rows=rows, square_mm=square_mm)
-
-
-def charuco(
-    size: str, square_mm: float, marker_mm: float, dictionary: str, *, legacy: bool = False
-) -> Board:
-    """A ChArUco board from its SQUARES across and down, such as "7x5"."""
-    columns, rows = parse_size(size)
-    return Board(
-        kind="charuco",
-        columns=columns,
-        rows=rows,
-        square_mm=square_mm,
-        marker_mm=marker_mm,
-        dictionary=parse_dictionary(dictionary),
-        legacy=legacy,
-    )
 
 
 def parse_size(size: str) -> tuple[int, int]:
