@@ -1,0 +1,23 @@
+"""Photos: files to a PhotoSet, and pixels on demand."""
+
+from limbgram.photos.decoding import load_colour, load_luma
+from limbgram.photos.masks import load_mask
+from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
+from limbgram.photos.quality import QualityOptions, Remark, remarks
+from limbgram.photos.reading import PhotoOptions, read_photos
+
+__all__ = [
+    "CameraGroup",
+    "Exif",
+    "Photo",
+    "PhotoOptions",
+    "PhotoSet",
+    "QualityOptions",
+    "Remark",
+    "SetAside",
+    "load_colour",
+    "load_luma",
+    "load_mask",
+    "read_photos",
+    "remarks",
+]

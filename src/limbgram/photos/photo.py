@@ -39,6 +39,10 @@ class Photo:
     mask_path: Path | None = None
     sharpness: float = float("nan")
     """Width of the sharpest edges, px (smaller is sharper); see `photos.quality`."""
+    burnt: float = float("nan")
+    """Share of pixels at the upper end of the scale, 0 to 1."""
+    brightest: float = float("nan")
+    """Luma that one pixel in a hundred exceeds, 0 to 255."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,126 @@
+"""Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
+
+Only JPEG, PNG and TIFF are tried (HEIF too where pillow-heif is installed), so that no rarely
+used decoder meets a foreign file. Pillow decodes; a JPEG's luma comes without its colours.
+"""
+
+import struct
+import warnings
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from limbgram.errors import PhotoError
+from limbgram.geometry.arrays import ColourImage, GreyImage
+from limbgram.photos.photo import Photo
+
+HAS_HEIF = find_spec("pillow_heif") is not None
+if HAS_HEIF:
+    import_module("pillow_heif").register_heif_opener()
+
+FORMATS = ("JPEG", "MPO", "PNG", "TIFF", *(("HEIF",) if HAS_HEIF else ()))
+FORMATS_FOR_PEOPLE = "JPEG, PNG or TIFF" + (" or HEIF" if HAS_HEIF else "")
+
+MEGAPIXELS_DECODER = 178
+"""Pillow refuses larger pictures as decompression bombs."""
+
+DECODING_FAULTS = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    TypeError,
+    LookupError,
+    ArithmeticError,
+    EOFError,
+    MemoryError,
+    NotImplementedError,
+    struct.error,
+    Image.DecompressionBombError,
+)
+"""What Pillow's decoders raise on broken files."""
+
+# Large pictures are refused by our own limit, with a reason; Pillow's warning would add noise.
+warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
+
+
+def load_luma(photo: Photo) -> GreyImage:
+    """Brightness of a photo, in the sensor's orientation.
+
+    Raises:
+        PhotoError: the file changed or vanished since it was read first.
+    """
+    try:
+        with open_picture(photo.path) as picture:
+            return _of_size(photo, luma_of(picture))
+    except DECODING_FAULTS as fault:
+        raise _gone(photo) from fault
+
+
+def load_colour(photo: Photo) -> ColourImage:
+    """Red, green, blue of a photo, in the sensor's orientation.
+
+    Raises:
+        PhotoError: the file changed or vanished since it was read first.
+    """
+    try:
+        with open_picture(photo.path) as picture:
+            if _is_deep(picture):
+                return _of_size(photo, np.repeat(_deep_luma(picture)[:, :, None], 3, axis=2))
+            return _of_size(photo, np.asarray(picture.convert("RGB")))
+    except DECODING_FAULTS as fault:
+        raise _gone(photo) from fault
+
+
+def open_picture(path: Path) -> Image.Image:
+    """The picture's header; pixels decode on demand. Raises one of DECODING_FAULTS."""
+    return Image.open(path, formats=FORMATS)
+
+
+def luma_of(picture: Image.Image) -> GreyImage:
+    """Brightness of an opened picture: a JPEG's own Y, else 0.299 R + 0.587 G + 0.114 B."""
+    if _is_deep(picture):
+        return _deep_luma(picture)
+    picture.draft("L", picture.size)
+    return np.asarray(picture.convert("L"))
+
+
+def fault_for_people(path: Path, fault: BaseException) -> str:
+    """Why a file could not be decoded, in plain words."""
+    if isinstance(fault, Image.DecompressionBombError):
+        return f"it claims more than {MEGAPIXELS_DECODER} megapixels"
+    if isinstance(fault, PermissionError):
+        return "no permission to read it"
+    if isinstance(fault, UnidentifiedImageError):
+        if path.suffix.lower() in (".heic", ".heif"):
+            return "a HEIF picture: install limbgram[heif], or export it as JPEG"
+        return f"not a {FORMATS_FOR_PEOPLE} picture, or its beginning is broken"
+    if isinstance(fault, MemoryError):
+        return "too little memory to decode it"
+    if "truncated" in str(fault).lower():
+        return "the file is cut off: copy it again from the camera"
+    return "the file is broken: copy it again from the camera"
+
+
+def _is_deep(picture: Image.Image) -> bool:
+    return picture.mode.startswith("I")
+
+
+def _deep_luma(picture: Image.Image) -> GreyImage:
+    """Sixteen bits a pixel to eight."""
+    return (np.clip(np.asarray(picture), 0, 65535).astype(np.uint16) >> 8).astype(np.uint8)
+
+
+def _of_size(photo: Photo, pixels: np.ndarray) -> np.ndarray:
+    if pixels.shape[:2] != (photo.height_px, photo.width_px):
+        raise _gone(photo)
+    return pixels
+
+
+def _gone(photo: Photo) -> PhotoError:
+    return PhotoError(
+        f"The photo {photo.name} could be read before and no longer can. It was probably moved, "
+        f"replaced or altered. Put it back at {photo.path}, or start again with the photos there."
+    )

@@ -1,0 +1,126 @@
+"""Quality: is a photo sharp, and is it lit so that its surface can be measured?
+
+Sharpness is the width of the sharpest edges, which depends little on what the photo shows: an
+edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)). Motion
+blurs one direction only, so edges across it are taken: the worse of four directions counts.
+Exposure is the share of pixels at either end of the scale.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from limbgram.geometry.arrays import GreyImage
+from limbgram.photos.photo import PhotoSet
+
+_FINE_PX, _COARSE_PX = 1.0, 2.5
+_SIDE_PX = 1800
+"""Side of the middle part that is looked at."""
+_EDGES = 0.02
+"""Share of pixels with the steepest slopes that count as edges."""
+_SHARPEST = 80.0
+"""Percentile: parts out of focus before and behind the limb do not count."""
+_BINS = 4
+_EDGES_A_BIN = 50
+_BURNT_LUMA = 252
+
+
+@dataclass(frozen=True, kw_only=True)
+class QualityOptions:
+    """When a photo is worth a remark."""
+
+    max_blur_ratio: float = 2.0
+    """Edges this many times wider than those of the set's middle photo count as blurred."""
+    min_blur_px: float = 1.5
+    """Narrower edges never count as blurred."""
+    max_burnt: float = 0.3
+    """Share of burnt-out pixels."""
+    min_brightest: float = 60.0
+    """Photos whose brightest hundredth is darker than this luma count as underexposed."""
+
+
+DEFAULTS = QualityOptions()
+
+
+@dataclass(frozen=True)
+class Remark:
+    """What is wrong with a photo that is used all the same."""
+
+    name: str
+    text: str
+
+
+def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remark, ...]:
+    """Photos that are blurred, too bright or too dark, compared with the rest of the set."""
+    widths = np.array([photo.sharpness for photo in photos.photos])
+    usual_px = float(np.nanmedian(widths)) if np.isfinite(widths).any() else float("nan")
+    limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
+    found: list[Remark] = []
+    for photo in photos.photos:
+        if photo.sharpness > limit_px:
+            text = (
+                f"blurred: edges {photo.sharpness:.1f} px wide, {usual_px:.1f} px in the other "
+                "photos. Hold the camera still, or take a shorter exposure"
+            )
+            found.append(Remark(photo.name, text))
+        if photo.burnt > options.max_burnt:
+            text = f"overexposed: {photo.burnt:.0%} of it is burnt out"
+            found.append(Remark(photo.name, text))
+        if photo.brightest < options.min_brightest:
+            found.append(Remark(photo.name, "underexposed: nearly everything in it is dark"))
+    return tuple(found)
+
+
+def edge_width_px(luma: GreyImage) -> float:
+    """Gaussian sigma, px, of the sharpest edges in the worst of four directions.
+
+    Slopes at two scales t and T over a blurred step compare as sqrt((s^2 + T^2) / (s^2 + t^2)).
+    NaN where the photo shows no edges.
+    """
+    middle = _middle(luma)
+    fine_x, fine_y = _slopes(middle, _FINE_PX)
+    coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
+    coarse = cv2.magnitude(coarse_x, coarse_y)
+    limit = max(1.0, float(np.quantile(coarse[::4, ::4], 1 - _EDGES)))
+    edges = coarse > limit
+    ratio = np.hypot(fine_x[edges], fine_y[edges]) / coarse[edges]
+    turn = np.arctan2(coarse_y[edges], coarse_x[edges]) / np.pi * _BINS
+    bins = np.round(turn).astype(np.int64) % _BINS
+    return max(_widths_px([ratio[bins == index] for index in range(_BINS)]), default=float("nan"))
+
+
+def burnt_share(luma: GreyImage) -> float:
+    """Share of pixels at the upper end of the scale."""
+    return float(np.mean(luma[::2, ::2] >= _BURNT_LUMA))
+
+
+def brightest_luma(luma: GreyImage) -> float:
+    """Luma that one pixel in a hundred exceeds."""
+    return float(np.percentile(luma[::4, ::4], 99))
+
+
+def _middle(luma: GreyImage) -> GreyImage:
+    top, left = (max(0, (side - _SIDE_PX) // 2) for side in luma.shape)
+    return luma[top : top + _SIDE_PX, left : left + _SIDE_PX]
+
+
+def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), scale_px)
+    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1)
+    return across, cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)
+
+
+def _widths_px(ratios_by_direction: Sequence[np.ndarray]) -> list[float]:
+    widths: list[float] = []
+    for ratios in ratios_by_direction:
+        if len(ratios) < _EDGES_A_BIN:
+            continue
+        squared = float(np.percentile(ratios, _SHARPEST)) ** 2
+        if squared <= 1:
+            widths.append(float("inf"))
+            continue
+        width2 = (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1)
+        widths.append(float(np.sqrt(max(0.0, width2))))
+    return widths

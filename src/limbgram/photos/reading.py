@@ -1,0 +1,229 @@
+"""Reading: files and folders to a PhotoSet.
+
+In      files and folders; hidden files and sub-folders of a folder are left alone.
+Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why.
+Method  every picture is decoded once: only so a cut-off file shows itself.
+Fails   PhotoError: a source does not exist, or fewer than two photos are left.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from limbgram.errors import OptionsError, PhotoError
+from limbgram.photos.decoding import (
+    DECODING_FAULTS,
+    MEGAPIXELS_DECODER,
+    fault_for_people,
+    load_colour,
+    load_luma,
+    luma_of,
+    open_picture,
+)
+from limbgram.photos.exif import read_exif
+from limbgram.photos.masks import find_mask, load_mask, mask_fault, masks_among
+from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
+from limbgram.photos.quality import brightest_luma, burnt_share, edge_width_px
+from limbgram.run import in_parallel
+
+__all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
+
+_RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
+_SMALLEST_SIDE_PX = 64
+_NAMED_AT_MOST = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoOptions:
+    """Which files count as photos."""
+
+    max_megapixels: float = 150.0
+    """Larger pictures are set aside."""
+    min_photos: int = 2
+    """Fewer readable photos are refused."""
+
+
+DEFAULTS = PhotoOptions()
+
+
+def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> PhotoSet:
+    """Read the photos in files and folders, and set aside what is none, by name.
+
+    Raises:
+        PhotoError: a source does not exist, or fewer than `min_photos` photos are left.
+    """
+    if not 0 < options.max_megapixels <= MEGAPIXELS_DECODER:
+        raise OptionsError(f"max_megapixels must lie between 0 and {MEGAPIXELS_DECODER}.")
+    files, set_aside = _files_in(sources)
+    masks = masks_among(files)
+    files = [file for file in files if file not in masks]
+    results = in_parallel(lambda file: _read(file, options), files)
+    photos, repeated = _without_repeats([result for result in results if isinstance(result, Photo)])
+    set_aside += [result for result in results if isinstance(result, SetAside)] + repeated
+    photos, bad_masks = _without_bad_masks(photos)
+    set_aside += bad_masks
+    if len(photos) < max(1, options.min_photos):
+        raise _too_few(sources, photos, set_aside, options)
+    return _grouped(photos, tuple(set_aside))
+
+
+def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
+    """Files named or lying in named folders, each once, in natural order of names."""
+    files: dict[Path, None] = {}
+    set_aside: list[SetAside] = []
+    for source in sources:
+        if source.is_dir():
+            try:
+                found = [entry for entry in source.iterdir() if not entry.name.startswith(".")]
+                found = [entry for entry in found if not entry.is_dir()]
+            except OSError:
+                set_aside.append(SetAside(_printable(source), "no permission to read the folder"))
+                continue
+            files.update((entry, None) for entry in found)
+        elif source.exists():
+            files[source] = None
+        else:
+            raise PhotoError(f"{_printable(source)} does not exist. Check the path of the photos.")
+    return sorted(files, key=_natural), set_aside
+
+
+def _natural(path: Path) -> tuple[list[tuple[int, int, str]], str]:
+    """IMG_9 before IMG_10."""
+    parts = re.split(r"(\d+)", path.name)
+    return [
+        (0, int(part), "") if part.isdecimal() else (1, 0, part.lower()) for part in parts if part
+    ], str(path)
+
+
+def _read(path: Path, options: PhotoOptions) -> Photo | SetAside:
+    name = _printable(path)
+    if name != path.name:
+        return SetAside(name, "its name is not valid text: rename it")
+    if not path.is_file():
+        return SetAside(name, "not a file, or a link that leads nowhere")
+    if path.suffix.lower() in _RAW_SUFFIXES:
+        return SetAside(name, "a raw file: export it as JPEG or TIFF without cropping")
+    try:
+        return _decoded(path, options)
+    except DECODING_FAULTS as fault:
+        return SetAside(name, fault_for_people(path, fault))
+
+
+def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
+    """Raises one of DECODING_FAULTS."""
+    if path.stat().st_size == 0:
+        return SetAside(path.name, "the file is empty: copy it again from the camera")
+    with open_picture(path) as picture:
+        width_px, height_px = picture.size
+        if width_px * height_px > options.max_megapixels * 1e6:
+            return SetAside(
+                path.name,
+                f"{width_px} x {height_px} is more than {options.max_megapixels:g} megapixels",
+            )
+        if min(width_px, height_px) < _SMALLEST_SIDE_PX:
+            return SetAside(path.name, f"{width_px} x {height_px} is too small for a photo")
+        if picture.mode == "F":
+            return SetAside(path.name, "floating-point pixels: export it as JPEG")
+        exif = read_exif(picture)
+        luma = luma_of(picture)
+    with path.open("rb") as stream:
+        digest = hashlib.file_digest(stream, "sha256").hexdigest()
+    return Photo(
+        name=path.name,
+        path=path.absolute(),
+        width_px=width_px,
+        height_px=height_px,
+        exif=exif,
+        sha256=digest,
+        camera_idx=0,
+        mask_path=find_mask(path.absolute()),
+        sharpness=edge_width_px(luma),
+        burnt=burnt_share(luma),
+        brightest=brightest_luma(luma),
+    )
+
+
+def _without_repeats(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAside]]:
+    """Each picture once, and each name once, since names identify photos ever after."""
+    by_digest: dict[str, Photo] = {}
+    by_name: dict[str, Photo] = {}
+    set_aside: list[SetAside] = []
+    for photo in photos:
+        if photo.sha256 in by_digest:
+            original = by_digest[photo.sha256].name
+            set_aside.append(SetAside(photo.name, f"the same file as {original}"))
+        elif photo.name in by_name:
+            other = by_name[photo.name].path
+            set_aside.append(
+                SetAside(photo.name, f"another photo has this name, {other}: rename one")
+            )
+        else:
+            by_digest[photo.sha256] = by_name[photo.name] = photo
+    return list(by_name.values()), set_aside
+
+
+def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAside]]:
+    kept: list[Photo] = []
+    set_aside: list[SetAside] = []
+    for photo in photos:
+        path = photo.mask_path
+        fault = path and mask_fault(path, photo.width_px, photo.height_px, photo.exif)
+        if path and fault:
+            set_aside.append(SetAside(path.name, f"as mask of {photo.name}: {fault}"))
+            photo = replace(photo, mask_path=None)
+        kept.append(photo)
+    return kept, set_aside
+
+
+def _grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
+    """Number the cameras in the order in which the photos show them."""
+    groups: dict[tuple[str | float | None, ...], CameraGroup] = {}
+    keys: list[tuple[str | float | None, ...]] = []
+    for photo in photos:
+        exif, width_px, height_px = photo.exif, photo.width_px, photo.height_px
+        key = (exif.make, exif.model, exif.lens, exif.focal_mm, width_px, height_px)
+        keys.append(key)
+        if key not in groups:
+            groups[key] = CameraGroup(
+                label=_label(exif),
+                width_px=width_px,
+                height_px=height_px,
+                exif=replace(exif, quarter_turns=0, mirrored=False),
+            )
+    order = {key: index for index, key in enumerate(groups)}
+    return PhotoSet(
+        photos=tuple(replace(p, camera_idx=order[key]) for p, key in zip(photos, keys)),
+        cameras=tuple(groups.values()),
+        set_aside=set_aside,
+    )
+
+
+def _label(exif: Exif) -> str:
+    model = exif.model or "unknown camera"
+    if exif.make and not model.lower().startswith(exif.make.lower().split()[0]):
+        model = f"{exif.make} {model}"
+    focal = f"{exif.focal_mm:g} mm" if exif.focal_mm else None
+    return ", ".join(part for part in (model, exif.lens, focal) if part)
+
+
+def _too_few(
+    sources: Sequence[Path],
+    photos: Sequence[Photo],
+    set_aside: Sequence[SetAside],
+    options: PhotoOptions,
+) -> PhotoError:
+    where = ", ".join(_printable(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
+    reasons = "".join(f"\n  {part.name}: {part.reason}" for part in set_aside[:_NAMED_AT_MOST])
+    more = len(set_aside) - _NAMED_AT_MOST
+    return PhotoError(
+        f"{len(photos)} readable photos in {where}; at least {options.min_photos} are needed. "
+        f"Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not searched."
+        + (f" Set aside:{reasons}" if reasons else "")
+        + (f"\n  and {more} more" if more > 0 else "")
+    )
+
+
+def _printable(path: Path) -> str:
+    return (path.name or str(path)).encode("utf-8", "backslashreplace").decode("utf-8")
