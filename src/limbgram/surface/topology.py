@@ -1,0 +1,157 @@
+"""Topology of triangle lists: edges, boundary loops, components, and what breaks a manifold.
+
+A half-edge is one side of a face: half-edge 3 f + k runs from corner k of face f to the next.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int32, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limbgram.geometry.arrays import Faces
+from limbgram.surface.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Undirected edges of a triangle list, ends in rising order."""
+
+    ends: Int32[np.ndarray, "e 2"]
+    of_half_edge: Int64[np.ndarray, " h"]
+    """Edge of each half-edge."""
+    uses: Int64[np.ndarray, " e"]
+    """Number of faces at each edge: 1 on a boundary, 2 inside a manifold."""
+
+    def faces(self) -> Int32[np.ndarray, "e 2"]:
+        """The two faces at each edge, lower first; -1 where there is none."""
+        order = np.argsort(self.of_half_edge, kind="stable")
+        first = np.cumsum(self.uses) - self.uses
+        sides = np.full((len(self.ends), 2), -1, np.int32)
+        sides[:, 0] = order[first] // 3
+        inner = self.uses >= 2
+        sides[inner, 1] = order[first[inner] + 1] // 3
+        return sides
+
+
+def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
+    """From and to vertex of every half-edge."""
+    return np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+
+def find_edges(faces: Faces) -> Edges:
+    directed = half_edges(faces).astype(np.int64)
+    base = int(faces.max(initial=0)) + 1
+    keys, of_half_edge, uses = np.unique(
+        directed.min(1) * base + directed.max(1), return_inverse=True, return_counts=True
+    )
+    ends = np.column_stack([keys // base, keys % base]).astype(np.int32)
+    return Edges(ends, of_half_edge.astype(np.int64), uses.astype(np.int64))
+
+
+def is_edge_manifold(faces: Faces) -> bool:
+    """No edge has more than two faces, and neighbours agree on what is outside."""
+    return not broken_half_edges(faces).any()
+
+
+def broken_half_edges(faces: Faces) -> Bool[np.ndarray, " h"]:
+    """Half-edges at edges of more than two faces, or run twice in one direction."""
+    edges = find_edges(faces)
+    forward = half_edges(faces)[:, 0] == edges.ends[edges.of_half_edge, 0]
+    runs = np.bincount(edges.of_half_edge, forward, len(edges.ends))
+    broken = (edges.uses > 2) | ((edges.uses == 2) & (runs != 1))
+    return broken[edges.of_half_edge]
+
+
+def boundary_half_edges(faces: Faces) -> Int32[np.ndarray, "b 2"]:
+    """Half-edges without a face on their other side."""
+    edges = find_edges(faces)
+    return half_edges(faces)[edges.uses[edges.of_half_edge] == 1]
+
+
+def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
+    """Vertices round every opening, along the faces' own half-edges.
+
+    The faces must be edge-manifold and vertex-manifold, so that one boundary half-edge leaves
+    every boundary vertex.
+    """
+    border = boundary_half_edges(faces)
+    following = dict(zip(border[:, 0].tolist(), border[:, 1].tolist(), strict=True))
+    loops: list[Int32[np.ndarray, " l"]] = []
+    while following:
+        start, vertex = following.popitem()
+        loop = [start]
+        while vertex != start:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        loops.append(np.array(loop, np.int32))
+    return sorted(loops, key=lambda loop: (-len(loop), int(loop.min())))
+
+
+def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
+    """Label of each face's component; faces belong together across shared edges."""
+    sides = find_edges(faces).faces()
+    return _components(sides[sides[:, 1] >= 0], len(faces))
+
+
+def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
+    """Label of the fan that each corner belongs to: one fan is one manifold vertex.
+
+    Two corners at one vertex share a fan if a walk across edges at that vertex joins them.
+    The faces must be edge-manifold.
+    """
+    edges = find_edges(faces)
+    order = np.argsort(edges.of_half_edge, kind="stable")
+    first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
+    one, two = order[first], order[first + 1]
+    # Half-edge h of corner h meets its opposite, whose tail is the next corner's vertex.
+    links = np.concatenate(
+        [np.column_stack([one, _next_corner(two)]), np.column_stack([_next_corner(one), two])]
+    )
+    return _components(links, 3 * len(faces)).reshape(-1, 3)
+
+
+def is_vertex_manifold(faces: Faces) -> bool:
+    """The faces at every vertex make one fan; the faces must be edge-manifold."""
+    return corner_fans(faces).max(initial=-1) + 1 == len(np.unique(faces))
+
+
+def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
+    """The mesh with other faces on its vertices; vertices without a face are dropped."""
+    used, compact = np.unique(faces, return_inverse=True)
+    return replace(
+        taking_vertices(mesh, used), faces=compact.reshape(-1, 3).astype(np.int32)
+    )
+
+
+def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
+    """Vertices idx with all that is known about them; the faces are left as they are."""
+    return replace(
+        mesh,
+        vertices_mm=mesh.vertices_mm[idx],
+        colours=None if mesh.colours is None else mesh.colours[idx],
+        filled=None if mesh.filled is None else mesh.filled[idx],
+        sigma_mm=None if mesh.sigma_mm is None else mesh.sigma_mm[idx],
+    )
+
+
+def volume_mm3(mesh: Mesh) -> float:
+    """Enclosed volume; an opening counts as closed by a cone from its vertices' mean."""
+    total = 0.0
+    faces = mesh.faces
+    border = boundary_half_edges(faces)
+    centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
+    a, b, c = (mesh.vertices_mm[faces[:, k]] - centre for k in range(3))
+    total = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
+    return total
+
+
+def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
+    return np.where(corner % 3 == 2, corner - 2, corner + 1)
+
+
+def _components(links: np.ndarray, count: int) -> Int32[np.ndarray, " n"]:
+    ones = np.ones(len(links), np.int8)
+    graph = coo_array((ones, (links[:, 0], links[:, 1])), shape=(count, count))
+    return connected_components(graph, directed=False)[1].astype(np.int32)

@@ -1,0 +1,1 @@
+"""From oriented points to triangles: Ball Pivoting, or Poisson."""
