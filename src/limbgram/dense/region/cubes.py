@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool
+from scipy import ndimage
 
 from limbgram.geometry.arrays import Points3, Vector3
 
@@ -31,3 +32,11 @@ class Region:
         inside = np.all((cells >= 0) & (cells < self.occupied.shape), axis=-1)
         cells = np.where(inside[..., None], cells, 0)
         return inside & self.occupied[cells[..., 0], cells[..., 1], cells[..., 2]]
+
+    def centres_mm(self, cells: Bool[np.ndarray, "i j k"]) -> Points3:
+        """Centres of the cubes that `cells` marks."""
+        return self.origin_mm + self.cell_mm * (np.argwhere(cells) + 0.5)
+
+    def skin(self) -> Bool[np.ndarray, "i j k"]:
+        """The occupied cubes that share a side with an empty one or with the grid's border."""
+        return self.occupied & ~ndimage.binary_erosion(self.occupied)
