@@ -21,8 +21,7 @@ HAS_HEIF = find_spec("pillow_heif") is not None
 if HAS_HEIF:
     import_module("pillow_heif").register_heif_opener()
 
-Image.init()  # Pillow knows only the commonest formats until asked for all
-FORMATS = ("JPEG", "MPO", "PNG", "TIFF", *(("HEIF",) if HAS_HEIF else ()))
+FORMATS = ("JPEG", "PNG", "TIFF", *(("HEIF",) if HAS_HEIF else ()))
 FORMATS_FOR_PEOPLE = "JPEG, PNG or TIFF" + (" or HEIF" if HAS_HEIF else "")
 
 MEGAPIXELS_DECODER = 178
