@@ -1,0 +1,129 @@
+"""Crops: the part of each photo that shows the region, without lens distortion and reduced.
+
+A plane maps straight lines to straight lines only through a pinhole, so every photo is resampled
+once, to a pinhole camera of the same focal length and principal point, and reduced by a whole
+number in the same step. Whole blocks of pixels are averaged, so pixel centres stay right: half a
+pixel here would be a tenth of a millimetre on the surface.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from limbgram.dense.region import Footprint, Region, footprint
+from limbgram.geometry.arrays import GreyImage, Mask
+from limbgram.geometry.camera import Camera, View
+from limbgram.photos.photo import Photo
+from limbgram.photos.reading import load_luma, load_mask
+
+HALVINGS = 2
+"""The coarsest pyramid level is a crop halved this often."""
+_ALIGNED = 1 << HALVINGS
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crop:
+    """Pixel (r, c) of the arrays is pixel (x0 + c, y0 + r) of the reduced pinhole photo."""
+
+    photo_idx: int
+    view: View
+    """Pinhole camera of the whole reduced photo, and its pose."""
+    x0: int
+    y0: int
+    grey: GreyImage
+    wanted: Mask
+    """Pixels that can show the region, inside the photo and its mask."""
+    near_mm: float
+    far_mm: float
+    """Depths between which the region lies, along the camera's z axis."""
+
+
+def reduction_for(region: Region, views: Sequence[View], most_px: int) -> int:
+    """The whole number by which to reduce photos so that the region covers `most_px` of them all."""
+    covered = sum(int(footprint(region, pinhole(view), 1 / 8).mask.sum()) * 64 for view in views)
+    return max(1, int(np.ceil(np.sqrt(covered / most_px))))
+
+
+def pinhole(view: View) -> View:
+    """The same view through a lens without distortion."""
+    camera = replace(view.camera, k1=0.0, k2=0.0, p1=0.0, p2=0.0, k3=0.0)
+    return View(view.name, camera, view.camera_from_world)
+
+
+def crop_photo(
+    photo: Photo, photo_idx: int, view: View, region: Region, reduction: int
+) -> Crop | None:
+    """The region in one photo; None where the photo does not show it."""
+    straight = pinhole(view)
+    seen = footprint(region, straight, 1 / reduction)
+    seen = _aligned(seen)
+    if not seen.mask.any():
+        return None
+    map_x, map_y = _source_pixels(seen, straight.camera, view.camera, reduction)
+    grey = cv2.remap(
+        load_luma(photo), map_x, map_y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE
+    )
+    inside = (
+        (map_x >= 0)
+        & (map_y >= 0)
+        & (map_x <= view.camera.width_px - 1)
+        & (map_y <= view.camera.height_px - 1)
+    )
+    given = load_mask(photo)
+    if given is not None:
+        inside &= cv2.remap(given.astype(np.uint8), map_x, map_y, cv2.INTER_NEAREST) > 0
+    return Crop(
+        photo_idx=photo_idx,
+        view=View(view.name, straight.camera.scaled(1 / reduction), view.camera_from_world),
+        x0=seen.x0,
+        y0=seen.y0,
+        grey=reduced(grey, reduction),
+        wanted=seen.mask & (reduced(inside.astype(np.uint8) * 255, reduction) == 255),
+        near_mm=float(np.nanmin(seen.near_mm)),
+        far_mm=float(np.nanmax(seen.far_mm)),
+    )
+
+
+def camera_of(crop: Crop, halvings: int) -> Camera:
+    """The pinhole of a crop at a pyramid level; its pixel (0, 0) is the crop's first."""
+    moved = replace(crop.view.camera, cx=crop.view.camera.cx - crop.x0, cy=crop.view.camera.cy - crop.y0)
+    return moved.scaled(0.5**halvings)
+
+
+def _aligned(seen: Footprint) -> Footprint:
+    """Grown to the right and below so that the crop can be halved without a rest."""
+    height, width = seen.mask.shape
+    grow = ((0, -height % _ALIGNED), (0, -width % _ALIGNED))
+    return replace(
+        seen,
+        mask=np.pad(seen.mask, grow),
+        near_mm=np.pad(seen.near_mm, grow, constant_values=np.nan),
+        far_mm=np.pad(seen.far_mm, grow, constant_values=np.nan),
+    )
+
+
+def _source_pixels(
+    seen: Footprint, straight: Camera, lens: Camera, reduction: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where in the photo each full-size pixel of the crop lies."""
+    height, width = seen.mask.shape
+    x, y = np.meshgrid(
+        seen.x0 * reduction + np.arange(width * reduction, dtype=float),
+        seen.y0 * reduction + np.arange(height * reduction, dtype=float),
+    )
+    y_ideal = (y - straight.cy) / straight.fy
+    x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
+    ideal = np.stack([x_ideal, y_ideal, np.ones_like(x)], axis=-1)
+    xy = lens.project(ideal).astype(np.float32)
+    return np.ascontiguousarray(xy[..., 0]), np.ascontiguousarray(xy[..., 1])
+
+
+def reduced(grey: GreyImage, factor: int) -> GreyImage:
+    """Means of factor x factor blocks: pixel centres are kept, see geometry.camera."""
+    if factor == 1:
+        return grey
+    height, width = grey.shape
+    size = (width // factor, height // factor)
+    return cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.uint8)

@@ -1,0 +1,183 @@
+"""Correlation of slanted windows, many pixels at once (compiled).
+
+Each step is a short loop over LANES pixels, so that one processor instruction serves several
+of them. All scratch lies in one flat array at constant offsets (rows of LANES numbers), or the
+compiler cannot prove that the rows do not overlap and falls back to one pixel at a time.
+Pictures are packed: a 32-bit word holds a pixel and its right, lower and lower right neighbour,
+one load a sample.
+
+Hypothesis: inverse depth w0 of the pixel and its change per pixel, gx and gy. With m =
+(gx, gy, .) the plane's homography into another photo is A + b m^T; within the window it is
+replaced by its derivative at the centre.
+Score: weighted normalised correlation; weights fall with distance and with grey difference
+from the centre pixel, so that a window does not look across a silhouette.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+f4, i4, u4 = np.float32, np.int32, np.uint32
+
+LANES = 128
+SIDE = 6
+SAMPLES = SIDE * SIDE
+REACH_PX = 5
+"""A window is 6 x 6 samples, two pixels apart: from -5 to +5."""
+LEAST_VARIANCE = 2.0
+"""Grey levels squared; a window of less variance shows nothing that can be compared."""
+MOST_SOURCES = 6
+
+PIXEL_X, PIXEL_Y, GREY, MEAN, VARIANCE = 0, LANES, 2 * LANES, 3 * LANES, 4 * LANES
+W0, GX, GY, ALIVE = 5 * LANES, 6 * LANES, 7 * LANES, 8 * LANES
+"""The hypothesis under test; ALIVE is 1 where its depth is allowed."""
+CENTRE_X, CENTRE_Y, XX, XY, YX, YY, WHOLE = (k * LANES for k in range(9, 16))
+"""Where the window falls in the other photo; WHOLE is 1 where all of it lies inside."""
+SUM, SUM_SQUARE, SUM_PRODUCT, PART_X, PART_Y = (k * LANES for k in range(16, 21))
+FIRST, SECOND, THIRD = 21 * LANES, 22 * LANES, 23 * LANES
+"""The three best correlations of this hypothesis."""
+BEST_SCORE, BEST_W, BEST_X, BEST_Y = (k * LANES for k in range(24, 28))
+CORRELATION, WEIGHTED, BELOW, ABOVE = (k * LANES for k in range(28, 32))
+TRUST = 32 * LANES
+"""MOST_SOURCES rows: weight of each source in the last sub-pixel step."""
+WEIGHT = (32 + MOST_SOURCES) * LANES
+CONTRAST = WEIGHT + SAMPLES * LANES
+"""SAMPLES rows each: weights (sum 1) and weight times grey minus mean of the reference."""
+SCRATCH = CONTRAST + SAMPLES * LANES
+
+COMPILED = {"cache": True, "nogil": True, "fastmath": True, "error_model": "numpy"}
+
+
+def grey_weights(sigma_grey: float) -> np.ndarray:
+    """Weight of a sample by its grey difference from the centre, 0 to 255."""
+    return np.exp(-0.5 * (np.arange(256) / sigma_grey) ** 2).astype(np.float32)
+
+
+def distance_weights(sigma_px: float) -> np.ndarray:
+    """Weight of the SAMPLES samples by their distance from the centre."""
+    offset = np.arange(SIDE) * 2.0 - REACH_PX
+    squared = offset[:, None] ** 2 + offset**2
+    return np.exp(-0.5 * squared / sigma_px**2).astype(np.float32).ravel()
+
+
+def packed(grey: np.ndarray) -> np.ndarray:
+    """Each pixel with its right, lower and lower right neighbour in one 32-bit word, flat."""
+    edged = np.pad(grey, ((0, 1), (0, 1)), mode="edge").astype(np.uint32)
+    words = edged[:-1, :-1] | edged[:-1, 1:] << 8 | edged[1:, :-1] << 16 | edged[1:, 1:] << 24
+    return np.ascontiguousarray(words).ravel()
+
+
+@njit(**COMPILED)
+def look_at(grey, width, pixels, count, by_grey, by_distance, t, index):
+    """Windows of the reference round `count` pixels from pixels[0] on; spare lanes repeat the last."""
+    for lane in range(LANES):
+        pixel = pixels[min(lane, count - 1)]
+        index[lane] = pixel
+        t[PIXEL_X + lane] = f4(pixel % width)
+        t[PIXEL_Y + lane] = f4(pixel // width)
+        t[GREY + lane] = f4(grey[pixel])
+        t[MEAN + lane] = f4(0)
+        t[SUM + lane] = f4(0)
+        t[VARIANCE + lane] = f4(0)
+    for k in range(SAMPLES):
+        step = i4((2 * (k // SIDE) - REACH_PX) * width + 2 * (k % SIDE) - REACH_PX)
+        near, weight, contrast = by_distance[k], WEIGHT + k * LANES, CONTRAST + k * LANES
+        for lane in range(LANES):
+            value = f4(grey[index[lane] + step])
+            share = near * by_grey[i4(abs(value - t[GREY + lane]))]
+            t[contrast + lane] = value
+            t[weight + lane] = share
+            t[SUM + lane] += share
+            t[MEAN + lane] += share * value
+    for lane in range(LANES):
+        t[SUM + lane] = f4(1) / t[SUM + lane]
+        t[MEAN + lane] *= t[SUM + lane]
+    for k in range(SAMPLES):
+        weight, contrast = WEIGHT + k * LANES, CONTRAST + k * LANES
+        for lane in range(LANES):
+            share = t[weight + lane] * t[SUM + lane]
+            above = t[contrast + lane] - t[MEAN + lane]
+            t[weight + lane] = share
+            t[contrast + lane] = share * above
+            t[VARIANCE + lane] += share * above * above
+
+
+@njit(**COMPILED)
+def correlate(words, width, height, a, b, t, index, word):
+    """Correlation of each lane's hypothesis with one other photo, into CORRELATION (-1: none)."""
+    _place(width, height, a, b, t)
+    _accumulate(words, width, t, index, word)
+    for lane in range(LANES):
+        mean = t[SUM + lane]
+        variance = t[SUM_SQUARE + lane] - mean * mean
+        own = t[VARIANCE + lane]
+        value = t[SUM_PRODUCT + lane] / math.sqrt(max(variance, f4(1)) * max(own, f4(1)))
+        textured = (variance >= f4(LEAST_VARIANCE)) & (own >= f4(LEAST_VARIANCE))
+        t[CORRELATION + lane] = value if textured & (t[WHOLE + lane] > f4(0)) else f4(-1)
+
+
+@njit(**COMPILED)
+def _place(width, height, a, b, t):
+    """Window centre in the other photo and the derivative of the homography there."""
+    right, bottom = f4(width - 3), f4(height - 3)
+    for lane in range(LANES):
+        x, y, w0 = t[PIXEL_X + lane], t[PIXEL_Y + lane], t[W0 + lane]
+        gx, gy = t[GX + lane], t[GY + lane]
+        depth = a[6] * x + a[7] * y + a[8] + b[2] * w0
+        per_depth = f4(1) / depth
+        u = (a[0] * x + a[1] * y + a[2] + b[0] * w0) * per_depth
+        v = (a[3] * x + a[4] * y + a[5] + b[1] * w0) * per_depth
+        zx, zy = a[6] + b[2] * gx, a[7] + b[2] * gy
+        xx = (a[0] + b[0] * gx - u * zx) * per_depth
+        xy = (a[1] + b[0] * gy - u * zy) * per_depth
+        yx = (a[3] + b[1] * gx - v * zx) * per_depth
+        yy = (a[4] + b[1] * gy - v * zy) * per_depth
+        reach_x, reach_y = f4(REACH_PX) * (abs(xx) + abs(xy)), f4(REACH_PX) * (abs(yx) + abs(yy))
+        whole = (
+            (depth > f4(1e-6))
+            & (t[ALIVE + lane] > f4(0))
+            & (u - reach_x > f4(1))
+            & (v - reach_y > f4(1))
+            & (u + reach_x < right)
+            & (v + reach_y < bottom)
+        )
+        t[WHOLE + lane] = f4(1) if whole else f4(0)
+        t[CENTRE_X + lane] = u if whole else f4(1)
+        t[CENTRE_Y + lane] = v if whole else f4(1)
+        t[XX + lane] = xx if whole else f4(0)
+        t[XY + lane] = xy if whole else f4(0)
+        t[YX + lane] = yx if whole else f4(0)
+        t[YY + lane] = yy if whole else f4(0)
+
+
+@njit(**COMPILED)
+def _accumulate(words, width, t, index, word):
+    """Weighted sums of the other photo's window, grey counted from the reference's mean."""
+    for lane in range(LANES):
+        t[SUM + lane] = f4(0)
+        t[SUM_SQUARE + lane] = f4(0)
+        t[SUM_PRODUCT + lane] = f4(0)
+    for k in range(SAMPLES):
+        dx, dy = f4(2 * (k % SIDE) - REACH_PX), f4(2 * (k // SIDE) - REACH_PX)
+        weight, contrast = WEIGHT + k * LANES, CONTRAST + k * LANES
+        for lane in range(LANES):
+            x = t[CENTRE_X + lane] + t[XX + lane] * dx + t[XY + lane] * dy
+            y = t[CENTRE_Y + lane] + t[YX + lane] * dx + t[YY + lane] * dy
+            column, row = i4(x), i4(y)
+            t[PART_X + lane] = x - f4(column)
+            t[PART_Y + lane] = y - f4(row)
+            index[lane] = i4(row * width + column)
+        for lane in range(LANES):
+            word[lane] = words[u4(index[lane])]
+        for lane in range(LANES):
+            four, fx, fy = word[lane], t[PART_X + lane], t[PART_Y + lane]
+            upper = f4(i4(four & u4(255)))
+            lower = f4(i4((four >> u4(16)) & u4(255)))
+            upper += fx * (f4(i4((four >> u4(8)) & u4(255))) - upper)
+            lower += fx * (f4(i4(four >> u4(24))) - lower)
+            value = upper + fy * (lower - upper) - t[MEAN + lane]
+            share = t[weight + lane] * value
+            t[SUM + lane] += share
+            t[SUM_SQUARE + lane] += share * value
+            t[SUM_PRODUCT + lane] += t[contrast + lane] * value
