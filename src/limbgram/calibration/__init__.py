@@ -1,0 +1,29 @@
+"""Calibration: the cameras' lenses with their uncertainty, from a board or from EXIF.
+
+In      photos of a board (`calibrate`), or the photos of a case and the calibrations at hand
+        (`cameras_for`).
+Out     a BoardCalibration; Cameras, one Calibration for each camera group of a PhotoSet.
+"""
+
+from limbgram.calibration.board import (
+    BoardCalibration,
+    CalibrationOptions,
+    Estimate,
+    PhotoFit,
+    calibrate,
+    calibrate_detections,
+)
+from limbgram.calibration.cameras import Calibration, Cameras
+from limbgram.calibration.verdicts import Coverage
+
+__all__ = [
+    "BoardCalibration",
+    "Calibration",
+    "CalibrationOptions",
+    "Cameras",
+    "Coverage",
+    "Estimate",
+    "PhotoFit",
+    "calibrate",
+    "calibrate_detections",
+]

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.geometry.camera import Camera
+from limbgram.photos.photo import Exif
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,3 +37,10 @@ class Cameras:
     """One calibration for each camera group of a PhotoSet, in its order."""
 
     calibrations: tuple[Calibration, ...]
+
+
+def label_of(exif: Exif) -> str:
+    """Make, model and lens, without the make repeated; empty where EXIF says nothing."""
+    make, model = exif.make or "", exif.model or ""
+    body = model if make and model.lower().startswith(make.lower()) else f"{make} {model}"
+    return " ".join(f"{body} {exif.lens or ''}".split())

@@ -27,9 +27,11 @@ def find_charuco(luma: GreyImage, board: Board) -> FoundCorners:
     interpolation.minMarkers = 1
     detector = cv2.aruco.CharucoDetector(board.opencv(), interpolation, parameters)
     corners, ids, _, marker_ids = detector.detectBoard(luma)
-    markers = 0 if marker_ids is None else len(marker_ids)
-    if ids is None or corners is None:
-        return FoundCorners(np.zeros(0, np.int32), np.zeros((0, 2)), markers)
-    ids = np.asarray(ids, np.int32).ravel()
+    ids = _rows(ids).astype(np.int32).ravel()
     order = np.argsort(ids, kind="stable")
-    return FoundCorners(ids[order], np.asarray(corners, float).reshape(-1, 2)[order], markers)
+    return FoundCorners(ids[order], _rows(corners).reshape(-1, 2)[order], len(_rows(marker_ids)))
+
+
+def _rows(found: object) -> np.ndarray:
+    """OpenCV's array, or an empty one for its None."""
+    return np.zeros(0) if found is None else np.asarray(found, float)

@@ -60,7 +60,9 @@ def fit_corners(
 
 
 @njit(cache=True, nogil=True)
-def _fit_all(luma, xy, sides, reach, fits):  # pragma: no cover
+def _fit_all(
+    luma: GreyImage, xy: np.ndarray, sides: np.ndarray, reach: float, fits: np.ndarray
+) -> None:  # pragma: no cover
     for corner in range(len(xy)):
         pixels = _window(luma, xy[corner], sides[corner], reach)
         if len(pixels) >= _MIN_PIXELS:
@@ -68,8 +70,10 @@ def _fit_all(luma, xy, sides, reach, fits):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _window(luma, xy, sides, reach):  # pragma: no cover
-    """Rows (dx, dy, grey) of the pixels within `reach` of a square; none where it is cut off."""
+def _window(
+    luma: GreyImage, xy: np.ndarray, sides: np.ndarray, reach: float
+) -> np.ndarray:  # pragma: no cover
+    """Rows dx, dy, grey of the pixels within `reach` of a square; none where it is cut off."""
     none = np.empty((0, 3))
     det = sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]
     wide = reach * (abs(sides[0, 0]) + abs(sides[1, 0]))
@@ -94,7 +98,9 @@ def _window(luma, xy, sides, reach):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _fit_one(pixels, xy, sides, fit):  # pragma: no cover
+def _fit_one(
+    pixels: np.ndarray, xy: np.ndarray, sides: np.ndarray, fit: np.ndarray
+) -> None:  # pragma: no cover
     """Damped Gauss-Newton from a corner at (0, 0) of the window."""
     state = _start(pixels, sides)
     cost, normal, right = _linearize(pixels, state)
@@ -127,7 +133,7 @@ def _fit_one(pixels, xy, sides, fit):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _start(pixels, sides):  # pragma: no cover
+def _start(pixels: np.ndarray, sides: np.ndarray) -> np.ndarray:  # pragma: no cover
     """x, y, the two lines' angles, blur, contrast, mean and its two slopes."""
     state = np.zeros(_SIZE)
     state[2] = math.atan2(sides[0, 1], sides[0, 0])
@@ -149,7 +155,9 @@ def _start(pixels, sides):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _linearize(pixels, state):  # pragma: no cover
+def _linearize(
+    pixels: np.ndarray, state: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:  # pragma: no cover
     """Sum of squared residuals, normal matrix and right side."""
     cost = 0.0
     normal = np.zeros((_SIZE, _SIZE))
@@ -183,7 +191,7 @@ def _linearize(pixels, state):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _edge(distance, blur):  # pragma: no cover
+def _edge(distance: float, blur: float) -> tuple[float, float]:  # pragma: no cover
     """An edge's profile between -1 and 1, and its slope (zero far away)."""
     if abs(distance) > _FAR * blur:
         return math.copysign(1.0, distance), 0.0
@@ -192,7 +200,7 @@ def _edge(distance, blur):  # pragma: no cover
 
 
 @njit(cache=True, nogil=True)
-def _solve(normal, right, damping):  # pragma: no cover
+def _solve(normal: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:  # pragma: no cover
     """(N + damping diag N)^-1 right by Cholesky's method; NaN where N is singular."""
     lower = np.zeros((_SIZE, _SIZE))
     answer = np.empty(_SIZE)

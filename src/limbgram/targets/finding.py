@@ -96,8 +96,8 @@ def _fit_and_check(
     options: TargetOptions,
 ) -> PhotoCorners | SetAside:
     size_px = (luma.shape[1], luma.shape[0])
-    plate = board.corners_mm[ids, :2]
-    sides = sides_px(plate / board.square_mm, found)
+    plate = board.corners_mm[ids, :2] / board.square_mm
+    sides = sides_px(plate, found)
     step_px = np.linalg.norm(sides, axis=2).mean(axis=1)
     reach = min(_clear_reach(board, options.reach), options.max_reach_px / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
@@ -107,7 +107,7 @@ def _fit_and_check(
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
     doubts[shift_px > options.max_shift * step_px] = "the fit moved it too far"
     doubts[np.isnan(fits.sigma_px)] = "at the picture's border, or no fit"
-    _check_flatness(doubts, plate, fits.xy_px, size_px, options)
+    _check_flatness(doubts, plate, fits.xy_px, sides, size_px, options)
 
     good = doubts == ""
     if good.sum() < options.min_corners:
@@ -152,12 +152,15 @@ def _check_flatness(
     doubts: np.ndarray,
     plate: Points2,
     xy_px: Points2,
+    sides: Float64[np.ndarray, "n 2 2"],
     size_px: tuple[int, int],
     options: TargetOptions,
 ) -> None:
     """Doubt the corners that do not lie on the image of a flat board."""
     rows = np.flatnonzero(doubts == "")
-    off_px = np.linalg.norm(board_residuals_px(plate[rows], xy_px[rows], size_px), axis=1)
+    off_px = np.linalg.norm(
+        board_residuals_px(plate[rows], xy_px[rows], sides[rows], size_px), axis=1
+    )
     if len(rows) == 0 or np.isnan(off_px).any():
         return
     spread_px = float(np.median(off_px)) / 1.1774

@@ -1,0 +1,214 @@
+"""Adjustment: lens, shape of the board and all poses at once, by least squares.
+
+In      corners of one board in many photos, a start, and which shared unknowns are free.
+Out     the solution with residuals and the covariance of the shared unknowns.
+Method  damped Gauss-Newton (Levenberg and Marquardt); poses are eliminated photo by photo
+        (Schur complement), so the system to solve has the size of the lens alone.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int32
+
+from limbgram.calibration.projection import LENS, POSE, SHARED, moved, project_board
+from limbgram.errors import CalibrationError
+from limbgram.geometry.arrays import Points2, Points3
+from limbgram.geometry.rigid import Rigid
+
+_STEPS = 100
+_BOARD_SIGMAS = np.array([0.01, 0.01, 0.02, 0.02, 0.02])
+"""What is known beforehand of a print and its mounting (projection.BOARD_TERMS): little."""
+_TYPICAL_PX = 0.1
+"""Sigma of a corner that gives the board's prior its weight against the corners."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """The board's corners in one photo."""
+
+    name: str
+    ids: Int32[np.ndarray, " n"]
+    xy_px: Points2
+
+    def only(self, keep: Bool[np.ndarray, " n"]) -> "Sighting":
+        return replace(self, ids=self.ids[keep], xy_px=self.xy_px[keep])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """An adjusted lens, board and poses."""
+
+    shared: Float64[np.ndarray, "15"]
+    """Lens (geometry.camera.PARAMETERS), then the board's terms (projection.BOARD_TERMS)."""
+    free: Bool[np.ndarray, "15"]
+    poses: tuple[Rigid, ...]
+    """camera_from_board, one a photo."""
+    residuals_px: tuple[Points2, ...]
+    """Seen minus projected, photo by photo."""
+    cofactors: Float64[np.ndarray, "15 15"]
+    """Inverse of the reduced normal matrix; zero where not free."""
+
+    @property
+    def squares(self) -> float:
+        """Sum of the squared residuals, px^2."""
+        return float(sum((residual**2).sum() for residual in self.residuals_px))
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square distance per corner, as OpenCV's calibration reports it."""
+        return float(np.sqrt(self.squares / sum(len(one) for one in self.residuals_px)))
+
+    @property
+    def sigma0_px(self) -> float:
+        """A posteriori standard deviation of one coordinate."""
+        observations = sum(2 * len(one) for one in self.residuals_px)
+        unknowns = int(self.free.sum()) + POSE * len(self.poses)
+        return float(np.sqrt(self.squares / max(1, observations - unknowns)))
+
+    @property
+    def covariance(self) -> Float64[np.ndarray, "15 15"]:
+        return self.cofactors * self.sigma0_px**2
+
+
+@dataclass(frozen=True)
+class _Normals:
+    """The reduced normal equations, and what gives the poses back."""
+
+    cost: float
+    matrix: Float64[np.ndarray, "15 15"]
+    right: Float64[np.ndarray, "15"]
+    mixed: Float64[np.ndarray, "k 15 6"]
+    posed: Float64[np.ndarray, "k 6 6"]
+    pose_right: Float64[np.ndarray, "k 6"]
+
+
+def adjust(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    shared: Float64[np.ndarray, "15"],
+    poses: tuple[Rigid, ...],
+    free: Bool[np.ndarray, "15"],
+) -> Solution:
+    """The least-squares solution from a start near it.
+
+    Raises:
+        CalibrationError: the free unknowns cannot be told apart in these photos.
+    """
+    normals = _normals(sightings, plate, shared, poses)
+    damping = 1e-4
+    for _ in range(_STEPS):
+        step, pose_steps = _step(normals, free, damping)
+        tried = shared + step
+        tried_poses = tuple(moved(pose, one) for pose, one in zip(poses, pose_steps))
+        new = _normals(sightings, plate, tried, tried_poses)
+        if new.cost <= normals.cost and np.isfinite(new.cost):
+            gain = normals.cost - new.cost
+            shared, poses, normals = tried, tried_poses, new
+            damping = max(damping * 0.1, 1e-12)
+            if gain <= 1e-12 * new.cost + 1e-14:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e8:
+                break
+    return Solution(
+        shared=shared,
+        free=free,
+        poses=poses,
+        residuals_px=tuple(
+            one.xy_px - project_board(plate[one.ids], plate, shared, pose).xy_px
+            for one, pose in zip(sightings, poses)
+        ),
+        cofactors=_cofactors(normals, free),
+    )
+
+
+def scatter(sightings: tuple[Sighting, ...], plate: Points3, solution: Solution) -> float:
+    """How much more the lens scatters from photo to photo than its covariance says.
+
+    Delete-one jackknife over photos, linearized (Bell and McCaffrey 2002, CR3): errors that the
+    corners of one photo share, as from a wavy print, show here and not in sigma0. Median over
+    the free lens parameters of jackknife over formal sigma; 1 for independent errors.
+    """
+    free = solution.free
+    whole = np.linalg.pinv(solution.cofactors[np.ix_(free, free)], hermitian=True)
+    shifts: list[np.ndarray] = []
+    for one, pose in zip(sightings, solution.poses):
+        alone = _normals((one,), plate, solution.shared, (pose,), with_prior=False)
+        solved = np.linalg.solve(alone.posed[0], alone.mixed[0].T)
+        reduced = (alone.matrix - alone.mixed[0] @ solved)[np.ix_(free, free)]
+        shifts.append(_inverse(whole - reduced) @ alone.right[free])
+    count = len(shifts)
+    variance = (count - 1) / count * (np.array(shifts) ** 2).sum(axis=0)
+    lens = np.flatnonzero(free) < LENS
+    formal = np.diag(solution.covariance)[free]
+    return float(np.sqrt(np.median((variance / formal)[lens])))
+
+
+def _normals(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    shared: Float64[np.ndarray, "15"],
+    poses: tuple[Rigid, ...],
+    *,
+    with_prior: bool = True,
+) -> _Normals:
+    """Normal equations of all photos, with the weak prior on the board's shape."""
+    matrix, right, cost = np.zeros((SHARED, SHARED)), np.zeros(SHARED), 0.0
+    mixed = np.empty((len(poses), SHARED, POSE))
+    posed = np.empty((len(poses), POSE, POSE))
+    pose_right = np.empty((len(poses), POSE))
+    for row, (one, pose) in enumerate(zip(sightings, poses)):
+        projection = project_board(plate[one.ids], plate, shared, pose)
+        a = projection.by_shared.reshape(-1, SHARED)
+        b = projection.by_pose.reshape(-1, POSE)
+        residual = (one.xy_px - projection.xy_px).ravel()
+        cost += float(residual @ residual)
+        matrix += a.T @ a
+        right += a.T @ residual
+        mixed[row], posed[row], pose_right[row] = a.T @ b, b.T @ b, b.T @ residual
+    weights = np.zeros(SHARED)
+    if with_prior:
+        weights[LENS:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
+    cost += float(weights @ shared**2)
+    return _Normals(
+        cost, matrix + np.diag(weights), right - weights * shared, mixed, posed, pose_right
+    )
+
+
+def _step(
+    normals: _Normals, free: Bool[np.ndarray, "15"], damping: float
+) -> tuple[Float64[np.ndarray, "15"], Float64[np.ndarray, "k 6"]]:
+    grown = 1.0 + damping
+    posed = normals.posed * (1.0 + damping * np.eye(POSE))
+    solved = np.linalg.solve(posed, normals.mixed.transpose(0, 2, 1))
+    poses_alone = np.linalg.solve(posed, normals.pose_right[..., None])[..., 0]
+    reduced = normals.matrix * (1.0 + (grown - 1.0) * np.eye(SHARED)) - np.einsum(
+        "kij,kjl->il", normals.mixed, solved
+    )
+    right = normals.right - np.einsum("kij,kj->i", normals.mixed, poses_alone)
+    step = np.zeros(SHARED)
+    step[free] = _inverse(reduced[np.ix_(free, free)]) @ right[free]
+    return step, poses_alone - np.einsum("kji,i->kj", solved, step)
+
+
+def _cofactors(normals: _Normals, free: Bool[np.ndarray, "15"]) -> Float64[np.ndarray, "15 15"]:
+    solved = np.linalg.solve(normals.posed, normals.mixed.transpose(0, 2, 1))
+    reduced = normals.matrix - np.einsum("kij,kjl->il", normals.mixed, solved)
+    cofactors = np.zeros((SHARED, SHARED))
+    cofactors[np.ix_(free, free)] = _inverse(reduced[np.ix_(free, free)])
+    return cofactors
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse of a symmetric positive matrix whose rows differ much in unit."""
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    values, vectors = np.linalg.eigh(matrix * np.outer(unit, unit))
+    if not np.isfinite(values).all() or values[0] <= 1e-14 * values[-1]:
+        raise CalibrationError(
+            "These photos do not determine the camera: different lenses explain them equally "
+            "well. The board was probably held parallel to the sensor in all of them. Tilt it "
+            "by 20 to 45 degrees to all sides."
+        )
+    return (vectors / values) @ vectors.T * np.outer(unit, unit)

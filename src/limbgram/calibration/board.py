@@ -1,0 +1,303 @@
+"""Calibration: the lens from photos of a board of known size.
+
+In      a PhotoSet of one camera, and the Board in it.
+Out     a BoardCalibration: the camera with its covariance, and everything needed to judge it.
+Method  plane-based calibration (Zhang 2000) started by OpenCV and finished by our own
+        adjustment, which also tests skew, the sixth-order distortion and the board's flatness.
+Fails   CalibrationError: too few photos, mixed cameras, a board of another size, views that
+        leave the camera open.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64, Int32
+
+from limbgram.calibration.adjustment import Sighting, Solution, scatter
+from limbgram.calibration.cameras import Calibration, label_of
+from limbgram.calibration.projection import BOARD_TERMS, LENS
+from limbgram.calibration.screening import Screened, free_unknowns, readjust, screen
+from limbgram.calibration.verdicts import (
+    Coverage,
+    coverage,
+    doubts,
+    refuse_uncovered,
+    refuse_undetermined,
+)
+from limbgram.errors import CalibrationError
+from limbgram.geometry.arrays import Points2, Points3
+from limbgram.geometry.camera import PARAMETERS, Camera
+from limbgram.geometry.rigid import Rigid
+from limbgram.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.targets import Board, BoardDetections, TargetOptions, find_board
+
+_SKEW = PARAMETERS.index("skew")
+_K3 = PARAMETERS.index("k3")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationOptions:
+    """What is asked of calibration photos, and when a term of the model is kept."""
+
+    targets: TargetOptions = field(default_factory=TargetOptions)
+    """How the board is found."""
+    min_photos: int = 3
+    """Photos of the board without which calibration is refused."""
+    few_photos: int = 6
+    """Photos below which the result is doubted; the board's shape is not tested below it."""
+    photo_factor: float = 3.0
+    """A photo is set aside when its RMS is this many times the median of all photos."""
+    corner_sigmas: float = 5.0
+    """A corner is left out when it is this many robust sigmas off."""
+    significance: float = 5.0
+    """Sigmas from zero beyond which skew or k3 counts as seen."""
+    meaningful_skew_px: float = 0.5
+    """Shift at the picture's edge below which even a significant skew is not delivered."""
+    board_gain: float = 0.03
+    """Fall of the RMS for which the board's print and flatness are estimated too."""
+    max_focal_sigma: float = 0.01
+    """Relative sigma of the focal length beyond which calibration is refused."""
+    min_reach: float = 0.25
+    """How far towards each corner of the picture the board must have come, 0 to 1."""
+    good_reach: float = 0.5
+    """The same without a doubt."""
+
+
+DEFAULTS = CalibrationOptions()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard deviation."""
+
+    value: float
+    sigma: float
+
+    @property
+    def sigmas_from_zero(self) -> float:
+        return abs(self.value) / self.sigma if self.sigma > 0 else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoFit:
+    """How one photo agrees with the camera."""
+
+    name: str
+    camera_from_board: Rigid
+    ids: Int32[np.ndarray, " n"]
+    xy_px: Points2
+    residuals_px: Points2
+    """Seen minus projected."""
+    dropped: int
+    """Corners left out, here and at detection."""
+
+    @property
+    def rms_px(self) -> float:
+        return float(np.sqrt((self.residuals_px**2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardCalibration:
+    """A camera calibrated from a board, with what is needed to judge it."""
+
+    calibration: Calibration
+    board: Board
+    photos: tuple[PhotoFit, ...]
+    set_aside: tuple[SetAside, ...]
+    sigma0_px: float
+    """Standard deviation of one coordinate of one corner."""
+    inflation: float
+    """Factor on all sigmas for errors that the corners of one photo share; 1 where none show."""
+    correlations: Float64[np.ndarray, "10 10"]
+    """Of the lens (geometry.camera.PARAMETERS); zero rows for what was held fixed."""
+    aspect: Estimate
+    """fy / fx."""
+    skew: Estimate
+    """Estimated for the test against zero, delivered or not."""
+    skew_delivered: bool
+    k3: Estimate
+    """The same for the sixth-order distortion."""
+    k3_delivered: bool
+    board_shape: tuple[Estimate, ...] | None
+    """How the board differs from flat and true (projection.BOARD_TERMS); None: it does not."""
+    coverage: Coverage
+    doubts: tuple[str, ...]
+
+
+def calibrate(
+    photos: PhotoSet, board: Board, options: CalibrationOptions = DEFAULTS
+) -> BoardCalibration:
+    """Calibrate the one camera that took these photos of a board."""
+    return calibrate_detections(photos, find_board(photos, board, options.targets), options)
+
+
+def calibrate_detections(
+    photos: PhotoSet, detections: BoardDetections, options: CalibrationOptions = DEFAULTS
+) -> BoardCalibration:
+    """The same from corners already found."""
+    seen_by = tuple(photos.photos[one.photo_idx] for one in detections.photos)
+    _refuse_few(detections, options.min_photos)
+    _refuse_mixed(seen_by)
+    size_px = (seen_by[0].width_px, seen_by[0].height_px)
+    plate = detections.corners_mm
+    sightings = tuple(Sighting(one.name, one.ids, one.xy_px) for one in detections.photos)
+
+    bend = len(sightings) >= options.few_photos
+    screened = screen(
+        sightings,
+        plate,
+        size_px,
+        free_unknowns(k3=bend, skew=False, board=bend),
+        min_photos=options.min_photos,
+        photo_factor=options.photo_factor,
+        corner_sigmas=options.corner_sigmas,
+    )
+    choice = _choose(screened, plate, size_px, options)
+    solution = choice.solution
+    inflation = max(1.0, scatter(screened.sightings, plate, solution))
+    seen = coverage(np.concatenate([one.xy_px for one in screened.sightings]), size_px)
+    refuse_undetermined(solution, inflation, options.max_focal_sigma)
+    refuse_uncovered(seen, options.min_reach)
+    covariance = solution.covariance * inflation**2
+    lens = Camera(width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0)
+    return BoardCalibration(
+        calibration=Calibration(
+            camera=lens.with_parameters(solution.shared[:LENS]),
+            covariance=covariance[:LENS, :LENS].copy(),
+            source="board",
+            label=label_of(seen_by[0].exif),
+            focal_mm=seen_by[0].exif.focal_mm,
+            rms_px=solution.rms_px,
+        ),
+        board=detections.board,
+        photos=_photo_fits(screened, solution, detections),
+        set_aside=detections.set_aside + screened.set_aside,
+        sigma0_px=solution.sigma0_px,
+        inflation=inflation,
+        correlations=_correlations(covariance[:LENS, :LENS]),
+        aspect=_aspect(solution.shared, covariance),
+        skew=replace(choice.skew, sigma=choice.skew.sigma * inflation),
+        skew_delivered=bool(solution.free[_SKEW]),
+        k3=replace(choice.k3, sigma=choice.k3.sigma * inflation),
+        k3_delivered=bool(solution.free[_K3]),
+        board_shape=_board_shape(solution, covariance),
+        coverage=seen,
+        doubts=doubts(
+            seen,
+            solution,
+            inflation,
+            few_photos=options.few_photos,
+            good_reach=options.good_reach,
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class _Choice:
+    solution: Solution
+    skew: Estimate
+    k3: Estimate
+
+
+def _choose(
+    screened: Screened, plate: Points3, size_px: tuple[int, int], options: CalibrationOptions
+) -> _Choice:
+    """Keep k3, the board's shape and skew each only where the photos show it."""
+    bend = False
+    if len(screened.sightings) >= options.few_photos:
+        flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
+        bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
+        bend = bent.rms_px < (1.0 - options.board_gain) * flat.rms_px
+    with_k3 = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=bend))
+    k3 = _estimate(with_k3, _K3)
+    spread = max(1.0, scatter(screened.sightings, plate, with_k3))
+    k3_seen = k3.sigmas_from_zero > options.significance * spread
+    with_skew = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=True, board=bend))
+    skew = _estimate(with_skew, _SKEW)
+    spread = max(1.0, scatter(screened.sightings, plate, with_skew))
+    shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
+    if (
+        skew.sigmas_from_zero > options.significance * spread
+        and shift_px > options.meaningful_skew_px
+    ):
+        return _Choice(with_skew, skew, k3)
+    plain = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=False, board=bend))
+    return _Choice(plain, skew, k3)
+
+
+def _estimate(solution: Solution, row: int) -> Estimate:
+    return Estimate(
+        float(solution.shared[row]), float(np.sqrt(max(0.0, solution.covariance[row, row])))
+    )
+
+
+def _aspect(shared: np.ndarray, covariance: np.ndarray) -> Estimate:
+    fx, fy = float(shared[0]), float(shared[1])
+    slope = np.array([-fy / fx**2, 1.0 / fx])
+    return Estimate(fy / fx, float(np.sqrt(slope @ covariance[:2, :2] @ slope)))
+
+
+def _board_shape(solution: Solution, covariance: np.ndarray) -> tuple[Estimate, ...] | None:
+    if not solution.free[LENS:].any():
+        return None
+    return tuple(
+        Estimate(float(solution.shared[row]), float(np.sqrt(covariance[row, row])))
+        for row in range(LENS, LENS + len(BOARD_TERMS))
+    )
+
+
+def _correlations(covariance: np.ndarray) -> Float64[np.ndarray, "10 10"]:
+    sigmas = np.sqrt(np.diag(covariance))
+    scale = np.where(sigmas > 0, 1.0 / np.where(sigmas > 0, sigmas, 1.0), 0.0)
+    return covariance * np.outer(scale, scale)
+
+
+def _photo_fits(
+    screened: Screened, solution: Solution, detections: BoardDetections
+) -> tuple[PhotoFit, ...]:
+    doubtful = {one.name: len(one.doubts) for one in detections.photos}
+    return tuple(
+        PhotoFit(
+            name=one.name,
+            camera_from_board=pose,
+            ids=one.ids,
+            xy_px=one.xy_px,
+            residuals_px=residuals_px,
+            dropped=doubtful[one.name] + screened.dropped[one.name],
+        )
+        for one, pose, residuals_px in zip(
+            screened.sightings, solution.poses, solution.residuals_px
+        )
+    )
+
+
+def _refuse_few(detections: BoardDetections, min_photos: int) -> None:
+    if len(detections.photos) >= min_photos:
+        return
+    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
+    raise CalibrationError(
+        f"The {detections.board} was found in {len(detections.photos)} of "
+        f"{len(detections.photos) + len(detections.set_aside)} photos; {min_photos} are the "
+        "least, 12 to 20 are good. Check the board's size and kind, and that it is seen whole, "
+        "sharp and evenly lit." + "".join(f" {reason}." for reason in reasons)
+    )
+
+
+def _refuse_mixed(photos: tuple[Photo, ...]) -> None:
+    """Refuse photos of several sizes, cameras or zoom settings, with names."""
+    groups: dict[str, list[str]] = {}
+    for photo in photos:
+        exif = photo.exif
+        focal = "" if exif.focal_mm is None else f" at {exif.focal_mm:g} mm"
+        key = f"{photo.width_px} x {photo.height_px} {label_of(exif)}{focal}".strip()
+        groups.setdefault(key, []).append(photo.name)
+    if len(groups) == 1:
+        return
+    told = "; ".join(
+        f"{key}: {', '.join(names[:4])}{' ...' if len(names) > 4 else ''}"
+        for key, names in groups.items()
+    )
+    raise CalibrationError(
+        f"The photos of the board are of {len(groups)} cameras, sizes or zoom settings ({told}). "
+        "A calibration holds for one of them: calibrate each apart."
+    )
