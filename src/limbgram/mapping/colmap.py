@@ -167,6 +167,6 @@ def _lens(model: pycolmap.Reconstruction, camera_id: int, given: Calibration) ->
     if given.source == "board" or camera_id not in model.cameras:
         return given.camera
     focal, cx, cy, k1 = (float(value) for value in model.cameras[camera_id].params)
-    packed: Float64[np.ndarray, "10"] = np.zeros(10)
+    packed: Float64[np.ndarray, 10] = np.zeros(10)
     packed[[0, 1, 2, 3, 5]] = focal, focal, cx - _HALF, cy - _HALF, k1
     return given.camera.with_parameters(packed)

@@ -1,6 +1,6 @@
 """The scene: placed photos, sparse points, their observations, and a verdict for every photo."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64, Int32
@@ -37,6 +37,18 @@ class Observations:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Ring:
+    """How the photos stand round the object, in the plane that fits their centres best."""
+
+    largest_gap_deg: float
+    """Widest angle without a photo, seen from the object."""
+    weakest_bridge: int
+    """Fewest scene points that join the photos on both sides of any gap."""
+    closed: bool
+    """Whether every gap, the last to first included, is narrow and bridged."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scene:
     """Placed photos and points in a world frame of arbitrary origin, orientation and SCALE."""
 
@@ -51,6 +63,11 @@ class Scene:
     points_in_world: Points3
     observations: Observations
     verdicts: tuple[PhotoVerdict, ...]
+    sigma_px: float = float("nan")
+    """Standard deviation of a measured coordinate, robustly from the residuals."""
+    lens_covariance: Float64[np.ndarray, "c 10 10"] | None = None
+    """Of every camera's lens after the adjustment (PARAMETERS); zero where held."""
+    ring: Ring | None = None
 
     @property
     def placed(self) -> tuple[int, ...]:
@@ -79,15 +96,11 @@ class Scene:
 
     def moved(self, new_from_world: Similarity) -> "Scene":
         """The same scene in another world frame."""
-        return Scene(
-            names=self.names,
-            cameras=self.cameras,
-            camera_idx=self.camera_idx,
+        return replace(
+            self,
             camera_from_world=tuple(
                 None if pose is None else new_from_world.move_camera(pose)
                 for pose in self.camera_from_world
             ),
             points_in_world=new_from_world.apply(self.points_in_world),
-            observations=self.observations,
-            verdicts=self.verdicts,
         )

@@ -1,0 +1,5 @@
+"""The final adjustment of photos, lenses and points, with the calibration as a prior."""
+
+from limbgram.mapping.adjustment.solution import Adjusted, adjust
+
+__all__ = ["Adjusted", "adjust"]

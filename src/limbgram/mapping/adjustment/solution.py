@@ -1,0 +1,204 @@
+"""Bundle adjustment: photos, lenses and points together, with what calibration knows as a prior.
+
+In      a scene close to its solution, and the calibrations its lenses start from.
+Out     the scene of the least robust sum of squares, without observations that contradict it.
+Method  Levenberg-Marquardt on pixels through the whole lens model, points eliminated (Schur
+        complement), Cauchy weights; each lens is drawn to its calibration by the inverse of that
+        calibration's covariance, so that a board's well-known focal length stays and its poorly
+        known principal point may move. Parameters of zero variance are held.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.linalg import cho_factor, cho_solve
+
+from limbgram.calibration.cameras import Calibration
+from limbgram.geometry.projection import LENS_SIZE, POSE_SIZE
+from limbgram.mapping.adjustment.bundle import Bundle
+from limbgram.mapping.adjustment.normals import point_steps, reduce_equations, robust_cost
+from limbgram.mapping.scene import Scene
+from limbgram.run import track
+
+_ITERATIONS = 40
+_ROUGH_GAIN = 1e-3
+_FINE_GAIN = 1e-5
+_LARGEST_DAMPING = 1e8
+_CAUCHY_SIGMAS = 2.5
+_GAUGE_FREEDOM = 7
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """The adjusted scene and what the residuals say about the measurements."""
+
+    scene: Scene
+    sigma_px: float
+    """Standard deviation of a measured coordinate, robustly from the residuals."""
+    lens_covariance: Float64[np.ndarray, "c 10 10"]
+    """Of every camera's lens after the adjustment; zero where held."""
+
+
+def adjust(
+    scene: Scene,
+    priors: Sequence[Calibration],
+    *,
+    hold_board_lenses: bool = False,
+    outlier_sigmas: float = 4.0,
+    rounds: int = 3,
+) -> Adjusted:
+    """Adjust; between rounds drop observations over `outlier_sigmas` and points left too weak."""
+    prior = _Prior.of(priors, hold_board_lenses)
+    bundle = Bundle.of(scene)
+    sigma_px = bundle.sigma_px(scene)
+    for attempt in track(range(rounds)):
+        last = attempt == rounds - 1
+        bundle = _descend(bundle, prior, sigma_px, _FINE_GAIN if last else _ROUGH_GAIN)
+        sigma_px = bundle.sigma_px(scene)
+        if not last:
+            bundle = bundle.without_outliers(scene, outlier_sigmas * sigma_px)
+    equations = _Equations.at(bundle, prior, sigma_px, 0.0)
+    return Adjusted(bundle.scene(scene), sigma_px, equations.lens_covariance(bundle, prior))
+
+
+@dataclass(frozen=True)
+class _Prior:
+    """Lens parameters as calibrated, their information, and which of them may move."""
+
+    packed: Float64[np.ndarray, " l"]
+    information: Float64[np.ndarray, "l l"]
+    free: Bool[np.ndarray, " l"]
+
+    @classmethod
+    def of(cls, priors: Sequence[Calibration], hold_board_lenses: bool) -> "_Prior":
+        size = LENS_SIZE * len(priors)
+        information, free = np.zeros((size, size)), np.zeros(size, bool)
+        for idx, given in enumerate(priors):
+            if given.source == "board" and hold_board_lenses:
+                continue
+            moves = np.flatnonzero(given.sigmas > 0)
+            rows = moves + LENS_SIZE * idx
+            scale = np.outer(given.sigmas[moves], given.sigmas[moves])
+            correlation = given.covariance[np.ix_(moves, moves)] / scale
+            inverse = np.linalg.pinv(correlation, rcond=1e-9, hermitian=True)
+            information[np.ix_(rows, rows)] = inverse / scale
+            free[rows] = True
+        return cls(np.concatenate([given.camera.packed for given in priors]), information, free)
+
+    def offset(self, bundle: Bundle) -> Float64[np.ndarray, " l"]:
+        """Calibrated minus present lens parameters."""
+        packed = self.packed.copy()
+        for photo, idx in enumerate(bundle.lens_idx):
+            packed[LENS_SIZE * idx : LENS_SIZE * (idx + 1)] = bundle.views[photo, 12:]
+        return self.packed - packed
+
+    def cost(self, bundle: Bundle) -> float:
+        offset = self.offset(bundle)
+        return float(offset @ self.information @ offset)
+
+
+def _cost(bundle: Bundle, prior: _Prior, sigma_px: float) -> float:
+    measured = robust_cost(
+        bundle.views,
+        bundle.photo_idx,
+        bundle.bounds,
+        bundle.xy_px,
+        bundle.points,
+        _CAUCHY_SIGMAS * sigma_px,
+    )
+    return measured / sigma_px**2 + prior.cost(bundle)
+
+
+def _descend(bundle: Bundle, prior: _Prior, sigma_px: float, smallest_gain: float) -> Bundle:
+    """Levenberg-Marquardt until a step gains less than `smallest_gain` of the cost."""
+    damping, cost = 1e-4, _cost(bundle, prior, sigma_px)
+    for _ in range(_ITERATIONS):
+        while damping < _LARGEST_DAMPING:
+            trial = _Equations.at(bundle, prior, sigma_px, damping).solved(bundle)
+            tried = _cost(trial, prior, sigma_px)
+            if tried <= cost:
+                break
+            damping *= 10.0
+        else:
+            return bundle
+        gain, bundle, cost, damping = cost - tried, trial, tried, max(damping / 10.0, 1e-9)
+        if gain <= smallest_gain * cost:
+            return bundle
+    return bundle
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """Reduced normal equations of photos and lenses, prior included, in units of sigma."""
+
+    normal: Float64[np.ndarray, "u u"]
+    right: Float64[np.ndarray, " u"]
+    free: Bool[np.ndarray, " u"]
+    sigma_px: float
+    damping: float
+
+    @classmethod
+    def at(cls, bundle: Bundle, prior: _Prior, sigma_px: float, damping: float) -> "_Equations":
+        size = bundle.unknowns
+        normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
+        reduce_equations(
+            bundle.views,
+            bundle.lens_idx,
+            bundle.photo_idx,
+            bundle.bounds,
+            bundle.xy_px,
+            bundle.points,
+            _CAUCHY_SIGMAS * sigma_px,
+            damping,
+            normal,
+            right,
+            diagonal,
+        )
+        lens = slice(POSE_SIZE * len(bundle.views), size)
+        free = np.ones(size, bool)
+        free[lens] = prior.free
+        normal, right, diagonal = (part / sigma_px**2 for part in (normal, right, diagonal))
+        normal[lens, lens] += prior.information
+        right[lens] += prior.information @ prior.offset(bundle)
+        diagonal[lens] += np.diag(prior.information)
+        normal[np.arange(size), np.arange(size)] += damping * diagonal
+        return cls(normal, right, free, sigma_px, damping)
+
+    def solved(self, bundle: Bundle) -> Bundle:
+        """The bundle after the step that solves these equations."""
+        step = np.zeros(len(self.right))
+        scale = 1.0 / np.sqrt(np.diag(self.normal)[self.free])
+        scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
+        step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
+        points = np.empty_like(bundle.points)
+        point_steps(
+            bundle.views,
+            bundle.lens_idx,
+            bundle.photo_idx,
+            bundle.bounds,
+            bundle.xy_px,
+            bundle.points,
+            _CAUCHY_SIGMAS * self.sigma_px,
+            self.damping,
+            step,
+            points,
+        )
+        return bundle.moved(step, points)
+
+    def lens_covariance(self, bundle: Bundle, prior: _Prior) -> Float64[np.ndarray, "c 10 10"]:
+        """Of the lenses, all else free: seven directions of the world's frame carry nothing."""
+        covariance = np.zeros((len(self.right), len(self.right)))
+        scale = 1.0 / np.sqrt(np.diag(self.normal)[self.free])
+        scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
+        values, vectors = np.linalg.eigh(scaled)
+        known = slice(_GAUGE_FREEDOM, None)
+        inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+        covariance[np.ix_(self.free, self.free)] = inverse * np.outer(scale, scale)
+        first = POSE_SIZE * len(bundle.views)
+        rows = [
+            slice(first + LENS_SIZE * idx, first + LENS_SIZE * (idx + 1))
+            for idx in range(len(prior.packed) // LENS_SIZE)
+        ]
+        return np.array([covariance[part, part] for part in rows])

@@ -1,0 +1,164 @@
+"""The ring: all photos placed in one scene.
+
+In      keypoints, verified pairs, cameras.
+Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
+Method  incremental mapping (pycolmap), then our own adjustment with the calibration's covariance
+        as a prior; photos that contradict their pairs or hang on too few points lose their pose.
+Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from limbgram.calibration.cameras import Cameras
+from limbgram.errors import PlacementError
+from limbgram.features.keypoints import Features
+from limbgram.mapping.adjustment import adjust
+from limbgram.mapping.colmap import map_incrementally
+from limbgram.mapping.scene import Observations, Ring, Scene
+from limbgram.mapping.verdicts import contradicted, judge, photo_points
+from limbgram.photos.photo import PhotoSet
+from limbgram.twoview.pairs import Pairs
+
+_BRIDGE_DEG = 60.0
+_FEWEST_BRIDGES = 15
+_ADVICE = (
+    "Walk round the object in steps of 20 degrees or less, keep it sharp and filling the frame, "
+    "and see that its surface is covered with painted spots."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MappingOptions:
+    """How photos are placed, and what a placed photo must show."""
+
+    board_lenses: Literal["refine", "hold"] = "refine"
+    """Whether lenses calibrated with a board move within their covariance or stay as they are."""
+    outlier_sigmas: float = 4.0
+    """Observations beyond this many standard deviations are dropped."""
+    min_photo_points: int = 20
+    """Fewest scene points that hold a photo in place."""
+    max_photo_rms_px: float = 3.0
+    """Largest RMS residual of a placed photo."""
+    min_placed: int = 3
+    """Fewest photos that make a scene."""
+    min_placed_share: float = 0.5
+    """Smallest part of the photos that makes a scene."""
+    seed: int = 0
+    """Seed of the mapper's random samples."""
+
+
+DEFAULTS = MappingOptions()
+
+
+def place(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    options: MappingOptions = DEFAULTS,
+) -> Scene:
+    """Place the photos and their common points in one world frame of arbitrary scale."""
+    if not pairs.verified:
+        raise PlacementError(f"No two photos show the same points. {_ADVICE}")
+    found = map_incrementally(photos, features, pairs, cameras, options.seed)
+    if not found:
+        raise PlacementError(
+            f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene: "
+            "the photos were taken from nearly the same spot, or the matches are too few. "
+            f"{_ADVICE}"
+        )
+    scene = _adjusted(found[0], cameras, options)
+    dropped = _misplaced(scene, pairs, options)
+    if dropped:
+        scene = without_photos(scene, set(dropped))
+        _refuse_too_few(scene, options)
+        scene = _adjusted(scene, cameras, options)
+    _refuse_too_few(scene, options)
+    verdicts = judge(scene, features, pairs, found[1:], dropped)
+    return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
+    adjusted = adjust(
+        scene,
+        cameras.calibrations,
+        hold_board_lenses=options.board_lenses == "hold",
+        outlier_sigmas=options.outlier_sigmas,
+    )
+    return replace(
+        adjusted.scene, sigma_px=adjusted.sigma_px, lens_covariance=adjusted.lens_covariance
+    )
+
+
+def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int, str]:
+    """Placed photos that must not stay, and why."""
+    wrong, figures = contradicted(scene, pairs), photo_points(scene)
+    reasons: dict[int, str] = {}
+    for photo in scene.placed:
+        points, rms_px = figures[photo]
+        if points < options.min_photo_points:
+            reasons[photo] = (
+                f"Only {points:.0f} scene points hold it in place. Take one more photo between it "
+                "and its neighbours."
+            )
+        elif rms_px > options.max_photo_rms_px:
+            reasons[photo] = (
+                f"Its points miss by {rms_px:.1f} px: the object moved, or another lens or focus "
+                "was used. Take it again."
+            )
+        elif wrong[photo]:
+            reasons[photo] = (
+                "Its place in the scene contradicts what its pairs show: repeated patterns or a "
+                "still background may have misled it. Hide the background or mask it."
+            )
+    return reasons
+
+
+def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
+    placed, count = len(scene.placed), len(scene.names)
+    if placed < options.min_placed or placed < options.min_placed_share * count:
+        missing = [name for name, pose in zip(scene.names, scene.camera_from_world) if pose is None]
+        raise PlacementError(
+            f"Only {placed} of {count} photos could be joined to one scene (not: "
+            f"{', '.join(missing[:10])}{' ...' if len(missing) > 10 else ''}). {_ADVICE}"
+        )
+
+
+def without_photos(scene: Scene, photos: set[int]) -> Scene:
+    """The scene with the poses and observations of some photos taken out."""
+    seen = scene.observations
+    keep = ~np.isin(seen.photo_idx, sorted(photos))
+    poses = [
+        None if photo in photos else pose for photo, pose in enumerate(scene.camera_from_world)
+    ]
+    kept = Observations(seen.photo_idx[keep], seen.point_idx[keep], seen.xy_px[keep])
+    return replace(scene, camera_from_world=tuple(poses), observations=kept)
+
+
+def ring_of(scene: Scene) -> Ring:
+    """Gaps between the photos as seen from the object, and the points that bridge them."""
+    placed = np.array(scene.placed)
+    centres = np.array([view.centre_in_world for view in scene.views])
+    plane = np.linalg.svd(centres - centres.mean(0))[2][:2]
+    outward = (centres - np.median(scene.points_in_world, axis=0)) @ plane.T
+    angles = np.degrees(np.arctan2(outward[:, 1], outward[:, 0])) % 360.0
+    order = np.argsort(angles)
+    gaps = np.diff(angles[order], append=angles[order[0]] + 360.0)
+
+    seen = np.zeros((len(scene.points_in_world), len(scene.names)), bool)
+    seen[scene.observations.point_idx, scene.observations.photo_idx] = True
+    bridges: list[int] = []
+    for start in angles[order]:
+        before, after = (start - angles) % 360.0 < _BRIDGE_DEG, (angles - start) % 360.0 > 0.0
+        after &= (angles - start) % 360.0 < _BRIDGE_DEG
+        both = seen[:, placed[before]].any(1) & seen[:, placed[after]].any(1)
+        bridges.append(int(both.sum()))
+    narrow = float(gaps.max()) < _BRIDGE_DEG
+    return Ring(
+        largest_gap_deg=float(gaps.max()),
+        weakest_bridge=min(bridges),
+        closed=narrow and min(bridges) >= _FEWEST_BRIDGES,
+    )
