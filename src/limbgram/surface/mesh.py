@@ -9,6 +9,20 @@ from limbgram.geometry.arrays import Faces, Points3
 
 
 @dataclass(frozen=True, kw_only=True)
+class Repairs:
+    """What was done to make a mesh whole."""
+
+    islands_dropped: int
+    """Loose components that were left out."""
+    island_faces_dropped: int
+    holes_filled: int
+    filled_share: float
+    """Part of the area that no photo measured."""
+    brim_mm: float
+    """Length round the open brim; 0 for a closed surface."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Mesh:
     """Triangles, counter-clockwise seen from outside; world frame of the MetricScene."""
 
@@ -19,6 +33,7 @@ class Mesh:
     """True at vertices that no photo measured: the part closed by us."""
     sigma_mm: Float32[np.ndarray, " n"] | None = None
     """One standard deviation along the normal; NaN at filled vertices."""
+    repairs: Repairs | None = None
 
     def __len__(self) -> int:
         return len(self.vertices_mm)

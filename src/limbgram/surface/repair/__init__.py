@@ -1,0 +1,1 @@
+"""Repair: one piece, no hole but the brim."""

@@ -1,0 +1,1 @@
+"""Resampling: other triangles on the same surface."""

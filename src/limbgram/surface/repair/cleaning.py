@@ -1,0 +1,91 @@
+"""Cleaning: what is no surface is taken away, so that only holes are left to deal with."""
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.geometry.arrays import Faces, Points3
+from limbgram.surface.topology import (
+    broken_half_edges,
+    corner_fans,
+    face_components,
+    find_edges,
+)
+
+_MOST_ROUNDS = 50
+_FOLD_COSINE = -0.2
+"""Neighbouring faces whose normals differ by more than 101 degrees make a fold."""
+
+
+def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
+    """Faces with three different corners and an area, each only once."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    edge2 = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
+    flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= 1e-9 * edge2
+    faces = faces[~flat]
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
+
+
+def make_manifold(faces: Faces) -> Faces:
+    """Take faces away until every edge has two sides at most and every vertex one fan.
+
+    At a vertex of several fans the largest stays.
+    """
+    for _ in range(_MOST_ROUNDS):
+        broken = broken_half_edges(faces).reshape(-1, 3).any(1)
+        if not broken.any():
+            broken = _beside_the_largest_fan(faces)
+        if not broken.any():
+            return faces
+        faces = faces[~broken]
+    return faces[:0]
+
+
+def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
+    fans = corner_fans(faces).ravel()
+    vertices = faces.ravel()
+    size = np.bincount(fans)
+    # Fans in order of vertex, then size: the last one of a vertex is its largest.
+    first_corner = np.unique(fans, return_index=True)[1]
+    of_vertex = vertices[first_corner]
+    order = np.lexsort((size, of_vertex))
+    lesser = np.zeros(len(size), np.bool_)
+    lesser[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
+    return lesser[fans].reshape(-1, 3).any(1)
+
+
+def drop_folds(vertices: Points3, faces: Faces) -> Faces:
+    """Take away faces at sharp folds, and spikes: faces against the normal of a corner."""
+    normals = face_normals(vertices, faces)
+    sides = find_edges(faces).faces()
+    sides = sides[sides[:, 1] >= 0]
+    folded = (normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLD_COSINE
+    bad = np.zeros(len(faces), np.bool_)
+    bad[sides[folded]] = True
+    return faces[~bad]
+
+
+def drop_dangling(faces: Faces) -> Faces:
+    """Take away faces that hang on by one edge or less."""
+    for _ in range(_MOST_ROUNDS):
+        edges = find_edges(faces)
+        open_sides = (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
+        if not (open_sides >= 2).any():
+            break
+        faces = faces[open_sides < 2]
+    return faces
+
+
+def largest_component(vertices: Points3, faces: Faces) -> Faces:
+    """Faces of the component of the largest area."""
+    labels = face_components(faces)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.bincount(labels, np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    return faces[labels == areas.argmax()]
+
+
+def face_normals(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
+    """Unit normals."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)

@@ -1,0 +1,252 @@
+"""One pass each of splitting, collapsing, flipping and smoothing edges (Botsch, Kobbelt 2004).
+
+A pass works on tables made before it and touches no face or vertex twice, so it stays valid
+without rebuilding them on the way. Twins: half-edge 3 f + k runs from corner k of face f to the
+next corner; twins[h] is the half-edge on its other side, or -1 on the boundary.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from limbgram.geometry.arrays import Faces, Points3
+from limbgram.surface.topology import half_edges
+
+
+class Triangles(NamedTuple):
+    """A mesh being worked on.
+
+    Frozen faces and their vertices stay as they are. `origin` is each vertex's number in the
+    mesh that the work began with; of a new vertex, the number of one it was made from.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    frozen: np.ndarray
+    origin: np.ndarray
+
+    def fixed(self) -> np.ndarray:
+        """Vertices that must stay: at frozen faces and on the boundary."""
+        stays = np.zeros(len(self.vertices), np.bool_)
+        stays[self.faces[self.frozen]] = True
+        stays[half_edges(self.faces)[find_twins(self.faces) < 0]] = True
+        return stays
+
+
+def find_twins(faces: Faces) -> Int64[np.ndarray, " h"]:
+    ends = half_edges(faces).astype(np.int64)
+    keys = ends.min(1) * (int(ends.max(initial=0)) + 1) + ends.max(1)
+    order = np.argsort(keys, kind="stable")
+    pairs = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    twins = np.full(len(ends), -1, np.int64)
+    twins[order[pairs]] = order[pairs + 1]
+    twins[order[pairs + 1]] = order[pairs]
+    return twins
+
+
+def split_long(mesh: Triangles, longest: float) -> Triangles:
+    """Halve every edge longer than `longest`; faces with split edges become two to four."""
+    vertices, faces, frozen, origin = mesh
+    ends, twins = half_edges(faces), find_twins(faces)
+    split = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1) > longest
+    split &= ~np.repeat(frozen, 3)
+    split &= split[twins] | (twins < 0)
+    owner = np.flatnonzero(split & ((twins < 0) | (np.arange(len(ends)) < twins)))
+    middle = np.full(len(ends), -1, np.int64)
+    middle[owner] = len(vertices) + np.arange(len(owner))
+    inner = owner[twins[owner] >= 0]
+    middle[twins[inner]] = middle[inner]
+    vertices = np.concatenate([vertices, vertices[ends[owner]].mean(1)])
+    made = _subdivide(vertices, faces[~frozen], middle.reshape(-1, 3)[~frozen])
+    return Triangles(
+        vertices,
+        np.concatenate([faces[frozen], made]),
+        np.arange(frozen.sum() + len(made)) < frozen.sum(),
+        np.concatenate([origin, origin[ends[owner, 0]]]),
+    )
+
+
+def _subdivide(vertices: Points3, faces: Faces, middle: Int64[np.ndarray, "f 3"]) -> Faces:
+    """Faces by the pattern of their split edges; middle[f, k] is on the edge from corner k."""
+    count = (middle >= 0).sum(1)
+    parts = [faces[count == 0]]
+    for marks in (1, 2, 3):
+        chosen = count == marks
+        # Turn each face so that its split edges come first.
+        turn = (
+            np.argmax(middle[chosen] >= 0, axis=1)
+            if marks == 1
+            else (np.argmin(middle[chosen], axis=1) + 1) % 3
+        )
+        columns = (turn[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(faces[chosen], columns, 1).T
+        ab, bc, ca = np.take_along_axis(middle[chosen], columns, 1).T
+        if marks == 1:
+            parts += [np.column_stack([a, ab, c]), np.column_stack([ab, b, c])]
+        elif marks == 2:
+            across = _apart(vertices, a, bc) < _apart(vertices, ab, c)
+            parts += [
+                np.column_stack([ab, b, bc]),
+                np.column_stack([a, ab, np.where(across, bc, c)]),
+                np.column_stack([np.where(across, a, ab), bc, c]),
+            ]
+        else:
+            parts += [
+                np.column_stack(corners)
+                for corners in ([a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca])
+            ]
+    return np.concatenate(parts).astype(np.int32)
+
+
+def _apart(vertices: Points3, a: np.ndarray, b: np.ndarray) -> Float64[np.ndarray, " n"]:
+    return np.linalg.norm(vertices[a] - vertices[b], axis=1)
+
+
+def collapse_short(mesh: Triangles, shortest: float, longest: float) -> Triangles:
+    """Contract edges shorter than `shortest` where the mesh stays a manifold and unfolded.
+
+    No edge grows beyond `longest`.
+    """
+    vertices, faces = mesh.vertices.copy(), mesh.faces
+    ends, twins = half_edges(faces), find_twins(faces)
+    lengths = _apart(vertices, ends[:, 0], ends[:, 1])
+    short = np.flatnonzero((lengths < shortest) & (twins > np.arange(len(ends))))
+    short = short[np.argsort(lengths[short], kind="stable")]
+    goes_to = np.arange(len(vertices), dtype=np.int32)
+    starts, corners = corners_by_vertex(faces, len(vertices))
+    _collapse(vertices, faces, starts, corners, ends[short], mesh.fixed(), longest**2, goes_to)
+    moved = goes_to[faces]
+    whole = (moved != np.roll(moved, 1, axis=1)).all(1)
+    used, compact = np.unique(moved[whole], return_inverse=True)
+    compact = compact.reshape(-1, 3).astype(np.int32)
+    return Triangles(vertices[used], compact, mesh.frozen[whole], mesh.origin[used])
+
+
+def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (3 f + k) at vertex v are corners[starts[v]:starts[v + 1]]."""
+    flat = faces.ravel()
+    starts = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=count))])
+    return starts, np.argsort(flat, kind="stable")
+
+
+@njit(cache=True, nogil=True)
+def _collapse(vertices, faces, starts, corners, edges, fixed, longest2, goes_to):
+    locked = np.zeros(vertices.shape[0], np.bool_)
+    seen = np.full(vertices.shape[0], -1, np.int64)
+    place = np.empty(3)
+    for e in range(edges.shape[0]):
+        u, v = edges[e, 0], edges[e, 1]
+        if fixed[v]:
+            u, v = v, u
+        if locked[u] or locked[v] or fixed[v]:
+            continue
+        for k in range(3):
+            place[k] = vertices[u, k] if fixed[u] else 0.5 * (vertices[u, k] + vertices[v, k])
+        fits = _fits(vertices, faces, starts, corners, u, v, place, longest2)
+        fits = fits and _fits(vertices, faces, starts, corners, v, u, place, longest2)
+        if not fits or _common(faces, starts, corners, u, v, e, seen) != 2:
+            continue
+        goes_to[v] = u
+        vertices[u] = place
+        for end in (u, v):
+            for s in range(starts[end], starts[end + 1]):
+                for k in range(3):
+                    locked[faces[corners[s] // 3, k]] = True
+
+
+@njit(cache=True, nogil=True)
+def _fits(vertices, faces, starts, corners, moving, other, place, longest2):
+    """Whether the faces at `moving`, without `other`, stay unfolded and short with it at place."""
+    for s in range(starts[moving], starts[moving + 1]):
+        face, k = corners[s] // 3, corners[s] % 3
+        b, c = faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
+        if b == other or c == other:
+            continue
+        old = np.cross(vertices[b] - vertices[moving], vertices[c] - vertices[moving])
+        new = np.cross(vertices[b] - place, vertices[c] - place)
+        if np.dot(old, new) < 0.5 * np.sqrt(np.dot(old, old) * np.dot(new, new)):
+            return False
+        reach = vertices[b] - place
+        if np.dot(reach, reach) > longest2:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _common(faces, starts, corners, u, v, stamp, seen):
+    """Number of vertices next to both u and v."""
+    for s in range(starts[u], starts[u + 1]):
+        for k in range(3):
+            seen[faces[corners[s] // 3, k]] = 2 * stamp
+    count = 0
+    for s in range(starts[v], starts[v + 1]):
+        for k in range(3):
+            w = faces[corners[s] // 3, k]
+            if w != u and w != v and seen[w] == 2 * stamp:
+                seen[w] = 2 * stamp + 1
+                count += 1
+    return count
+
+
+def flip_to_delaunay(mesh: Triangles) -> Triangles:
+    """Turn edges whose two opposite angles exceed 180 degrees together."""
+    faces = mesh.faces.copy()
+    starts, corners = corners_by_vertex(faces, len(mesh.vertices))
+    _flip(mesh.vertices, faces, find_twins(faces), starts, corners, mesh.frozen.copy())
+    return mesh._replace(faces=faces)
+
+
+@njit(cache=True, nogil=True)
+def _flip(vertices, faces, twins, starts, corners, touched):
+    gained = np.zeros(vertices.shape[0], np.bool_)
+    original = faces.copy()
+    for h in range(twins.shape[0]):
+        g = twins[h]
+        if g < h or touched[h // 3] or touched[g // 3]:
+            continue
+        a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
+        c, d = faces[h // 3, (h + 2) % 3], faces[g // 3, (g + 2) % 3]
+        if c == d or (gained[c] and gained[d]):
+            continue
+        to_a, to_b = vertices[a] - vertices[c], vertices[b] - vertices[c]
+        from_a, from_b = vertices[a] - vertices[d], vertices[b] - vertices[d]
+        upper, lower = np.cross(to_a, to_b), np.cross(from_b, from_a)
+        size_up, size_low = np.sqrt(np.dot(upper, upper)), np.sqrt(np.dot(lower, lower))
+        if np.dot(to_a, to_b) * size_low + np.dot(from_a, from_b) * size_up >= -1e-9 * (
+            size_up * size_low
+        ):
+            continue
+        across = vertices[d] - vertices[c]
+        left, right = np.cross(to_a, across), np.cross(across, to_b)
+        outward = upper + lower
+        if np.dot(left, outward) <= 0 or np.dot(right, outward) <= 0:
+            continue
+        joined = False
+        for s in range(starts[c], starts[c + 1]):
+            for k in range(3):
+                joined |= original[corners[s] // 3, k] == d
+        if joined:
+            continue
+        faces[h // 3, 0], faces[h // 3, 1], faces[h // 3, 2] = c, a, d
+        faces[g // 3, 0], faces[g // 3, 1], faces[g // 3, 2] = d, b, c
+        touched[h // 3] = touched[g // 3] = True
+        gained[c] = gained[d] = True
+
+
+def smooth_along(mesh: Triangles) -> Triangles:
+    """Move vertices half way to the mean of their neighbours, within the tangent plane."""
+    vertices, faces = mesh.vertices, mesh.faces
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    tails, heads = half_edges(faces).T
+    count = np.maximum(np.bincount(tails, minlength=len(vertices)), 1)
+    means, normals = np.empty_like(vertices), np.empty_like(vertices)
+    for axis in range(3):
+        means[:, axis] = np.bincount(tails, vertices[heads, axis], len(vertices)) / count
+        normals[:, axis] = np.bincount(faces.ravel(), np.repeat(across[:, axis], 3), len(vertices))
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    step = means - vertices
+    step -= (step * normals).sum(1, keepdims=True) * normals
+    return mesh._replace(vertices=vertices + np.where(mesh.fixed()[:, None], 0.0, 0.5 * step))
