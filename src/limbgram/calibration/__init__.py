@@ -8,12 +8,12 @@ Out     a BoardCalibration; Cameras, one Calibration for each camera group of a 
 from limbgram.calibration.board import (
     BoardCalibration,
     CalibrationOptions,
-    Estimate,
     PhotoFit,
     calibrate,
     calibrate_detections,
 )
 from limbgram.calibration.cameras import Calibration, Cameras
+from limbgram.calibration.screening import Estimate
 from limbgram.calibration.verdicts import Coverage
 
 __all__ = [

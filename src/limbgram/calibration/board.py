@@ -16,19 +16,21 @@ from jaxtyping import Float64, Int32
 from limbgram.calibration.adjustment import Sighting, Solution, scatter
 from limbgram.calibration.cameras import Calibration, label_of
 from limbgram.calibration.projection import BOARD_TERMS, LENS
-from limbgram.calibration.screening import Screened, free_unknowns, readjust, screen
+from limbgram.calibration.screening import Estimate, Screened, choose, free_unknowns, screen
 from limbgram.calibration.verdicts import (
     Coverage,
     coverage,
     doubts,
+    edge_sigmas_px,
+    refuse_few,
+    refuse_mixed,
     refuse_uncovered,
     refuse_undetermined,
 )
-from limbgram.errors import CalibrationError
-from limbgram.geometry.arrays import Points2, Points3
+from limbgram.geometry.arrays import Points2
 from limbgram.geometry.camera import PARAMETERS, Camera
 from limbgram.geometry.rigid import Rigid
-from limbgram.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.photos.photo import PhotoSet, SetAside
 from limbgram.targets import Board, BoardDetections, TargetOptions, find_board
 
 _SKEW = PARAMETERS.index("skew")
@@ -57,25 +59,15 @@ class CalibrationOptions:
     """Fall of the RMS for which the board's print and flatness are estimated too."""
     max_focal_sigma: float = 0.01
     """Relative sigma of the focal length beyond which calibration is refused."""
-    min_reach: float = 0.25
+    min_reach: float = 0.1
     """How far towards each corner of the picture the board must have come, 0 to 1."""
+    max_edge_sigma_px: float = 5.0
+    """Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
     good_reach: float = 0.5
     """The same without a doubt."""
 
 
 DEFAULTS = CalibrationOptions()
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number with its standard deviation."""
-
-    value: float
-    sigma: float
-
-    @property
-    def sigmas_from_zero(self) -> float:
-        return abs(self.value) / self.sigma if self.sigma > 0 else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,6 +113,8 @@ class BoardCalibration:
     board_shape: tuple[Estimate, ...] | None
     """How the board differs from flat and true (projection.BOARD_TERMS); None: it does not."""
     coverage: Coverage
+    edge_sigmas_px: Float64[np.ndarray, "4"]
+    """Sigma of a ray's place in the four corners of the picture (order of Coverage.reach)."""
     doubts: tuple[str, ...]
 
 
@@ -136,8 +130,8 @@ def calibrate_detections(
 ) -> BoardCalibration:
     """The same from corners already found."""
     seen_by = tuple(photos.photos[one.photo_idx] for one in detections.photos)
-    _refuse_few(detections, options.min_photos)
-    _refuse_mixed(seen_by)
+    refuse_few(detections, options.min_photos)
+    refuse_mixed(seen_by)
     size_px = (seen_by[0].width_px, seen_by[0].height_px)
     plate = detections.corners_mm
     sightings = tuple(Sighting(one.name, one.ids, one.xy_px) for one in detections.photos)
@@ -152,17 +146,28 @@ def calibrate_detections(
         photo_factor=options.photo_factor,
         corner_sigmas=options.corner_sigmas,
     )
-    choice = _choose(screened, plate, size_px, options)
+    choice = choose(
+        screened,
+        plate,
+        size_px,
+        few_photos=options.few_photos,
+        significance=options.significance,
+        meaningful_skew_px=options.meaningful_skew_px,
+        board_gain=options.board_gain,
+    )
     solution = choice.solution
     inflation = max(1.0, scatter(screened.sightings, plate, solution))
     seen = coverage(np.concatenate([one.xy_px for one in screened.sightings]), size_px)
     refuse_undetermined(solution, inflation, options.max_focal_sigma)
-    refuse_uncovered(seen, options.min_reach)
     covariance = solution.covariance * inflation**2
-    lens = Camera(width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0)
+    lens = Camera(
+        width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0
+    ).with_parameters(solution.shared[:LENS])
+    edges_px = edge_sigmas_px(lens, covariance[:LENS, :LENS])
+    refuse_uncovered(seen, edges_px, options.min_reach, options.max_edge_sigma_px)
     return BoardCalibration(
         calibration=Calibration(
-            camera=lens.with_parameters(solution.shared[:LENS]),
+            camera=lens,
             covariance=covariance[:LENS, :LENS].copy(),
             source="board",
             label=label_of(seen_by[0].exif),
@@ -182,52 +187,15 @@ def calibrate_detections(
         k3_delivered=bool(solution.free[_K3]),
         board_shape=_board_shape(solution, covariance),
         coverage=seen,
+        edge_sigmas_px=edges_px,
         doubts=doubts(
             seen,
+            edges_px,
             solution,
             inflation,
             few_photos=options.few_photos,
             good_reach=options.good_reach,
         ),
-    )
-
-
-@dataclass(frozen=True)
-class _Choice:
-    solution: Solution
-    skew: Estimate
-    k3: Estimate
-
-
-def _choose(
-    screened: Screened, plate: Points3, size_px: tuple[int, int], options: CalibrationOptions
-) -> _Choice:
-    """Keep k3, the board's shape and skew each only where the photos show it."""
-    bend = False
-    if len(screened.sightings) >= options.few_photos:
-        flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
-        bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
-        bend = bent.rms_px < (1.0 - options.board_gain) * flat.rms_px
-    with_k3 = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=bend))
-    k3 = _estimate(with_k3, _K3)
-    spread = max(1.0, scatter(screened.sightings, plate, with_k3))
-    k3_seen = k3.sigmas_from_zero > options.significance * spread
-    with_skew = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=True, board=bend))
-    skew = _estimate(with_skew, _SKEW)
-    spread = max(1.0, scatter(screened.sightings, plate, with_skew))
-    shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
-    if (
-        skew.sigmas_from_zero > options.significance * spread
-        and shift_px > options.meaningful_skew_px
-    ):
-        return _Choice(with_skew, skew, k3)
-    plain = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=False, board=bend))
-    return _Choice(plain, skew, k3)
-
-
-def _estimate(solution: Solution, row: int) -> Estimate:
-    return Estimate(
-        float(solution.shared[row]), float(np.sqrt(max(0.0, solution.covariance[row, row])))
     )
 
 
@@ -268,36 +236,4 @@ def _photo_fits(
         for one, pose, residuals_px in zip(
             screened.sightings, solution.poses, solution.residuals_px
         )
-    )
-
-
-def _refuse_few(detections: BoardDetections, min_photos: int) -> None:
-    if len(detections.photos) >= min_photos:
-        return
-    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
-    raise CalibrationError(
-        f"The {detections.board} was found in {len(detections.photos)} of "
-        f"{len(detections.photos) + len(detections.set_aside)} photos; {min_photos} are the "
-        "least, 12 to 20 are good. Check the board's size and kind, and that it is seen whole, "
-        "sharp and evenly lit." + "".join(f" {reason}." for reason in reasons)
-    )
-
-
-def _refuse_mixed(photos: tuple[Photo, ...]) -> None:
-    """Refuse photos of several sizes, cameras or zoom settings, with names."""
-    groups: dict[str, list[str]] = {}
-    for photo in photos:
-        exif = photo.exif
-        focal = "" if exif.focal_mm is None else f" at {exif.focal_mm:g} mm"
-        key = f"{photo.width_px} x {photo.height_px} {label_of(exif)}{focal}".strip()
-        groups.setdefault(key, []).append(photo.name)
-    if len(groups) == 1:
-        return
-    told = "; ".join(
-        f"{key}: {', '.join(names[:4])}{' ...' if len(names) > 4 else ''}"
-        for key, names in groups.items()
-    )
-    raise CalibrationError(
-        f"The photos of the board are of {len(groups)} cameras, sizes or zoom settings ({told}). "
-        "A calibration holds for one of them: calibrate each apart."
     )

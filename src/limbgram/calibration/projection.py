@@ -51,7 +51,7 @@ def project_board(
     in_camera = turned + pose.translation
     inverse = 1.0 / in_camera[:, 2]
     x, y = in_camera[:, 0] * inverse, in_camera[:, 1] * inverse
-    xy_px, by_ideal, by_lens = _lens(x, y, shared[:LENS])
+    xy_px, by_ideal, by_lens = lens_slopes(x, y, shared[:LENS])
 
     by_point = np.empty((len(x), 2, 3))
     by_point[:, :, 0] = by_ideal[:, :, 0] * inverse[:, None]
@@ -85,13 +85,15 @@ def _board_slopes(corners_mm: Points3, plate: Points3) -> Float64[np.ndarray, "n
     return slopes * half_mm
 
 
-class _Lens(NamedTuple):
+class LensSlopes(NamedTuple):
+    """Pixels with their derivatives by the ideal coordinates and by the lens."""
+
     xy_px: Points2
     by_ideal: Float64[np.ndarray, "n 2 2"]
     by_lens: Float64[np.ndarray, "n 2 10"]
 
 
-def _lens(x: np.ndarray, y: np.ndarray, lens: Float64[np.ndarray, "10"]) -> _Lens:
+def lens_slopes(x: np.ndarray, y: np.ndarray, lens: Float64[np.ndarray, "10"]) -> LensSlopes:
     """geometry.camera.Camera.project with its derivatives by (X/Z, Y/Z) and by the lens."""
     fx, fy, cx, cy, skew, k1, k2, p1, p2, k3 = lens
     r2 = x * x + y * y
@@ -121,4 +123,4 @@ def _lens(x: np.ndarray, y: np.ndarray, lens: Float64[np.ndarray, "10"]) -> _Len
     by_lens[:, 1, 7] = fy * tilt_y
     by_lens[:, 0, 8] = fx * tilt_x + skew * 2.0 * x * y
     by_lens[:, 1, 8] = fy * 2.0 * x * y
-    return _Lens(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)
+    return LensSlopes(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)

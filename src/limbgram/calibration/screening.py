@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.calibration.adjustment import Sighting, Solution, adjust
+from limbgram.calibration.adjustment import Sighting, Solution, adjust, scatter
 from limbgram.calibration.projection import LENS, SHARED
 from limbgram.errors import CalibrationError
 from limbgram.geometry.arrays import Points3
@@ -20,6 +20,8 @@ from limbgram.geometry.camera import PARAMETERS
 from limbgram.geometry.rigid import Rigid
 from limbgram.photos.photo import SetAside
 
+_SKEW = PARAMETERS.index("skew")
+_K3 = PARAMETERS.index("k3")
 _LENIENT_PX = 0.05
 """Photos and corners better than this are never left out, however good the others are."""
 
@@ -147,3 +149,60 @@ def _start(
 
 def _rms(residual_px: Float64[np.ndarray, "n 2"]) -> float:
     return float(np.sqrt((residual_px**2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard deviation."""
+
+    value: float
+    sigma: float
+
+    @property
+    def sigmas_from_zero(self) -> float:
+        return abs(self.value) / self.sigma if self.sigma > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The solution that is delivered, and the tests of what it may leave out."""
+
+    solution: Solution
+    skew: Estimate
+    k3: Estimate
+
+
+def choose(
+    screened: Screened,
+    plate: Points3,
+    size_px: tuple[int, int],
+    *,
+    few_photos: int,
+    significance: float,
+    meaningful_skew_px: float,
+    board_gain: float,
+) -> Choice:
+    """Keep k3, the board's shape and skew each only where the photos show it."""
+    bend = False
+    if len(screened.sightings) >= few_photos:
+        flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
+        bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
+        bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px
+    with_k3 = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=bend))
+    k3 = _estimate(with_k3, _K3)
+    spread = max(1.0, scatter(screened.sightings, plate, with_k3))
+    k3_seen = k3.sigmas_from_zero > significance * spread
+    with_skew = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=True, board=bend))
+    skew = _estimate(with_skew, _SKEW)
+    spread = max(1.0, scatter(screened.sightings, plate, with_skew))
+    shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
+    if skew.sigmas_from_zero > significance * spread and shift_px > meaningful_skew_px:
+        return Choice(with_skew, skew, k3)
+    plain = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=False, board=bend))
+    return Choice(plain, skew, k3)
+
+
+def _estimate(solution: Solution, row: int) -> Estimate:
+    return Estimate(
+        float(solution.shared[row]), float(np.sqrt(max(0.0, solution.covariance[row, row])))
+    )

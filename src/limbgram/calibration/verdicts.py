@@ -9,9 +9,14 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from limbgram.calibration.adjustment import Solution
+from limbgram.calibration.cameras import label_of
+from limbgram.calibration.projection import LENS, lens_slopes
 from limbgram.errors import CalibrationError
 from limbgram.geometry.arrays import Points2
+from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
+from limbgram.photos.photo import Photo
+from limbgram.targets import BoardDetections
 
 _CELLS = (12, 8)
 
@@ -68,9 +73,47 @@ def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: f
     )
 
 
-def refuse_uncovered(seen: Coverage, min_reach: float) -> None:
-    """Raise CalibrationError where a corner of the picture was never near the board."""
-    bare = [name for name, reach in zip(_CORNERS, seen.reach) if reach < min_reach]
+def edge_sigmas_px(
+    lens: Camera, covariance: Float64[np.ndarray, "10 10"]
+) -> Float64[np.ndarray, "4"]:
+    """How uncertain the lens leaves a ray's pixel in the four corners of the picture.
+
+    What a small turn of the camera would make good over the whole picture is no uncertainty.
+    NaN where no ray leads to the corner: a very wide lens, beyond what this model describes.
+    """
+    right, bottom = lens.width_px - 1.0, lens.height_px - 1.0
+    corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]])
+    grid = np.mgrid[0:right:9j, 0:bottom:7j].reshape(2, -1).T  # pyright: ignore
+    xy_px = np.concatenate([corners, grid])
+    with np.errstate(over="ignore", invalid="ignore"):
+        ideal = lens.normalize(xy_px)
+        back_px = lens.fx * lens.distort(ideal) + [lens.cx, lens.cy]
+    known = np.abs(back_px - xy_px).max(axis=1) < 0.01 * lens.width_px
+    x, y = ideal[known].T
+    slopes = lens_slopes(x, y, lens.packed)
+    turns = np.empty((len(x), 2, 3))
+    turns[:, 0] = np.stack([-x * y, 1.0 + x * x, -y], axis=1)
+    turns[:, 1] = np.stack([-1.0 - y * y, x * y, x], axis=1)
+    by_turn = (slopes.by_ideal @ turns).reshape(-1, 3)
+    by_lens = slopes.by_lens.reshape(-1, LENS)
+    left = by_lens - by_turn @ np.linalg.lstsq(by_turn, by_lens, rcond=None)[0]
+    variances = np.full((len(xy_px), 2), np.nan)
+    variances[known] = np.einsum("ni,ij,nj->n", left, covariance, left).reshape(-1, 2)
+    return np.sqrt(np.maximum(variances[:4].max(axis=1), 0.0))
+
+
+def refuse_uncovered(
+    seen: Coverage,
+    edge_sigmas_px: Float64[np.ndarray, "4"],
+    min_reach: float,
+    max_edge_sigma_px: float,
+) -> None:
+    """Raise CalibrationError where the distortion is unknown in a corner of the picture."""
+    bare = [
+        name
+        for name, reach, sigma_px in zip(_CORNERS, seen.reach, edge_sigmas_px)
+        if reach < min_reach or sigma_px > max_edge_sigma_px
+    ]
     if bare:
         raise CalibrationError(
             f"The board never came near the {', '.join(bare)} of the picture, so the lens's "
@@ -83,7 +126,13 @@ _CORNERS = ("top left", "top right", "bottom left", "bottom right")
 
 
 def doubts(
-    seen: Coverage, solution: Solution, inflation: float, *, few_photos: int, good_reach: float
+    seen: Coverage,
+    edge_sigmas_px: Float64[np.ndarray, "4"],
+    solution: Solution,
+    inflation: float,
+    *,
+    few_photos: int,
+    good_reach: float,
 ) -> tuple[str, ...]:
     """What is accepted but not as it should be."""
     said: list[str] = []
@@ -95,6 +144,11 @@ def doubts(
         said.append(
             f"Towards the {', '.join(weak)} the board covers less than {good_reach:.0%} of the "
             "way from the middle; distortion is extrapolated there."
+        )
+    if np.isnan(edge_sigmas_px).any():
+        said.append(
+            "The lens is too wide for this lens model in the picture's corners; points there "
+            "are not usable."
         )
     if inflation > 2.0:
         said.append(
@@ -108,3 +162,35 @@ def doubts(
             f"The board was tilted by {tilts.max():.0f} degrees at most; 20 to 45 are better."
         )
     return tuple(said)
+
+
+def refuse_few(detections: BoardDetections, min_photos: int) -> None:
+    if len(detections.photos) >= min_photos:
+        return
+    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
+    raise CalibrationError(
+        f"The {detections.board} was found in {len(detections.photos)} of "
+        f"{len(detections.photos) + len(detections.set_aside)} photos; {min_photos} are the "
+        "least, 12 to 20 are good. Check the board's size and kind, and that it is seen whole, "
+        "sharp and evenly lit." + "".join(f" {reason}." for reason in reasons)
+    )
+
+
+def refuse_mixed(photos: tuple[Photo, ...]) -> None:
+    """Refuse photos of several sizes, cameras or zoom settings, with names."""
+    groups: dict[str, list[str]] = {}
+    for photo in photos:
+        exif = photo.exif
+        focal = "" if exif.focal_mm is None else f" at {exif.focal_mm:g} mm"
+        key = f"{photo.width_px} x {photo.height_px} {label_of(exif)}{focal}".strip()
+        groups.setdefault(key, []).append(photo.name)
+    if len(groups) == 1:
+        return
+    told = "; ".join(
+        f"{key}: {', '.join(names[:4])}{' ...' if len(names) > 4 else ''}"
+        for key, names in groups.items()
+    )
+    raise CalibrationError(
+        f"The photos of the board are of {len(groups)} cameras, sizes or zoom settings ({told}). "
+        "A calibration holds for one of them: calibrate each apart."
+    )
