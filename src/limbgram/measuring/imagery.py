@@ -6,6 +6,7 @@ Crops of all photos lie one after another in one flat array of cubic B-spline co
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import cv2
 import numpy as np
@@ -41,7 +42,7 @@ class Imagery:
 def load_crops(
     photos: Sequence[Photo], views: Sequence[View], points_mm: Points3
 ) -> list[tuple[int, int, np.ndarray]]:
-    """The full-size grey crop of each photo that holds all `points_mm`: x0, y0 (multiples of 8), pixels."""
+    """Full-size grey crop of each photo round `points_mm`: x0, y0 (multiples of 8), pixels."""
 
     def crop(k: int) -> tuple[int, int, np.ndarray]:
         xy = views[k].project(points_mm)
@@ -88,4 +89,8 @@ def _halved(pixels: np.ndarray, halvings: int) -> FloatImage:
 
 
 def _spline_coefficients(pixels: FloatImage) -> FloatImage:
-    return spline_filter(pixels, order=3, output=np.float32, mode="mirror")
+    coefficients = np.empty_like(pixels)
+    spline_filter(
+        pixels, order=3, output=cast(type, coefficients), mode="mirror"
+    )  # stub: class only
+    return coefficients

@@ -53,7 +53,7 @@ def measure_patches(
         slope = np.empty((most, SAMPLES), np.float32)
         texture = np.empty(SAMPLES, np.float32)
         texture_slope = np.empty(SAMPLES, np.float32)
-        weights = _window_weights()
+        weights = window_weights()
         effective = f4(0)
         for k in range(SAMPLES):
             effective += weights[k] * weights[k]
@@ -61,17 +61,21 @@ def measure_patches(
         gains = np.empty(most)
         gram = np.empty((most, most))
         scratch = np.empty(most)
+        mean = np.empty(most)
+        photo_of = np.empty(most, np.int64)
         normal = np.empty(9)
         for p in range(block * 64, min(count, block * 64 + 64)):
             for turn in range(rounds + 1):
-                used, per_mm = _sample(
+                used, per_mm = sample_windows(
                     coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                    quadric[p], step_mm[p], state[p], weights, value, slope,
+                    quadric[p], step_mm[p], state[p], weights, value, slope, mean, photo_of,
+                    _LEAST_VARIANCE,
                 )  # fmt: skip
                 if used < 2:
                     report[p, 0] = UNSEEN
                     break
-                if not _common_gains(value, weights, used, gram, gains, scratch):
+                gram_of(value, weights, used, gram)
+                if not leading_gains(gram, used, gains, scratch):
                     report[p, 0] = UNLIKE
                     break
                 total = 0.0
@@ -113,7 +117,7 @@ def measure_patches(
 
 
 @njit(cache=True)
-def _window_weights():
+def window_weights():
     """Gaussian over the patch, sum 1."""
     weights = np.empty(SAMPLES, np.float32)
     side = 2 * HALF + 1
@@ -124,9 +128,9 @@ def _window_weights():
 
 
 @njit(fastmath=True, cache=True)
-def _sample(
+def sample_windows(
     coefficients, crops, factor, views, seen_by, vertex, axes, quadric, step, state,
-    weights, value, slope,
+    weights, value, slope, mean, photo_of, least_variance,
 ):  # fmt: skip
     """Windows of all photos (weighted mean taken off) and their change per mm along the normal.
 
@@ -161,7 +165,7 @@ def _sample(
             cx > reach_x and cy > reach_y and cx + reach_x < width - 1 and cy + reach_y < height - 1
         ):
             continue
-        mean = f4(0)
+        level = f4(0)
         for k in range(SAMPLES):
             i, j = k % side - HALF, k // side - HALF
             lift = bend * (quadric[0] * i * i + 2 * quadric[1] * i * j + quadric[2] * j * j)
@@ -171,21 +175,23 @@ def _sample(
             )  # fmt: skip
             value[used, k] = grey
             slope[used, k] = along_x * f4(nx) + along_y * f4(ny)
-            mean += weights[k] * grey
+            level += weights[k] * grey
         variance = f4(0)
         for k in range(SAMPLES):
-            value[used, k] -= mean
+            value[used, k] -= level
             variance += weights[k] * value[used, k] * value[used, k]
-        if variance < _LEAST_VARIANCE:
+        if variance < least_variance:
             continue
+        mean[used] = level
+        photo_of[used] = photo
         used += 1
         per_mm += math.sqrt(nx * nx + ny * ny)
     return used, per_mm / max(used, 1)
 
 
 @njit(fastmath=True, cache=True)
-def _common_gains(value, weights, used, gram, gains, scratch):
-    """Leading eigenvector of the windows' Gram matrix; False if a photo shows something else."""
+def gram_of(value, weights, used, gram):
+    """Weighted products of the windows with each other."""
     for i in range(used):
         for j in range(i + 1):
             product = f4(0)
@@ -193,6 +199,11 @@ def _common_gains(value, weights, used, gram, gains, scratch):
                 product += weights[k] * value[i, k] * value[j, k]
             gram[i, j] = product
             gram[j, i] = product
+
+
+@njit(fastmath=True, cache=True)
+def leading_gains(gram, used, gains, scratch):
+    """Leading unit eigenvector of the Gram matrix; False if a photo shows something else."""
     for i in range(used):
         gains[i] = math.sqrt(gram[i, i])
     for _ in range(_GAIN_STEPS):

@@ -53,9 +53,9 @@ def plate_of(mesh: Mesh) -> Plate:
     )
     laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
     return Plate(
-        laplacian=laplacian.tocsr(),
+        laplacian=sp.csr_matrix(laplacian),
         area_mm2=area,
-        neighbours=(graph != 0).astype(np.float64),
+        neighbours=_pattern(graph),
         is_boundary=_on_boundary(faces, count),
     )
 
@@ -63,33 +63,41 @@ def plate_of(mesh: Mesh) -> Plate:
 def settle(
     mesh: Mesh,
     plate: Plate,
-    offsets_mm: Float64[np.ndarray, " n"],
-    weights: Float64[np.ndarray, " n"],
+    data: sp.csr_matrix,
+    right: Float64[np.ndarray, " n"],
     length_mm: float,
 ) -> Float64[np.ndarray, " n"]:
-    """Offsets along the normals that balance the measured ones against bending.
+    """Moves along the normals that balance the data against bending.
 
-    Minimises sum w (x - offset)^2 + stiffness * area * (curvature after the move)^2, where
-    stiffness = length^4 * (typical weight per area): over distances shorter than `length_mm`
-    the plate rules, over longer ones the data.
+    Minimises x'(data)x - 2 right'x + stiffness * area * (curvature after the move)^2, where
+    stiffness = length^4 * (typical data weight per area): over distances shorter than
+    `length_mm` the plate rules, over longer ones the data.
+
+    Args:
+        data: (n, n) normal matrix of the measurements, 1/mm^2.
+        right: its right side, 1/mm.
     """
     normals = mesh.vertex_normals()
+    weights = data.diagonal()
     density = float(np.median(weights / plate.area_mm2))
-    stiffness = sp.diags(
-        np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
-    )
+    stiffness = sp.diags(np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2))
     curvature = np.einsum("ij,ij->i", normals, plate.laplacian @ mesh.vertices_mm)
-    system = plate.laplacian.T @ stiffness @ plate.laplacian + sp.diags(weights)
-    right = weights * offsets_mm - plate.laplacian.T @ (stiffness @ curvature)
-    return solve(system.tocsr(), right, offsets_mm)
+    bending = plate.laplacian.T @ stiffness
+    system = (data + bending @ plate.laplacian).tocsr()
+    return _solve(system, right - bending @ curvature, right / np.maximum(weights, 1e-12))
 
 
-def solve(
+def _solve(
     system: sp.csr_matrix, right: Float64[np.ndarray, " n"], start: Float64[np.ndarray, " n"]
 ) -> Float64[np.ndarray, " n"]:
     """Conjugate gradients with diagonal preconditioning, to a thousandth of the right side."""
     solution, _ = cg(
-        system, right, x0=start, rtol=1e-3, maxiter=200, M=sp.diags(1 / system.diagonal())
+        system,
+        right,
+        x0=start,
+        rtol=1e-3,
+        maxiter=200,
+        M=sp.diags(np.reciprocal(system.diagonal().astype(np.float64))),
     )
     return solution
 
@@ -108,7 +116,7 @@ def quadrics(
     """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
     reach = plate.neighbours
     for _ in range(rings - 1):
-        reach = ((reach @ plate.neighbours) != 0).astype(np.float64)
+        reach = _pattern(reach @ plate.neighbours)
     pairs = reach.tocoo()
     centre, other = pairs.row[pairs.row != pairs.col], pairs.col[pairs.row != pairs.col]
     count = len(mesh)
@@ -125,6 +133,13 @@ def quadrics(
     diagonal *= 1.0 + 1e-4
     diagonal += 1e-9
     return np.linalg.solve(normal, right[..., None])[:, 2:, 0]
+
+
+def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """1 where the matrix has an entry."""
+    return sp.csr_matrix(
+        (np.ones_like(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape
+    )
 
 
 def _on_boundary(faces: np.ndarray, count: int) -> np.ndarray:

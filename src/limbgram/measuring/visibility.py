@@ -7,8 +7,8 @@ Out     per vertex and photo the cosine of the incidence angle, 0 where it is no
 from collections.abc import Sequence
 
 import numpy as np
-from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float32, Int32
 
 from limbgram.geometry.camera import View
@@ -23,7 +23,7 @@ def incidence_cosines(
 ) -> Float32[np.ndarray, "n k"]:
     """Cosine between normal and ray by vertex and view; 0 where hidden, out of frame or steeper."""
     vertices, normals = mesh.vertices_mm, mesh.vertex_normals()
-    scene = rtcore_scene.EmbreeScene()
+    scene = EmbreeScene()
     TriangleMesh(scene, vertices[mesh.faces].astype(np.float32))
     lift_mm = _LIFT * typical_edge_mm(mesh)
     lowest = np.cos(np.radians(max_incidence_deg))

@@ -1,0 +1,153 @@
+"""Joint matching of the whole surface: all offsets along the normals at once (compiled part).
+
+Samples lie about a pixel apart on the faces; every photo that sees all three corners of a face
+shows the sample's grey value times its own local gain plus its own local mean. The grey value
+is eliminated per sample (no photo is the reference, none's noise is shared by all), gains and
+means come from a wider window round each vertex. Vu, Labatut, Pons and Keriven 2012 measure a
+mesh by all its photos likewise, pair by pair.
+"""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from limbgram.measuring.patches import (
+    SAMPLES,
+    gram_of,
+    leading_gains,
+    sample_windows,
+    window_weights,
+)
+from limbgram.measuring.sampling import MARGIN_PX, interpolate, project
+
+f4 = np.float32
+
+_GAIN_PRIOR = 25.0
+"""Grey variance by which gains are drawn towards the means' ratio: steadies plain windows."""
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def local_gains(
+    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, gain, mean
+):
+    """Fill gain (n, k; mean square 1 over the photos used, 0 = not used) and mean (n, k)."""
+    count, most = seen_by.shape
+    for block in prange((count + 63) // 64):
+        value = np.empty((most, SAMPLES), np.float32)
+        slope = np.empty((most, SAMPLES), np.float32)
+        weights = window_weights()
+        gains = np.empty(most)
+        gram = np.empty((most, most))
+        scratch = np.empty(most)
+        level = np.empty(most)
+        photo_of = np.empty(most, np.int64)
+        rest = np.zeros(3)
+        for p in range(block * 64, min(count, block * 64 + 64)):
+            used, _ = sample_windows(
+                coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
+                quadric[p], step_mm[p], rest, weights, value, slope, level, photo_of, 0.0,
+            )  # fmt: skip
+            if used < 2:
+                continue
+            gram_of(value, weights, used, gram)
+            prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
+            for i in range(used):
+                for j in range(used):
+                    gram[i, j] += prior * level[i] * level[j]
+            if not leading_gains(gram, used, gains, scratch):
+                continue
+            for i in range(used):
+                gain[p, photo_of[i]] = gains[i] * math.sqrt(used)
+                mean[p, photo_of[i]] = level[i]
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def assemble(
+    coefficients, crops, factor, views, vertices, normals, faces, gain, mean, points,
+    noise_grey, noise_px, robust,
+):  # fmt: skip
+    """Normal equations of the three offsets of every face.
+
+    points      (s, 3) barycentric sample points of a face
+    noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
+    robust      residuals beyond this many sigmas count less
+    Returns (f, 6) upper triangle 00 01 02 11 12 22, (f, 3) right side, and (f, 3): normalized
+    squared residuals, redundancy and information.
+    """
+    count = len(faces)
+    photos = len(views)
+    shift = 0.5 * factor - 0.5
+    matrix = np.zeros((count, 6))
+    right = np.zeros((count, 3))
+    sums = np.zeros((count, 3))
+    for block in prange((count + 255) // 256):
+        grey = np.empty(photos, np.float32)
+        change = np.empty(photos, np.float32)
+        scale = np.empty(photos, np.float32)
+        for f in range(block * 256, min(count, block * 256 + 256)):
+            i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
+            for s in range(len(points)):
+                a, b, c = points[s, 0], points[s, 1], points[s, 2]
+                x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
+                y = a * vertices[i0, 1] + b * vertices[i1, 1] + c * vertices[i2, 1]
+                z = a * vertices[i0, 2] + b * vertices[i1, 2] + c * vertices[i2, 2]
+                n0 = a * normals[i0, 0] + b * normals[i1, 0] + c * normals[i2, 0]
+                n1 = a * normals[i0, 1] + b * normals[i1, 1] + c * normals[i2, 1]
+                n2 = a * normals[i0, 2] + b * normals[i1, 2] + c * normals[i2, 2]
+                used = 0
+                sum_aa = sum_ag = sum_ah = steep = f4(0)
+                for k in range(photos):
+                    g0, g1, g2 = gain[i0, k], gain[i1, k], gain[i2, k]
+                    if g0 <= 0 or g1 <= 0 or g2 <= 0:
+                        continue
+                    u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
+                    u = u * factor + shift - crops[k, 1]
+                    v = v * factor + shift - crops[k, 2]
+                    if not (
+                        u > MARGIN_PX
+                        and v > MARGIN_PX
+                        and u < crops[k, 3] - 1 - MARGIN_PX
+                        and v < crops[k, 4] - 1 - MARGIN_PX
+                    ):
+                        continue
+                    light, along_x, along_y = interpolate(
+                        coefficients, crops[k, 0], crops[k, 3], u, v
+                    )
+                    scale[used] = a * g0 + b * g1 + c * g2
+                    grey[used] = light - (a * mean[i0, k] + b * mean[i1, k] + c * mean[i2, k])
+                    nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
+                    change[used] = factor * (along_x * nx + along_y * ny)
+                    sum_aa += scale[used] * scale[used]
+                    sum_ag += scale[used] * grey[used]
+                    sum_ah += scale[used] * change[used]
+                    steep += along_x * along_x + along_y * along_y
+                    used += 1
+                if used < 2:
+                    continue
+                texture, texture_change = sum_ag / sum_aa, sum_ah / sum_aa
+                hh = hr = rr = f4(0)
+                for k in range(used):
+                    residual = grey[k] - scale[k] * texture
+                    slope = change[k] - scale[k] * texture_change
+                    hh += slope * slope
+                    hr -= residual * slope
+                    rr += residual * residual
+                variance = noise_grey * noise_grey + noise_px * noise_px * steep / used
+                chi2 = rr / variance
+                weight = 1 / (variance * (1 + chi2 / ((used - 1) * robust * robust)))
+                hh *= weight
+                hr *= weight
+                matrix[f, 0] += a * a * hh
+                matrix[f, 1] += a * b * hh
+                matrix[f, 2] += a * c * hh
+                matrix[f, 3] += b * b * hh
+                matrix[f, 4] += b * c * hh
+                matrix[f, 5] += c * c * hh
+                right[f, 0] += a * hr
+                right[f, 1] += b * hr
+                right[f, 2] += c * hr
+                sums[f, 0] += chi2
+                sums[f, 1] += used - 1
+                sums[f, 2] += hh
+    return matrix, right, sums

@@ -1,0 +1,206 @@
+"""One round of measurement over the whole surface: patches one by one, or all vertices at once.
+
+In      a mesh, the photos' crops and what each vertex is seen by.
+Out     moves along the normals, and which vertices were measured.
+Fails   SurfaceError: hardly a vertex looks alike in two photos.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Bool, Float32, Float64, Int32
+
+from limbgram.errors import SurfaceError
+from limbgram.geometry.camera import View
+from limbgram.measuring.imagery import Imagery
+from limbgram.measuring.joint import assemble, local_gains
+from limbgram.measuring.patches import MEASURED, measure_patches
+from limbgram.measuring.plate import Plate, plate_of, quadrics, settle, tangent_axes
+from limbgram.measuring.visibility import best_views, incidence_cosines
+from limbgram.surface.mesh import Mesh
+
+_UNMEASURED_PX = 1.0
+"""What is believed of the given surface where nothing was measured: one pixel, in sigma."""
+_GAIN_STEP_PX = 0.73
+"""Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
+_FACE_POINTS = (
+    np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [1, 2.5, 2.5], [2.5, 1, 2.5], [2.5, 2.5, 1]]) / 6.0
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchingOptions:
+    """How windows are compared and how stiff the surface is."""
+
+    max_views: int = 6
+    """Photos per vertex, the most frontal ones."""
+
+    max_incidence_deg: float = 65.0
+    """Photos that see a vertex at a flatter angle than this are left out."""
+
+    min_correlation: float = 0.6
+    """Mean correlation between the photos below which a patch is not believed."""
+
+    max_move_px: float = 4.0
+    """A vertex that wants to move further, in pixels of the round's photos, is not believed."""
+
+    patch_plate_px: float = 2.5
+    """Patches: below this length the surface bends like a plate rather than follow the data."""
+
+    joint_plate_px: float = 3.0
+    """All vertices at once: the same length."""
+
+    noise_grey: float = 1.5
+    """Noise of a pixel, grey levels."""
+
+    noise_px: float = 0.02
+    """What the model leaves unexplained, as a shift of the photos, px."""
+
+    robust_sigmas: float = 1.5
+    """Residuals beyond this count less and less."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """The surface as the photos see it, before a round."""
+
+    plate: Plate
+    axes: Float64[np.ndarray, "n 3 3"]
+    """Two tangents and the normal."""
+    quadric: Float64[np.ndarray, "n 3"]
+    seen_by: Int32[np.ndarray, "n c"]
+    pixel_mm: Float64[np.ndarray, " n"]
+    """Size of a pixel of the round's photos on the object."""
+
+
+def look(mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MatchingOptions) -> Sight:
+    """Visibility, frames and curvature of every vertex."""
+    plate = plate_of(mesh)
+    axes = tangent_axes(mesh.vertex_normals())
+    cosines = incidence_cosines(mesh, views, options.max_incidence_deg)
+    seen_by = best_views(cosines, options.max_views)
+    return Sight(
+        plate=plate,
+        axes=axes,
+        quadric=quadrics(mesh, plate, axes),
+        seen_by=seen_by,
+        pixel_mm=_pixel_mm(mesh, views, seen_by[:, 0]) / imagery.factor,
+    )
+
+
+def match_patches(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """A patch per vertex, each on its own, then the plate through all of them."""
+    state = np.zeros((len(mesh), 3))
+    report = measure_patches(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        sight.seen_by,
+        mesh.vertices_mm,
+        sight.axes,
+        sight.quadric,
+        sight.pixel_mm,
+        8,
+        state,
+    )
+    good = _believed(report, state[:, 0], sight.pixel_mm, options)
+    sigma = np.where(
+        good, np.maximum(report[:, 1], 0.02 * sight.pixel_mm), _UNMEASURED_PX * sight.pixel_mm
+    )
+    length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
+    right = np.where(good, state[:, 0], 0.0) / sigma**2
+    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm), good
+
+
+def match_jointly(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """All vertices at once, by samples on the faces."""
+    gain = np.zeros((len(mesh), len(imagery.views)), np.float32)
+    mean = np.zeros_like(gain)
+    local_gains(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        sight.seen_by,
+        mesh.vertices_mm,
+        sight.axes,
+        sight.quadric,
+        _GAIN_STEP_PX * sight.pixel_mm,
+        gain,
+        mean,
+    )
+    matrix, right, _ = assemble(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        mesh.vertices_mm,
+        np.ascontiguousarray(sight.axes[:, 2]),
+        mesh.faces,
+        gain,
+        mean,
+        _FACE_POINTS,
+        options.noise_grey,
+        options.noise_px,
+        options.robust_sigmas,
+    )
+    anchor = 1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2
+    data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + sp.diags(anchor))
+    length_mm = options.joint_plate_px * float(np.median(sight.pixel_mm))
+    offsets = settle(
+        mesh,
+        sight.plate,
+        data,
+        np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
+        length_mm,
+    )
+    return offsets, data.diagonal() > 10 * anchor
+
+
+def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:
+    """The faces' 3 x 3 blocks as one symmetric matrix."""
+    rows, columns = faces[:, [0, 0, 0, 1, 1, 2]], faces[:, [0, 1, 2, 1, 2, 2]]
+    upper = sp.csr_matrix((matrix.ravel(), (rows.ravel(), columns.ravel())), (count, count))
+    off = matrix[:, [1, 2, 4]].ravel()
+    mirrored = sp.csr_matrix(
+        (off, (columns[:, [1, 2, 4]].ravel(), rows[:, [1, 2, 4]].ravel())), (count, count)
+    )
+    return sp.csr_matrix(upper + mirrored)
+
+
+def _believed(
+    report: Float32[np.ndarray, "n 5"],
+    offsets_mm: Float64[np.ndarray, " n"],
+    pixel_mm: Float64[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> Bool[np.ndarray, " n"]:
+    """Patches that converged, correlate and stayed near."""
+    good = (
+        (report[:, 0] == MEASURED)
+        & (report[:, 3] >= options.min_correlation)
+        & (np.abs(offsets_mm) < options.max_move_px * pixel_mm)
+    )
+    if good.mean() < 0.05:
+        raise SurfaceError(
+            f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
+            "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
+            "of the placed photos; paint more densely and photograph again."
+        )
+    return good
+
+
+def _pixel_mm(mesh: Mesh, views: Sequence[View], photo: np.ndarray) -> Float64[np.ndarray, " n"]:
+    """Size of a full-size pixel on the object, in each vertex's most frontal photo."""
+    sizes = np.full(len(mesh), np.nan)
+    for k, view in enumerate(views):
+        rows = photo == k
+        depth = view.camera_from_world.apply(mesh.vertices_mm[rows])[:, 2]
+        sizes[rows] = depth / np.sqrt(view.camera.fx * view.camera.fy)
+    return np.where(np.isfinite(sizes), sizes, np.nanmedian(sizes))

@@ -1,0 +1,154 @@
+"""The measured surface against a painted ball whose photos are computed point by point."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import trimesh
+
+from limbgram.geometry.camera import Camera, View
+from limbgram.geometry.rigid import Rigid
+from limbgram.mapping.scene import Observations, Scene
+from limbgram.measuring import MeasureOptions, measure
+from limbgram.photos.reading import read_photos
+from limbgram.scale.metric import MetricScene, Scale
+from limbgram.surface.mesh import Mesh
+
+RADIUS_MM = 40.0
+PIXEL_MM = 0.4
+CAMERA = Camera(
+    width_px=360, height_px=330, fx=1000.0, fy=1004.0, cx=182.3, cy=161.9, k1=-0.12, p1=0.001
+)
+NOISE_GREY = 1.5
+FACE_POINTS = np.random.default_rng(1).dirichlet(np.ones(3), 8)
+"""The surface is what lies on the faces: on a ball, corners stand out and middles lie in."""
+SCALE = Scale(unit="mm", source="board", relative_sigma=0.0)
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Photos of the ball, its scene, and the vertices that four photos see well."""
+
+    photos: Path
+    metric: MetricScene
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Ball:
+    folder = tmp_path_factory.mktemp("ball")
+    random = np.random.default_rng(7)
+    waves = random.normal(size=(40, 3)) * 0.9
+    phases = random.uniform(0, 2 * np.pi, 40)
+    names: list[str] = []
+    poses: list[Rigid] = []
+    for k in range(10):
+        turn = 2 * np.pi * (k + random.uniform(-0.2, 0.2)) / 10
+        centre = 400.0 * np.array([np.cos(turn), np.sin(turn), random.uniform(0.1, 0.5)])
+        pose = Rigid.looking_at(centre, random.normal(size=3), np.array([0.0, 0.0, 1.0]))
+        names.append(f"ball{k:02d}.png")
+        poses.append(pose)
+        grey = _photo_of_ball(View(names[-1], CAMERA, pose), waves, phases)
+        noisy = np.clip(grey * (1 - 0.02 * k) + random.normal(0, NOISE_GREY, grey.shape), 0, 255)
+        cv2.imwrite(str(folder / names[-1]), np.round(noisy).astype(np.uint8))
+    scene = Scene(
+        names=tuple(names),
+        cameras=(CAMERA,),
+        camera_idx=(0,) * 10,
+        camera_from_world=tuple(poses),
+        points_in_world=np.zeros((0, 3)),
+        observations=Observations(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 2))),
+        verdicts=(),
+    )
+    return Ball(folder, MetricScene(scene=scene, scale=SCALE))
+
+
+def _photo_of_ball(view: View, waves: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    """Exact rays through four points of every pixel."""
+    total = np.zeros((CAMERA.height_px, CAMERA.width_px))
+    for dx in (-0.25, 0.25):
+        for dy in (-0.25, 0.25):
+            x, y = np.meshgrid(np.arange(CAMERA.width_px) + dx, np.arange(CAMERA.height_px) + dy)
+            rays = CAMERA.rays(np.stack([x, y], -1)) @ view.camera_from_world.rotation
+            eye = view.centre_in_world
+            along = rays @ eye
+            inside = along**2 - (eye @ eye - RADIUS_MM**2)
+            distance = -along - np.sqrt(np.maximum(inside, 0))
+            hit = eye + distance[..., None] * rays
+            paint = 120 + 9 * np.sin(hit @ waves.T + phases).sum(-1)
+            total += np.where(inside > 0, np.clip(paint, 10, 245), 30)
+    return total / 4
+
+
+def _start(error_mm: float) -> Mesh:
+    """A ball that is `error_mm` too large, with a wave of the same height on it."""
+    shape = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS_MM)
+    vertices = np.asarray(shape.vertices)
+    wave = error_mm * (1 + np.sin(vertices[:, :1] / 5))
+    return Mesh(
+        vertices_mm=vertices * (1 + wave / RADIUS_MM), faces=np.asarray(shape.faces, np.int32)
+    )
+
+
+def _errors_mm(mesh: Mesh) -> np.ndarray:
+    return np.linalg.norm(mesh.vertices_mm, axis=1) - RADIUS_MM
+
+
+def test_the_ball_is_measured_to_a_small_part_of_a_pixel(ball: Ball) -> None:
+    start = _start(0.5 * PIXEL_MM)
+    result = measure(read_photos([ball.photos]), ball.metric, start)
+    assert result.filled is not None
+    corners = result.vertices_mm[result.faces[(~result.filled)[result.faces].all(1)]]
+    points = np.einsum("sk,fkj->fsj", FACE_POINTS, corners).reshape(-1, 3)
+    errors = np.linalg.norm(points, axis=1) - RADIUS_MM
+    assert np.mean(~result.filled) > 0.5
+    assert np.sqrt(np.mean(_errors_mm(start) ** 2)) > 0.5 * PIXEL_MM
+    assert 0.002 * PIXEL_MM < np.sqrt(np.mean(errors**2)) < 0.08 * PIXEL_MM
+    assert abs(np.mean(errors)) < 0.02 * PIXEL_MM
+
+
+def test_a_half_pixel_error_in_the_cameras_shows(ball: Ball) -> None:
+    """The check can fail: the same photos with every pixel half a pixel off give another ball."""
+    shifted = CAMERA.with_parameters(CAMERA.packed + np.array([0, 0, 0, 0.5, 0, 0, 0, 0, 0, 0]))
+    scene = ball.metric.scene
+    moved = Scene(
+        names=scene.names,
+        cameras=(shifted,),
+        camera_idx=scene.camera_idx,
+        camera_from_world=scene.camera_from_world,
+        points_in_world=scene.points_in_world,
+        observations=scene.observations,
+        verdicts=(),
+    )
+    result = measure(read_photos([ball.photos]), MetricScene(scene=moved, scale=SCALE), _start(0.0))
+    assert result.filled is not None
+    measured = ~result.filled
+    height = result.vertices_mm[measured, 2] / RADIUS_MM
+    lift_mm = np.sum(height * _errors_mm(result)[measured]) / np.sum(height**2)
+    assert 0.3 * PIXEL_MM < lift_mm < 0.7 * PIXEL_MM
+
+
+def test_what_no_photo_sees_is_called_filled_and_stays(ball: Ball) -> None:
+    start = _start(0.1 * PIXEL_MM)
+    result = measure(read_photos([ball.photos]), ball.metric, start)
+    bottom = start.vertices_mm[:, 2] < -0.97 * RADIUS_MM
+    assert result.filled is not None
+    assert result.filled[bottom].all()
+    np.testing.assert_allclose(
+        result.vertices_mm[bottom], start.vertices_mm[bottom], atol=0.5 * PIXEL_MM
+    )
+
+
+def test_given_filled_vertices_are_never_called_measured(ball: Ball) -> None:
+    start = _start(0.1 * PIXEL_MM)
+    filled = start.vertices_mm[:, 0] > 0.5 * RADIUS_MM
+    given = Mesh(vertices_mm=start.vertices_mm, faces=start.faces, filled=filled)
+    result = measure(
+        read_photos([ball.photos]),
+        ball.metric,
+        given,
+        MeasureOptions(patch_halvings=(0,), joint_rounds=0),
+    )
+    assert result.filled is not None
+    assert result.filled[filled].all()
