@@ -1,0 +1,30 @@
+"""Synthetic: captures of limbs that never were, with the exact truth beside them.
+
+In      CaptureOptions: limb, paint, walk round, lens, board, noise.
+Out     a Capture: photos, calibration photos and truth in a folder.
+"""
+
+from limbgram.synthetic.capture import Capture, make_capture
+from limbgram.synthetic.options import SMALL, CaptureOptions
+from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.limb import LimbKind
+from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
+
+__all__ = [
+    "CALIBRATION_BOARD",
+    "SCALE_BOARD",
+    "SMALL",
+    "Capture",
+    "CaptureOptions",
+    "Lens",
+    "LimbKind",
+    "Paint",
+    "PrintedBoard",
+    "SurfacePoints",
+    "Truth",
+    "make_capture",
+    "stage_truth",
+    "surface_points",
+]

@@ -1,0 +1,120 @@
+"""Capture: photos of a limb that never was, with the exact truth beside them.
+
+In      CaptureOptions.
+Out     a folder: images/, calibration/ and truth/ (mesh.ply, cameras.json, board.json,
+        notes.json, masks/); it appears whole or not at all.
+Fails   CaseError: the folder is there already, or cannot be written.
+"""
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool
+from PIL import Image
+
+from limbgram.errors import CaseError
+from limbgram.geometry.arrays import Mask
+from limbgram.geometry.camera import View
+from limbgram.run import in_parallel
+from limbgram.synthetic.developing import developed, shaken, softened, write_jpeg
+from limbgram.synthetic.options import DEFAULTS, CaptureOptions
+from limbgram.synthetic.props.paint import bake
+from limbgram.synthetic.props.room import board_panel, make_room, make_stand
+from limbgram.synthetic.record import write_record
+from limbgram.synthetic.renderer import Stage, render, seen, silhouette
+from limbgram.synthetic.truth import Truth, stage_truth
+
+_TEXELS_PER_PIXEL = 3.0
+_FINEST_TEXEL_MM = 0.08
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A capture on disk and its truth."""
+
+    folder: Path
+    options: CaptureOptions
+    truth: Truth
+
+    @property
+    def photos(self) -> tuple[Path, ...]:
+        return tuple(self.folder / "images" / view.name for view in self.truth.views)
+
+    @property
+    def calibration_photos(self) -> tuple[Path, ...]:
+        views = self.truth.calibration_views
+        return tuple(self.folder / "calibration" / view.name for view in views)
+
+
+def make_capture(folder: Path, options: CaptureOptions = DEFAULTS) -> Capture:
+    """Photograph a synthetic limb and a calibration board into a new folder."""
+    if folder.exists():
+        raise CaseError(f"{folder} is there already. Name a new folder, or remove it first.")
+    truth = stage_truth(options)
+    beside = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    try:
+        for part in ("images", "calibration", "truth/masks"):
+            (beside / part).mkdir(parents=True)
+        _take_all(beside, truth, options)
+        beside.rename(folder)
+    except OSError as error:
+        raise CaseError(
+            f"The capture could not be written to {folder}: {error}. "
+            "Check that the disk has room and the folder may be written."
+        ) from error
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return Capture(folder, options, truth)
+
+
+def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
+    """Take every photo and write the truth."""
+    ring, bench = _stages(truth, options)
+    flash_mm = options.distance_mm
+
+    def take(photo_idx: int) -> Bool[np.ndarray, " n"] | None:
+        if photo_idx >= len(truth.views):
+            view = truth.calibration_views[photo_idx - len(truth.views)]
+            near_mm = float(np.linalg.norm(view.centre_in_world))
+            _take(view, bench, near_mm, folder / "calibration", photo_idx, options)
+            return None
+        view = truth.views[photo_idx]
+        _take(view, ring, flash_mm, folder / "images", photo_idx, options)
+        _write_mask(silhouette(view, truth.limb), folder / "truth" / "masks" / view.name)
+        return seen(view, truth.limb)
+
+    visible = in_parallel(take, range(len(truth.views) + len(truth.calibration_views)))
+    counts = np.sum([flags for flags in visible if flags is not None], axis=0)
+    write_record(folder / "truth", truth, options, counts.astype(np.uint8))
+
+
+def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
+    """What stands before the camera: the limb, then the calibration board."""
+    pixel_mm = options.distance_mm / truth.views[0].camera.fx
+    texel_mm = max(_FINEST_TEXEL_MM, pixel_mm / _TEXELS_PER_PIXEL)
+    skin = bake(truth.limb, options.paint, options.coverage, options.seed, texel_mm)
+    room = make_room(options.seed, under_stand=True)
+    lying = () if truth.board is None else (board_panel(truth.board),)
+    ring = Stage(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)
+    bare = make_room(options.seed, under_stand=False)
+    return ring, Stage((*bare, board_panel(truth.calibration_board)))
+
+
+def _take(
+    view: View, stage: Stage, flash_mm: float, folder: Path, photo_idx: int, options: CaptureOptions
+) -> None:
+    """Take one photo; its noise depends on the seed and its number alone."""
+    rng = np.random.default_rng((options.seed, 10, photo_idx))
+    picture = softened(render(view, stage, flash_mm), options.blur_px)
+    if photo_idx in options.shaken:
+        picture = shaken(picture, options.shake_px, rng.uniform(0, np.pi))
+    pixels = developed(picture, options.noise, rng)
+    taken = f"2024:03:06 10:{photo_idx // 60:02d}:{photo_idx % 60:02d}"
+    write_jpeg(pixels, folder / view.name, options.lens, taken, options.jpeg_quality)
+
+
+def _write_mask(mask: Mask, path: Path) -> None:
+    Image.fromarray(mask).save(path.with_suffix(".png"), optimize=True)

@@ -1,0 +1,73 @@
+"""What to photograph and how: the options of a synthetic capture."""
+
+from dataclasses import dataclass, field
+
+from limbgram.errors import OptionsError
+from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.limb import LimbKind
+from limbgram.synthetic.props.paint import Paint
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaptureOptions:
+    """A limb, its paint, and a walk round it with a camera."""
+
+    kind: LimbKind = LimbKind.TRANSTIBIAL
+    seed: int = 11
+    """Another seed is another person, another walk round and another room."""
+    paint: Paint = Paint.DABS
+    coverage: float = 0.55
+    """Share of the sock that paint hides."""
+    photos: int = 15
+    rings: int = 1
+    """Heights at which the photographer walks round, 1 to 3."""
+    distance_mm: float = 1350.0
+    """From the camera to the limb's middle; the lens is focused there and stays so."""
+    width_px: int = 1500
+    height_px: int = 1000
+    lens: Lens = field(default_factory=Lens)
+    board: PrintedBoard | None = SCALE_BOARD
+    """The board on the table; None for a capture without scale."""
+    calibration_photos: int = 15
+    noise: float = 1.0
+    """Sensor noise; 1 is a good camera at low sensitivity, 0 none."""
+    blur_px: float = 0.5
+    """Standard deviation of the lens's blur."""
+    shaken: tuple[int, ...] = ()
+    """Photos, counted from 0, that were blurred by the hand."""
+    shake_px: float = 14.0
+    """Length of that blur."""
+    jpeg_quality: int = 94
+    mesh_step_mm: float = 0.7
+    """Edge of the truth's triangles, which are what is rendered."""
+
+    def __post_init__(self) -> None:
+        if self.photos < 1 or self.rings not in (1, 2, 3) or self.photos < 3 * (self.rings - 1):
+            raise OptionsError(
+                f"{self.photos} photos on {self.rings} rings cannot be taken. "
+                "Use 1 to 3 rings, with 3 photos or more on each."
+            )
+        if not 0 <= self.coverage < 0.95:
+            raise OptionsError(
+                f"Paint cannot cover {self.coverage:g} of the sock; 0 to 0.95 can be."
+            )
+        if any(not 0 <= k < self.photos for k in self.shaken):
+            raise OptionsError(
+                f"Shaken photos {self.shaken} are not all among 0 to {self.photos - 1}."
+            )
+        if not 0.2 <= self.mesh_step_mm <= 3.0:
+            raise OptionsError("The truth's triangles can have edges of 0.2 to 3 mm.")
+
+
+DEFAULTS = CaptureOptions()
+
+SMALL = CaptureOptions(
+    photos=8,
+    width_px=864,
+    height_px=576,
+    distance_mm=1150.0,
+    calibration_photos=8,
+    mesh_step_mm=1.2,
+)
+"""For tests: a capture in a few seconds."""

@@ -1,0 +1,133 @@
+"""The photographer: a lens, and hand-held poses round the limb and over a board.
+
+In      a Lens, the picture's size, what is looked at, and a seed.
+Out     a Camera and camera_from_world poses: irregular rings, or a board at varied tilts.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from limbgram.errors import OptionsError
+from limbgram.geometry.arrays import Points3, Vector3
+from limbgram.geometry.camera import Camera
+from limbgram.geometry.rigid import Rigid
+
+_UP = np.array([0.0, 0.0, 1.0])
+_ELEVATIONS_DEG = (28.0, 50.0, 40.0)
+_TRIES = 400
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lens:
+    """Camera body and lens, as EXIF tells them, and the distortion that EXIF does not tell."""
+
+    make: str = "Canon"
+    model: str = "Canon EOS 500D"
+    name: str = "EF50mm f/1.8 II"
+    focal_mm: float = 50.0
+    """Nominal focal length; focused near, the principal distance is longer."""
+    sensor_width_mm: float = 22.3
+    aperture: float = 6.3
+    k1: float = -0.085
+    k2: float = 0.06
+    p1: float = 0.0004
+    p2: float = -0.0003
+    principal_x: float = 0.004
+    """Principal point right of the middle of the picture, as a fraction of its width."""
+    principal_y: float = -0.005
+    """Principal point below the middle of the picture, as a fraction of its width."""
+
+
+def camera_of(lens: Lens, width_px: int, height_px: int, focus_mm: float) -> Camera:
+    """The camera focused at `focus_mm` (thin lens: principal distance f D / (D - f))."""
+    if focus_mm <= 2 * lens.focal_mm:
+        raise OptionsError(
+            f"A {lens.focal_mm:g} mm lens cannot be focused at {focus_mm:g} mm. "
+            "Step back, or choose a shorter lens."
+        )
+    distance_mm = lens.focal_mm * focus_mm / (focus_mm - lens.focal_mm)
+    focal_px = distance_mm * width_px / lens.sensor_width_mm
+    return Camera(
+        width_px=width_px,
+        height_px=height_px,
+        fx=focal_px,
+        fy=focal_px,
+        cx=(width_px - 1) / 2 + lens.principal_x * width_px,
+        cy=(height_px - 1) / 2 + lens.principal_y * width_px,
+        k1=lens.k1,
+        k2=lens.k2,
+        p1=lens.p1,
+        p2=lens.p2,
+    )
+
+
+def walk_round(
+    target: Vector3, distance_mm: float, photos: int, rings: int, seed: int
+) -> tuple[Rigid, ...]:
+    """Poses on `rings` irregular rings at different heights, the lowest ring the fullest."""
+    rng = np.random.default_rng((seed, 4))
+    shares = np.array([1.0, 0.6, 0.6])[:rings]
+    counts = np.floor(shares / shares.sum() * photos).astype(int)
+    counts[0] += photos - counts.sum()
+    poses: list[Rigid] = []
+    for count, elevation_deg in zip(counts, _ELEVATIONS_DEG, strict=False):
+        start = rng.uniform(0, 360)
+        for k in range(count):
+            azimuth = np.radians(start + (k + rng.uniform(-0.16, 0.16)) * 360 / count)
+            elevation = np.radians(elevation_deg + rng.uniform(-6, 6))
+            away = np.array(
+                [
+                    np.cos(elevation) * np.cos(azimuth),
+                    np.cos(elevation) * np.sin(azimuth),
+                    np.sin(elevation),
+                ]
+            )
+            centre = target + away * distance_mm * rng.uniform(0.94, 1.06)
+            poses.append(_held(centre, target + rng.uniform(-14, 14, 3), rng.normal(0, 2.5)))
+    return tuple(poses)
+
+
+def over_board(corners: Points3, camera: Camera, photos: int, seed: int) -> tuple[Rigid, ...]:
+    """Poses over a flat board that see all of its inner corners, tilted by up to 40 degrees.
+
+    The board wanders over the picture, so that its edges and corners are covered, and every
+    other photo is taken with the camera turned by a quarter.
+    """
+    rng = np.random.default_rng((seed, 5))
+    middle = corners.mean(0)
+    span = float(np.linalg.norm(corners.max(0) - corners.min(0)))
+    near = camera.fx * span / min(camera.width_px, camera.height_px)
+    poses: list[Rigid] = []
+    for k in range(photos):
+        corner = np.array([(-1, -1), (1, 1), (1, -1), (-1, 1), (0, 0)][k % 5], float)
+        for attempt in range(_TRIES):
+            tilt = np.radians(rng.uniform(2, 40) if k % 5 == 4 else rng.uniform(12, 40))
+            azimuth = rng.uniform(0, 2 * np.pi)
+            away = np.array(
+                [np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)]
+            )
+            centre = middle + away * near * rng.uniform(0.75, 1.15)
+            pose = _held(centre, middle, rng.uniform(-12, 12) + 90.0 * (k % 4))
+            shift = corner * (1 - attempt / _TRIES) * np.array([0.3, 0.25])
+            pose = _aimed_beside(pose, shift * camera.width_px / camera.fx)
+            if camera.contains(camera.project(pose.apply(corners)), 0.012 * camera.width_px).all():
+                poses.append(pose)
+                break
+        else:
+            raise OptionsError(
+                "The calibration board does not fit the picture. Make the picture less narrow."
+            )
+    return tuple(poses)
+
+
+def _held(centre: Vector3, target: Vector3, roll_deg: float) -> Rigid:
+    """A camera at `centre` that looks at `target`, turned about its axis by `roll_deg`."""
+    level = Rigid.looking_at(centre, target, _UP)
+    return Rigid.from_rotation_vector(np.array([0, 0, np.radians(roll_deg)]), np.zeros(3)) @ level
+
+
+def _aimed_beside(pose: Rigid, shift: np.ndarray) -> Rigid:
+    """The same camera turned so that what was in the middle appears at `shift` (radians)."""
+    turn = Rigid.from_rotation_vector(np.array([-shift[1], shift[0], 0.0]), np.zeros(3))
+    return turn @ pose

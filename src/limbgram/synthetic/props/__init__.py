@@ -1,0 +1,1 @@
+"""What stands and lies in the scene: the limb and its paint, boards, the room."""

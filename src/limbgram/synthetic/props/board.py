@@ -1,0 +1,101 @@
+"""Boards: what is printed on them, where they lie, and where their corners are in truth."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, UInt8
+
+from limbgram.errors import OptionsError
+from limbgram.geometry.arrays import Points3
+from limbgram.geometry.rigid import Rigid
+from limbgram.targets.board import DICTIONARIES, Board
+
+BOARD_HEIGHT_MM = 2.5
+_CELLS = 6
+
+
+@dataclass(frozen=True)
+class PrintedBoard:
+    """A board as the printer made it."""
+
+    board: Board
+    """As the user believes it to be printed."""
+    print_scale: float = 1.0
+    """True size over believed size: 1.03 is a board that the printer enlarged."""
+
+    def __post_init__(self) -> None:
+        if self.board.legacy:
+            raise OptionsError(
+                "Boards of OpenCV's legacy pattern cannot be printed here. Set legacy to False."
+            )
+
+    @property
+    def square_mm(self) -> float:
+        """True side of a square."""
+        return self.board.square_mm * self.print_scale
+
+    @property
+    def marker_mm(self) -> float:
+        """True side of a marker; 0 on a checkerboard."""
+        return self.board.marker_mm * self.print_scale
+
+    @property
+    def size_mm(self) -> Float64[np.ndarray, "2"]:
+        """True width and height without the white margin."""
+        return np.array(self.board.squares, float) * self.square_mm
+
+    def corners_mm(self) -> Points3:
+        """True inner corners in the board's frame."""
+        return self.board.corners_mm * self.print_scale
+
+    def cells(self) -> UInt8[np.ndarray, "rows columns cell cell"]:
+        """The print: 1 white, 0 black, by square and by cell of the marker in the square."""
+        columns, rows = self.board.squares
+        cells = np.zeros((rows, columns, _CELLS, _CELLS), np.uint8)
+        white = np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1
+        cells[white] = 1
+        if self.board.kind == "charuco":
+            marks = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.board.dictionary])
+            side = marks.markerSize + 2
+            cells = np.zeros((rows, columns, side, side), np.uint8)
+            for number, (row, column) in enumerate(np.argwhere(white)):
+                cells[row, column] = marks.generateImageMarker(number, side) > 0
+        return cells
+
+
+SCALE_BOARD = PrintedBoard(Board.charuco("7x5", 30.0, 22.0, "4X4_50"))
+CALIBRATION_BOARD = PrintedBoard(Board.checkerboard("14x10", 10.0))
+
+
+@dataclass(frozen=True)
+class LaidBoard:
+    """A board in its place."""
+
+    printed: PrintedBoard
+    world_from_board: Rigid
+
+    def corners_in_world(self) -> Points3:
+        return self.world_from_board.apply(self.printed.corners_mm())
+
+
+def lay_beside(printed: PrintedBoard, seed: int) -> LaidBoard:
+    """Lay a board flat on the table beside the stand, turned anyhow."""
+    rng = np.random.default_rng((seed, 6))
+    toward, turn = rng.uniform(0, 2 * np.pi, 2)
+    middle = (95.0 + 0.5 * printed.size_mm[1]) * np.array([np.cos(toward), np.sin(toward)])
+    return _lay(printed, middle, toward + np.pi / 2 + 0.15 * np.sin(turn))
+
+
+def lay_alone(printed: PrintedBoard, seed: int) -> LaidBoard:
+    """Lay a board in the middle of the empty table."""
+    return _lay(printed, np.zeros(2), np.random.default_rng((seed, 7)).uniform(0, 2 * np.pi))
+
+
+def _lay(printed: PrintedBoard, middle: np.ndarray, turn: float) -> LaidBoard:
+    right = np.array([np.cos(turn), np.sin(turn), 0.0])
+    down = np.array([right[1], -right[0], 0.0])
+    rotation = np.column_stack([right, down, [0.0, 0.0, -1.0]])
+    half = 0.5 * printed.size_mm
+    origin = np.array([*middle, BOARD_HEIGHT_MM]) - half[0] * right - half[1] * down
+    return LaidBoard(printed, Rigid(rotation, origin))

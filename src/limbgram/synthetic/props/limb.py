@@ -1,0 +1,273 @@
+"""The limb: a closed surface of known shape, standing free with its distal end up.
+
+In      a kind of limb, a seed, and a mesh step.
+Out     a Limb: a grid of rings from the middle of the flat cut, over its rim and up the
+        skin to the distal pole. The triangles of this grid are the truth AND what is rendered.
+Method  a profile of radii turned about a bent axis, sections that are not round, bumps for
+        bone and muscle pushed along the normal, then fine relief of random plane waves.
+Frame   world: z up from the table, millimetres; the axis starts at (0, 0, base_mm).
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64
+from scipy.interpolate import PchipInterpolator
+
+from limbgram.geometry.arrays import Faces, Points3
+from limbgram.surface.mesh import Mesh
+
+_CUT_RING_MM = 3.0
+_WAVES = 48
+
+
+class LimbKind(Enum):
+    """Which limb; each has its own bones and proportions."""
+
+    TRANSTIBIAL = "transtibial"
+    TRANSFEMORAL = "transfemoral"
+    BULBOUS = "bulbous"
+
+
+@dataclass(frozen=True)
+class _Bump:
+    """A Gaussian hill (or hollow) on the skin, `angle_deg` from anterior towards lateral."""
+
+    angle_deg: float
+    height: float
+    """Fraction of the limb's height, 0 at the cut and 1 at the distal end."""
+    rise_mm: float
+    around_mm: float
+    along_mm: float
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Proportions of one kind: radii by fraction of height, sections, bumps."""
+
+    height_mm: float
+    heights: tuple[float, ...]
+    radii_mm: tuple[float, ...]
+    dome: float
+    """Fraction of the height taken by the rounded distal end."""
+    oval: float
+    triangle: float
+    bumps: tuple[_Bump, ...]
+
+
+_PLANS = {
+    LimbKind.TRANSTIBIAL: _Plan(
+        270.0,
+        (0.0, 0.25, 0.5, 0.75, 1.0),
+        (57.0, 54.0, 51.0, 44.0, 36.0),
+        0.18,
+        0.045,
+        0.035,
+        (
+            _Bump(0, 0.19, 8.5, 17, 20),  # patella
+            _Bump(0, 0.33, -3.0, 10, 11),  # patellar tendon
+            _Bump(0, 0.41, 4.5, 9, 12),  # tibial tuberosity
+            _Bump(-6, 0.53, 3.2, 7, 22),  # tibial crest, in three parts
+            _Bump(-9, 0.67, 3.2, 7, 22),
+            _Bump(-8, 0.81, 3.4, 8, 18),
+            _Bump(105, 0.37, 6.0, 10, 12),  # head of the fibula
+            _Bump(85, 0.87, 2.5, 9, 10),  # cut end of the fibula
+            _Bump(-65, 0.35, 4.0, 20, 16),  # medial flare
+            _Bump(180, 0.26, -7.0, 26, 24),  # back of the knee
+            _Bump(175, 0.55, 8.0, 38, 42),  # calf
+        ),
+    ),
+    LimbKind.TRANSFEMORAL: _Plan(
+        250.0,
+        (0.0, 0.25, 0.5, 0.75, 1.0),
+        (78.0, 73.0, 66.0, 57.0, 47.0),
+        0.24,
+        0.07,
+        0.02,
+        (
+            _Bump(95, 0.5, -6.0, 30, 55),  # flat of the lateral wall
+            _Bump(100, 0.88, 4.5, 13, 13),  # cut end of the femur
+            _Bump(-80, 0.12, 8.0, 28, 14),  # adductor roll
+            _Bump(-80, 0.24, -4.0, 30, 8),
+            _Bump(20, 0.45, 5.0, 28, 45),  # rectus femoris
+            _Bump(165, 0.4, 6.0, 34, 40),  # hamstrings
+        ),
+    ),
+    LimbKind.BULBOUS: _Plan(
+        230.0,
+        (0.0, 0.25, 0.5, 0.75, 1.0),
+        (52.0, 48.0, 45.0, 51.0, 50.0),
+        0.30,
+        0.05,
+        0.03,
+        (
+            _Bump(0, 0.2, 7.0, 16, 18),
+            _Bump(-5, 0.5, 3.5, 8, 30),
+            _Bump(100, 0.38, 5.0, 10, 11),
+            _Bump(180, 0.28, -5.0, 24, 20),
+            _Bump(150, 0.85, 5.0, 18, 16),  # soft tissue that hangs over
+            _Bump(-100, 0.8, 4.0, 16, 14),
+        ),
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limb:
+    """The closed truth surface and its chart."""
+
+    mesh: Mesh
+    cut: Bool[np.ndarray, " n"]
+    """True at the vertices inside the flat cut; those of the rim belong to the skin."""
+    grid_mm: Float32[np.ndarray, "rows columns 3"]
+    """The same vertices as a chart: rows from cut to pole; the last column repeats the first."""
+    chart: Float32[np.ndarray, "f 3 2"]
+    """Column and row in the chart of every face's corners."""
+    base_mm: float
+    """Height of the cut above the table."""
+    height_mm: float
+
+
+def make_limb(kind: LimbKind, seed: int, step_mm: float, base_mm: float) -> Limb:
+    """Build a limb; one seed gives one person, left or right."""
+    rng = np.random.default_rng((seed, 1))
+    plan = _PLANS[kind]
+    size = rng.uniform(0.94, 1.06)
+    side = rng.choice([-1.0, 1.0])
+    yaw = rng.uniform(0, 2 * np.pi)
+    height = plan.height_mm * size * rng.uniform(0.95, 1.03)
+    profile = _profile(plan, size, height, step_mm, rng)
+    columns = round(2 * np.pi * profile[:, 0].max() / step_mm)
+    angles = yaw + 2 * np.pi * np.arange(columns) / columns
+    skin = _skin(plan, profile, side * (angles - yaw), height, rng)
+    turn = np.stack([np.cos(angles), np.sin(angles)], -1)
+    bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
+    skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
+    skin = skin + _normals(skin) * _relief_mm(skin, rng)[..., None]
+    skin[0, :, 2] = 0.0
+    skin[-1] = skin[-1].mean(0)
+    skin[..., 2] += base_mm
+    grid = np.concatenate([_cut_rings(skin[0]), skin])
+    return _limb(grid, len(grid) - len(skin), base_mm)
+
+
+def _profile(
+    plan: _Plan, size: float, height_mm: float, step_mm: float, rng: np.random.Generator
+) -> Float64[np.ndarray, "n 2"]:
+    """Radius and height along the skin, at equal steps from the cut to the pole."""
+    radii = np.array(plan.radii_mm) * size * rng.uniform(0.96, 1.04, len(plan.radii_mm))
+    radius = PchipInterpolator(np.array(plan.heights) * height_mm, radii)
+    shoulder = height_mm * (1 - plan.dome)
+    straight = np.linspace(0, shoulder, 2000)[:-1]
+    angle = np.linspace(0, np.pi / 2, 2000)
+    dome = shoulder + (height_mm - shoulder) * np.sin(angle)
+    heights = np.concatenate([straight, dome])
+    r = radius(heights) * np.concatenate([np.ones(len(straight)), np.cos(angle)])
+    length = np.concatenate([[0], np.cumsum(np.hypot(np.diff(r), np.diff(heights)))])
+    at = np.linspace(0, length[-1], round(length[-1] / step_mm) + 1)
+    even = np.column_stack([np.interp(at, length, r), np.interp(at, length, heights)])
+    even[-1] = 0.0, height_mm
+    return even
+
+
+def _skin(
+    plan: _Plan,
+    profile: Float64[np.ndarray, "n 2"],
+    angles: Float64[np.ndarray, " c"],
+    height_mm: float,
+    rng: np.random.Generator,
+) -> Points3:
+    """Radius, unused, height of every grid point; `angles` from anterior towards lateral."""
+    radius, height = profile[:, :1], profile[:, 1:]
+    fade = np.clip(radius / radius.max(), 0, 1)
+    phase = rng.uniform(-0.2, 0.2, 2)
+    section = 1 + fade * (
+        plan.oval * np.cos(2 * (angles + phase[0]))
+        + plan.triangle * np.cos(3 * (angles + phase[1]))
+    )
+    slope = np.gradient(profile[:, 0]), np.gradient(profile[:, 1])
+    outward = np.stack([slope[1], -slope[0]], -1) / np.hypot(*slope)[:, None]
+    rise = np.zeros((len(profile), len(angles)))
+    for bump in plan.bumps:
+        centre = np.radians(bump.angle_deg + rng.uniform(-6, 6))
+        at = (bump.height + rng.uniform(-0.02, 0.02)) * height_mm
+        around = np.angle(np.exp(1j * (angles - centre))) * radius / bump.around_mm
+        along = (height - at) / bump.along_mm
+        rise += bump.rise_mm * rng.uniform(0.8, 1.2) * np.exp(-0.5 * (around**2 + along**2))
+    rise += _scar_mm(radius * np.cos(angles), height, height_mm)
+    rise[-1] = rise[-2].mean()
+    r = radius * section + rise * outward[:, :1]
+    z = height + rise * outward[:, 1:]
+    return np.stack([r, np.zeros_like(r), z], -1)
+
+
+def _scar_mm(
+    forward_mm: np.ndarray, height: np.ndarray, height_mm: float
+) -> Float64[np.ndarray, "n c"]:
+    """The seam of the operation: a groove across the distal end, a little behind the middle."""
+    on_end = 1 / (1 + np.exp(-(height - 0.86 * height_mm) / 4.0))
+    return -1.3 * on_end * np.exp(-0.5 * ((forward_mm + 6.0) / 2.6) ** 2)
+
+
+def _relief_mm(points: Points3, rng: np.random.Generator) -> Float64[np.ndarray, "n c"]:
+    """Skin and knit: plane waves of 5 to 40 mm, 0.2 mm RMS in all, long ones higher."""
+    lengths = np.geomspace(5.0, 40.0, _WAVES)
+    directions = rng.normal(size=(_WAVES, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    phases = rng.uniform(0, 2 * np.pi, _WAVES)
+    weights = lengths**0.7
+    weights *= 0.2 * np.sqrt(2) / np.linalg.norm(weights)
+    relief = np.zeros(points.shape[:-1])
+    for length, direction, phase, weight in zip(lengths, directions, phases, weights, strict=True):
+        relief += weight * np.sin(points @ (direction * 2 * np.pi / length) + phase)
+    return relief
+
+
+def _normals(grid: Points3) -> Points3:
+    """Outward unit normals of a grid that is closed along its columns."""
+    around = np.roll(grid, -1, 1) - np.roll(grid, 1, 1)
+    along = np.gradient(grid, axis=0)
+    normals = np.cross(around, along)
+    normals[-1] = [0.0, 0.0, 1.0]
+    return normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
+
+
+def _cut_rings(rim: Points3) -> Points3:
+    """Rings of the flat cut, from its middle to just inside the rim."""
+    middle = rim.mean(0)
+    widest = np.linalg.norm(rim - middle, axis=1).max()
+    shares = np.linspace(0, 1, round(widest / _CUT_RING_MM) + 1)[:-1]
+    return middle + shares[:, None, None] * (rim - middle)
+
+
+def _limb(grid: Points3, cut_rows: int, base_mm: float) -> Limb:
+    """Join the rings to one closed mesh: the first and the last row are single vertices."""
+    rows, columns = grid.shape[:2]
+    vertices = np.concatenate([grid[:1, 0], grid[1:-1].reshape(-1, 3), grid[-1:, 0]])
+    ids = np.arange((rows - 2) * columns).reshape(rows - 2, columns) + 1
+    first = np.zeros((1, columns), int)
+    last = np.full((1, columns), len(vertices) - 1)
+    ids = np.concatenate([first, ids, last])
+    ids = np.concatenate([ids, ids[:, :1]], 1)
+    a, b, c, d = ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]
+    column, row = np.meshgrid(np.arange(columns), np.arange(rows - 1))
+    lower = np.stack([a, b, c], -1), ((0, 0), (1, 0), (1, 1))
+    upper = np.stack([a, c, d], -1), ((0, 0), (1, 1), (0, 1))
+    faces, chart = [], []
+    for (corners, steps), whole in ((lower, slice(1, None)), (upper, slice(None, -1))):
+        at = np.stack([np.stack([column + i, row + j], -1) for i, j in steps], -2)
+        faces.append(corners[whole].reshape(-1, 3))
+        chart.append(at[whole].reshape(-1, 3, 2))
+    closed = np.concatenate([grid, grid[:, :1]], 1)
+    skin: Faces = np.concatenate(faces).astype(np.int32)
+    cut = np.zeros(len(vertices), bool)
+    cut[: 1 + (cut_rows - 1) * columns] = True
+    return Limb(
+        mesh=Mesh(vertices_mm=vertices.astype(np.float32).astype(float), faces=skin),
+        cut=cut,
+        grid_mm=closed.astype(np.float32),
+        chart=np.concatenate(chart).astype(np.float32),
+        base_mm=base_mm,
+        height_mm=float(vertices[:, 2].max() - base_mm),
+    )

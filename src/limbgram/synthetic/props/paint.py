@@ -1,0 +1,198 @@
+"""Paint: the limb's white sock and the fabric paint dabbed on it, as a texture of its chart.
+
+In      a Limb, how much of it is painted, a seed and the size of a texel.
+Out     a texture (rows, columns, 4): sRGB and gloss.
+Method  dabs of 0.4 to 8 mm, as much area in every octave, laid on in space and not in the
+        chart, so that the pole is painted like the rest; large ones first.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float64, UInt8
+from numba import njit
+
+from limbgram.geometry.arrays import Points3
+from limbgram.run import in_parallel
+from limbgram.synthetic.props.limb import Limb
+
+_SMALLEST_MM, _LARGEST_MM = 0.4, 8.0
+_HARMONICS = 3
+_STRIP_ROWS = 256
+_PALETTE = np.array(
+    [
+        (203, 32, 44),
+        (240, 120, 20),
+        (246, 210, 30),
+        (30, 140, 66),
+        (38, 160, 160),
+        (40, 70, 190),
+        (110, 40, 150),
+        (214, 70, 120),
+        (110, 70, 48),
+        (34, 34, 38),
+    ],
+    float,
+)
+
+
+class Paint(Enum):
+    """What is on the sock."""
+
+    DABS = "dabs"
+    NONE = "none"
+
+
+@dataclass(frozen=True)
+class _Dabs:
+    """All dabs in the order in which they are laid on; one row each."""
+
+    chart: Float64[np.ndarray, "n 3"]
+    """Column and row of the centre, and rows per mm there."""
+    centre_mm: Points3
+    frame: Float64[np.ndarray, "n 3 3"]
+    """Two axes in the skin and its normal."""
+    shape: Float64[np.ndarray, "n 8"]
+    """Radius in mm, stretch, then amplitude and phase of the edge's harmonics."""
+    colour: Float64[np.ndarray, "n 4"]
+    """sRGB and opacity."""
+
+
+def bake(
+    limb: Limb, paint: Paint, coverage: float, seed: int, texel_mm: float
+) -> UInt8[np.ndarray, "rows columns 4"]:
+    """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart."""
+    grid = limb.grid_mm
+    step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
+    fine = max(1, round(step / texel_mm))
+    rows, columns = (grid.shape[0] - 1) * fine + 1, (grid.shape[1] - 1) * fine + 1
+    texture = np.empty((rows, columns, 4), np.uint8)
+    count = _dab_count(limb, coverage) if paint is Paint.DABS else 0
+    dabs = _scatter(limb, count, np.random.default_rng((seed, 2)))
+    seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
+
+    def lay_on(start: int) -> None:
+        stop = min(start + _STRIP_ROWS, rows)
+        _sock(texture, start, stop, seeds)
+        _lay_on(
+            texture,
+            start,
+            stop,
+            fine,
+            grid,
+            dabs.chart,
+            dabs.centre_mm,
+            dabs.frame,
+            dabs.shape,
+            dabs.colour,
+        )
+
+    in_parallel(lay_on, range(0, rows, _STRIP_ROWS))
+    texture[:, -1] = texture[:, 0]
+    return texture
+
+
+def _dab_count(limb: Limb, coverage: float) -> int:
+    """Dabs that leave 1 - coverage of the area bare (random discs overlap)."""
+    area = 0.5 * np.linalg.norm(limb.mesh.face_normals(), axis=1).sum()
+    ratio = _LARGEST_MM / _SMALLEST_MM
+    mean_square = 2 * np.log(ratio) / (1 - ratio**-2) * _SMALLEST_MM**2
+    return round(-np.log(1 - coverage) * area / (np.pi * mean_square))
+
+
+def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
+    """Random places, evenly by area; radii with density r^-3: equal area in every octave."""
+    weighted = limb.mesh.face_normals()
+    areas = np.linalg.norm(weighted, axis=1)
+    face = rng.choice(len(areas), count, p=areas / areas.sum())
+    share = rng.dirichlet([1.0, 1.0, 1.0], count)
+    corners = limb.mesh.vertices_mm[limb.mesh.faces[face]]
+    normal = weighted[face] / areas[face, None]
+    first = np.cross(normal, rng.normal(size=(count, 3)))
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    u = rng.random(count)
+    radius = _SMALLEST_MM / np.sqrt(1 - u * (1 - (_SMALLEST_MM / _LARGEST_MM) ** 2))
+    order = np.argsort(-radius * rng.uniform(0.4, 1.6, count), kind="stable")
+    edge = np.stack(
+        [rng.uniform(0, 0.16, (count, _HARMONICS)), rng.uniform(0, 6.28, (count, _HARMONICS))], -1
+    ).reshape(count, -1)
+    colour = np.clip(_PALETTE[rng.integers(0, len(_PALETTE), count)], 0, 255)
+    colour = np.clip(
+        colour * rng.uniform(0.8, 1.15, (count, 1)) + rng.normal(0, 10, (count, 3)), 5, 250
+    )
+    chart = (limb.chart[face] * share[..., None]).sum(1)
+    at = np.minimum(chart[:, 1].astype(int), len(limb.grid_mm) - 2)
+    column = chart[:, 0].astype(int)
+    steps = np.linalg.norm(limb.grid_mm[at + 1, column] - limb.grid_mm[at, column], axis=1)
+    return _Dabs(
+        np.column_stack([chart, 1.4 / steps])[order],
+        (corners * share[..., None]).sum(1)[order],
+        np.stack([first, np.cross(normal, first), normal], 1)[order],
+        np.column_stack([radius, rng.uniform(0.65, 1.0, count), edge])[order],
+        np.column_stack([colour, rng.uniform(0.8, 1.0, count)])[order],
+    )
+
+
+@njit(cache=True, nogil=True)
+def _sock(texture, start, stop, seeds):
+    """Off-white knit: every texel a little lighter or darker."""
+    for r in range(start, stop):
+        state = np.uint32(seeds[r])
+        for c in range(texture.shape[1]):
+            state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
+            shade = 226 + np.int64(state >> np.uint32(28))
+            texture[r, c, 0] = shade
+            texture[r, c, 1] = shade
+            texture[r, c, 2] = shade - 6
+            texture[r, c, 3] = 20
+
+
+@njit(cache=True, nogil=True)
+def _lay_on(texture, start, stop, fine, grid, chart, centres, frames, shapes, colours):
+    """Lay all dabs, in order, on the texture rows [start, stop)."""
+    columns = texture.shape[1] - 1
+    for k in range(len(centres)):
+        reach = shapes[k, 0] * 1.5
+        column, row = chart[k, 0], chart[k, 1]
+        rows = (reach * chart[k, 2] + 1.0) * fine
+        for r in range(max(start, int(row * fine - rows)), min(stop, int(row * fine + rows) + 1)):
+            i = min(r // fine, grid.shape[0] - 2)
+            down = r / fine - i
+            j = int(column)
+            edge = grid[i, j + 1] - grid[i, j]
+            width = np.sqrt(edge[0] ** 2 + edge[1] ** 2 + edge[2] ** 2) + 1e-6
+            half = min(int((1.3 * reach / width + 1.0) * fine), columns // 2)
+            for offset in range(-half, half + 1):
+                c = (int(column * fine) + offset) % columns
+                j = c // fine
+                right = c / fine - j
+                x = y = height = 0.0
+                for axis in range(3):
+                    upper = grid[i, j, axis] * (1 - right) + grid[i, j + 1, axis] * right
+                    lower = grid[i + 1, j, axis] * (1 - right) + grid[i + 1, j + 1, axis] * right
+                    away = upper * (1 - down) + lower * down - centres[k, axis]
+                    x += away * frames[k, 0, axis]
+                    y += away * frames[k, 1, axis]
+                    height += away * frames[k, 2, axis]
+                if abs(height) < 0.5 * reach + 0.5:
+                    _blend(texture, r, c, x, y, shapes[k], colours[k])
+
+
+@njit(cache=True, nogil=True)
+def _blend(texture, r, c, x, y, shape, colour):
+    """Paint one texel where it lies inside the wavy edge of a dab."""
+    y /= shape[1]
+    away = np.sqrt(x * x + y * y)
+    if away > 1.5 * shape[0]:
+        return
+    edge = 1.0
+    if away > 0.5 * shape[0]:
+        angle = np.arctan2(y, x)
+        for n in range(3):
+            edge += shape[2 + 2 * n] * np.cos((n + 2) * angle + shape[3 + 2 * n])
+    if away < edge * shape[0]:
+        for band in range(3):
+            old = texture[r, c, band]
+            texture[r, c, band] = old + colour[3] * (colour[band] - old)
+        texture[r, c, 3] = 90

@@ -1,0 +1,161 @@
+"""The record: the truth of a capture, as files that any program can read.
+
+In      a Truth and how many photos see each vertex of the limb.
+Out     mesh.ply (x, y, z, ncam, cap; faces), cameras.json, board.json, notes.json.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import UInt8
+
+from limbgram.geometry.camera import View
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.board import LaidBoard
+from limbgram.synthetic.props.limb import Limb
+from limbgram.synthetic.truth import Truth
+
+_RIM_MM = 6.0
+
+
+def write_record(
+    folder: Path, truth: Truth, options: CaptureOptions, seen_by: UInt8[np.ndarray, " n"]
+) -> None:
+    """Write the truth into `folder`."""
+    _write_mesh(folder / "mesh.ply", truth.limb, seen_by)
+    _write_json(folder / "cameras.json", _cameras(truth))
+    _write_json(folder / "board.json", _boards(truth))
+    _write_json(folder / "notes.json", _notes(truth, options, seen_by))
+
+
+def _write_mesh(path: Path, limb: Limb, seen_by: UInt8[np.ndarray, " n"]) -> None:
+    vertices = np.empty(len(seen_by), [("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
+    vertices["xyz"], vertices["ncam"], vertices["cap"] = limb.mesh.vertices_mm, seen_by, limb.cut
+    faces = np.empty(len(limb.mesh.faces), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, limb.mesh.faces
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment units mm",
+        f"element vertex {len(vertices)}",
+        *(f"property float {axis}" for axis in "xyz"),
+        "property uchar ncam",
+        "property uchar cap",
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
+
+
+def _cameras(truth: Truth) -> dict[str, Any]:
+    camera = truth.views[0].camera
+    return {
+        "convention": "OpenCV: X_cam = R X_world + t, x right, y down, z forward, mm; pixel "
+        "centre of the top-left pixel = (0, 0); distortion k1,k2,p1,p2 (k3=0), Brown-Conrady",
+        "world": "mm, z up, table top z=0",
+        "intrinsics": {
+            "width": camera.width_px,
+            "height": camera.height_px,
+            **{name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "skew")},
+        },
+        "distortion": {name: getattr(camera, name) for name in ("k1", "k2", "p1", "p2")},
+        "images": [_pose(view) for view in truth.views],
+        "calibration": [_pose(view) for view in truth.calibration_views],
+    }
+
+
+def _pose(view: View) -> dict[str, Any]:
+    pose = view.camera_from_world
+    return {
+        "name": view.name,
+        "R": pose.rotation.tolist(),
+        "t": pose.translation.tolist(),
+        "C": pose.centre.tolist(),
+    }
+
+
+def _boards(truth: Truth) -> dict[str, Any]:
+    bench = truth.calibration_board
+    inner = bench.printed.board.inner
+    boards: dict[str, Any] = {
+        "calibration_board": {
+            "type": "checkerboard",
+            "inner_x": inner[0],
+            "inner_y": inner[1],
+            "square_mm": bench.printed.square_mm,
+            **_place(bench),
+            "comment": "frame of the calibration session: the board's table, z up",
+        }
+    }
+    if truth.board is not None:
+        printed = truth.board.printed
+        boards["scene_board"] = {
+            "type": "charuco",
+            "squares_x": printed.board.columns,
+            "squares_y": printed.board.rows,
+            "square_mm": printed.square_mm,
+            "marker_mm": printed.marker_mm,
+            "nominal_square_mm": printed.board.square_mm,
+            "dictionary": f"DICT_{printed.board.dictionary}",
+            "legacy": False,
+            **_place(truth.board),
+            "corners_world_mm": truth.board.corners_in_world().tolist(),
+            "rotates_with_object": False,
+        }
+    return boards
+
+
+def _place(laid: LaidBoard) -> dict[str, Any]:
+    return {
+        "board_frame": "X_world = R X_board + t; origin outer corner of the first square, "
+        "x right, y down as printed, z into the plate",
+        "R": laid.world_from_board.rotation.tolist(),
+        "t": laid.world_from_board.translation.tolist(),
+    }
+
+
+def _notes(
+    truth: Truth, options: CaptureOptions, seen_by: UInt8[np.ndarray, " n"]
+) -> dict[str, Any]:
+    limb, lens = truth.limb, options.lens
+    corners = limb.mesh.vertices_mm[limb.mesh.faces]
+    areas = 0.5 * np.linalg.norm(limb.mesh.face_normals(), axis=1)
+    visible = ((seen_by >= 3) & ~limb.cut)[limb.mesh.faces].all(1)
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    return {
+        "set": f"synthetic_{options.kind.value}_{options.seed}",
+        "kind": options.kind.value,
+        "shape_seed": options.seed,
+        "paint": options.paint.value,
+        "paint_coverage": options.coverage,
+        "turntable": False,
+        "object_height_mm": limb.height_mm,
+        "z_bottom_mm": limb.base_mm,
+        "triangles": len(limb.mesh.faces),
+        "volume_ml_closed": float(volume) / 1000,
+        "area_mm2": float(areas[~limb.cut[limb.mesh.faces].any(1)].sum()),
+        "visible_area_mm2": float(areas[visible].sum()),
+        "visible_rule": "vertex seen by >=3 photos: in frame, incidence < 75 deg, unoccluded; "
+        "flat cap excluded",
+        "mm_per_px_at_object": options.distance_mm / truth.views[0].camera.fx,
+        "body": {
+            "make": lens.make,
+            "model": lens.model,
+            "lens": lens.name,
+            "focal_mm": lens.focal_mm,
+            "sensor_w_mm": lens.sensor_width_mm,
+            "fnumber": lens.aperture,
+        },
+        "shaken": [truth.views[k].name for k in options.shaken],
+        "roi": {
+            "z_min": limb.base_mm + _RIM_MM,
+            "comment": "measured surface = mesh minus 'cap'; a band of 6 mm above the cut is left out",
+        },
+    }
+
+
+def _write_json(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1), encoding="utf-8")

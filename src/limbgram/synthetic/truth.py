@@ -1,0 +1,79 @@
+"""The truth: where everything is, known exactly before a picture is taken.
+
+In      CaptureOptions.
+Out     a Truth: the limb, the views, the boards. `truth_views` and `surface_points` give later
+        stages something to test against without a picture being rendered.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool
+
+from limbgram.geometry.arrays import Points3
+from limbgram.geometry.camera import View
+from limbgram.run import in_parallel
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.photographer import camera_of, over_board, walk_round
+from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
+from limbgram.synthetic.props.limb import Limb, make_limb
+from limbgram.synthetic.renderer import seen
+
+BASE_MM = 60.0
+_FIRST_PHOTO, _FIRST_CALIBRATION_PHOTO = 1001, 901
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A capture before its pictures are taken."""
+
+    limb: Limb
+    views: tuple[View, ...]
+    calibration_views: tuple[View, ...]
+    """Their world frame is the calibration board's table, not the limb's."""
+    board: LaidBoard | None
+    calibration_board: LaidBoard
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Points on the limb's skin with outward unit normals."""
+
+    points_in_world: Points3
+    normals_in_world: Points3
+    seen: Bool[np.ndarray, "n views"]
+    """Which view sees which point."""
+
+
+def stage_truth(options: CaptureOptions) -> Truth:
+    """Build the limb, place the boards, and decide where every photo is taken from."""
+    limb = make_limb(options.kind, options.seed, options.mesh_step_mm, BASE_MM)
+    camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
+    target = np.array([0.0, 0.0, BASE_MM + 0.42 * limb.height_mm])
+    ring = walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)
+    bench = lay_alone(CALIBRATION_BOARD, options.seed)
+    tilted = over_board(bench.corners_in_world(), camera, options.calibration_photos, options.seed)
+    return Truth(
+        limb=limb,
+        views=tuple(
+            View(f"IMG_{_FIRST_PHOTO + k}.jpg", camera, pose) for k, pose in enumerate(ring)
+        ),
+        calibration_views=tuple(
+            View(f"CAL_{_FIRST_CALIBRATION_PHOTO + k:04d}.jpg", camera, pose)
+            for k, pose in enumerate(tilted)
+        ),
+        board=None if options.board is None else lay_beside(options.board, options.seed),
+        calibration_board=bench,
+    )
+
+
+def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:
+    """Random vertices of the skin, each seen by two views or more, spread evenly by area."""
+    visible = np.stack(in_parallel(lambda view: seen(view, truth.limb), truth.views), -1)
+    mesh = truth.limb.mesh
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    shares = np.bincount(mesh.faces.ravel(), np.repeat(areas, 3), len(mesh.vertices_mm))
+    shares[truth.limb.cut | (visible.sum(1) < 2)] = 0.0
+    rng = np.random.default_rng((seed, 9))
+    chosen = np.sort(rng.choice(len(shares), count, replace=False, p=shares / shares.sum()))
+    return SurfacePoints(mesh.vertices_mm[chosen], mesh.vertex_normals()[chosen], visible[chosen])
