@@ -1,0 +1,19 @@
+"""Scale: scene units to millimetres, with proof.
+
+In      a Scene; BoardDetections of a board lying in it, known distances, both or neither.
+Out     a MetricScene.
+"""
+
+from limbgram.scale.distances import KnownDistance, Pick
+from limbgram.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.scale.scaling import ScaleOptions, to_millimetres
+
+__all__ = [
+    "KnownDistance",
+    "LengthCheck",
+    "MetricScene",
+    "Pick",
+    "Scale",
+    "ScaleOptions",
+    "to_millimetres",
+]

@@ -32,10 +32,19 @@ class Scale:
     unit: Literal["mm", "unitless"]
     source: Literal["board", "distances", "none"]
     relative_sigma: float
-    """One standard deviation of the scale factor, as a fraction; NaN without scale."""
+    """One standard deviation of the scale factor, as a fraction; NaN without scale.
+
+    It holds the measurement of corners and picks and the errors of single photos, not an error
+    of the board's print or of a typed length: those only another length can tell.
+    """
     lengths: tuple[LengthCheck, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
     """Boards, markers or distances that were not used, and why."""
+
+    @property
+    def checked(self) -> bool:
+        """Whether a length that did not set the scale confirms it."""
+        return any(one.role == "check" for one in self.lengths)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,140 @@
+"""Scale: scene units to millimetres, and the world's frame.
+
+In      a Scene; a board of known size lying in it, known distances, both or neither.
+Out     a MetricScene, the only scene that the dense stages accept.
+Method  a part of the known lengths sets the scale, the rest checks it. Without any the scene is
+        made unitless on purpose: the cameras are 1000 units from what they look at.
+Fails   ScaleError: a source that cannot be measured, or lengths that contradict each other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from limbgram.geometry.arrays import Matrix3, Vector3
+from limbgram.geometry.similarity import Similarity
+from limbgram.mapping.scene import Scene
+from limbgram.scale.distances import KnownDistance, measure_distances
+from limbgram.scale.frame import centre_of_object, common_up, find_floor, rotation_to_z
+from limbgram.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.scale.plate import Plate, find_plate
+from limbgram.scale.ruler import Ruler
+from limbgram.scale.sight import Aim, aim_of
+from limbgram.scale.verdict import check_lengths, check_plate
+from limbgram.targets.detections import BoardDetections
+
+_UNITLESS_DISTANCE = 1000.0
+_MOST_BELOW = 0.02
+"""Share of the points near the aim that may lie below a board which is the floor."""
+_BELOW = 0.03
+"""How far below, in half frames."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScaleOptions:
+    """How closely known lengths must agree."""
+
+    max_disagreement: float = 0.003
+    """Accepted difference between a checked length and the scale, as a fraction."""
+    pick_sigma_px: float = 0.5
+    """Standard deviation of one coordinate of a point picked by hand."""
+    seed: int = 0
+    """For finding the floor's plane."""
+
+
+DEFAULTS = ScaleOptions()
+
+
+def to_millimetres(
+    scene: Scene,
+    detections: BoardDetections | None = None,
+    distances: Sequence[KnownDistance] = (),
+    options: ScaleOptions = DEFAULTS,
+) -> MetricScene:
+    """Scale and turn a scene so that one unit is one millimetre and +Z is up.
+
+    With a board the origin is its centre, x runs along its columns and z = 0 is the floor.
+    Otherwise the origin is the object's centre, and the floor is known where points show it.
+    """
+    aim = aim_of(scene.views, scene.points_in_world)
+    plate = find_plate(scene, detections) if detections is not None else None
+    rulers = [] if plate is None else [plate.ruler]
+    if distances:
+        typed = measure_distances(
+            scene, distances, options.pick_sigma_px, all_check=plate is not None
+        )
+        rulers.append(typed)
+    if not rulers:
+        return _unitless(scene, aim, options)
+    scale = _scale(rulers, "distances" if plate is None else "board")
+    if plate is not None:
+        check_plate(plate, options.max_disagreement)
+    check_lengths(scale, options.max_disagreement)
+    mm_per_unit = 1 / rulers[0].units_per_mm
+    if plate is not None:
+        return _on_plate(scene, aim, plate, mm_per_unit, scale)
+    return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
+
+
+def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Scale:
+    """The first ruler's scale, with the lengths of all."""
+    units_per_mm = rulers[0].units_per_mm
+    return Scale(
+        unit="mm",
+        source=source,
+        relative_sigma=rulers[0].relative_sigma,
+        lengths=tuple(
+            LengthCheck(
+                label=one.label,
+                known_mm=one.known_mm,
+                measured_mm=one.measured / units_per_mm,
+                sigma_mm=one.sigma / units_per_mm,
+                role=one.role,
+            )
+            for ruler in rulers
+            for one in ruler.lengths
+        ),
+        set_aside=tuple(one for ruler in rulers for one in ruler.set_aside),
+    )
+
+
+def _on_plate(
+    scene: Scene, aim: Aim, plate: Plate, mm_per_unit: float, scale: Scale
+) -> MetricScene:
+    """World axes along the board; it is the floor unless much of the object lies behind it."""
+    centre = plate.scene_from_board.apply(plate.outline_mm).mean(0)
+    x, y, z = plate.scene_from_board.rotation.T
+    world_from_scene = _moved_to(centre, np.array([x, -y, -z]), mm_per_unit)
+    moved = scene.moved(world_from_scene)
+    near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < aim.reach
+    heights = moved.points_in_world[near, 2]
+    is_floor = np.mean(heights < -_BELOW * aim.reach * mm_per_unit) <= _MOST_BELOW
+    outline = world_from_scene.apply(plate.scene_from_board.apply(plate.outline_mm))
+    return MetricScene(
+        scene=moved,
+        scale=scale,
+        floor_z_mm=0.0 if is_floor else None,
+        board_corners_mm=tuple(outline),
+    )
+
+
+def _on_floor(scene: Scene, aim: Aim, mm_per_unit: float, scale: Scale, seed: int) -> MetricScene:
+    """World axes by the floor's plane, or by how the photos were held."""
+    floor = find_floor(scene.views, scene.points_in_world, aim, seed)
+    up = common_up(scene.views, aim) if floor is None else floor.normal
+    origin = centre_of_object(scene.points_in_world, aim)
+    moved = scene.moved(_moved_to(origin, rotation_to_z(up), mm_per_unit))
+    height = None if floor is None else -float(floor.above(origin[None])[0]) * mm_per_unit
+    return MetricScene(scene=moved, scale=scale, floor_z_mm=height)
+
+
+def _unitless(scene: Scene, aim: Aim, options: ScaleOptions) -> MetricScene:
+    scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+    return _on_floor(scene, aim, _UNITLESS_DISTANCE / aim.distance, scale, options.seed)
+
+
+def _moved_to(origin: Vector3, axes: Matrix3, scale: float) -> Similarity:
+    """The similarity that makes `origin` the origin and the rows of `axes` the axes."""
+    return Similarity(scale, axes, -scale * axes @ origin)
