@@ -13,6 +13,7 @@ from limbgram.calibration.board import (
     calibrate_detections,
 )
 from limbgram.calibration.cameras import Calibration, Cameras
+from limbgram.calibration.prior import CameraOptions, cameras_for, from_exif
 from limbgram.calibration.screening import Estimate
 from limbgram.calibration.verdicts import Coverage
 
@@ -20,10 +21,13 @@ __all__ = [
     "BoardCalibration",
     "Calibration",
     "CalibrationOptions",
+    "CameraOptions",
     "Cameras",
     "Coverage",
     "Estimate",
     "PhotoFit",
     "calibrate",
     "calibrate_detections",
+    "cameras_for",
+    "from_exif",
 ]

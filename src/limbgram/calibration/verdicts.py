@@ -87,7 +87,7 @@ def edge_sigmas_px(
     xy_px = np.concatenate([corners, grid])
     with np.errstate(over="ignore", invalid="ignore"):
         ideal = lens.normalize(xy_px)
-        back_px = lens.fx * lens.distort(ideal) + [lens.cx, lens.cy]
+        back_px = lens.project(np.column_stack([ideal, np.ones(len(ideal))]))
     known = np.abs(back_px - xy_px).max(axis=1) < 0.01 * lens.width_px
     x, y = ideal[known].T
     slopes = lens_slopes(x, y, lens.packed)

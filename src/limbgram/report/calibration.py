@@ -1,0 +1,178 @@
+"""Report of a calibration: one picture, and one record for machines and people.
+
+The picture shows the residual vectors in the frame of the photo (a lens or board that the model
+misses shows as a pattern), where the board was seen, the RMS of every photo, and the numbers.
+"""
+
+import io
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from limbgram.calibration import BoardCalibration, Estimate
+from limbgram.calibration.projection import BOARD_TERMS
+from limbgram.geometry.camera import PARAMETERS
+
+_BLUE, _ORANGE, _GREY = "#1f5a8a", "#d9822b", "#777777"
+
+
+def calibration_picture(result: BoardCalibration) -> bytes:
+    """The report picture as PNG."""
+    figure = Figure(figsize=(13.0, 9.0), dpi=110, layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    residuals, coverage, photos, numbers = figure.subplots(2, 2).ravel()
+    _draw_residuals(residuals, result)
+    _draw_coverage(coverage, result)
+    _draw_photos(photos, result)
+    numbers.axis("off")
+    numbers.text(
+        0.0, 1.0, calibration_text(result), family="monospace", fontsize=8, va="top", wrap=True
+    )
+    picture = io.BytesIO()
+    canvas.print_png(picture)
+    return picture.getvalue()
+
+
+def calibration_text(result: BoardCalibration) -> str:
+    """The numbers, a line each."""
+    calibration, camera = result.calibration, result.calibration.camera
+    lines = [
+        f"{calibration.label or 'unnamed camera'}, {camera.width_px} x {camera.height_px}",
+        f"{result.board}",
+        f"{len(result.photos)} photos used, {len(result.set_aside)} set aside; "
+        f"RMS {calibration.rms_px:.3f} px",
+        "",
+    ]
+    for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):
+        fixed = "held at zero" if sigma == 0 else f"+/- {_short(sigma)}"
+        lines.append(f"{name:>5} {_rounded(value, sigma):>14} {fixed}")
+    lines += [
+        "",
+        f"pixel aspect fy/fx {_told(result.aspect)}",
+        f"skew {_told(result.skew)} px, {_kept(result.skew_delivered)}",
+        f"k3 {_told(result.k3)}, {_kept(result.k3_delivered)}",
+        f"sigmas enlarged {result.inflation:.2f} times for errors shared within a photo",
+    ]
+    if result.board_shape is not None:
+        lines += ["board not flat or true (of its half side):"] + [
+            f"{name:>10} {_told(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
+        ]
+    return "\n".join(lines)
+
+
+def calibration_summary(result: BoardCalibration) -> dict[str, Any]:
+    """The same for machines; plain values that JSON can hold."""
+    calibration, camera = result.calibration, result.calibration.camera
+    shape = result.board_shape
+    return {
+        "camera": calibration.label,
+        "size_px": [camera.width_px, camera.height_px],
+        "board": str(result.board),
+        "rms_px": calibration.rms_px,
+        "sigma0_px": result.sigma0_px,
+        "sigma_inflation": result.inflation,
+        "parameters": {
+            name: {"value": float(value), "sigma": float(sigma), "fixed": bool(sigma == 0)}
+            for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas)
+        },
+        "correlations": {"order": list(PARAMETERS), "matrix": result.correlations.tolist()},
+        "pixel_aspect": _record(result.aspect),
+        "skew_px": {**_record(result.skew), "delivered": result.skew_delivered},
+        "k3": {**_record(result.k3), "delivered": result.k3_delivered},
+        "board_shape": None
+        if shape is None
+        else {name: _record(one) for name, one in zip(BOARD_TERMS, shape)},
+        "coverage": {
+            "seen": result.coverage.seen,
+            "reach": result.coverage.reach.tolist(),
+            "edge_sigmas_px": [
+                None if math.isnan(one) else one for one in result.edge_sigmas_px.tolist()
+            ],
+        },
+        "photos": [
+            {
+                "name": photo.name,
+                "rms_px": photo.rms_px,
+                "corners": len(photo.ids),
+                "corners_left_out": photo.dropped,
+            }
+            for photo in result.photos
+        ],
+        "set_aside": [{"name": one.name, "reason": one.reason} for one in result.set_aside],
+        "doubts": list(result.doubts),
+    }
+
+
+def _draw_residuals(axes: Axes, result: BoardCalibration) -> None:
+    xy = np.concatenate([photo.xy_px for photo in result.photos])
+    off = np.concatenate([photo.residuals_px for photo in result.photos])
+    camera, rms_px = result.calibration.camera, result.calibration.rms_px
+    length_px = camera.width_px / 30.0
+    axes.quiver(
+        xy[:, 0], xy[:, 1], off[:, 0], off[:, 1],
+        angles="xy", scale_units="xy", scale=max(rms_px, 1e-9) / length_px,
+        width=0.0012, color=_BLUE,
+    )  # fmt: skip
+    axes.plot([0, length_px], [0, 0], color=_ORANGE, lw=3, solid_capstyle="butt")
+    axes.text(0, 0, f"{rms_px:.3f} px", color=_ORANGE, va="bottom")
+    axes.set_title("Residuals: seen minus projected")
+    _frame(axes, result)
+
+
+def _draw_coverage(axes: Axes, result: BoardCalibration) -> None:
+    camera = result.calibration.camera
+    picture = axes.imshow(
+        np.where(result.coverage.counts > 0, result.coverage.counts, np.nan),
+        extent=(-0.5, camera.width_px - 0.5, camera.height_px - 0.5, -0.5),
+        cmap="viridis",
+        aspect="auto",
+    )
+    axes.figure.colorbar(picture, ax=axes, label="corners in all photos")
+    axes.set_title(f"Coverage: {result.coverage.seen:.0%} of the picture (white: never seen)")
+    _frame(axes, result)
+
+
+def _draw_photos(axes: Axes, result: BoardCalibration) -> None:
+    names = [photo.name for photo in result.photos]
+    rms_px = [photo.rms_px for photo in result.photos]
+    axes.barh(range(len(names)), rms_px, color=_BLUE)
+    axes.axvline(result.calibration.rms_px, color=_ORANGE, lw=1)
+    axes.set_yticks(range(len(names)), names, fontsize=min(8.0, 240.0 / len(names)))
+    axes.invert_yaxis()
+    axes.set_xlabel("RMS, px")
+    axes.set_title("Photo by photo (line: all)")
+
+
+def _frame(axes: Axes, result: BoardCalibration) -> None:
+    camera = result.calibration.camera
+    axes.set_xlim(-0.5, camera.width_px - 0.5)
+    axes.set_ylim(camera.height_px - 0.5, -0.5)
+    axes.set_aspect("equal")
+    axes.tick_params(colors=_GREY, labelsize=7)
+
+
+def _told(one: Estimate) -> str:
+    return f"{_rounded(one.value, one.sigma)} +/- {_short(one.sigma)}"
+
+
+def _kept(delivered: bool) -> str:
+    return "delivered" if delivered else "held at zero in the camera"
+
+
+def _rounded(value: float, sigma: float) -> str:
+    """A value with two digits of its sigma."""
+    if sigma <= 0:
+        return f"{value:g}"
+    return f"{value:.{max(0, min(8, 1 - math.floor(math.log10(sigma))))}f}"
+
+
+def _short(sigma: float) -> str:
+    return _rounded(sigma, sigma)
+
+
+def _record(one: Estimate) -> dict[str, float]:
+    return {"value": one.value, "sigma": one.sigma}
