@@ -20,15 +20,23 @@ _RINGS = 5
 """Rings of faces round a hole whose bend is carried on."""
 _STIFFNESS_EDGES = 2.0
 """Bends shorter than about this many edges count as noise round a hole."""
+_SMALL = 5
+"""Loops of so few vertices need no new ones."""
 _BENDS = 2
 _ROUNDS = 3
 
 
 def fill_holes(vertices: Points3, faces: Faces, holes: list[Int32[np.ndarray, " l"]]) -> Mesh:
     """Close holes, each a loop along the half-edges of the faces round it; marks new vertices."""
-    if not holes:
+    neighbours = _neighbours(vertices, faces)
+    small = [loop for loop in holes if len(loop) <= _SMALL]
+    large = [loop for loop in holes if len(loop) > _SMALL]
+    chords = [_close(vertices, neighbours, loop) for loop in small]
+    large += [loop for loop, made in zip(small, chords, strict=True) if made is None]
+    faces = np.concatenate([faces, *(made for made in chords if made is not None)])
+    if not large:
         return Mesh(vertices_mm=vertices, faces=faces, filled=np.zeros(len(vertices), np.bool_))
-    work, away = _cover(vertices, faces, holes)
+    work, away = _cover(vertices, faces, large)
     ends = find_edges(faces).ends
     edge = float(np.median(np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)))
     for _ in range(_BENDS):
@@ -46,14 +54,14 @@ def _cover(
     patches: list[np.ndarray] = []
     centres: list[np.ndarray] = []
     for loop in holes:
-        chords = triangulate(vertices[loop], _joined(neighbours, loop))
+        chords = _close(vertices, neighbours, loop)
         if chords is None:
             after = np.roll(loop, -1)
             middle = np.full(len(loop), len(vertices) + len(centres), np.int32)
             patches.append(np.column_stack([after, loop, middle]))
             centres.append(vertices[loop].mean(0))
         else:
-            patches.append(loop[chords])
+            patches.append(chords)
     new = np.concatenate(patches).astype(np.int32)
     near = np.zeros(len(vertices), np.bool_)
     near[np.concatenate(holes)] = True
@@ -75,8 +83,13 @@ def _neighbours(vertices: Points3, faces: Faces) -> csr_array:
     return csr_array(table + table.T)
 
 
-def _joined(neighbours: csr_array, loop: Int32[np.ndarray, " l"]) -> Bool[np.ndarray, "l l"]:
-    return neighbours[loop][:, loop].toarray() > 0
+def _close(
+    vertices: Points3, neighbours: csr_array, loop: Int32[np.ndarray, " l"]
+) -> Faces | None:
+    """Triangles on the loop's own vertices; None where the mesh's edges leave no room."""
+    joined = neighbours[loop][:, loop].toarray() > 0
+    chords = triangulate(vertices[loop], joined)
+    return None if chords is None else loop[chords]
 
 
 def _bend(work: Triangles, stiffness: float) -> Triangles:
