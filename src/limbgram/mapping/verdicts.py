@@ -20,12 +20,17 @@ _CONTRADICTION_DEG = 15.0
 
 
 def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
-    """Photos whose pose contradicts the pairs that hold most of their matches."""
+    """Photos whose pose contradicts the pairs that hold most of their matches.
+
+    Planes are not asked: each allows two poses.
+    """
     agreeing, all_matches = np.zeros(len(scene.names)), np.zeros(len(scene.names))
     for pair in pairs.verified:
         first, second = pair.matches.first, pair.matches.second
         placed = scene.camera_from_world[first], scene.camera_from_world[second]
-        if pair.second_from_first is None or placed[0] is None or placed[1] is None:
+        if pair.kind != "general" or pair.second_from_first is None:
+            continue
+        if placed[0] is None or placed[1] is None:
             continue
         turn = placed[1].rotation @ placed[0].rotation.T
         agrees = angle_between_deg(turn, pair.second_from_first.rotation) < _CONTRADICTION_DEG

@@ -116,7 +116,7 @@ def ransac(threshold: float, seed: int) -> cv2.UsacParams:
     settings = cv2.UsacParams()
     settings.threshold = threshold
     settings.confidence = 0.9999
-    settings.maxIterations = 10_000
+    settings.maxIterations = 5_000
     settings.score = cv2.SCORE_METHOD_MAGSAC
     settings.loMethod = cv2.LOCAL_OPTIM_SIGMA
     settings.sampler = cv2.SAMPLING_UNIFORM

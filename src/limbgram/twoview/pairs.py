@@ -17,7 +17,7 @@ class VerifiedPair:
 
     `fundamental` obeys x2^T F x1 = 0 in pixels freed of lens distortion (ideal pixels: K times
     normalized coordinates). `second_from_first` has a translation of unit length; it is None
-    where the pair is a pure rotation.
+    where the pair is a pure rotation, and one of two possible poses where it shows a plane.
     """
 
     matches: PairMatches

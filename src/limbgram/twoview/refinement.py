@@ -13,7 +13,7 @@ from limbgram.geometry.arrays import Matrix3, Points2
 from limbgram.geometry.sampson import sampson_px
 
 _ITERATIONS = 30
-_SMALLEST_GAIN = 1e-10
+_SMALLEST_GAIN = 1e-7
 _DIFFERENCE = 1e-6
 
 
