@@ -55,9 +55,7 @@ def photograph(points: np.ndarray, second_centre: np.ndarray) -> KnownPair:
         xy_second_px=views[1].project(points),
         correlation=np.full(count, np.nan, np.float32),
     )
-    fundamental = (
-        fundamental_from_pose(pose, LENS.matrix, LENS.matrix) if length > 0 else np.zeros((3, 3))
-    )
+    fundamental = fundamental_from_pose(pose, LENS.matrix, LENS.matrix)
     return KnownPair(straight[0], straight[1], photographed, pose, fundamental)
 
 
