@@ -17,7 +17,7 @@ from limbgram.errors import OptionsError
 BoardKind = Literal["checkerboard", "charuco"]
 
 DICTIONARIES: dict[str, int] = {
-    name.removeprefix("DICT_"): getattr(cv2.aruco, name)
+    name.removeprefix("DICT_").upper(): getattr(cv2.aruco, name)
     for name in dir(cv2.aruco)
     if name.startswith("DICT_")
 }
