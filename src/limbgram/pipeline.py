@@ -6,7 +6,6 @@ Method  the stages, called through a Run; a Run that keeps products makes it res
 Fails   with the refusal of the stage that cannot go on.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 

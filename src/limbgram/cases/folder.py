@@ -13,13 +13,13 @@ import errno
 import os
 import shutil
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.keeping.fingerprint import file_sha256
 from limbgram.errors import CaseError, PhotoError
 
 _SPACE_ERRORS = (errno.ENOSPC, errno.EDQUOT)
@@ -34,6 +34,10 @@ class CaseFolder:
     @property
     def photos(self) -> Path:
         return self.root / "photos"
+
+    @property
+    def left_out(self) -> Path:
+        return self.root / "photos-left-out"
 
     @property
     def stages(self) -> Path:
@@ -67,16 +71,32 @@ class CaseFolder:
         return self.root / ("camera.json" if idx == 0 else f"camera-{idx + 1}.json")
 
 
-def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[Path, ...]:
-    """Bring files, or all files in folders, into the case; returns them as they lie in it.
+def take_in(case: CaseFolder, sources: Sequence[Path]) -> None:
+    """Bring files, or the files in folders and their masks, into the case's photo folder.
 
-    Subfolders keep their names. A file is linked where the disk allows it, and copied otherwise.
+    A file is linked where the disk allows it, and copied otherwise. Photos of an earlier run
+    that are not among the sources are moved to CASE/photos-left-out.
 
     Raises:
-        PhotoError: a source does not exist.
+        PhotoError: a source does not exist, or two of them have one name.
         CaseError: the case holds another file under the same name.
     """
-    return tuple(_take_in_one(case, source, name) for source, name in _incoming(sources))
+    wanted: dict[Path, Path] = {}
+    for source, name in _incoming(sources):
+        if wanted.setdefault(name, source).resolve() != source.resolve():
+            raise PhotoError(
+                f"{source} and {wanted[name]} have the same name. Results are told by photo "
+                "name: rename one of the two."
+            )
+    for half in case.photos.rglob(".*.half"):
+        half.unlink()
+    for name, source in wanted.items():
+        _take_in_one(case, source, name)
+    for kept in sorted(case.photos.rglob("*")):
+        name = kept.relative_to(case.photos)
+        if kept.is_file() and name not in wanted:
+            (case.left_out / name).parent.mkdir(parents=True, exist_ok=True)
+            kept.replace(case.left_out / name)
 
 
 def _incoming(sources: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
@@ -85,10 +105,9 @@ def _incoming(sources: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
         if source.is_file():
             yield source, Path(source.name)
         elif source.is_dir():
-            for file in sorted(source.rglob("*")):
-                name = file.relative_to(source)
-                if file.is_file() and not any(part.startswith(".") for part in name.parts):
-                    yield file, name
+            for file in sorted((*source.iterdir(), *(source / "masks").glob("*"))):
+                if file.is_file() and not file.name.startswith("."):
+                    yield file, file.relative_to(source)
         else:
             raise PhotoError(
                 f"{source} does not exist. Check the spelling; a folder of photos or photo files "
@@ -96,7 +115,7 @@ def _incoming(sources: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
             )
 
 
-def _take_in_one(case: CaseFolder, source: Path, name: Path) -> Path:
+def _take_in_one(case: CaseFolder, source: Path, name: Path) -> None:
     kept = case.photos / name
     if kept.exists():
         same = kept.samefile(source) or (
@@ -108,20 +127,18 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> Path:
                 f"{name} in {case.photos} is another file than {source}. A case never alters the "
                 "photos it received. Use a new case folder, or rename one of the two."
             )
-        return kept
+        return
     kept.parent.mkdir(parents=True, exist_ok=True)
     half = kept.with_name(f".{kept.name}.half")
-    half.unlink(missing_ok=True)
     try:
         half.hardlink_to(source.resolve())
     except OSError:
         shutil.copyfile(source, half)
     half.replace(kept)
-    return kept
 
 
 @contextmanager
-def locked(case: CaseFolder) -> Iterator[None]:
+def locked(case: CaseFolder) -> Generator[None]:
     """Hold the case; the system lets it go even if this process dies.
 
     Raises:
@@ -160,7 +177,7 @@ def _try_lock(file: IO[str]) -> bool:
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def written_whole(path: Path) -> Generator[Path]:
     """Write a file beside its place, sync it, rename it: it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_name(f".{path.name}.half")
@@ -179,7 +196,7 @@ def sync(path: Path) -> None:
 
 
 @contextmanager
-def enough_disk(case: CaseFolder) -> Iterator[None]:
+def enough_disk(case: CaseFolder) -> Generator[None]:
     """Turn a full disk into advice; what is finished stays usable."""
     try:
         yield

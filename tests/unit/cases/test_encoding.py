@@ -9,7 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from jaxtyping import Float32, Float64
-from limbgram.cases.encoding import Mismatch, from_tree, to_tree
+
+from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jaxtyping import Float64
-from limbgram.cases import fingerprint, store
-from limbgram.cases.fingerprint import Fingerprints, code_version
+
+from limbgram.cases.keeping import fingerprint, store
+from limbgram.cases.keeping.fingerprint import Fingerprints, code_version
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.keeping.store import KeepingRun
 from limbgram.errors import Cancelled, CaseError
 from limbgram.run import track
 
@@ -171,7 +172,7 @@ def test_a_full_disk_gives_advice_and_leaves_a_case_that_continues(
 
     with monkeypatch.context() as patch:
         patch.setattr(store.np, "savez", full)
-        with pytest.raises(CaseError, match="is full .* run the same command again"):
+        with pytest.raises(CaseError, match=r"is full .* run the same command again"):
             chain(files)
     assert chain(files)[0] == ["read", "scale", "split"]
 

@@ -16,9 +16,9 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from limbgram.cases.encoding import Mismatch, from_tree, to_tree
-from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.folder import CaseFolder, enough_disk, sync
+from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
+from limbgram.cases.keeping.fingerprint import Fingerprints, file_sha256
 from limbgram.run import Run, Timing
 
 P = ParamSpec("P")
@@ -61,6 +61,10 @@ class KeepingRun(Run):
         self.reused.append(name)
         self.report(1, 1)
         return cast(T, product)
+
+    def unkept(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Call a stage whose product is not kept: it is cheap, or lies elsewhere."""
+        return super().__call__(stage, *args, **kwargs)
 
     def _fresh_name(self, stage: Callable[..., object]) -> str:
         name = stage.__name__

@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 import limbgram
-from limbgram.cases.encoding import to_tree
+from limbgram.cases.keeping.encoding import to_tree
 
 _PACKAGE = Path(limbgram.__file__).parent
 

@@ -1,0 +1,81 @@
+"""The job: everything between a folder of photos and a finished case."""
+
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from limbgram.calibration import Calibration
+from limbgram.cases.camera_file import read_camera
+from limbgram.cases.deliverables import deliver
+from limbgram.cases.folder import CaseFolder, take_in, written_whole
+from limbgram.cases.keeping.encoding import from_tree, to_tree
+from limbgram.cases.keeping.store import KeepingRun
+from limbgram.cases.record import write_json
+from limbgram.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
+from limbgram.report import Pictures, draw, page_of, summarise
+from limbgram.scale import KnownDistance
+from limbgram.targets import Board
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One reconstruction, as the user asked for it."""
+
+    case: Path
+    sources: tuple[Path, ...]
+    """Photo files, or folders of them."""
+    camera_files: tuple[Path, ...] = ()
+    board: Board | None = None
+    distances: tuple[KnownDistance, ...] = ()
+    unscaled: bool = False
+    """Write files even though their unit is not known."""
+    options: PipelineOptions = field(default_factory=PipelineOptions)
+
+
+def job_tree(job: Job) -> Any:
+    """A job as JSON, paths absolute."""
+    return to_tree(job, [], lambda path: str(path.absolute()))
+
+
+def read_job(tree: Any, root: Path) -> Job:
+    return from_tree(tree, Job, [], root)
+
+
+def do(job: Job, run: KeepingRun) -> Reconstruction:
+    """Take the photos in, reconstruct, write the report and the files."""
+    case = run.case
+    calibrations = _take_cameras_in(job, case)
+    take_in(case, job.sources)
+    capture = Capture(
+        sources=(case.photos,),
+        calibrations=calibrations,
+        board=job.board,
+        distances=job.distances,
+    )
+    done = reconstruct(capture, job.options, run)
+    drawn = run(draw, done.photos, done.features, done.pairs, done.metric, done.cloud, done.mesh)
+    run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled)
+    _write_report(case, done, drawn, run)
+    return done
+
+
+def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
+    """Read the camera files and keep copies in the case."""
+    calibrations = tuple(read_camera(file) for file in job.camera_files)
+    for idx, file in enumerate(job.camera_files):
+        kept = case.camera_file(idx)
+        if not (kept.exists() and kept.samefile(file)):
+            with written_whole(kept) as half:
+                shutil.copyfile(file, half)
+    return calibrations
+
+
+def _write_report(case: CaseFolder, done: Reconstruction, drawn: Pictures, run: KeepingRun) -> None:
+    summary = summarise(done, run.timings, run.reused)
+    for picture in drawn.pictures:
+        with written_whole(case.report / f"{picture.name}.png") as half:
+            half.write_bytes(picture.png.tobytes())
+    with written_whole(case.page) as half:
+        half.write_text(page_of(summary, drawn, case.root.resolve().name), encoding="utf-8")
+    write_json(case.summary, summary)

@@ -1,0 +1,1 @@
+"""Keeping: products on disk, keyed by what made them."""

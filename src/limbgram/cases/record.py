@@ -1,0 +1,87 @@
+"""The record: CASE/case.json, what was done, with which versions, from which photos."""
+
+import json
+import platform
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+from limbgram.cases.folder import CaseFolder, written_whole
+from limbgram.cases.keeping.encoding import to_tree
+from limbgram.cases.keeping.fingerprint import file_sha256
+from limbgram.cases.keeping.store import KeepingRun
+from limbgram.photos import SetAside
+from limbgram.pipeline import Reconstruction
+
+SCHEMA = "limbgram-case/1"
+_LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless", "pycolmap", "pillow")
+
+State = Literal["unfinished", "cancelled", "refused", "finished"]
+
+
+def write_record(
+    case: CaseFolder,
+    state: State,
+    run: KeepingRun,
+    done: Reconstruction | None = None,
+    message: str = "",
+) -> None:
+    """Replace case.json."""
+    record = {
+        "schema": SCHEMA,
+        "state": state,
+        "message": message,
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+        "versions": {name: version(name) for name in ("limbgram", *_LIBRARIES)},
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "photos": [] if done is None else _photos(done),
+        "set_aside": [] if done is None else _set_aside(done.photos.set_aside),
+        "stages": [
+            {"stage": name, "key": key, "reused": name in run.reused, **_timing(run, idx)}
+            for idx, (name, key) in enumerate(run.keys.items())
+        ],
+        "files": _files(case) if state == "finished" else [],
+    }
+    write_json(case.record, record)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON whole or not at all."""
+    with written_whole(path) as half:
+        half.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def _photos(done: Reconstruction) -> list[dict[str, Any]]:
+    verdicts = {verdict.name: verdict for verdict in done.metric.scene.verdicts}
+    return [
+        {
+            "name": photo.name,
+            "sha256": photo.sha256,
+            "placed": verdicts[photo.name].placed,
+            "reason": verdicts[photo.name].reason,
+        }
+        for photo in done.photos.photos
+    ]
+
+
+def _set_aside(parts: Sequence[SetAside]) -> list[dict[str, str]]:
+    return [{"name": part.name, "reason": part.reason} for part in parts]
+
+
+def _timing(run: KeepingRun, idx: int) -> dict[str, Any]:
+    """Of a stage; none for the one that was stopped or refused before it was timed."""
+    if idx >= len(run.timings):
+        return {}
+    tree: Any = to_tree(run.timings[idx], [], str)
+    return {name: tree[name] for name in ("wall_s", "cpu_s", "peak_mb")}
+
+
+def _files(case: CaseFolder) -> list[dict[str, Any]]:
+    files = sorted(file for file in case.deliverables.rglob("*") if file.is_file())
+    return [
+        {"path": file.relative_to(case.root).as_posix(), "sha256": file_sha256(file)}
+        for file in files
+    ]

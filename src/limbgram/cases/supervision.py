@@ -1,0 +1,159 @@
+"""Supervision: starts a job's process, listens to it, stops it, and says how it ended.
+
+The process may abort by itself (a library, or the system when memory runs out): the caller gets
+an error that names the stage, and the case stays usable.
+"""
+
+import json
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from limbgram import errors
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.job import Job, job_tree
+from limbgram.cases.worker import GRACE_S
+from limbgram.errors import Cancelled, CaseError, LimbgramError
+
+Event = dict[str, Any]
+_POLL_S = 0.2
+_ENDED: Event = {"event": "ended"}
+
+
+class JobDied(LimbgramError):
+    """The job's process ended without an answer."""
+
+    exit_code = 6
+
+
+class JobBug(Exception):
+    """A bug of ours in the job's process; holds its traceback."""
+
+
+@dataclass
+class Supervision:
+    """One job in its own process."""
+
+    job: Job
+    listener: Callable[[Event], None]
+    command: tuple[str, ...] = (sys.executable, "-m", "limbgram.cases.worker")
+    grace_s: float = GRACE_S
+    _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
+    _stage: str = "start"
+
+    def wait(self) -> Path:
+        """Do the job to its end; returns the summary file.
+
+        Raises:
+            LimbgramError: as the job raised it.
+            JobDied: the process ended by itself.
+            JobBug: the job met a bug of ours.
+        """
+        case = CaseFolder(self.job.case)
+        with _log(case) as log:
+            process = self._start(log)
+            try:
+                last = self._listen()
+                code = process.wait()
+            except KeyboardInterrupt:
+                self._stop(process)
+                raise Cancelled(
+                    "Stopped. Finished stages are kept: run the same command again to continue."
+                ) from None
+            finally:
+                process.kill()
+        return self._answer(last, code, case)
+
+    def _start(self, log: IO[bytes]) -> "subprocess.Popen[bytes]":
+        """The process gets no Ctrl-C of its own: we tell it to stop."""
+        new_group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        process = subprocess.Popen(
+            [*self.command, str(self.job.case)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            start_new_session=sys.platform != "win32",
+            creationflags=new_group,
+        )
+        assert process.stdin is not None
+        assert process.stdout is not None
+        threading.Thread(target=self._read, args=(process.stdout,), daemon=True).start()
+        try:
+            process.stdin.write(json.dumps(job_tree(self.job)).encode() + b"\n")
+            process.stdin.flush()
+        except BrokenPipeError:
+            pass  # it died at once: the end of its events tells
+        return process
+
+    def _read(self, lines: IO[bytes]) -> None:
+        for line in lines:
+            self._events.put(json.loads(line))
+        self._events.put(_ENDED)
+
+    def _listen(self) -> Event:
+        """Pass events on until the process ends; returns its answer."""
+        last: Event = _ENDED
+        while True:
+            try:
+                event = self._events.get(timeout=_POLL_S)
+            except queue.Empty:
+                continue
+            if event is _ENDED:
+                return last
+            last = event
+            self._stage = event.get("stage", self._stage)
+            self.listener(event)
+
+    def _stop(self, process: "subprocess.Popen[bytes]") -> None:
+        """Let the current step end; after the grace, or at a second Ctrl-C, end it."""
+        self.listener({"event": "stopping", "stage": self._stage})
+        assert process.stdin is not None
+        try:
+            process.stdin.close()
+            process.wait(self.grace_s + 2)
+        except (subprocess.TimeoutExpired, KeyboardInterrupt, BrokenPipeError):
+            process.kill()
+
+    def _answer(self, last: Event, code: int, case: CaseFolder) -> Path:
+        match last:
+            case {"event": "finished", "summary": str(summary)}:
+                return Path(summary)
+            case {"event": "refused", "kind": str(kind), "message": str(message)}:
+                raise getattr(errors, kind, LimbgramError)(message)
+            case {"event": "bug", "traceback": str(text)}:
+                raise JobBug(text)
+            case _:
+                raise JobDied(_how_it_died(self._stage, code, case.log))
+
+
+def _log(case: CaseFolder) -> IO[bytes]:
+    try:
+        case.root.mkdir(parents=True, exist_ok=True)
+        return case.log.open("ab")
+    except OSError as error:
+        raise CaseError(
+            f"The case folder {case.root} cannot be made or written: {error.strerror}. "
+            "Choose a folder on a disk that you may write to."
+        ) from error
+
+
+def _how_it_died(stage: str, code: int, log: Path) -> str:
+    if code == -getattr(signal, "SIGKILL", 9):
+        return (
+            f"The system ended the program during '{stage}', probably because memory ran out. "
+            "Close other programs, or use fewer or smaller photos, and run the same command "
+            "again: finished stages are kept."
+        )
+    how = f"by {signal.Signals(-code).name}" if code < 0 else f"with code {code}"
+    tail = log.read_text("utf-8", errors="replace").strip().splitlines()[-5:]
+    return (
+        f"The program ended {how} during '{stage}', without an answer of its own. Finished stages "
+        f"are kept: run the same command again. If it ends there again, report it with {log}"
+        + (", whose last lines are:\n" + "\n".join(tail) if tail else ".")
+    )

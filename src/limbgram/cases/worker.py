@@ -1,0 +1,108 @@
+"""The worker: does one job in a process of its own, which may be killed or abort by itself.
+
+In      the job as one JSON line on standard input; when standard input ends, the job stops at
+        its next step, and if that takes too long the process ends itself.
+Out     one JSON line an event: stage, progress, and one of finished, refused, bug.
+Runs as `python -m limbgram.cases.worker CASE`.
+"""
+
+import json
+import os
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from limbgram.cases.folder import CaseFolder, enough_disk, locked
+from limbgram.cases.job import Job, do, read_job
+from limbgram.cases.keeping.store import KeepingRun
+from limbgram.cases.record import State, write_record
+from limbgram.errors import Cancelled, LimbgramError
+
+GRACE_S = 20.0
+"""Time that a step gets to end before the process is ended."""
+_EVENT_STEP_S = 0.1
+
+
+@dataclass
+class Events:
+    """Writes events as JSON lines, progress not more often than people can read."""
+
+    file: IO[str]
+    on_lost: Callable[[], None] = lambda: None
+    """Called when nobody reads any more."""
+    _last: tuple[str, float] = ("", 0.0)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def send(self, event: str, **content: Any) -> None:
+        with self._lock:
+            try:
+                self.file.write(json.dumps({"event": event, **content}) + "\n")
+                self.file.flush()
+            except BrokenPipeError:
+                self.on_lost()
+
+    def progress(self, stage: str, done: int, total: int) -> None:
+        now = time.monotonic()
+        repeated = stage == self._last[0] and done != total
+        if repeated and now - self._last[1] < _EVENT_STEP_S:
+            return
+        self._last = stage, now
+        self.send("progress", stage=stage, done=done, total=total)
+
+
+def work(job: Job, events: Events, stop: IO[bytes]) -> int:
+    """Do the job; the exit code says how it went."""
+    case = CaseFolder(job.case)
+    run = KeepingRun(case=case, listener=events.progress)
+    events.on_lost = run.cancel
+    threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
+    try:
+        with locked(case), enough_disk(case):
+            return _do_and_record(job, run, events)
+    except LimbgramError as error:
+        events.send("refused", kind=type(error).__name__, message=str(error))
+        return error.exit_code
+    except BaseException:
+        events.send("bug", traceback=traceback.format_exc())
+        return 1
+
+
+def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
+    write_record(run.case, "unfinished", run)
+    try:
+        done = do(job, run)
+    except LimbgramError as error:
+        state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
+        write_record(run.case, state, run, message=str(error))
+        raise
+    write_record(run.case, "finished", run, done)
+    events.send("finished", summary=str(run.case.summary))
+    return 0
+
+
+def _wait_for_stop(stop: IO[bytes], run: KeepingRun) -> None:
+    while stop.read(1):
+        pass
+    run.cancel()
+    time.sleep(GRACE_S)
+    os._exit(Cancelled.exit_code)
+
+
+def main() -> int:
+    # Libraries write what they like to standard output; events need it for themselves.
+    private = os.dup(1)
+    os.dup2(2, 1)
+    with os.fdopen(private, "w", encoding="utf-8") as file:
+        line = sys.stdin.buffer.readline().decode()
+        if not line:
+            return Cancelled.exit_code
+        return work(read_job(json.loads(line), Path.cwd()), Events(file), sys.stdin.buffer)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

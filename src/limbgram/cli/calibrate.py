@@ -1,0 +1,84 @@
+"""`limbgram calibrate`: photos of a board to a camera file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from limbgram.calibration import BoardCalibration, calibrate
+from limbgram.cases.camera_file import write_camera
+from limbgram.cases.folder import written_whole
+from limbgram.cli.parsing import parse_board
+from limbgram.cli.progress import display
+from limbgram.cli.replies import Reply, answered
+from limbgram.errors import OptionsError
+from limbgram.photos import read_photos
+from limbgram.report.calibration import (
+    calibration_picture,
+    calibration_summary,
+    calibration_text,
+)
+from limbgram.run import Run
+from limbgram.targets import Board
+
+
+@answered
+def calibrate_command(
+    photos: Annotated[list[Path], typer.Argument(help="Photos of the board, or folders of them.")],
+    board: Annotated[
+        str,
+        typer.Option(
+            help="Inner corners of the checkerboard, such as 14x10; or a ChArUco board as "
+            "charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, such as charuco:7x5:30:22:4X4_50."
+        ),
+    ],
+    square: Annotated[
+        float | None, typer.Option(help="Side of one square of the checkerboard, mm.")
+    ] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Camera file to write.")] = Path(
+        "camera.json"
+    ),
+    report: Annotated[
+        Path | None, typer.Option(help="Write a picture of residuals and coverage (PNG).")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
+) -> Reply:
+    """Find the lens of a camera from photos of a flat board at different angles.
+
+    Take 10 to 20 photos with the zoom and focus that you will use for limbs: tilt the board
+    20 to 45 degrees in all directions, and let it reach every corner of the picture.
+    """
+    with display(as_json) as shown:
+        result = calibrate_from(photos, as_board(board, square), Run(listener=shown.listen))
+    save_calibration(result, out, report)
+    return Reply(
+        (calibration_text(result), f"Written: {out}"),
+        {"camera": str(out), **calibration_summary(result)},
+    )
+
+
+def calibrate_from(photos: list[Path], board: Board, run: Run) -> BoardCalibration:
+    """Read photos of a board and calibrate their camera."""
+    return run(calibrate, run(read_photos, photos), board)
+
+
+def save_calibration(result: BoardCalibration, out: Path, report: Path | None) -> None:
+    """Write the camera file, and the picture if it is wanted."""
+    provenance = {"board": str(result.board), "photos": str(len(result.photos))}
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_camera(out, result.calibration, provenance)
+    if report is not None:
+        with written_whole(report) as half:
+            half.write_bytes(calibration_picture(result))
+
+
+def as_board(text: str, square_mm: float | None) -> Board:
+    """The board that --board and --square name."""
+    if ":" in text:
+        return parse_board(text)
+    if square_mm is None:
+        raise OptionsError(
+            "The side of one square is missing. Measure ten squares of the print with a ruler, "
+            "divide by ten, and give --square in millimetres."
+        )
+    return Board.checkerboard(text, square_mm)

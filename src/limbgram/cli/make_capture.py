@@ -1,0 +1,43 @@
+"""`limbgram make-capture`: photographs of a synthetic limb, with their truth."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from limbgram.cli.progress import display
+from limbgram.cli.replies import Reply, answered
+from limbgram.run import Run
+from limbgram.synthetic import CaptureOptions, make_capture
+
+
+@answered
+def make_capture_command(
+    folder: Annotated[Path, typer.Argument(help="New folder for the capture.")],
+    photos: Annotated[int, typer.Option(min=4, max=60, help="Photos of the limb.")] = 15,
+    rings: Annotated[int, typer.Option(min=1, max=3, help="Heights of the walk round.")] = 1,
+    width: Annotated[int, typer.Option(min=300, max=6000, help="Photo width, pixels.")] = 1500,
+    seed: Annotated[int, typer.Option(help="Another seed, another limb and walk.")] = 11,
+    coverage: Annotated[
+        float, typer.Option(help="Share of the sock that paint hides; 0 is a plain sock.")
+    ] = 0.55,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
+) -> Reply:
+    """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
+    options = CaptureOptions(
+        photos=photos,
+        rings=rings,
+        width_px=width,
+        height_px=round(width * 2 / 3),
+        seed=seed,
+        coverage=coverage,
+    )
+    with display(as_json) as shown:
+        capture = Run(listener=shown.listen)(make_capture, folder, options)
+    return Reply(
+        (
+            f"{len(capture.photos)} photos of the limb and "
+            f"{len(capture.calibration_photos)} of the calibration board are in {folder}.",
+        ),
+        {"folder": str(folder), "photos": len(capture.photos)},
+    )

@@ -1,0 +1,89 @@
+"""Parsing: options that are written as text or lie in small files."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from limbgram.errors import OptionsError
+from limbgram.scale import KnownDistance, Pick
+from limbgram.targets import Board
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+DEFAULT_BOARD = "charuco:7x5:30:22:4X4_50"
+
+_DISTANCE_EXAMPLE = (
+    '[{"label": "A-C", "length_mm": 120, '
+    '"first": [{"photo": "IMG_1.jpg", "x_px": 812.5, "y_px": 400.0}, ...], "second": [...]}]'
+)
+
+
+def parse_board(text: str) -> Board:
+    """A board such as charuco:7x5:30:22:4X4_50 or checkerboard:14x10:10, lengths in mm."""
+    match text.split(":"):
+        case ["charuco", size, square, marker, dictionary]:
+            return Board.charuco(size, _millimetres(square), _millimetres(marker), dictionary)
+        case ["checkerboard", size, square]:
+            return Board.checkerboard(size, _millimetres(square))
+        case _:
+            raise OptionsError(
+                f"{text!r} names no board. Write charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, "
+                f"such as {DEFAULT_BOARD}, or checkerboard:INNER_CORNERS:SQUARE_MM, such as "
+                "checkerboard:14x10:10."
+            )
+
+
+def read_distances(path: Path) -> tuple[KnownDistance, ...]:
+    """Known distances from a JSON file: one, or a list of them."""
+    try:
+        tree = json.loads(path.read_text("utf-8"))
+        return tuple(_distance(item) for item in (tree if isinstance(tree, list) else [tree]))
+    except OSError as error:
+        raise OptionsError(f"{path} cannot be read: {error.strerror}.") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise OptionsError(
+            f"{path} holds no known distances ({type(error).__name__}: {error}). Each point must "
+            f"be picked in two or more photos; write it like {_DISTANCE_EXAMPLE}"
+        ) from error
+
+
+def parse_box(text: str) -> Box:
+    """Lowest and highest corner of a box: x,y,z,x,y,z in millimetres."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    lower = len(numbers) == 6 and all(a < b for a, b in zip(numbers[:3], numbers[3:], strict=True))
+    if not lower or not all(map(math.isfinite, numbers)):
+        raise OptionsError(
+            f"{text!r} is no box. Write its lowest and highest corner in millimetres as "
+            "x,y,z,x,y,z, such as -80,-80,5,80,80,400."
+        )
+    x, y, z, *high = numbers
+    return (x, y, z), (high[0], high[1], high[2])
+
+
+def _millimetres(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise OptionsError(f"{text!r} is no length. Write millimetres, such as 30 or 29.8.")
+    return value
+
+
+def _distance(tree: Any) -> KnownDistance:
+    return KnownDistance(
+        label=str(tree["label"]),
+        length_mm=float(tree["length_mm"]),
+        first=_picks(tree["first"]),
+        second=_picks(tree["second"]),
+    )
+
+
+def _picks(tree: Any) -> tuple[Pick, ...]:
+    return tuple(
+        Pick(str(pick["photo"]), float(pick["x_px"]), float(pick["y_px"])) for pick in tree
+    )

@@ -1,0 +1,107 @@
+"""Progress: one line a stage with the time left on a terminal, plain lines or JSON elsewhere."""
+
+import json
+import sys
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from limbgram.report import stage_title
+
+Event = dict[str, Any]
+
+
+@dataclass
+class Display:
+    """Shows the events of a job as they come."""
+
+    kind: Literal["terminal", "lines", "json"]
+    bars: Progress
+    _task: TaskID | None = None
+    _stage: str = ""
+    _since: float = field(default_factory=time.monotonic)
+
+    def show(self, event: Event) -> None:
+        """Show one event; unknown ones only in JSON."""
+        if self.kind == "json":
+            sys.stderr.write(json.dumps(event) + "\n")
+            sys.stderr.flush()
+            return
+        match event:
+            case {"event": "progress", "stage": str(stage), "done": int(done), "total": int(total)}:
+                self._progress(stage, done, total)
+            case {"event": "stopping", "stage": str(stage)}:
+                self._say(f"Stopping after this step of '{stage_title(stage)}' ...")
+            case {"event": "finished" | "refused" | "bug"}:
+                self.close()
+            case _:
+                pass
+
+    def listen(self, stage: str, done: int, total: int) -> None:
+        """As the listener of a Run in this process."""
+        self.show({"event": "progress", "stage": stage, "done": done, "total": total})
+
+    def close(self) -> None:
+        """The last stage is over."""
+        self._end_stage()
+        self._stage = ""
+
+    def _progress(self, stage: str, done: int, total: int) -> None:
+        if stage != self._stage:
+            self._end_stage()
+            self._stage, self._since = stage, time.monotonic()
+            if self.kind == "terminal":
+                self._task = self.bars.add_task(stage_title(stage), total=None)
+        if self._task is not None:
+            self.bars.update(self._task, completed=done, total=total or None)
+
+    def _end_stage(self) -> None:
+        if not self._stage:
+            return
+        if self._task is not None:
+            whole = self.bars.tasks[self.bars.task_ids.index(self._task)].total or 1
+            self.bars.update(self._task, completed=whole, total=whole)
+            self.bars.stop_task(self._task)
+            self._task = None
+        else:
+            self._say(f"{stage_title(self._stage):<28}{time.monotonic() - self._since:7.1f} s")
+
+    def _say(self, line: str) -> None:
+        self.bars.console.print(line, markup=False)
+
+
+@contextmanager
+def display(as_json: bool) -> Generator[Display]:
+    """Show progress on standard error, as that is a terminal, a file, or read by a machine."""
+    console = Console(stderr=True, highlight=False)
+    bars = Progress(
+        TextColumn("{task.description:<28}"),
+        BarColumn(bar_width=26),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        console=console,
+    )
+    if as_json or not console.is_terminal:
+        shown = Display("json" if as_json else "lines", bars)
+        yield shown
+        shown.close()
+        return
+    with bars:
+        shown = Display("terminal", bars)
+        yield shown
+        shown.close()

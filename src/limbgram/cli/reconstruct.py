@@ -1,0 +1,137 @@
+"""`limbgram reconstruct`: photos to a surface in millimetres, in a case folder."""
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.job import Job
+from limbgram.cases.supervision import Supervision
+from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_distances
+from limbgram.cli.progress import display
+from limbgram.cli.replies import Reply, answered
+from limbgram.dense import RegionOptions
+from limbgram.errors import OptionsError
+from limbgram.pipeline import PipelineOptions
+from limbgram.report import stage_title
+from limbgram.surface import PivotOptions, PoissonOptions
+
+
+class SurfaceMethod(StrEnum):
+    """How points become a surface."""
+
+    BALL_PIVOTING = "ball-pivoting"
+    POISSON = "poisson"
+
+
+@answered
+def reconstruct_command(
+    photos: Annotated[
+        list[Path],
+        typer.Argument(help="Photos of the limb, or folders of them; NAME.png is a mask of NAME."),
+    ],
+    case: Annotated[Path, typer.Option("-o", "--out", help="Case folder: new, or to continue.")],
+    camera: Annotated[
+        list[Path] | None,
+        typer.Option(help="Camera file of `limbgram calibrate`; without it EXIF is a first guess."),
+    ] = None,
+    board: Annotated[
+        str | None,
+        typer.Option(help="Scale board in the scene.", show_default=DEFAULT_BOARD),
+    ] = None,
+    no_board: Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")] = False,
+    known_distance: Annotated[
+        list[Path] | None,
+        typer.Option(help="JSON file of known distances between points picked in the photos."),
+    ] = None,
+    unscaled: Annotated[
+        bool, typer.Option("--unscaled", help="Go on without a scale: the size stays unknown.")
+    ] = False,
+    surface: Annotated[
+        SurfaceMethod, typer.Option(help="How points become a surface.")
+    ] = SurfaceMethod.BALL_PIVOTING,
+    box: Annotated[
+        str | None,
+        typer.Option(help="Only what lies in this box, mm in the world: x,y,z,x,y,z."),
+    ] = None,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Tell time and memory of every stage.")
+    ] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Events as JSON lines on stderr, the summary on stdout."),
+    ] = False,
+) -> Reply:
+    """Make the surface of a limb, in millimetres, from photos taken round it.
+
+    Ctrl-C stops; the same command continues. A second run computes only what has changed.
+    """
+    job = Job(
+        case=case,
+        sources=tuple(photos),
+        camera_files=tuple(camera or ()),
+        board=None
+        if _boardless(board, no_board, known_distance, unscaled)
+        else parse_board(board or DEFAULT_BOARD),
+        distances=tuple(d for file in known_distance or () for d in read_distances(file)),
+        unscaled=unscaled,
+        options=pipeline_options(surface, box),
+    )
+    summary = run_job(job, as_json)
+    return Reply(reply_lines(CaseFolder(case), summary, profile), summary)
+
+
+def pipeline_options(surface: SurfaceMethod, box: str | None) -> PipelineOptions:
+    """Options of the stages from what the command line tells."""
+    return PipelineOptions(
+        surface=PivotOptions() if surface is SurfaceMethod.BALL_PIVOTING else PoissonOptions(),
+        region=RegionOptions(box_mm=None if box is None else parse_box(box)),
+    )
+
+
+def run_job(job: Job, as_json: bool) -> Any:
+    """Do a job in its own process, showing its progress; returns its summary."""
+    with display(as_json) as shown:
+        return json.loads(Supervision(job, shown.show).wait().read_text("utf-8"))
+
+
+def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...]:
+    """What people read at the end."""
+    mesh = summary["mesh"]
+    unit = "mm" if summary["unit"] == "mm" else "units of unknown size"
+    size = " x ".join(f"{side:.1f}" for side in mesh["size"])
+    missing = [
+        f"  {photo['name']}: {photo['reason']}" for photo in summary["photos"] if photo["reason"]
+    ]
+    aside = [f"  {part['name']}: {part['reason']}" for part in summary["set_aside"]]
+    stages = [
+        f"  {stage_title(stage['stage']):<26}{stage['wall_s']:8.1f} s {stage['cpu_s']:8.1f} CPU s"
+        f"{stage['peak_mb'] or 0:8.0f} MB{'   taken from the last run' * stage['reused']}"
+        for stage in summary["stages"]
+    ]
+    return (
+        summary["verdict"],
+        *missing,
+        *aside,
+        f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",
+        *(stages if profile else ()),
+        f"Look at it: {case.page}",
+        f"Files for other programs: {case.deliverables}",
+    )
+
+
+def _boardless(
+    board: str | None, no_board: bool, distances: list[Path] | None, unscaled: bool
+) -> bool:
+    """Whether no board is looked for: told so, or another answer to the scale was given."""
+    if board is not None and no_board:
+        raise OptionsError("--board and --no-board contradict each other; give one of them.")
+    if no_board and not distances and not unscaled:
+        raise OptionsError(
+            "Without a board or known distances the size of the surface is unknown. Give "
+            "--known-distance, or --unscaled if the size does not matter."
+        )
+    return board is None and (no_board or bool(distances) or unscaled)

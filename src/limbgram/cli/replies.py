@@ -1,0 +1,69 @@
+"""Replies: what a command says at its end, for people or as JSON, and its exit code."""
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, ParamSpec
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from limbgram.cases.supervision import JobBug
+from limbgram.errors import Cancelled, LimbgramError
+
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True)
+class Reply:
+    """The answer of a command."""
+
+    lines: tuple[str, ...]
+    """For people."""
+    content: Any
+    """For machines."""
+
+
+def answered(command: Callable[P, Reply]) -> Callable[P, None]:
+    """Make a command print its reply, or its refusal without a traceback, and exit by its code.
+
+    With `as_json` the only thing on standard output is one JSON document.
+    """
+
+    @wraps(command)
+    def answer(*args: P.args, **kwargs: P.kwargs) -> None:
+        as_json = bool(kwargs.get("as_json", False))
+        try:
+            reply = command(*args, **kwargs)
+        except LimbgramError as error:
+            _refuse(error, as_json)
+            raise typer.Exit(error.exit_code) from error
+        except KeyboardInterrupt:
+            stopped = Cancelled("Stopped. Run the same command again to continue.")
+            _refuse(stopped, as_json)
+            raise typer.Exit(stopped.exit_code) from None
+        except JobBug as bug:
+            sys.stderr.write(f"{bug}\nThis is a bug of limbgram. Please report the lines above.\n")
+            raise typer.Exit(1) from bug
+        if as_json:
+            sys.stdout.write(json.dumps(reply.content, indent=1, allow_nan=False) + "\n")
+            return
+        console = Console(highlight=False, soft_wrap=True)
+        for line in reply.lines:
+            console.print(Text(line))
+
+    answer.__annotations__ = {**command.__annotations__, "return": None}
+    return answer
+
+
+def _refuse(error: LimbgramError, as_json: bool) -> None:
+    if as_json:
+        refusal = {"error": {"kind": type(error).__name__, "message": str(error)}}
+        sys.stdout.write(json.dumps({**refusal, "exit_code": error.exit_code}) + "\n")
+        return
+    console = Console(stderr=True, highlight=False)
+    colour = "yellow" if isinstance(error, Cancelled) else "red"
+    console.print(Text(str(error), style=colour), soft_wrap=not console.is_terminal)

@@ -1,0 +1,1 @@
+"""Drawings: one figure each, from products."""

@@ -1,0 +1,119 @@
+"""Drawings on photographs: feature points, and the matches of a pair."""
+
+import cv2
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+
+from limbgram.features.keypoints import Features
+from limbgram.geometry.arrays import ColourImage, Points2
+from limbgram.photos.decoding import load_colour
+from limbgram.photos.photo import Photo, PhotoSet
+from limbgram.report.drawings.drawing import BLUE, GREEN, ORANGE, Drawing, blank
+from limbgram.scale.metric import MetricScene
+from limbgram.twoview.pairs import Pairs, VerifiedPair
+
+_SHOWN_WIDTH_PX = 1100
+_SHOWN_MATCHES = 150
+_SHOWN_KEYPOINTS = 4000
+_FAVOURED_ANGLE_DEG = 20.0
+
+
+def keypoints_on_photo(photos: PhotoSet, features: Features, metric: MetricScene) -> Drawing:
+    """All feature points of the photo that gave most points to the scene."""
+    points = [verdict.points for verdict in metric.scene.verdicts]
+    idx = int(np.argmax(points))
+    photo, keypoints = photos.photos[idx], features.keypoints[idx]
+    image, xy_px = _upright(photo, keypoints.xy_px.astype(float))
+    height, width = image.shape[:2]
+    figure = blank(10, 10 * height / width)
+    axes = _picture(figure.subplots(), image)
+    step = max(1, len(keypoints) // _SHOWN_KEYPOINTS)
+    diameters = 4.0 * keypoints.scale_px[::step] * width / _stored_width(photo)
+    axes.add_collection(
+        EllipseCollection(
+            diameters,
+            diameters,
+            np.zeros(len(diameters)),
+            offsets=xy_px[::step],
+            units="xy",
+            offset_transform=axes.transData,
+            facecolors="none",
+            edgecolors=ORANGE,
+            linewidths=0.5,
+        )
+    )
+    shown = "" if step == 1 else f" (every {step}th is drawn)"
+    return Drawing(
+        figure,
+        f"{len(keypoints):,} SIFT feature points on {photo.name}{shown}; a circle's size is the "
+        f"feature's. {points[idx]:,} of them became points of the scene.",
+    )
+
+
+def matches_of_pair(photos: PhotoSet, pairs: Pairs) -> Drawing:
+    """Matches of one well-joined pair, side by side."""
+    figure = blank(10, 4)
+    left, right = figure.subplots(1, 2)
+    if not pairs.verified:
+        return Drawing(figure, "No pair of photos could be joined.")
+    pair = max(pairs.verified, key=_instructive)
+    first, second = photos.photos[pair.matches.first], photos.photos[pair.matches.second]
+    image, from_px = _upright(first, pair.matches.xy_first_px)
+    _picture(left, image)
+    image, to_px = _upright(second, pair.matches.xy_second_px)
+    _picture(right, image)
+    step = max(1, len(pair.matches) // _SHOWN_MATCHES)
+    for axes, xy_px in ((left, from_px), (right, to_px)):
+        axes.plot(*xy_px.T, ".", color=BLUE, ms=1.2)
+        axes.plot(*xy_px[::step].T, ".", color=GREEN, ms=3)
+    _connect(left, right, from_px[::step], to_px[::step])
+    figure.set_size_inches(10, 5 * image.shape[0] / image.shape[1] + 0.2)
+    return Drawing(
+        figure,
+        f"{len(pair.matches):,} matches between {first.name} and {second.name} that obey one "
+        f"epipolar geometry (residual {pair.rms_residual_px:.3f} px, rays meet at "
+        f"{pair.median_angle_deg:.1f} degrees); some of them are joined by lines.",
+    )
+
+
+def _instructive(pair: VerifiedPair) -> float:
+    """Many matches, and rays that meet at a good angle."""
+    return len(pair.matches) * min(1.0, pair.median_angle_deg / _FAVOURED_ANGLE_DEG)
+
+
+def _connect(left: Axes, right: Axes, from_px: Points2, to_px: Points2) -> None:
+    """Lines across two axes, in the right one's coordinates and not clipped."""
+    figure = left.figure
+    figure.canvas.draw()
+    within_right = right.transData.inverted()
+    starts = within_right.transform(left.transData.transform(from_px))
+    lines = LineCollection(
+        np.stack([starts, to_px], axis=1), colors=GREEN, linewidths=0.4, alpha=0.6, clip_on=False
+    )
+    right.add_collection(lines, autolim=False)
+
+
+def _picture(axes: Axes, image: ColourImage) -> Axes:
+    axes.imshow(image)
+    axes.set_axis_off()
+    return axes
+
+
+def _upright(photo: Photo, xy_px: Points2) -> tuple[ColourImage, Points2]:
+    """A reduced photo as people hold it, and points of the stored photo on it."""
+    image = load_colour(photo)
+    factor = min(1.0, _SHOWN_WIDTH_PX / photo.width_px)
+    size = round(photo.width_px * factor), round(photo.height_px * factor)
+    image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    xy_px = (xy_px + 0.5) * factor - 0.5
+    for _ in range(photo.exif.quarter_turns % 4):
+        height = image.shape[0]
+        image = np.rot90(image, -1)
+        xy_px = np.stack([height - 1 - xy_px[:, 1], xy_px[:, 0]], axis=1)
+    return np.ascontiguousarray(image), xy_px
+
+
+def _stored_width(photo: Photo) -> int:
+    """Width in pixels of the stored photo as people hold it."""
+    return photo.height_px if photo.exif.quarter_turns % 2 else photo.width_px

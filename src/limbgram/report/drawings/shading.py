@@ -1,0 +1,120 @@
+"""Shading: a picture of a mesh by a z-buffer, parallel projection, three soft lights."""
+
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from jaxtyping import Float64, UInt8
+
+from limbgram.geometry.arrays import Faces, Matrix3, Points3
+from limbgram.surface.mesh import Mesh
+
+CLAY = np.array([214.0, 206.0, 196.0])
+FILLED = np.array([222.0, 138.0, 70.0])
+"""Colour of what no photo measured."""
+_LIGHTS = (
+    (np.array([-0.45, -0.55, -0.70]), 0.75),
+    (np.array([0.80, -0.20, -0.55]), 0.28),
+    (np.array([0.10, 0.90, -0.40]), 0.12),
+)
+"""Directions towards the lights in the picture's frame (x right, y down, z away), and strengths."""
+_AMBIENT = 0.16
+_OVERSAMPLING = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """Parallel projection: which way to look, what is in the middle, how large a pixel is."""
+
+    picture_from_world: Matrix3
+    """Rotation to x right, y down, z away from the viewer."""
+    middle_mm: Float64[np.ndarray, "3"]
+    pixel_mm: float
+    width_px: int
+    height_px: int
+
+    def project(self, points_mm: Points3) -> Points3:
+        """Pixels x and y, and depth in pixels."""
+        seen = (points_mm - self.middle_mm) @ self.picture_from_world.T / self.pixel_mm
+        return seen + np.array([(self.width_px - 1) / 2, (self.height_px - 1) / 2, 0.0])
+
+
+def looking_along(azimuth_deg: float, elevation_deg: float = 0.0) -> Matrix3:
+    """Rotation of a picture seen from this side of the world's z axis, z up."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    towards = np.array(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+    )
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    return np.stack([right, np.cross(-towards, right), -towards])
+
+
+def shade(mesh: Mesh, frame: Frame) -> UInt8[np.ndarray, "h w 4"]:
+    """The mesh in clay, its filled part coloured; transparent where nothing is."""
+    n = _OVERSAMPLING
+    pixels = frame.project(mesh.vertices_mm)
+    pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
+    face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
+    hit = face_idx >= 0
+    corners, shares = mesh.faces[face_idx[hit]], weights[hit]
+
+    normals = mesh.vertex_normals() @ frame.picture_from_world.T
+    normal = np.einsum("pc,pcd->pd", shares, normals[corners])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    light = np.full(len(normal), _AMBIENT)
+    for direction, strength in _LIGHTS:
+        toward = direction / np.linalg.norm(direction)
+        light += strength * np.clip(normal @ toward, 0, None)
+
+    filled = np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float)
+    share = np.einsum("pc,pc->p", shares, filled[corners])[:, None] > 0.5
+    picture = np.zeros((*hit.shape, 4))
+    picture[hit, :3] = np.clip(np.where(share, FILLED, CLAY) * light[:, None], 0, 255)
+    picture[hit, 3] = 255
+    return _reduced(picture, n)
+
+
+def _reduced(picture: np.ndarray, n: int) -> UInt8[np.ndarray, "h w 4"]:
+    """Mean of n x n pixels, colours weighted by their opacity."""
+    height, width = picture.shape[0] // n, picture.shape[1] // n
+    picture = picture.copy()
+    picture[..., :3] *= picture[..., 3:] / 255
+    mean = picture.reshape(height, n, width, n, 4).mean((1, 3))
+    mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9) / 255
+    return np.rint(np.clip(mean, 0, 255)).astype(np.uint8)
+
+
+@nb.njit(cache=True, nogil=True)
+def rasterise(pixels: Points3, faces: Faces, height: int, width: int):
+    """Nearest face at each pixel (-1: none) and the weights of its three corners."""
+    depth = np.full((height, width), np.inf)
+    face_idx = np.full((height, width), -1, np.int32)
+    weights = np.zeros((height, width, 3))
+    for f in range(len(faces)):
+        ax, ay, az = pixels[faces[f, 0], 0], pixels[faces[f, 0], 1], pixels[faces[f, 0], 2]
+        bx, by, bz = pixels[faces[f, 1], 0], pixels[faces[f, 1], 1], pixels[faces[f, 1], 2]
+        cx, cy, cz = pixels[faces[f, 2], 0], pixels[faces[f, 2], 1], pixels[faces[f, 2], 2]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0:
+            continue
+        left = max(0, int(np.ceil(min(ax, bx, cx))))
+        right = min(width - 1, int(np.floor(max(ax, bx, cx))))
+        top = max(0, int(np.ceil(min(ay, by, cy))))
+        bottom = min(height - 1, int(np.floor(max(ay, by, cy))))
+        for y in range(top, bottom + 1):
+            for x in range(left, right + 1):
+                wa = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+                wb = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+                wc = 1 - wa - wb
+                if wa < 0 or wb < 0 or wc < 0:
+                    continue
+                z = wa * az + wb * bz + wc * cz
+                if z < depth[y, x]:
+                    depth[y, x] = z
+                    face_idx[y, x] = f
+                    weights[y, x, 0], weights[y, x, 1], weights[y, x, 2] = wa, wb, wc
+    return face_idx, weights

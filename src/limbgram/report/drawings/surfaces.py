@@ -1,0 +1,116 @@
+"""Drawings of the result: the shaded surface from four sides, the cloud with its cameras."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from limbgram.dense.depth import Cloud
+from limbgram.geometry.arrays import Points3
+from limbgram.geometry.camera import View
+from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
+from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.scale.metric import MetricScene
+from limbgram.surface.mesh import Mesh
+
+_AZIMUTHS_DEG = (0, 90, 180, 270)
+_HEIGHT_PX = 760
+_SHOWN_POINTS = 40_000
+_CAMERA_SHARE = 0.05
+"""Length of a drawn camera as a share of the cameras' spread."""
+
+
+def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
+    """The shaded surface from four sides at one scale, the filled part coloured."""
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    width_mm = 1.08 * float(np.hypot(*(high - low)[:2]))
+    height_mm = 1.04 * float(high[2] - low[2])
+    pixel_mm = max(width_mm, height_mm) / _HEIGHT_PX
+    width_px, height_px = int(width_mm / pixel_mm), int(height_mm / pixel_mm)
+    figure = blank(10.5, 10.5 / 4 * height_px / width_px + 0.4)
+    for axes, azimuth_deg in zip(figure.subplots(1, 4), _AZIMUTHS_DEG, strict=True):
+        frame = Frame(
+            picture_from_world=looking_along(azimuth_deg),
+            middle_mm=(low + high) / 2,
+            pixel_mm=pixel_mm,
+            width_px=width_px,
+            height_px=height_px,
+        )
+        axes.imshow(shade(mesh, frame))
+        axes.set_axis_off()
+        axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT)
+        if metric.scale.unit == "mm":
+            _scale_bar(axes, frame)
+    return Drawing(figure, _surface_caption(mesh, metric, high - low))
+
+
+def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
+    """The point cloud and the placed cameras, from above and from two sides."""
+    views = metric.scene.views
+    step = max(1, len(cloud) // _SHOWN_POINTS)
+    points, colours = cloud.points_mm[::step].astype(float), cloud.colours[::step] / 255.0
+    spread = np.ptp(np.array([view.centre_in_world for view in views]), axis=0)
+    depth = _CAMERA_SHARE * float(np.linalg.norm(spread))
+    figure = blank(10.5, 4.6)
+    sides = (("from above", 0, 1), ("from the front", 0, 2), ("from the right", 1, 2))
+    for axes, (title, across, up) in zip(figure.subplots(1, 3), sides, strict=True):
+        axes.scatter(points[:, across], points[:, up], s=0.4, c=colours, lw=0, rasterized=True)
+        lines = np.concatenate([_frustum(view, depth) for view in views])[:, :, [across, up]]
+        axes.add_collection(LineCollection(list(lines), colors=RED, linewidths=0.6))
+        centres = np.array([view.centre_in_world for view in views])[:, [across, up]]
+        axes.plot(*centres.T, ".", color=INK, ms=2)
+        axes.set_aspect("equal")
+        axes.margins(0.05)
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=9, color=FAINT)
+    unit = "mm" if metric.scale.unit == "mm" else "scene units"
+    return Drawing(
+        figure,
+        f"{len(cloud):,} oriented points, {cloud.spacing_mm:.2f} {unit} apart, and the "
+        f"{len(views)} cameras where the photos were taken. A limb that is doubled, bent or "
+        "misses a side shows here.",
+    )
+
+
+def _scale_bar(axes: Axes, frame: Frame) -> None:
+    length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)
+    length_px = length_mm / frame.pixel_mm
+    y_px = frame.height_px + 12
+    axes.plot([0, length_px], [y_px, y_px], color=INK, lw=1.5, clip_on=False)
+    axes.text(length_px + 6, y_px, f"{length_mm} mm", fontsize=7, color=INK, va="center")
+    axes.set_xlim(-0.5, frame.width_px - 0.5)
+    axes.set_ylim(frame.height_px + 20, -0.5)
+
+
+def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
+    unit = "mm" if metric.scale.unit == "mm" else "scene units (NO SCALE)"
+    filled = 0.0 if mesh.filled is None else float(mesh.filled.mean())
+    parts = (
+        f"{len(mesh):,} vertices, {len(mesh.faces):,} triangles; "
+        f"{size[0]:.1f} x {size[1]:.1f} x {size[2]:.1f} {unit}, seen from four sides round the "
+        "world's z axis. "
+    )
+    return parts + (
+        f"{filled:.1%} of the vertices are orange: no photo measured them, we filled them in."
+        if filled
+        else "Every vertex was measured."
+    )
+
+
+def _frustum(view: View, depth: float) -> np.ndarray:
+    """Edges (n, 2, 3) of a small pyramid from the camera's centre towards what it sees."""
+    camera = view.camera
+    corners_px = np.array(
+        [
+            [0, 0],
+            [camera.width_px, 0],
+            [camera.width_px, camera.height_px],
+            [0, camera.height_px],
+        ],
+        float,
+    )
+    rays = camera.rays(corners_px)
+    corners: Points3 = view.camera_from_world.inverse.apply(depth * rays / rays[:, 2:])
+    centre = np.broadcast_to(view.centre_in_world, corners.shape)
+    spokes = np.stack([centre, corners], axis=1)
+    rim = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    return np.concatenate([spokes, rim])

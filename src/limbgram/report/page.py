@@ -1,0 +1,169 @@
+"""The page: one HTML file that holds everything, asks nothing of the network, runs no script.
+
+In      the summary (report.summary) and the pictures.
+Out     HTML text.
+"""
+
+import base64
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from limbgram.report.pictures import Picture, Pictures
+
+_STYLE = """
+:root { color-scheme: light; }
+body { font: 15px/1.5 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif;
+  color: #22303a; background: #fff; max-width: 66rem; margin: 2rem auto 4rem; padding: 0 1.2rem; }
+h1 { font-size: 1.5rem; margin: 0 0 .4rem; } h2 { font-size: 1.1rem; margin: 2.2rem 0 .5rem; }
+.verdict { font-size: 1.15rem; border-left: .4rem solid #3c8d5a; padding: .5rem .9rem;
+  background: #f1f6f3; } .verdict.doubt { border-color: #b8403a; background: #fbf1f0; }
+.use { color: #5c6a73; } figure { margin: 0 0 1.6rem; } img { max-width: 100%; height: auto; }
+figcaption { color: #46545d; font-size: .92rem; max-width: 52rem; }
+table { border-collapse: collapse; font-size: .88rem; } td, th { padding: .2rem .8rem .2rem 0;
+  text-align: left; vertical-align: top; border-bottom: 1px solid #e4e9ec; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+tr.bad td { color: #b8403a; } .wide { overflow-x: auto; }
+"""
+
+_STAGES = {
+    "read photos": "Read the photos",
+    "cameras for": "Cameras",
+    "detect": "Feature points",
+    "match": "Matches",
+    "verify": "Pairs",
+    "place": "Place the photos",
+    "find board": "Find the board",
+    "to millimetres": "Scale",
+    "find region": "Find the limb",
+    "estimate depth": "Depth",
+    "fuse": "Points",
+    "pivot": "Surface (Ball Pivoting)",
+    "poisson": "Surface (Poisson)",
+    "repair": "Repair",
+    "measure": "Measure the surface",
+    "draw": "Pictures",
+}
+
+
+def stage_title(stage: str) -> str:
+    """A stage's name for people."""
+    return _STAGES.get(stage.replace("_", " "), stage.replace("_", " ").capitalize())
+
+
+def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
+    """The report as one self-contained page."""
+    sections = (
+        f"<h1>{escape(title)}</h1>",
+        f'<p class="verdict{_doubt(summary)}">{escape(summary["verdict"])}</p>',
+        f'<p class="use">{escape(summary["intended_use"])}</p>',
+        *(_figure(picture) for picture in drawn.pictures),
+        "<h2>Known lengths</h2>",
+        _lengths(summary),
+        "<h2>Photos</h2>",
+        _photos(summary["photos"]),
+        _set_aside(summary["set_aside"]),
+        "<h2>Stages</h2>",
+        _stages(summary["stages"]),
+    )
+    body = "\n".join(sections)
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta http-equiv="Content-Security-Policy" '
+        "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n"
+        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n"
+        f"<body>\n{body}\n</body>\n</html>\n"
+    )
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], bad: Sequence[bool] = ()) -> str:
+    """An HTML table; heads that begin with # stand over columns of numbers."""
+    numeric = [head.startswith("#") for head in heads]
+    kinds = [' class="n"' if right else "" for right in numeric]
+    top = "".join(
+        f"<th{kind}>{escape(head.lstrip('#'))}</th>"
+        for kind, head in zip(kinds, heads, strict=True)
+    )
+    lines = [f"<tr>{top}</tr>"]
+    for idx, row in enumerate(rows):
+        cells = "".join(
+            f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, row, strict=True)
+        )
+        marked = ' class="bad"' if idx < len(bad) and bad[idx] else ""
+        lines.append(f"<tr{marked}>{cells}</tr>")
+    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+
+
+def _doubt(summary: dict[str, Any]) -> str:
+    """Without scale, without a check of it, or with photos missing, the verdict is not green."""
+    checked = any(length["role"] == "check" for length in summary["scale"]["lengths"])
+    complete = all(photo["placed"] for photo in summary["photos"])
+    return "" if summary["unit"] == "mm" and checked and complete else " doubt"
+
+
+def _figure(picture: Picture) -> str:
+    data = base64.b64encode(picture.png.tobytes()).decode()
+    return (
+        f"<h2>{escape(picture.title)}</h2>\n<figure>"
+        f'<img alt="{escape(picture.title)}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
+    )
+
+
+def _lengths(summary: dict[str, Any]) -> str:
+    lengths = summary["scale"]["lengths"]
+    if not lengths:
+        return "<p>None: nothing says how large this is.</p>"
+    rows = [
+        (
+            length["label"],
+            length["role"],
+            f"{length['known_mm']:.3f}",
+            f"{length['measured_mm']:.3f}",
+            f"{100 * length['error']:+.3f} %",
+        )
+        for length in sorted(lengths, key=lambda length: length["role"])
+    ]
+    note = "<p>Control lengths set the scale; check lengths did not, so they test it.</p>"
+    heads = ("length", "role", "#known mm", "#measured mm", "#error")
+    return note + table(heads, rows)
+
+
+def _photos(photos: Sequence[dict[str, Any]]) -> str:
+    rows = [
+        (
+            photo["name"],
+            "placed" if photo["placed"] else "not placed",
+            f"{photo['features']:,}",
+            f"{photo['points']:,}",
+            "" if photo["rms_px"] is None or not photo["placed"] else f"{photo['rms_px']:.3f}",
+            " ".join((photo["reason"], *photo["remarks"])).strip(),
+        )
+        for photo in photos
+    ]
+    heads = ("photo", "verdict", "#features", "#points", "#residual px", "remarks")
+    return table(heads, rows, [not photo["placed"] for photo in photos])
+
+
+def _set_aside(parts: Sequence[dict[str, str]]) -> str:
+    if not parts:
+        return ""
+    rows = [(part["name"], part["reason"]) for part in parts]
+    return "<h2>Set aside</h2>" + table(("what", "why"), rows)
+
+
+def _stages(stages: Sequence[dict[str, Any]]) -> str:
+    rows = [
+        (
+            stage_title(stage["stage"]),
+            f"{stage['wall_s']:.1f}",
+            f"{stage['cpu_s']:.1f}",
+            "" if stage["peak_mb"] is None else f"{stage['peak_mb']:.0f}",
+            "taken from the last run" if stage["reused"] else "",
+        )
+        for stage in stages
+    ]
+    total = ("all", *(f"{sum(stage[k] for stage in stages):.1f}" for k in ("wall_s", "cpu_s")))
+    rows.append((*total, "", ""))
+    return table(("stage", "#seconds", "#CPU seconds", "#peak MB so far", ""), rows)

@@ -1,0 +1,76 @@
+"""Pictures: what people look at to believe, or doubt, a reconstruction.
+
+In      the products of one reconstruction.
+Out     Pictures as PNG, in the order in which the page shows them.
+"""
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import UInt8
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from limbgram.dense.depth import Cloud
+from limbgram.features.keypoints import Features
+from limbgram.photos.photo import PhotoSet
+from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
+from limbgram.report.drawings.photographs import keypoints_on_photo, matches_of_pair
+from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides
+from limbgram.run import track
+from limbgram.scale.metric import MetricScene
+from limbgram.surface.mesh import Mesh
+from limbgram.twoview.pairs import Pairs
+
+_DOTS_PER_INCH = 110
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One PNG and what it shows."""
+
+    name: str
+    """Of its file, without suffix."""
+    title: str
+    caption: str
+    png: UInt8[np.ndarray, " n"]
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """All pictures of a report."""
+
+    pictures: tuple[Picture, ...]
+
+
+def draw(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    metric: MetricScene,
+    cloud: Cloud,
+    mesh: Mesh,
+) -> Pictures:
+    """Draw what each stage found."""
+    drawings = (
+        ("surface", "The surface", lambda: four_sides(mesh, metric)),
+        ("cloud", "Points and cameras", lambda: cloud_with_cameras(cloud, metric)),
+        ("features", "Feature points", lambda: keypoints_on_photo(photos, features, metric)),
+        ("matches", "Matches of a pair", lambda: matches_of_pair(photos, pairs)),
+        ("residuals", "Residuals", lambda: residual_histograms(pairs, metric)),
+        ("accuracy", "Accuracy by image scale", lambda: accuracy_chart(photos, metric)),
+    )
+    pictures: list[Picture] = []
+    for name, title, make in track(drawings):
+        drawing = make()
+        pictures.append(Picture(name, title, drawing.caption, png(drawing.figure)))
+    return Pictures(tuple(pictures))
+
+
+def png(figure: Figure) -> UInt8[np.ndarray, " n"]:
+    """A figure as the bytes of a PNG."""
+    file = io.BytesIO()
+    FigureCanvasAgg(figure)
+    figure.savefig(file, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "limbgram"})
+    return np.frombuffer(file.getvalue(), np.uint8)
