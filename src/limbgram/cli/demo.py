@@ -14,7 +14,7 @@ from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.scoring import score_case
+from limbgram.cases.scoring import score_case
 from limbgram.report.comparison import Comparison
 from limbgram.run import Run
 from limbgram.synthetic import CALIBRATION_BOARD, CaptureOptions, make_capture
