@@ -4,7 +4,7 @@ In      a Scene; BoardDetections of a board lying in it, known distances, both o
 Out     a MetricScene.
 """
 
-from limbgram.scale.distances import KnownDistance, Pick
+from limbgram.scale.distances import KnownDistance, Pick, distance_between_marks, find_marks
 from limbgram.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.scale.scaling import ScaleOptions, to_millimetres
 
@@ -15,5 +15,7 @@ __all__ = [
     "Pick",
     "Scale",
     "ScaleOptions",
+    "distance_between_marks",
+    "find_marks",
     "to_millimetres",
 ]

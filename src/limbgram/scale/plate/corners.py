@@ -58,6 +58,9 @@ class _Sightings:
         )
 
     def points(self) -> Points3:
+        """The corners; NaN where they are not seen enough."""
+        if not self.views:
+            return np.full((self.count, 3), np.nan)
         located = triangulate(self.views, self.view_idx, self.point_idx, self.xy_px, self.count)
         return located.points_in_world
 
