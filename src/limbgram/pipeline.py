@@ -9,6 +9,9 @@ Fails   with the refusal of the stage that cannot go on.
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Int32
+
 from limbgram.calibration import Calibration, CameraOptions, Cameras, cameras_for
 from limbgram.dense import (
     Cloud,
@@ -21,8 +24,9 @@ from limbgram.dense import (
     fuse,
 )
 from limbgram.features import FeatureOptions, Features, detect
-from limbgram.mapping import MappingOptions, place
+from limbgram.mapping import MappingOptions, Scene, place
 from limbgram.matching import Matches, MatchingOptions, match
+from limbgram.measuring import MeasureOptions, measure
 from limbgram.photos import PhotoOptions, PhotoSet, read_photos
 from limbgram.run import Run
 from limbgram.scale import KnownDistance, MetricScene, ScaleOptions, to_millimetres
@@ -33,6 +37,7 @@ from limbgram.surface import (
     RepairOptions,
     pivot,
     poisson,
+    refine,
     repair,
 )
 from limbgram.targets import Board, BoardDetections, TargetOptions, find_board
@@ -70,6 +75,9 @@ class PipelineOptions:
     surface: PivotOptions | PoissonOptions = field(default_factory=PivotOptions)
     """How points become a surface: Ball Pivoting or Poisson."""
     repair: RepairOptions = field(default_factory=RepairOptions)
+    edge_px: float = 4.5
+    """Edges of the mesh that is measured, in pixels of the photos."""
+    measuring: MeasureOptions = field(default_factory=MeasureOptions)
 
 
 DEFAULTS = PipelineOptions()
@@ -108,7 +116,9 @@ def reconstruct(
     region = run(find_region, photos, metric, options.region)
     depths = run(estimate_depth, photos, metric, region, options.dense)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
-    mesh = run(repair, wrap(cloud, options.surface, run), cloud, options.repair)
+    coarse = run(repair, wrap(cloud, options.surface, run), cloud, options.repair)
+    even = run(refine, coarse, options.edge_px * pixel_on_object_mm(metric))
+    mesh = run(measure, photos, metric, even, options.measuring)
     return Reconstruction(
         photos=photos,
         cameras=cameras,
@@ -130,3 +140,19 @@ def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh
             return run(pivot, cloud, options)
         case PoissonOptions():
             return run(poisson, cloud, options)
+
+
+def pixel_on_object_mm(metric: MetricScene) -> float:
+    """Size of a photo's pixel on the object: the median over all observations."""
+    scene = metric.scene
+    sizes = [
+        scene.view(k).camera_from_world.apply(scene.points_in_world[_seen_by(scene, k)])[:, 2]
+        / scene.view(k).camera.fx
+        for k in scene.placed
+    ]
+    return float(np.median(np.concatenate(sizes)))
+
+
+def _seen_by(scene: Scene, photo_idx: int) -> Int32[np.ndarray, " k"]:
+    observed = scene.observations
+    return observed.point_idx[observed.photo_idx == photo_idx]
