@@ -22,7 +22,7 @@ class CaptureOptions:
     photos: int = 15
     rings: int = 1
     """Heights at which the photographer walks round, 1 to 3."""
-    distance_mm: float = 1350.0
+    distance_mm: float = 1500.0
     """From the camera to the limb's middle; the lens is focused there and stays so."""
     width_px: int = 1500
     height_px: int = 1000
@@ -43,21 +43,23 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
-        if self.photos < 1 or self.rings not in (1, 2, 3) or self.photos < 3 * (self.rings - 1):
-            raise OptionsError(
-                f"{self.photos} photos on {self.rings} rings cannot be taken. "
-                "Use 1 to 3 rings, with 3 photos or more on each."
-            )
-        if not 0 <= self.coverage < 0.95:
-            raise OptionsError(
-                f"Paint cannot cover {self.coverage:g} of the sock; 0 to 0.95 can be."
-            )
-        if any(not 0 <= k < self.photos for k in self.shaken):
-            raise OptionsError(
-                f"Shaken photos {self.shaken} are not all among 0 to {self.photos - 1}."
-            )
-        if not 0.2 <= self.mesh_step_mm <= 3.0:
-            raise OptionsError("The truth's triangles can have edges of 0.2 to 3 mm.")
+        _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
+        _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
+        _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")
+        _require(0 <= self.coverage <= 0.9, "paint covers 0 to 0.9 of the sock")
+        _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
+        _require(500 <= self.distance_mm <= 2500, "the room allows 500 to 2500 mm of distance")
+        _require(min(self.noise, self.blur_px, self.shake_px) >= 0, "noise and blur are 0 or more")
+        _require(0.3 <= self.mesh_step_mm <= 3.0, "the truth's edges have 0.3 to 3 mm")
+        _require(
+            all(0 <= k < self.photos for k in self.shaken),
+            f"shaken photos are numbered from 0 to {self.photos - 1}",
+        )
+
+
+def _require(possible: bool, rule: str) -> None:
+    if not possible:
+        raise OptionsError(f"This capture cannot be made: {rule}. Change that option.")
 
 
 DEFAULTS = CaptureOptions()
@@ -66,7 +68,7 @@ SMALL = CaptureOptions(
     photos=8,
     width_px=864,
     height_px=576,
-    distance_mm=1150.0,
+    distance_mm=1400.0,
     calibration_photos=8,
     mesh_step_mm=1.2,
 )

@@ -88,15 +88,15 @@ def walk_round(
     return tuple(poses)
 
 
-def over_board(corners: Points3, camera: Camera, photos: int, seed: int) -> tuple[Rigid, ...]:
-    """Poses over a flat board that see all of its inner corners, tilted by up to 40 degrees.
+def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tuple[Rigid, ...]:
+    """Poses over a flat board that see its whole outline, tilted by up to 40 degrees.
 
     The board wanders over the picture, so that its edges and corners are covered, and every
     other photo is taken with the camera turned by a quarter.
     """
     rng = np.random.default_rng((seed, 5))
-    middle = corners.mean(0)
-    span = float(np.linalg.norm(corners.max(0) - corners.min(0)))
+    middle = outline.mean(0)
+    span = float(np.linalg.norm(outline.max(0) - outline.min(0)))
     near = camera.fx * span / min(camera.width_px, camera.height_px)
     poses: list[Rigid] = []
     for k in range(photos):
@@ -111,7 +111,7 @@ def over_board(corners: Points3, camera: Camera, photos: int, seed: int) -> tupl
             pose = _held(centre, middle, rng.uniform(-12, 12) + 90.0 * (k % 4))
             shift = corner * (1 - attempt / _TRIES) * np.array([0.3, 0.25])
             pose = _aimed_beside(pose, shift * camera.width_px / camera.fx)
-            if camera.contains(camera.project(pose.apply(corners)), 0.012 * camera.width_px).all():
+            if camera.contains(camera.project(pose.apply(outline)), 0.012 * camera.width_px).all():
                 poses.append(pose)
                 break
         else:

@@ -152,7 +152,7 @@ def _notes(
         "shaken": [truth.views[k].name for k in options.shaken],
         "roi": {
             "z_min": limb.base_mm + _RIM_MM,
-            "comment": "measured surface = mesh minus 'cap'; a band of 6 mm above the cut is left out",
+            "comment": "measured surface = mesh minus 'cap'; the 6 mm above the cut are left out",
         },
     }
 

@@ -17,9 +17,11 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import camera_of, over_board, walk_round
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.limb import Limb, make_limb
-from limbgram.synthetic.renderer import seen
+from limbgram.synthetic.rendering.renderer import seen
 
 BASE_MM = 60.0
+_AIM = 0.2
+"""Fraction of the limb's height that is looked at, so that the board is in the picture."""
 _FIRST_PHOTO, _FIRST_CALIBRATION_PHOTO = 1001, 901
 
 
@@ -49,10 +51,10 @@ def stage_truth(options: CaptureOptions) -> Truth:
     """Build the limb, place the boards, and decide where every photo is taken from."""
     limb = make_limb(options.kind, options.seed, options.mesh_step_mm, BASE_MM)
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
-    target = np.array([0.0, 0.0, BASE_MM + 0.42 * limb.height_mm])
+    target = np.array([0.0, 0.0, BASE_MM + _AIM * limb.height_mm])
     ring = walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
-    tilted = over_board(bench.corners_in_world(), camera, options.calibration_photos, options.seed)
+    tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
     return Truth(
         limb=limb,
         views=tuple(
@@ -76,4 +78,4 @@ def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:
     shares[truth.limb.cut | (visible.sum(1) < 2)] = 0.0
     rng = np.random.default_rng((seed, 9))
     chosen = np.sort(rng.choice(len(shares), count, replace=False, p=shares / shares.sum()))
-    return SurfacePoints(mesh.vertices_mm[chosen], mesh.vertex_normals()[chosen], visible[chosen])
+    return SurfacePoints(mesh.vertices_mm[chosen], truth.limb.normals[chosen], visible[chosen])

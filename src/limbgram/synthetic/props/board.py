@@ -78,6 +78,11 @@ class LaidBoard:
     def corners_in_world(self) -> Points3:
         return self.world_from_board.apply(self.printed.corners_mm())
 
+    def outline_in_world(self) -> Points3:
+        """The four outer corners of the print."""
+        corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+        return self.world_from_board.apply(corners * np.append(self.printed.size_mm, 0.0))
+
 
 def lay_beside(printed: PrintedBoard, seed: int) -> LaidBoard:
     """Lay a board flat on the table beside the stand, turned anyhow."""

@@ -118,6 +118,8 @@ class Limb:
     """The closed truth surface and its chart."""
 
     mesh: Mesh
+    normals: Points3
+    """Outward unit normals of the vertices, which the renderer shades with."""
     cut: Bool[np.ndarray, " n"]
     """True at the vertices inside the flat cut; those of the rim belong to the skin."""
     grid_mm: Float32[np.ndarray, "rows columns 3"]
@@ -263,8 +265,10 @@ def _limb(grid: Points3, cut_rows: int, base_mm: float) -> Limb:
     skin: Faces = np.concatenate(faces).astype(np.int32)
     cut = np.zeros(len(vertices), bool)
     cut[: 1 + (cut_rows - 1) * columns] = True
+    mesh = Mesh(vertices_mm=vertices.astype(np.float32).astype(float), faces=skin)
     return Limb(
-        mesh=Mesh(vertices_mm=vertices.astype(np.float32).astype(float), faces=skin),
+        mesh=mesh,
+        normals=mesh.vertex_normals(),
         cut=cut,
         grid_mm=closed.astype(np.float32),
         chart=np.concatenate(chart).astype(np.float32),

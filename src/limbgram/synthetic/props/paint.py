@@ -19,6 +19,8 @@ from limbgram.synthetic.props.limb import Limb
 
 _SMALLEST_MM, _LARGEST_MM = 0.4, 8.0
 _HARMONICS = 3
+_LEAST_STRETCH = 0.65
+_MEAN_STRETCH = (1 + _LEAST_STRETCH) / 2
 _STRIP_ROWS = 256
 _PALETTE = np.array(
     [
@@ -94,11 +96,11 @@ def bake(
 
 
 def _dab_count(limb: Limb, coverage: float) -> int:
-    """Dabs that leave 1 - coverage of the area bare (random discs overlap)."""
+    """Dabs that leave 1 - coverage of the area bare (random dabs overlap)."""
     area = 0.5 * np.linalg.norm(limb.mesh.face_normals(), axis=1).sum()
     ratio = _LARGEST_MM / _SMALLEST_MM
     mean_square = 2 * np.log(ratio) / (1 - ratio**-2) * _SMALLEST_MM**2
-    return round(-np.log(1 - coverage) * area / (np.pi * mean_square))
+    return round(-np.log(1 - coverage) * area / (np.pi * mean_square * _MEAN_STRETCH))
 
 
 def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
@@ -129,7 +131,7 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
         np.column_stack([chart, 1.4 / steps])[order],
         (corners * share[..., None]).sum(1)[order],
         np.stack([first, np.cross(normal, first), normal], 1)[order],
-        np.column_stack([radius, rng.uniform(0.65, 1.0, count), edge])[order],
+        np.column_stack([radius, rng.uniform(_LEAST_STRETCH, 1.0, count), edge])[order],
         np.column_stack([colour, rng.uniform(0.8, 1.0, count)])[order],
     )
 

@@ -6,6 +6,7 @@ Frame   world: the table's top is z = 0.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -99,7 +100,7 @@ def make_stand(base_mm: float) -> Mesh:
         [(0, 0), (72, 0), (72, 11), (14, 11), (14, base_mm - 1), (0, base_mm - 1)], float
     )
     rings = []
-    for start, stop in zip(corners[:-1], corners[1:], strict=True):
+    for start, stop in pairwise(corners):
         steps = int(np.ceil(np.linalg.norm(stop - start) / 6)) + 1
         rings.append(start + np.linspace(0, 1, steps)[:, None] * (stop - start))
     profile = np.concatenate(rings)
@@ -200,7 +201,7 @@ def _shaded(
 
 
 def _print(rng: np.random.Generator, size_mm: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
-    """A poster or leaflet: random shapes and words on a ground, three texels a millimetre at most."""
+    """A poster or leaflet: random shapes and words on a ground."""
     per_mm = min(3.0, 600.0 / size_mm.max())
     height, width = int(size_mm[1] * per_mm) + 1, int(size_mm[0] * per_mm) + 1
     ground = rng.integers(90, 225, 3).tolist()

@@ -17,10 +17,11 @@ from jaxtyping import Bool, Float32, Float64, UInt8
 from limbgram.geometry.camera import View
 from limbgram.geometry.rigid import Rigid
 from limbgram.surface.mesh import Mesh
-from limbgram.synthetic.kernels import Light, Panels, Triangles, rasterise, shade
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.room import MARGIN_MM, Panel
+from limbgram.synthetic.rendering.casting import rasterise, shade
+from limbgram.synthetic.rendering.shading import Light, Panels, Triangles
 
 SAMPLES = 4
 _BUFFER_SAMPLES = 4_000_000
@@ -83,7 +84,7 @@ def seen(view: View, limb: Limb) -> Bool[np.ndarray, " n"]:
     points = view.camera_from_world.apply(limb.mesh.vertices_mm)
     xy = view.camera.project(points)
     inside = view.camera.contains(xy)
-    normals = limb.mesh.vertex_normals() @ view.camera_from_world.rotation.T
+    normals = limb.normals @ view.camera_from_world.rotation.T
     facing = -(normals * points).sum(1) / np.linalg.norm(points, axis=1)
     at = np.where(inside[:, None], np.rint(xy), 0).astype(int)
     depth = 1 / np.maximum(nearness[at[:, 1], at[:, 0]], 1e-9)
@@ -103,7 +104,9 @@ def _triangles(view: View, stage: Stage) -> Triangles:
     """Limb and stand as the camera sees them; an empty stage gives no triangles."""
     meshes = [part for part in (stage.limb and stage.limb.mesh, stage.stand) if part]
     points = np.concatenate([np.zeros((0, 3)), *(mesh.vertices_mm for mesh in meshes)])
-    normals = np.concatenate([np.zeros((0, 3)), *(mesh.vertex_normals() for mesh in meshes)])
+    normals = np.zeros((0, 3)) if stage.limb is None else stage.limb.normals
+    if stage.stand is not None:
+        normals = np.concatenate([normals, stage.stand.vertex_normals()])
     starts = np.cumsum([0, *(len(mesh.vertices_mm) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
     points = view.camera_from_world.apply(points)

@@ -1,0 +1,1 @@
+"""From a staged scene to the JPEG of a camera."""

@@ -1,0 +1,149 @@
+"""Compiled: which surface each sample of a picture shows, and its light.
+
+Sample (i, j) of a buffer that begins at pixel (left, top) and has `fine` samples a pixel side
+lies at pixel x = left + (j + 0.5) / fine - 0.5: pixel centres are whole numbers.
+"""
+
+import numpy as np
+from numba import njit
+
+from limbgram.synthetic.rendering.shading import (
+    depth_on,
+    mesh_light,
+    panel_light,
+    printed,
+    within,
+)
+
+_UNDISTORT_STEPS = 30
+_TOLERANCE = 1e-11
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rasterise(nearness, face, left, top, fine, screen, points, faces):
+    """Draw front faces: 1 / depth and face number of the nearest one, by sample."""
+    for k in range(len(faces)):
+        a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
+        ax = (screen[a, 0] - left + 0.5) * fine - 0.5
+        ay = (screen[a, 1] - top + 0.5) * fine - 0.5
+        bx = (screen[b, 0] - left + 0.5) * fine - 0.5
+        by = (screen[b, 1] - top + 0.5) * fine - 0.5
+        cx = (screen[c, 0] - left + 0.5) * fine - 0.5
+        cy = (screen[c, 1] - top + 0.5) * fine - 0.5
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if not area < 0:
+            continue
+        x0 = max(0, int(np.ceil(min(ax, bx, cx) - 1e-9)))
+        x1 = min(face.shape[1] - 1, int(np.floor(max(ax, bx, cx) + 1e-9)))
+        y0 = max(0, int(np.ceil(min(ay, by, cy) - 1e-9)))
+        y1 = min(face.shape[0] - 1, int(np.floor(max(ay, by, cy) + 1e-9)))
+        za, zb, zc = 1 / points[a, 2], 1 / points[b, 2], 1 / points[c, 2]
+        for y in range(y0, y1 + 1):
+            for x in range(x0, x1 + 1):
+                wa = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+                wb = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+                wc = 1 - wa - wb
+                if wa < -1e-9 or wb < -1e-9 or wc < -1e-9:
+                    continue
+                near = np.float32(wa * za + wb * zb + wc * zc)
+                if near > nearness[y, x]:
+                    nearness[y, x] = near
+                    face[y, x] = k
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, light):
+    """Fill the rows of `picture`, which begins at pixel row `top`; buffers begin at `left`."""
+    rows, columns = picture.shape[0], picture.shape[1]
+    hit = np.empty((rows + 2, columns + 2), np.int32)
+    ideal = np.empty((rows + 2, columns + 2, 2))
+    for y in range(rows + 2):
+        for x in range(columns + 2):
+            ix, iy = _ideal(x - 1.0, top + y - 1.0, lens)
+            ideal[y, x, 0], ideal[y, x, 1] = ix, iy
+            hit[y, x] = _look(ix, iy, panels)
+    for y in range(rows):
+        for x in range(columns):
+            plain = _is_plain(hit, x, y)
+            if plain and not _is_drawn(face, x - left, y, fine):
+                ix, iy = ideal[y + 1, x + 1, 0], ideal[y + 1, x + 1, 1]
+                red, green, blue = panel_light(ix, iy, hit[y + 1, x + 1] // 2, panels, light)
+                picture[y, x, 0], picture[y, x, 1], picture[y, x, 2] = red, green, blue
+                continue
+            for i in range(fine * fine):
+                px = x + (i % fine + 0.5) / fine - 0.5
+                py = top + y + (i // fine + 0.5) / fine - 0.5
+                row, column = y * fine + i // fine, (x - left) * fine + i % fine
+                k = face[row, column] if 0 <= column < face.shape[1] else -1
+                near = nearness[row, column] if k >= 0 else np.float32(0)
+                ix, iy = ideal[y + 1, x + 1, 0], ideal[y + 1, x + 1, 1]
+                behind = hit[y + 1, x + 1] // 2
+                if not plain or k < 0:
+                    ix, iy = _ideal(px, py, lens)
+                    behind = _look(ix, iy, panels) // 2
+                if k >= 0 and (behind < 0 or near * depth_on(ix, iy, panels.rows, behind) > 1.0):
+                    red, green, blue = mesh_light(px, py, k, triangles, light)
+                else:
+                    red, green, blue = panel_light(ix, iy, behind, panels, light)
+                picture[y, x, 0] += red / (fine * fine)
+                picture[y, x, 1] += green / (fine * fine)
+                picture[y, x, 2] += blue / (fine * fine)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _ideal(x, y, lens):
+    """Ideal normalized coordinates of a pixel; `lens` in the order of camera.PARAMETERS."""
+    yd = (y - lens[3]) / lens[1]
+    xd = (x - lens[2] - lens[4] * yd) / lens[0]
+    u, v = xd, yd
+    for _ in range(_UNDISTORT_STEPS):
+        r2 = u * u + v * v
+        radial = 1 + r2 * (lens[5] + r2 * (lens[6] + r2 * lens[9]))
+        du = xd - (u * radial + 2 * lens[7] * u * v + lens[8] * (r2 + 2 * u * u))
+        dv = yd - (v * radial + lens[7] * (r2 + 2 * v * v) + 2 * lens[8] * u * v)
+        u += du
+        v += dv
+        if abs(du) + abs(dv) < _TOLERANCE:
+            break
+    return u, v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _look(x, y, panels):
+    """Twice the number of the first panel on the ray, one more on white print; -2 for none."""
+    best, found, white = np.inf, -1, 0
+    rows, bounds = panels.rows, panels.bounds
+    for k in range(len(rows)):
+        if x < bounds[k, 0] or y < bounds[k, 1] or x > bounds[k, 2] or y > bounds[k, 3]:
+            continue
+        depth = depth_on(x, y, rows, k)
+        if depth <= 0 or depth >= best:
+            continue
+        right, down = within(x, y, depth, rows, k)
+        if 0 <= right <= rows[k, 12] and 0 <= down <= rows[k, 13]:
+            best, found, white = depth, k, 0
+            if panels.kinds[k, 1] == 0 and printed(right, down, panels) > 0.5:
+                white = 1
+    return 2 * found + white
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_plain(hit, x, y):
+    """Whether one sample will do: the same panel, and the same print, all round."""
+    for i in range(3):
+        for j in range(3):
+            if hit[y + i, x + j] != hit[y + 1, x + 1]:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _is_drawn(face, x, y, fine):
+    """Whether the mesh is in any sample of the pixel (x, y) of the buffer."""
+    if x < 0 or (x + 1) * fine > face.shape[1]:
+        return False
+    for i in range(fine):
+        for j in range(fine):
+            if face[y * fine + i, x * fine + j] >= 0:
+                return True
+    return False

@@ -1,0 +1,190 @@
+"""Compiled: the light that panels and the mesh send to the camera.
+
+Everything is in the camera frame; rays are (x, y, 1).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+_WHITE, _BLACK = 0.80, 0.035
+
+
+class Panels(NamedTuple):
+    """Rectangles: rows of origin, unit right, unit down, normal out of the front, width, height."""
+
+    rows: np.ndarray
+    bounds: np.ndarray
+    """x0, y0, x1, y1 of each on the ideal plane."""
+    kinds: np.ndarray
+    """First texel, texture height and width; height 0 for a printed board."""
+    texels: np.ndarray
+    cells: np.ndarray
+    """Print of the board, 1 white, by square and by cell of its marker."""
+    square_mm: float
+    marker_mm: float
+    margin_mm: float
+
+
+class Triangles(NamedTuple):
+    """The mesh as this camera sees it."""
+
+    screen: np.ndarray
+    """Distorted pixels of every vertex."""
+    points: np.ndarray
+    normals: np.ndarray
+    faces: np.ndarray
+    painted: int
+    """Faces before this one are the limb's, the others the stand's."""
+    chart: np.ndarray
+    skin: np.ndarray
+    skin_fine: int
+
+
+class Light(NamedTuple):
+    """Lamps, relative to a white page that faces the flash at its reference distance."""
+
+    up: np.ndarray
+    lamp: np.ndarray
+    flash: np.ndarray
+    ambient: float
+    lamp_strength: float
+    flash_strength: float
+    flash_mm: float
+    linear: np.ndarray
+    """Linear light of the 256 sRGB values."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def panel_light(x, y, k, panels, light):
+    """Light that a panel sends along the ray (x, y, 1)."""
+    if k < 0:
+        return 0.02, 0.02, 0.02
+    rows = panels.rows
+    depth = depth_on(x, y, rows, k)
+    across, along = within(x, y, depth, rows, k)
+    point = (x * depth, y * depth, depth)
+    lit, shine = _lit(point, (rows[k, 9], rows[k, 10], rows[k, 11]), light)
+    first, height, width = panels.kinds[k, 0], panels.kinds[k, 1], panels.kinds[k, 2]
+    if height == 0:
+        tone = printed(across, along, panels)
+        return tone * lit, tone * lit, tone * lit
+    u = min(max(across / rows[k, 12] * width - 0.5, 0.0), width - 1.001)
+    v = min(max(along / rows[k, 13] * height - 0.5, 0.0), height - 1.001)
+    i, j = int(v), int(u)
+    fu, fv = u - j, v - i
+    red = green = blue = 0.02 * shine
+    for corner in range(4):
+        down, right = corner // 2, corner % 2
+        share = (fv if down else 1 - fv) * (fu if right else 1 - fu) * lit
+        at = first + (i + down) * width + j + right
+        red += share * light.linear[panels.texels[at, 0]]
+        green += share * light.linear[panels.texels[at, 1]]
+        blue += share * light.linear[panels.texels[at, 2]]
+    return red, green, blue
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def mesh_light(px, py, k, triangles, light):
+    """Light of face k at a pixel: perspective-correct point, normal and chart position."""
+    a, b, c = triangles.faces[k, 0], triangles.faces[k, 1], triangles.faces[k, 2]
+    s, p, n = triangles.screen, triangles.points, triangles.normals
+    area = (s[b, 0] - s[a, 0]) * (s[c, 1] - s[a, 1]) - (s[b, 1] - s[a, 1]) * (s[c, 0] - s[a, 0])
+    wa = ((s[b, 0] - px) * (s[c, 1] - py) - (s[b, 1] - py) * (s[c, 0] - px)) / area / p[a, 2]
+    wb = ((s[c, 0] - px) * (s[a, 1] - py) - (s[c, 1] - py) * (s[a, 0] - px)) / area / p[b, 2]
+    wc = ((s[a, 0] - px) * (s[b, 1] - py) - (s[a, 1] - py) * (s[b, 0] - px)) / area / p[c, 2]
+    total = wa + wb + wc
+    wa, wb, wc = wa / total, wb / total, wc / total
+    point = (
+        wa * p[a, 0] + wb * p[b, 0] + wc * p[c, 0],
+        wa * p[a, 1] + wb * p[b, 1] + wc * p[c, 1],
+        wa * p[a, 2] + wb * p[b, 2] + wc * p[c, 2],
+    )
+    nx = wa * n[a, 0] + wb * n[b, 0] + wc * n[c, 0]
+    ny = wa * n[a, 1] + wb * n[b, 1] + wc * n[c, 1]
+    nz = wa * n[a, 2] + wb * n[b, 2] + wc * n[c, 2]
+    size = np.sqrt(nx * nx + ny * ny + nz * nz)
+    lit, shine = _lit(point, (nx / size, ny / size, nz / size), light)
+    if k >= triangles.painted:
+        grey = 0.30 * lit + 0.05 * shine
+        return grey, grey, grey
+    chart = triangles.chart
+    u = (wa * chart[k, 0, 0] + wb * chart[k, 1, 0] + wc * chart[k, 2, 0]) * triangles.skin_fine
+    v = (wa * chart[k, 0, 1] + wb * chart[k, 1, 1] + wc * chart[k, 2, 1]) * triangles.skin_fine
+    skin = triangles.skin
+    j = min(max(int(u), 0), skin.shape[1] - 2)
+    i = min(max(int(v), 0), skin.shape[0] - 2)
+    fu, fv = u - j, v - i
+    red = green = blue = 0.0
+    for corner in range(4):
+        down, right = corner // 2, corner % 2
+        share = (fv if down else 1 - fv) * (fu if right else 1 - fu)
+        gloss = shine * skin[i + down, j + right, 3] / 1000.0
+        red += share * (lit * light.linear[skin[i + down, j + right, 0]] + gloss)
+        green += share * (lit * light.linear[skin[i + down, j + right, 1]] + gloss)
+        blue += share * (lit * light.linear[skin[i + down, j + right, 2]] + gloss)
+    return red, green, blue
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def printed(x, y, panels):
+    """Reflectance of the board at x, y mm from the corner of its margin."""
+    x, y = x - panels.margin_mm, y - panels.margin_mm
+    column, row = int(np.floor(x / panels.square_mm)), int(np.floor(y / panels.square_mm))
+    cells = panels.cells
+    if column < 0 or row < 0 or row >= cells.shape[0] or column >= cells.shape[1]:
+        return _WHITE
+    if (row + column) % 2 == 0:
+        return _BLACK
+    if panels.marker_mm <= 0:
+        return _WHITE
+    border = 0.5 * (panels.square_mm - panels.marker_mm)
+    cell = panels.marker_mm / cells.shape[2]
+    i = int(np.floor((y - row * panels.square_mm - border) / cell))
+    j = int(np.floor((x - column * panels.square_mm - border) / cell))
+    if i < 0 or j < 0 or i >= cells.shape[2] or j >= cells.shape[3]:
+        return _WHITE
+    return _WHITE if cells[row, column, i, j] else _BLACK
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _lit(point, normal, light):
+    """Diffuse light on a surface, and the shine of the flash towards the camera."""
+    up = normal[0] * light.up[0] + normal[1] * light.up[1] + normal[2] * light.up[2]
+    lit = light.ambient * (0.65 + 0.35 * up)
+    facing, _ = _facing(point, normal, light.lamp)
+    lit += light.lamp_strength * max(facing, 0.0)
+    facing, far = _facing(point, normal, light.flash)
+    fall = light.flash_strength * (light.flash_mm / far) ** 2
+    facing = max(facing, 0.0)
+    eighth = facing**2 * facing**2 * facing**2 * facing**2
+    return lit + fall * facing, fall * eighth * eighth * eighth
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _facing(point, normal, lamp):
+    """Cosine between the normal and the way to a lamp, and the distance to it."""
+    x, y, z = lamp[0] - point[0], lamp[1] - point[1], lamp[2] - point[2]
+    far = np.sqrt(x * x + y * y + z * z)
+    return (x * normal[0] + y * normal[1] + z * normal[2]) / far, far
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def depth_on(x, y, rows, k):
+    """Depth at which the ray (x, y, 1) meets a panel's plane; negative from behind."""
+    facing = rows[k, 9] * x + rows[k, 10] * y + rows[k, 11]
+    if facing >= 0:
+        return -1.0
+    along = rows[k, 9] * rows[k, 0] + rows[k, 10] * rows[k, 1] + rows[k, 11] * rows[k, 2]
+    return along / facing
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def within(x, y, depth, rows, k):
+    """Where on the panel the ray meets it, right and down from its origin, mm."""
+    px, py, pz = x * depth - rows[k, 0], y * depth - rows[k, 1], depth - rows[k, 2]
+    return (
+        px * rows[k, 3] + py * rows[k, 4] + pz * rows[k, 5],
+        px * rows[k, 6] + py * rows[k, 7] + pz * rows[k, 8],
+    )
