@@ -1,9 +1,9 @@
 """Crops: the part of each photo that shows the region, without lens distortion and reduced.
 
 A plane maps straight lines to straight lines only through a pinhole, so every photo is resampled
-once, to a pinhole camera of the same focal length and principal point, and reduced by a whole
-number in the same step. Whole blocks of pixels are averaged, so pixel centres stay right: half a
-pixel here would be a tenth of a millimetre on the surface.
+once, to a pinhole camera of the same focal length and principal point, and reduced in the same
+step: the mean of samples that are spread evenly over each reduced pixel, so that its centre stays
+right. Half a pixel here would be a tenth of a millimetre on the surface.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from limbgram.dense.region import Footprint, Region, footprint
-from limbgram.geometry.arrays import GreyImage, Mask
+from limbgram.geometry.arrays import GreyImage, Mask, Matrix3
 from limbgram.geometry.camera import Camera, View
 from limbgram.photos.photo import Photo
 from limbgram.photos.reading import load_luma, load_mask
@@ -25,7 +25,10 @@ _ALIGNED = 1 << HALVINGS
 
 @dataclass(frozen=True, kw_only=True)
 class Crop:
-    """Pixel (r, c) of the arrays is pixel (x0 + c, y0 + r) of the reduced pinhole photo."""
+    """Pixel (r, c) of the arrays is pixel (x0 + c, y0 + r) of the reduced pinhole photo.
+
+    Sides and corner are multiples of the coarsest pyramid level's pixel.
+    """
 
     photo_idx: int
     view: View
@@ -39,11 +42,19 @@ class Crop:
     far_mm: float
     """Depths between which the region lies, along the camera's z axis."""
 
+    def matrix_at(self, halvings: int) -> Matrix3:
+        """K of the crop at a pyramid level; pixel (0, 0) is the crop's first."""
+        camera = self.view.camera.scaled(0.5**halvings)
+        matrix = camera.matrix
+        matrix[0, 2] -= self.x0 >> halvings
+        matrix[1, 2] -= self.y0 >> halvings
+        return matrix
 
-def reduction_for(region: Region, views: Sequence[View], most_px: int) -> int:
-    """The whole number by which to reduce photos so that the region covers `most_px` of them all."""
+
+def reduction_for(region: Region, views: Sequence[View], most_px: int) -> float:
+    """By how much to reduce photos so that the region covers `most_px` of them all together."""
     covered = sum(int(footprint(region, pinhole(view), 1 / 8).mask.sum()) * 64 for view in views)
-    return max(1, int(np.ceil(np.sqrt(covered / most_px))))
+    return max(1.0, float(np.sqrt(covered / most_px)))
 
 
 def pinhole(view: View) -> View:
@@ -53,7 +64,7 @@ def pinhole(view: View) -> View:
 
 
 def crop_photo(
-    photo: Photo, photo_idx: int, view: View, region: Region, reduction: int
+    photo: Photo, photo_idx: int, view: View, region: Region, reduction: float
 ) -> Crop | None:
     """The region in one photo; None where the photo does not show it."""
     straight = pinhole(view)
@@ -61,7 +72,8 @@ def crop_photo(
     seen = _aligned(seen)
     if not seen.mask.any():
         return None
-    map_x, map_y = _source_pixels(seen, straight.camera, view.camera, reduction)
+    samples = int(np.ceil(reduction))
+    map_x, map_y = _source_pixels(seen, straight.camera, view.camera, reduction, samples)
     grey = cv2.remap(
         load_luma(photo), map_x, map_y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE
     )
@@ -79,25 +91,22 @@ def crop_photo(
         view=View(view.name, straight.camera.scaled(1 / reduction), view.camera_from_world),
         x0=seen.x0,
         y0=seen.y0,
-        grey=reduced(grey, reduction),
-        wanted=seen.mask & (reduced(inside.astype(np.uint8) * 255, reduction) == 255),
+        grey=reduced(grey, samples),
+        wanted=seen.mask & (reduced(inside.astype(np.uint8) * 255, samples) == 255),
         near_mm=float(np.nanmin(seen.near_mm)),
         far_mm=float(np.nanmax(seen.far_mm)),
     )
 
 
-def camera_of(crop: Crop, halvings: int) -> Camera:
-    """The pinhole of a crop at a pyramid level; its pixel (0, 0) is the crop's first."""
-    moved = replace(crop.view.camera, cx=crop.view.camera.cx - crop.x0, cy=crop.view.camera.cy - crop.y0)
-    return moved.scaled(0.5**halvings)
-
-
 def _aligned(seen: Footprint) -> Footprint:
-    """Grown to the right and below so that the crop can be halved without a rest."""
+    """Grown so that corner and sides can be halved without a rest."""
     height, width = seen.mask.shape
-    grow = ((0, -height % _ALIGNED), (0, -width % _ALIGNED))
+    left, top = seen.x0 % _ALIGNED, seen.y0 % _ALIGNED
+    grow = ((top, -(height + top) % _ALIGNED), (left, -(width + left) % _ALIGNED))
     return replace(
         seen,
+        x0=seen.x0 - left,
+        y0=seen.y0 - top,
         mask=np.pad(seen.mask, grow),
         near_mm=np.pad(seen.near_mm, grow, constant_values=np.nan),
         far_mm=np.pad(seen.far_mm, grow, constant_values=np.nan),
@@ -105,17 +114,16 @@ def _aligned(seen: Footprint) -> Footprint:
 
 
 def _source_pixels(
-    seen: Footprint, straight: Camera, lens: Camera, reduction: int
+    seen: Footprint, straight: Camera, lens: Camera, reduction: float, samples: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where in the photo each full-size pixel of the crop lies."""
+    """Where in the photo the samples of each crop pixel lie: samples x samples, evenly spread."""
     height, width = seen.mask.shape
-    x, y = np.meshgrid(
-        seen.x0 * reduction + np.arange(width * reduction, dtype=float),
-        seen.y0 * reduction + np.arange(height * reduction, dtype=float),
-    )
+    part = (np.arange(max(width, height) * samples) + 0.5) / samples
+    x = (seen.x0 + part[: width * samples]) * reduction - 0.5
+    y = ((seen.y0 + part[: height * samples]) * reduction - 0.5)[:, None]
     y_ideal = (y - straight.cy) / straight.fy
     x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
-    ideal = np.stack([x_ideal, y_ideal, np.ones_like(x)], axis=-1)
+    ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
     xy = lens.project(ideal).astype(np.float32)
     return np.ascontiguousarray(xy[..., 0]), np.ascontiguousarray(xy[..., 1])
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float32, Float64, Int32, Int64, UInt8, UInt32
 
-from limbgram.dense.stereo.crops import Crop, camera_of, reduced
+from limbgram.dense.stereo.crops import Crop, reduced
 from limbgram.dense.stereo.lanes import packed
 from limbgram.geometry.arrays import Mask
 
@@ -44,7 +44,6 @@ class Level:
 
 def level_of(crop: Crop, sources: Sequence[Crop], halvings: int) -> Level:
     """A crop and its sources, halved."""
-    camera = camera_of(crop, halvings)
     pixels = [reduced(source.grey, 1 << halvings) for source in sources]
     ends = np.cumsum([0, *(picture.size for picture in pixels)])
     homographies = [_homography(crop, source, halvings) for source in sources]
@@ -59,7 +58,7 @@ def level_of(crop: Crop, sources: Sequence[Crop], halvings: int) -> Level:
         table=np.array([(ends[s], *pixels[s].shape[::-1]) for s in range(len(pixels))], np.int64),
         a=a.reshape(-1, 9).astype(np.float32),
         b=b.astype(np.float32),
-        focal_px=camera.fx,
+        focal_px=crop.view.camera.fx / (1 << halvings),
         w_per_px=_w_per_px(a, b, crop, grey.shape),
     )
 
@@ -82,7 +81,7 @@ def finer(state: Float32[np.ndarray, "3 coarse"], wanted: Mask) -> Float32[np.nd
 def _homography(
     crop: Crop, source: Crop, halvings: int
 ) -> tuple[Float64[np.ndarray, "3 3"], Float64[np.ndarray, "3"]]:
-    own, other = camera_of(crop, halvings).matrix, camera_of(source, halvings).matrix
+    own, other = crop.matrix_at(halvings), source.matrix_at(halvings)
     source_from_crop = source.view.camera_from_world @ crop.view.camera_from_world.inverse
     rotation = other @ source_from_crop.rotation @ np.linalg.inv(own)
     return rotation, other @ source_from_crop.translation

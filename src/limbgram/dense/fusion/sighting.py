@@ -1,0 +1,85 @@
+"""Sighting: which photos agree on a point of the cloud, and what colour it has in them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+
+from limbgram.dense.depth import DepthMap
+from limbgram.geometry.camera import View
+from limbgram.photos.photo import PhotoSet
+from limbgram.photos.reading import load_colour
+from limbgram.run import in_parallel
+from limbgram.scale.metric import MetricScene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sightings:
+    """By point: photos whose depth map has it, and its mean colour in them."""
+
+    views: UInt8[np.ndarray, " n"]
+    colours: UInt8[np.ndarray, "n 3"]
+
+
+def sight(
+    photos: PhotoSet,
+    metric: MetricScene,
+    depth_maps: Sequence[DepthMap],
+    points_mm: Float32[np.ndarray, "n 3"],
+    normals: Float32[np.ndarray, "n 3"],
+    agree_mm: float,
+) -> Sightings:
+    """Look for each point in each depth map; where it is, take the photo's colour, frontal first."""
+
+    def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        seen, cosine = _seen(depth_map, points_mm, normals, agree_mm)
+        view = metric.scene.view(depth_map.photo_idx)
+        colours = _colours(photos, depth_map.photo_idx, view, points_mm[seen])
+        return seen, cosine**2, colours
+
+    views = np.zeros(len(points_mm), np.uint8)
+    weights = np.full(len(points_mm), 1e-9)
+    sums = np.zeros((len(points_mm), 3))
+    for seen, weight, colours in in_parallel(one, depth_maps):
+        views[seen] += 1
+        weights[seen] += weight
+        sums[seen] += weight[:, None] * colours
+    return Sightings(views=views, colours=np.round(sums / weights[:, None]).astype(np.uint8))
+
+
+def _seen(
+    depth_map: DepthMap,
+    points_mm: Float32[np.ndarray, "n 3"],
+    normals: Float32[np.ndarray, "n 3"],
+    agree_mm: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the points that the map has, and the cosines of their incidence."""
+    pose, camera = depth_map.camera_from_world, depth_map.camera
+    in_camera = pose.apply(points_mm.astype(float))
+    rays = in_camera / np.linalg.norm(in_camera, axis=1, keepdims=True)
+    cosine = -(rays * (normals @ pose.rotation.T)).sum(1)
+    xy = camera.project(in_camera) - (depth_map.x0, depth_map.y0)
+    height, width = depth_map.depth_mm.shape
+    within = np.all((xy > -0.5) & (xy < (width - 0.5, height - 0.5)), axis=1) & (cosine > 0.1)
+    seen = np.flatnonzero(within)
+    column, row = np.round(xy[seen]).astype(int).T
+    measured = depth_map.depth_mm[row, column]
+    away_mm = np.abs(measured - in_camera[seen, 2]) * cosine[seen]
+    pixel_mm = in_camera[seen, 2] / camera.fx
+    agrees = away_mm < agree_mm + pixel_mm
+    return seen[agrees], cosine[seen[agrees]]
+
+
+def _colours(
+    photos: PhotoSet, photo_idx: int, view: View, points_mm: np.ndarray
+) -> Float32[np.ndarray, "n 3"]:
+    if not len(points_mm):
+        return np.zeros((0, 3), np.float32)
+    xy = view.project(points_mm.astype(float)).astype(np.float32)
+    colour = load_colour(photos.photos[photo_idx])
+    rows = max(1, -(-len(xy) // 1024))
+    grid = np.resize(xy, (rows * 1024, 2)).reshape(rows, 1024, 2)
+    sampled = cv2.remap(colour, grid, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return sampled.reshape(-1, 3)[: len(xy)].astype(np.float32)
