@@ -1,6 +1,7 @@
 """Pictures of boards whose corners are known exactly."""
 
 from collections.abc import Callable
+from functools import cache
 
 import cv2
 import numpy as np
@@ -11,9 +12,10 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.targets import Board
 
 CAMERA = Camera(
-    width_px=720, height_px=540, fx=900.0, fy=900.0, cx=351.3, cy=262.8, k1=-0.12, p1=0.0005
+    width_px=480, height_px=360, fx=600.0, fy=600.0, cx=234.3, cy=174.8, k1=-0.12, p1=0.0005
 )
-PICTURES_A_PIXEL = 4
+RAYS_A_SIDE = 3
+"""Rays through each pixel, across and down."""
 
 Painter = Callable[..., np.ndarray]
 
@@ -29,16 +31,12 @@ def paint() -> Painter:
 
     def painted(board: Board, pose: Rigid, noise: float = 0.0, seed: int = 0) -> np.ndarray:
         texture, per_mm = _texture(board)
-        side = PICTURES_A_PIXEL
-        steps = (np.arange(side) + 0.5) / side - 0.5
-        x = (np.arange(CAMERA.width_px)[:, None] + steps).ravel()
-        y = (np.arange(CAMERA.height_px)[:, None] + steps).ravel()
-        xy_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        rays = np.column_stack([CAMERA.normalize(xy_px), np.ones(len(xy_px))]) @ pose.rotation
+        directions = _rays() @ pose.rotation
         centre = pose.centre
-        plate = centre[:2] - centre[2] * rays[:, :2] / rays[:, 2:]
+        plate = centre[:2] - centre[2] * directions[:, :2] / directions[:, 2:]
         where = ((plate + board.square_mm) * per_mm - 0.5).astype(np.float32)
-        where = where.reshape(len(y), len(x), 2)
+        side = RAYS_A_SIDE
+        where = where.reshape(CAMERA.height_px * side, CAMERA.width_px * side, 2)
         fine = cv2.remap(
             texture, where[..., 0], where[..., 1], cv2.INTER_LINEAR, borderValue=(200.0,)
         )
@@ -48,6 +46,16 @@ def paint() -> Painter:
         return np.clip(np.round(grey), 0, 255).astype(np.uint8)
 
     return painted
+
+
+@cache
+def _rays() -> np.ndarray:
+    """Directions through the parts of all pixels, row by row."""
+    steps = (np.arange(RAYS_A_SIDE) + 0.5) / RAYS_A_SIDE - 0.5
+    x = (np.arange(CAMERA.width_px)[:, None] + steps).ravel()
+    y = (np.arange(CAMERA.height_px)[:, None] + steps).ravel()
+    xy_px = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return np.column_stack([CAMERA.normalize(xy_px), np.ones(len(xy_px))])
 
 
 def _texture(board: Board) -> tuple[np.ndarray, float]:

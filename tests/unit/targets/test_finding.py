@@ -18,8 +18,8 @@ POSE = Rigid.from_rotation_vector(np.array([0.35, -0.3, 0.2]), np.array([-40.0, 
 PHOTO = Photo(
     name="board.png",
     path=Path("board.png"),
-    width_px=720,
-    height_px=540,
+    width_px=480,
+    height_px=360,
     exif=Exif(),
     sha256="",
     camera_idx=0,
@@ -40,8 +40,8 @@ def test_corners_lie_where_they_were_painted(
     error_px = found.xy_px - camera.project(POSE.apply(board.corners_mm[found.ids]))
     rms_px = float(np.sqrt((error_px**2).mean()))
     assert len(found.ids) == len(board.corners_mm)
-    assert 1e-4 < rms_px < 0.04
-    assert np.abs(error_px.mean(axis=0)).max() < 0.015
+    assert 1e-4 < rms_px < 0.05
+    assert np.abs(error_px.mean(axis=0)).max() < 0.02
     assert np.abs(found.xy_px[0] - found.xy_px[1]).max() == pytest.approx(found.step_px, rel=0.4)
 
 
@@ -52,7 +52,7 @@ def test_corners_cut_by_something_in_front_are_not_believed(
     truth = camera.project(POSE.apply(CHARUCO.corners_mm))
     y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
     middle = truth[8] + [1.0, 2.0]
-    luma[(x - middle[0]) ** 2 + (y - middle[1]) ** 2 < 9.0**2] = 120
+    luma[(x - middle[0]) ** 2 + (y - middle[1]) ** 2 < 7.0**2] = 120
     found = found_in(luma, CHARUCO)
     assert 8 not in found.ids
     assert len(found.ids) >= 16
@@ -68,7 +68,7 @@ def test_a_board_of_another_size_is_told(paint: Callable[..., np.ndarray]) -> No
 
 
 def test_a_picture_without_a_board_is_set_aside_with_its_reason() -> None:
-    grey = np.random.default_rng(0).integers(90, 110, (540, 720)).astype(np.uint8)
+    grey = np.random.default_rng(0).integers(90, 110, (360, 480)).astype(np.uint8)
     for board in (CHECKERBOARD, CHARUCO):
         answer = find_in_photo(PHOTO, 0, grey, board)
         assert isinstance(answer, SetAside)
@@ -80,7 +80,7 @@ def test_photos_are_read_and_those_without_the_board_set_aside(
 ) -> None:
     pictures = {
         "a.png": paint(CHECKERBOARD, POSE),
-        "b.png": np.full((540, 720), 128, np.uint8),
+        "b.png": np.full((360, 480), 128, np.uint8),
     }
     for name, luma in pictures.items():
         Image.fromarray(luma).save(tmp_path / name)
@@ -89,15 +89,15 @@ def test_photos_are_read_and_those_without_the_board_set_aside(
             Photo(
                 name=name,
                 path=tmp_path / name,
-                width_px=720,
-                height_px=540,
+                width_px=480,
+                height_px=360,
                 exif=Exif(),
                 sha256="",
                 camera_idx=0,
             )
             for name in pictures
         ),
-        (CameraGroup(label="", width_px=720, height_px=540, exif=Exif()),),
+        (CameraGroup(label="", width_px=480, height_px=360, exif=Exif()),),
     )
     found = find_board(photos, CHECKERBOARD)
     assert [one.name for one in found.photos] == ["a.png"]
