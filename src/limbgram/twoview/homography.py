@@ -4,28 +4,54 @@ They agree with a whole family of fundamental matrices, so F says nothing about 
 does not even have a baseline, so no depth can come from it.
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
 from limbgram.geometry.arrays import Matrix3, Points2, Points3
+from limbgram.geometry.rigid import Rigid
 from limbgram.twoview.fundamental import ransac
 
 _ROUNDS = 5
 
 
-def planar_share(
+@dataclass(frozen=True)
+class RobustHomography:
+    """x2 ~ H x1 in pixels freed of lens distortion, and the part of the matches it explains."""
+
+    matrix: Matrix3
+    share: float
+
+
+def estimate_homography(
     xy_first: Points2, xy_second: Points2, *, threshold_px: float, seed: int = 0
-) -> float:
-    """Share of the matches that one homography explains to within `threshold_px`."""
-    if len(xy_first) < 4:
-        return 1.0
+) -> RobustHomography:
+    """The homography that most matches obey to within `threshold_px`; needs 4 matches."""
     found, _ = cv2.findHomography(xy_first, xy_second, ransac(threshold_px, seed))
     homography = np.asarray(found, float)
     if homography.shape != (3, 3):
-        return 0.0
+        return RobustHomography(np.eye(3), 0.0)
     image = np.hstack([xy_first, np.ones((len(xy_first), 1))]) @ homography.T
     distance = np.linalg.norm(image[:, :2] / image[:, 2:] - xy_second, axis=1)
-    return float(np.mean(distance < threshold_px))
+    return RobustHomography(homography, float(np.mean(distance < threshold_px)))
+
+
+def poses_from_homography(
+    homography: Matrix3, first_matrix: Matrix3, second_matrix: Matrix3
+) -> tuple[Rigid, ...]:
+    """second_from_first of every plane that makes this homography (unit baselines).
+
+    Two of them usually have the points in front of both cameras (Malis and Vargas 2007).
+    """
+    ideal = np.linalg.inv(second_matrix) @ homography @ first_matrix
+    _, rotations, translations, _ = cv2.decomposeHomographyMat(ideal, np.eye(3))
+    lengths = [float(np.linalg.norm(translation)) for translation in translations]
+    return tuple(
+        Rigid(np.asarray(rotation, float), np.asarray(translation, float).ravel() / length)
+        for rotation, translation, length in zip(rotations, translations, lengths)
+        if length > 0
+    )
 
 
 def rotation_share(

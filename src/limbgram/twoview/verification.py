@@ -31,7 +31,11 @@ from limbgram.twoview.essential import (
 )
 from limbgram.twoview.fundamental import estimate_fundamental
 from limbgram.twoview.goldstandard import refine_fundamental_gold_standard
-from limbgram.twoview.homography import planar_share, rotation_share
+from limbgram.twoview.homography import (
+    estimate_homography,
+    poses_from_homography,
+    rotation_share,
+)
 from limbgram.twoview.pairs import Pairs, VerifiedPair
 
 
@@ -86,10 +90,8 @@ def verify_pair(
     if fit is None or fit.inliers.sum() < fewest:
         return None
     pair = pair.chosen(fit.inliers)
-    kind = _kind(pair, options)
-    pose = None if kind == "rotation" else _pose(pair, fit, kind, options)
-    if pose is None and kind != "rotation":
-        return None
+    motion = _motion(pair, fit, options)
+    pose = motion.pose
     front = np.ones(len(pair.xy_first), bool) if pose is None else in_front(pose, *pair.ideal)
     if front.sum() < fewest:
         return None
@@ -99,7 +101,7 @@ def verify_pair(
         matches=chosen(chosen(moving, fit.inliers), front),
         fundamental=gold.fundamental,
         second_from_first=pose,
-        kind=kind,
+        kind=motion.kind,
         residual_px=gold.residual_px,
         median_angle_deg=0.0 if pose is None else _median_angle_deg(pose, *pair.ideal),
     )
@@ -189,25 +191,33 @@ def _fit(pair: _Straight, options: TwoViewOptions) -> _Fit | None:
     return _Fit(fundamental, found.second_from_first, found.inliers)
 
 
-def _kind(pair: _Straight, options: TwoViewOptions) -> Literal["general", "planar", "rotation"]:
+@dataclass(frozen=True)
+class _Motion:
+    """What kind of pair it is, and its pose where there is one."""
+
+    kind: Literal["general", "planar", "rotation"]
+    pose: Rigid | None
+
+
+def _motion(pair: _Straight, fit: _Fit, options: TwoViewOptions) -> _Motion:
     threshold_px = pair.threshold_px(options)
-    planar = planar_share(
+    plane = estimate_homography(
         pair.xy_first, pair.xy_second, threshold_px=threshold_px, seed=options.seed
     )
-    if planar < options.degenerate_share:
-        return "general"
+    if plane.share < options.degenerate_share:
+        return _Motion("general", _pose(pair, fit))
     turned = rotation_share(*pair.ideal, pair.second_matrix, threshold_px=threshold_px)
-    return "planar" if turned < options.degenerate_share else "rotation"
+    if turned >= options.degenerate_share:
+        return _Motion("rotation", None)
+    poses = poses_from_homography(plane.matrix, pair.first_matrix, pair.second_matrix)
+    best = max(poses, key=lambda pose: in_front(pose, *pair.ideal).sum(), default=None)
+    return _Motion("planar", best)
 
 
-def _pose(
-    pair: _Straight, fit: _Fit, kind: Literal["general", "planar"], options: TwoViewOptions
-) -> Rigid | None:
-    """The pose that RANSAC found, or from F and K; on a plane, where F is free, from matches."""
+def _pose(pair: _Straight, fit: _Fit) -> Rigid:
+    """The pose that RANSAC found, or the one from F and K."""
     if fit.pose is not None:
         return fit.pose
-    if kind == "planar":
-        return _essential(pair, options).second_from_first
     essential = essential_from_fundamental(fit.fundamental, pair.first_matrix, pair.second_matrix)
     return pose_from_essential(essential, *pair.ideal).second_from_first
 

@@ -17,6 +17,7 @@ from limbgram.twoview import (
     verify_pair,
 )
 from limbgram.twoview.essential import in_front, to_ideal
+from limbgram.twoview.homography import estimate_homography, poses_from_homography
 
 
 def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
@@ -90,12 +91,22 @@ def test_a_limb_pair_is_general_and_its_wrong_matches_go(
     assert found.rms_residual_px == pytest.approx(0.15, rel=0.1)  # half of sigma
 
 
-def test_a_plane_is_told(flat_pair: Any, calibration: Calibration) -> None:
-    found = verify_pair(noisy(flat_pair.photographed), calibration, calibration)
+def test_a_plane_is_told_and_its_pose_is_one_of_two(
+    flat_pair: Any, calibration: Calibration
+) -> None:
+    found = verify_pair(noisy(flat_pair.photographed, 0.05), calibration, calibration)
     assert found is not None
     assert found.kind == "planar"
-    assert found.second_from_first is not None  # one of the two that a plane allows
     assert len(found.matches) > 0.97 * len(flat_pair.photographed)
+    matrix = calibration.camera.matrix
+    plane = estimate_homography(flat_pair.first, flat_pair.second, threshold_px=0.5)
+    assert plane.share == 1.0
+    poses = poses_from_homography(plane.matrix, matrix, matrix)
+    errors = [angle_between_deg(pose.rotation, flat_pair.pose.rotation) for pose in poses]
+    assert min(errors) < 0.1
+    assert found.second_from_first is not None
+    nearest = [angle_between_deg(found.second_from_first.rotation, pose.rotation) for pose in poses]
+    assert min(nearest) < 3.0
 
 
 def test_f_of_an_exif_camera_gives_the_same_pose(limb_pair: Any, calibration: Calibration) -> None:
