@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from jaxtyping import Float64
 
+from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping import fingerprint, store
 from limbgram.cases.keeping.fingerprint import Fingerprints, code_version
-from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.store import KeepingRun
 from limbgram.errors import Cancelled, CaseError
 from limbgram.run import track

@@ -1,0 +1,134 @@
+"""However the job's process ends, the caller learns what happened and what to do."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from limbgram.cases.job import Job
+from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
+from limbgram.errors import Cancelled, CaseError, ScaleError
+
+HEAD = """
+import json, os, sys, time
+def send(**event):
+    print(json.dumps(event), flush=True)
+job = json.loads(sys.stdin.readline())
+send(event="progress", stage="place", done=1, total=3)
+"""
+
+
+def supervised(tmp_path: Path, body: str, grace_s: float = 5.0) -> tuple[Supervision, list[Event]]:
+    script = tmp_path / "child.py"
+    script.write_text(HEAD + textwrap.dedent(body), "utf-8")
+    events: list[Event] = []
+    job = Job(case=tmp_path / "Fall ä 1", sources=(tmp_path,))
+    command = (sys.executable, str(script))
+    return Supervision(job, events.append, command, grace_s), events
+
+
+def test_an_answer_comes_back(tmp_path: Path) -> None:
+    supervision, events = supervised(
+        tmp_path, 'send(event="finished", summary=job["case"]["path"] + "/s.json")'
+    )
+    assert supervision.wait() == tmp_path / "Fall ä 1" / "s.json"
+    assert [event["event"] for event in events] == ["progress", "finished"]
+
+
+def test_a_refusal_is_raised_as_it_was(tmp_path: Path) -> None:
+    body = 'send(event="refused", kind="ScaleError", message="No board."); sys.exit(4)'
+    with pytest.raises(ScaleError, match=r"^No board\.$"):
+        supervised(tmp_path, body)[0].wait()
+
+
+def test_a_bug_brings_its_traceback(tmp_path: Path) -> None:
+    body = 'send(event="bug", traceback="Traceback: here"); sys.exit(1)'
+    with pytest.raises(JobBug, match="Traceback: here"):
+        supervised(tmp_path, body)[0].wait()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals end processes on POSIX only")
+def test_an_abort_names_the_stage_the_signal_and_the_log(tmp_path: Path) -> None:
+    body = 'sys.stderr.write("Check failed: x > 0\\n"); sys.stderr.flush(); os.abort()'
+    with pytest.raises(JobDied, match=r"SIGABRT during 'place'") as caught:
+        supervised(tmp_path, body)[0].wait()
+    assert "Check failed: x > 0" in str(caught.value)
+    assert "run the same command again" in str(caught.value)
+    assert caught.value.exit_code == 6
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals end processes on POSIX only")
+def test_a_kill_is_explained_by_memory(tmp_path: Path) -> None:
+    with pytest.raises(JobDied, match="memory ran out"):
+        supervised(tmp_path, "os.kill(os.getpid(), 9)")[0].wait()
+
+
+def test_ending_without_an_answer_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(JobDied, match="with code 7"):
+        supervised(tmp_path, "sys.exit(7)")[0].wait()
+
+
+def interrupt_soon() -> None:
+    threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to oneself alone")
+@pytest.mark.parametrize(
+    ("body", "least_s", "most_s"),
+    [("sys.stdin.read(); sys.exit(130)", 0.5, 4.0), ("time.sleep(60)", 3.0, 9.0)],
+    ids=["stops when told", "is killed after the grace"],
+)
+def test_ctrl_c_stops_the_job(tmp_path: Path, body: str, least_s: float, most_s: float) -> None:
+    supervision, events = supervised(tmp_path, body, grace_s=1.0)
+    began = time.monotonic()
+    interrupt_soon()
+    with pytest.raises(Cancelled, match="run the same command again"):
+        supervision.wait()
+    assert least_s < time.monotonic() - began < most_s
+    assert events[-1] == {"event": "stopping", "stage": "place"}
+
+
+def test_a_case_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    job = Job(case=tmp_path / "file" / "case", sources=(tmp_path,))
+    with pytest.raises(CaseError, match="cannot be made"):
+        Supervision(job, lambda _event: None).wait()
+
+
+def test_the_real_worker_refuses_a_missing_folder(tmp_path: Path) -> None:
+    job = Job(case=tmp_path / "case", sources=(tmp_path / "nowhere",))
+    with pytest.raises(Exception, match="nowhere does not exist"):
+        Supervision(job, lambda _event: None).wait()
+    record = json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))
+    assert record["state"] == "refused"
+    assert "nowhere does not exist" in record["message"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="uses POSIX locks")
+def test_two_runs_do_not_share_a_case(tmp_path: Path) -> None:
+    holder = textwrap.dedent(
+        """
+        import sys
+        from pathlib import Path
+        from limbgram.cases.folder import CaseFolder, locked
+        with locked(CaseFolder(Path(sys.argv[1]))):
+            print("held", flush=True)
+            sys.stdin.read()
+        """
+    )
+    case = tmp_path / "case"
+    with subprocess.Popen(
+        [sys.executable, "-c", holder, str(case)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"held\n"
+        with pytest.raises(CaseError, match="Another run"):
+            Supervision(Job(case=case, sources=(tmp_path,)), lambda _event: None).wait()
+        process.communicate()

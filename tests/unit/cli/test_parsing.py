@@ -1,0 +1,76 @@
+"""What people write is understood, or refused with an example."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from limbgram.cli.calibrate import as_board
+from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_distances
+from limbgram.errors import OptionsError
+
+
+def test_boards() -> None:
+    board = parse_board(DEFAULT_BOARD)
+    assert (board.kind, board.columns, board.rows) == ("charuco", 7, 5)
+    assert (board.square_mm, board.marker_mm, board.dictionary) == (30, 22, "4X4_50")
+    plain = parse_board("checkerboard:14x10:9.98")
+    assert (plain.kind, plain.inner, plain.square_mm) == ("checkerboard", (14, 10), 9.98)
+    assert as_board("14x10", 9.98) == plain
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "charuco", "charuco:7x5:30:22", "charuco:7:30:22:4X4_50", "charuco:7x5:a:22:4X4_50",
+     "charuco:7x5:30:nan:4X4_50", "charuco:7x5:30:40:4X4_50", "charuco:7x5:30:22:9X9",
+     "checkerboard:14x10", "checkerboard:14x10:-3", "chess:8x8:3"],
+)  # fmt: skip
+def test_what_is_no_board_is_refused(text: str) -> None:
+    with pytest.raises(OptionsError):
+        parse_board(text)
+
+
+def test_a_board_without_its_square_is_refused() -> None:
+    with pytest.raises(OptionsError, match="--square"):
+        as_board("14x10", None)
+
+
+def test_boxes() -> None:
+    assert parse_box("-80,-80,5, 80,80,400") == ((-80, -80, 5), (80, 80, 400))
+
+
+@pytest.mark.parametrize("text", ["", "1,2,3", "1,2,3,0,3,4", "a,b,c,d,e,f", "0,0,0,1,1,nan"])
+def test_what_is_no_box_is_refused(text: str) -> None:
+    with pytest.raises(OptionsError, match="is no box"):
+        parse_box(text)
+
+
+PICKS = [{"photo": "a ö.jpg", "x_px": 1.5, "y_px": 2}, {"photo": "b.jpg", "x_px": 3, "y_px": 4}]
+DISTANCE = {"label": "A-C", "length_mm": 120, "first": PICKS, "second": PICKS}
+
+
+def test_distances(tmp_path: Path) -> None:
+    file = tmp_path / "d.json"
+    file.write_text(json.dumps([DISTANCE, DISTANCE]), "utf-8")
+    one, _ = read_distances(file)
+    assert (one.label, one.length_mm) == ("A-C", 120)
+    file.write_text(json.dumps(DISTANCE), "utf-8")
+    assert read_distances(file) == (one,)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "{", "[1]", json.dumps({**DISTANCE, "length_mm": "far"}),
+     json.dumps({k: v for k, v in DISTANCE.items() if k != "second"}),
+     json.dumps({**DISTANCE, "length_mm": -1}), json.dumps({**DISTANCE, "first": [{"photo": 1}]})],
+)  # fmt: skip
+def test_what_is_no_distance_is_refused(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "d.json"
+    file.write_text(content, "utf-8")
+    with pytest.raises(OptionsError):
+        read_distances(file)
+
+
+def test_a_missing_distance_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OptionsError, match="cannot be read"):
+        read_distances(tmp_path / "none.json")

@@ -1,0 +1,95 @@
+"""The comparison finds the errors that were put in, and only those."""
+
+import numpy as np
+import pytest
+
+from limbgram.geometry.rigid import Rigid
+from limbgram.report.comparison import Truth, area_mm2, compare, girth_mm, section
+from limbgram.surface.mesh import Mesh
+
+RNG = np.random.default_rng(4)
+CENTRES_MM = RNG.normal(size=(12, 3)) * [900, 900, 200]
+WORLD = Rigid.from_rotation_vector(np.array([0.2, -0.1, 2.0]), np.array([300.0, -40.0, 11.0]))
+
+
+def limb(swell_mm: float = 0.0, rings: int = 160, spokes: int = 200) -> Mesh:
+    """A lumpy closed tube, 300 mm long, its wall moved outwards by about `swell_mm`."""
+    azimuth, height = np.meshgrid(np.arange(spokes) * 2 * np.pi / spokes, np.linspace(0, 1, rings))
+    radius = (55 + 8 * np.cos(2 * azimuth + 3 * height) + 6 * np.sin(9 * height)) * np.sin(
+        0.25 + height * (np.pi - 0.5)
+    ) ** 0.4 + swell_mm
+    wall = np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), 300 * height], axis=-1)
+    vertices = np.concatenate([wall.reshape(-1, 3), [[0, 0, 0], [0, 0, 300.0]]])
+    grid = np.arange(rings * spokes, dtype=np.int32).reshape(rings, spokes)
+    a, b = grid[:-1], np.roll(grid, -1, axis=1)[:-1]
+    c, d = np.roll(grid, -1, axis=1)[1:], grid[1:]
+    ends = [
+        np.stack([np.roll(grid[0], -1), grid[0], np.full(spokes, rings * spokes)], -1),
+        np.stack([grid[-1], np.roll(grid[-1], -1), np.full(spokes, rings * spokes + 1)], -1),
+    ]
+    sides = [np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))]
+    return Mesh(vertices_mm=vertices, faces=np.concatenate([*sides, *ends]).astype(np.int32))
+
+
+def truth() -> Truth:
+    mesh = limb()
+    seen = (mesh.vertices_mm[:, 2] > 10) & (mesh.vertices_mm[:, 2] < 290)
+    return Truth(vertices_mm=mesh.vertices_mm, faces=mesh.faces, seen=seen, centres_mm=CENTRES_MM)
+
+
+def moved(mesh: Mesh, scale: float = 1.0) -> Mesh:
+    return mesh.with_vertices(WORLD.apply(scale * mesh.vertices_mm))
+
+
+def test_the_truth_itself_has_no_error() -> None:
+    result = compare(moved(limb()), WORLD.apply(CENTRES_MM), truth())
+    assert result.rms_mm < 1e-6
+    assert abs(result.scale_error) < 1e-9
+    assert result.covered == 1.0
+    assert abs(result.volume_error) < 1e-9
+    assert max(map(abs, result.girth_errors_mm)) < 1e-6
+
+
+def test_a_wrong_scale_is_found_and_not_aligned_away() -> None:
+    centres = WORLD.apply(1.002 * CENTRES_MM + RNG.normal(size=CENTRES_MM.shape) * 0.5)
+    result = compare(moved(limb(), 1.002), centres, truth())
+    assert result.scale_error == pytest.approx(0.002, rel=0.05)
+    assert 0.05 < result.rms_mm < 0.2
+    assert result.volume_error == pytest.approx(1.002**3 - 1, rel=0.1)
+
+
+def test_swelling_shows_in_mean_girth_and_volume() -> None:
+    result = compare(moved(limb(swell_mm=0.2)), WORLD.apply(CENTRES_MM), truth())
+    assert result.mean_mm == pytest.approx(0.2, abs=0.02)
+    assert result.girth_errors_mm == pytest.approx([2 * np.pi * 0.2] * 4, abs=0.06)
+    assert 0.004 < result.volume_error < 0.01
+
+
+def test_noise_shows_in_rms_and_half_a_surface_in_coverage() -> None:
+    whole = limb(rings=320)
+    noisy = whole.with_vertices(whole.vertices_mm + RNG.normal(size=(len(whole), 3)) * 0.1)
+    low = noisy.faces[(noisy.vertices_mm[noisy.faces][:, :, 2] < 150).all(1)]
+    cut = moved(Mesh(vertices_mm=noisy.vertices_mm, faces=low))
+    used = np.unique(low)
+    compact = np.full(len(cut), -1)
+    compact[used] = np.arange(len(used))
+    half = Mesh(vertices_mm=cut.vertices_mm[used], faces=compact[low].astype(np.int32))
+    with pytest.raises(Exception, match="input"):
+        compare(half, WORLD.apply(CENTRES_MM), truth())
+    result = compare(moved(noisy), WORLD.apply(CENTRES_MM), truth())
+    assert 0.07 < result.rms_mm < 0.11
+    assert 0.15 < result.p95_mm < 0.22
+
+
+def test_sections_of_a_cylinder() -> None:
+    angle = np.arange(360) * 2 * np.pi / 360
+    rim = np.stack([30 * np.cos(angle), 30 * np.sin(angle)], axis=1)
+    vertices = np.concatenate([np.column_stack([rim, np.full(360, z)]) for z in (0.0, 10.0)])
+    a = np.arange(360)
+    b = np.roll(a, -1)
+    faces = np.concatenate([np.stack(t, 1) for t in ((a, b, b + 360), (a, b + 360, a + 360))])
+    tube = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
+    segments = section(tube, 4.0)
+    assert len(segments) == 720
+    assert girth_mm(segments) == pytest.approx(2 * np.pi * 30, rel=1e-4)
+    assert area_mm2(segments) == pytest.approx(np.pi * 900, rel=1e-3)
