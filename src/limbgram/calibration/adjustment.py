@@ -204,8 +204,11 @@ def _cofactors(normals: _Normals, free: Bool[np.ndarray, "15"]) -> Float64[np.nd
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Inverse of a symmetric positive matrix whose rows differ much in unit."""
     unit = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    values, vectors = np.linalg.eigh(matrix * np.outer(unit, unit))
-    if not np.isfinite(values).all() or values[0] <= 1e-14 * values[-1]:
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = matrix * unit[:, None] * unit
+    finite = bool(np.isfinite(scaled).all())
+    values, vectors = np.linalg.eigh(scaled if finite else np.zeros_like(scaled))
+    if not finite or values[0] <= 1e-14 * values[-1]:
         raise CalibrationError(
             "These photos do not determine the camera: different lenses explain them equally "
             "well. The board was probably held parallel to the sensor in all of them. Tilt it "

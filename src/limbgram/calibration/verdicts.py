@@ -78,7 +78,8 @@ def edge_sigmas_px(
 ) -> Float64[np.ndarray, "4"]:
     """How uncertain the lens leaves a ray's pixel in the four corners of the picture.
 
-    What a small turn of the camera would make good over the whole picture is no uncertainty.
+    What a small turn of the camera or another focal length would make good over the whole
+    picture does not count: this is the distortion's part.
     NaN where no ray leads to the corner: a very wide lens, beyond what this model describes.
     """
     right, bottom = lens.width_px - 1.0, lens.height_px - 1.0
@@ -91,10 +92,10 @@ def edge_sigmas_px(
     known = np.abs(back_px - xy_px).max(axis=1) < 0.01 * lens.width_px
     x, y = ideal[known].T
     slopes = lens_slopes(x, y, lens.packed)
-    turns = np.empty((len(x), 2, 3))
-    turns[:, 0] = np.stack([-x * y, 1.0 + x * x, -y], axis=1)
-    turns[:, 1] = np.stack([-1.0 - y * y, x * y, x], axis=1)
-    by_turn = (slopes.by_ideal @ turns).reshape(-1, 3)
+    turns = np.empty((len(x), 2, 4))
+    turns[:, 0] = np.stack([-x * y, 1.0 + x * x, -y, x], axis=1)
+    turns[:, 1] = np.stack([-1.0 - y * y, x * y, x, y], axis=1)
+    by_turn = (slopes.by_ideal @ turns).reshape(-1, 4)
     by_lens = slopes.by_lens.reshape(-1, LENS)
     left = by_lens - by_turn @ np.linalg.lstsq(by_turn, by_lens, rcond=None)[0]
     variances = np.full((len(xy_px), 2), np.nan)
