@@ -28,14 +28,14 @@ class Aim:
 
 
 def aim_of(views: Sequence[View], points_in_world: Points3) -> Aim:
-    """Where the photos look: the median of the scene points that the frames hold in the middle.
+    """Where the photos look: the mean of the scene points that the frames hold in the middle.
 
     The meeting point of the optical axes would do for a ring, not for photos taken from one side,
     where it is undetermined along the axes; the points know the distance.
     """
     aside = np.array([_off_centre(view, points_in_world) for view in views])
     central = np.exp(-_CENTRAL * np.mean(np.minimum(aside, _FAR_ASIDE) ** 2, axis=0))
-    point = _weighted_median(points_in_world, central)
+    point = central @ points_in_world / central.sum()
     depths = np.array([np.linalg.norm(view.centre_in_world - point) for view in views])
     halves = np.array([_half_frame(view.camera) for view in views])
     return Aim(point, float(np.median(depths * halves)), float(np.median(depths)))
@@ -74,13 +74,3 @@ def _off_centre(view: View, points_in_world: Points3) -> Float64[np.ndarray, " n
     depth = np.where(in_camera[:, 2] > 0, in_camera[:, 2], np.nan)
     offset = np.linalg.norm(in_camera[:, :2] / depth[:, None], axis=1)
     return np.nan_to_num(offset, nan=np.inf) / _half_frame(view.camera)
-
-
-def _weighted_median(points: Points3, weights: np.ndarray) -> Vector3:
-    """Median of each coordinate."""
-    middle = np.empty(3)
-    for axis in range(3):
-        order = np.argsort(points[:, axis], kind="stable")
-        share = np.cumsum(weights[order])
-        middle[axis] = points[order[np.searchsorted(share, share[-1] / 2)], axis]
-    return middle

@@ -13,8 +13,10 @@ from limbgram.scale.sight import Aim
 _NEIGHBOURS = 6
 _LINK_FACTOR = 3.0
 """Points are linked up to this many times their median distance to the sixth neighbour."""
-_ATTACH_FACTOR = 3.0
-"""Points this many links from the limb belong to it: thinly covered parts."""
+_ATTACH_FACTOR = 2.0
+"""Points this many links from the limb and from each other belong to it: thinly covered parts."""
+_COMPANY = 3
+"""Other thinly spread points that such a point needs round it."""
 _RIVAL_SHARE = 0.6
 """A second object of this share of the first one's weight makes the choice a guess."""
 
@@ -44,7 +46,7 @@ def limb_among(points: Points3, aim: Aim, least_points: int) -> Points3:
     aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
     weights = np.bincount(labels[member], np.exp(-2 * aside[member] ** 2))
     best = int(np.argmax(weights))
-    limb = KDTree(points[labels == best]).query(points)[0] <= _ATTACH_FACTOR * link_mm
+    limb = _with_thin_parts(points, labels == best, _ATTACH_FACTOR * link_mm)
     _check_rivals(labels, weights, best, limb)
     if limb.sum() < least_points:
         raise RegionError(
@@ -66,6 +68,20 @@ def clusters(points: Points3, link_mm: float) -> Int32[np.ndarray, " n"]:
     graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), (len(dense), len(dense)))
     labels[dense] = csgraph.connected_components(graph, directed=False)[1]
     return labels
+
+
+def _with_thin_parts(
+    points: Points3, limb: Bool[np.ndarray, " n"], reach_mm: float
+) -> Bool[np.ndarray, " n"]:
+    """The limb and what lies near it in company; a stray point has none of its own kind."""
+    others = np.flatnonzero(~limb)
+    if not len(others):
+        return limb
+    near = others[KDTree(points[limb]).query(points[others])[0] <= reach_mm]
+    crowd = KDTree(points[others]).query_ball_point(points[near], reach_mm, return_length=True)
+    attached = limb.copy()
+    attached[near[np.asarray(crowd) > _COMPANY]] = True
+    return attached
 
 
 def _check_rivals(

@@ -64,7 +64,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
 
     size_mm = float(np.ptp(limb, axis=0).max())
     margin_mm = options.margin * size_mm
-    region = solid(limb, link_length(limb) / 2, margin_mm, size_mm / options.cubes)
+    region = solid(limb, link_length(limb), margin_mm, size_mm / options.cubes)
     if floor_z_mm is not None:
         region = down_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
     return carve(region, masked, margin_mm) if masked else region
