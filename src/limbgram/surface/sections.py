@@ -86,9 +86,7 @@ def _chains(enters: Int64[np.ndarray, " k"], leaves: Int64[np.ndarray, " k"]) ->
     """Edge crossings in order: first chains that start at the boundary, then the loops."""
     following = dict(zip(enters.tolist(), leaves.tolist(), strict=True))
     starts = sorted(set(following) - set(following.values()))
-    chains: list[_Chain] = []
-    for start in starts:
-        chains.append(_Chain(_follow(following, start), closed=False))
+    chains = [_Chain(_follow(following, start), closed=False) for start in starts]
     while following:
         chains.append(_Chain(_follow(following, min(following))[:-1], closed=True))
     return chains

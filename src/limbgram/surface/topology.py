@@ -120,9 +120,7 @@ def is_vertex_manifold(faces: Faces) -> bool:
 def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
     """The mesh with other faces on its vertices; vertices without a face are dropped."""
     used, compact = np.unique(faces, return_inverse=True)
-    return replace(
-        taking_vertices(mesh, used), faces=compact.reshape(-1, 3).astype(np.int32)
-    )
+    return replace(taking_vertices(mesh, used), faces=compact.reshape(-1, 3).astype(np.int32))
 
 
 def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:

@@ -51,7 +51,7 @@ def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
     order = np.lexsort((size, of_vertex))
     lesser = np.zeros(len(size), np.bool_)
     lesser[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
-    return lesser[fans].reshape(-1, 3).any(1)
+    return np.asarray(lesser[fans].reshape(-1, 3).any(1))
 
 
 def drop_folds(vertices: Points3, faces: Faces) -> Faces:

@@ -67,7 +67,7 @@ def _cover(
     near[np.concatenate(holes)] = True
     for _ in range(_RINGS):
         near[faces[near[faces].any(1)]] = True
-    touched = near[faces].all(1)
+    touched = np.asarray(near[faces].all(1))
     places = np.concatenate([vertices, np.array(centres).reshape(-1, 3)])
     together = np.concatenate([faces[touched], new])
     used, compact = np.unique(together, return_inverse=True)
@@ -83,9 +83,7 @@ def _neighbours(vertices: Points3, faces: Faces) -> csr_array:
     return csr_array(table + table.T)
 
 
-def _close(
-    vertices: Points3, neighbours: csr_array, loop: Int32[np.ndarray, " l"]
-) -> Faces | None:
+def _close(vertices: Points3, neighbours: csr_array, loop: Int32[np.ndarray, " l"]) -> Faces | None:
     """Triangles on the loop's own vertices; None where the mesh's edges leave no room."""
     joined = neighbours[loop][:, loop].toarray() > 0
     chords = triangulate(vertices[loop], joined)

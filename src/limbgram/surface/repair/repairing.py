@@ -11,7 +11,7 @@ Fails   SurfaceError: nothing is left, or a hole cannot be closed.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
@@ -70,7 +70,7 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
     whole = fill_holes(start.vertices_mm, start.faces, openings.holes)
     brim = openings.brim
     _check(whole.faces, 0 if brim is None else 1)
-    nearest = cKDTree(cloud.points_mm).query(whole.vertices_mm)[1]
+    nearest = KDTree(cloud.points_mm).query(whole.vertices_mm)[1]
     return replace(
         whole,
         colours=cloud.colours[nearest],
@@ -87,7 +87,7 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
 def _outwards(vertices: Points3, faces: Faces, cloud: Cloud) -> Faces:
     """Faces turned so that the normals look the way of the cloud's."""
     mesh = Mesh(vertices_mm=vertices, faces=faces)
-    nearest = cKDTree(cloud.points_mm).query(vertices)[1]
+    nearest = KDTree(cloud.points_mm).query(vertices)[1]
     agreement = (mesh.vertex_normals() * cloud.normals[nearest]).sum()
     return faces if agreement > 0 else np.ascontiguousarray(faces[:, ::-1])
 

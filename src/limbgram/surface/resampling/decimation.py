@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 import trimesh
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
+from trimesh.exchange.ply import export_ply
 
 from limbgram.errors import OptionsError, SurfaceError
 from limbgram.geometry.arrays import Faces, Points3
@@ -96,15 +97,15 @@ def _simplify(mesh: Mesh, ratio: float) -> Mesh:
         given, made = Path(name, "given.ply"), Path(name, "made.ply")
         # About the centre: the files carry single precision.
         plain = trimesh.Trimesh(mesh.vertices_mm - centre, mesh.faces, process=False)
-        given.write_bytes(trimesh.exchange.ply.export_ply(plain, vertex_normal=False))
+        given.write_bytes(export_ply(plain, vertex_normal=False))
         pycolmap.simplify_mesh(given, made, settings)
         small = trimesh.load(made, file_type="ply", process=False)
     if not isinstance(small, trimesh.Trimesh) or len(small.faces) < 4:
         raise SurfaceError(f"No surface is left at {ratio:.2%} of the triangles; ask for more.")
     vertices = np.asarray(small.vertices, np.float64) + centre
     made_whole = _make_whole(vertices, np.asarray(small.faces, np.int32), mesh.faces)
-    nearest = cKDTree(mesh.vertices_mm).query(made_whole.vertices_mm)[1]
-    known = taking_vertices(mesh, nearest)
+    nearest = KDTree(mesh.vertices_mm).query(made_whole.vertices_mm)[1]
+    known = taking_vertices(mesh, np.asarray(nearest))
     return Mesh(
         vertices_mm=made_whole.vertices_mm,
         faces=made_whole.faces,

@@ -24,9 +24,7 @@ class Deviation:
 def measure_deviation(first: Mesh, second: Mesh) -> Deviation:
     """How far each of two surfaces is from the other."""
     ways = [_one_way(first, second), _one_way(second, first)]
-    return Deviation(
-        max_mm=max(way.max_mm for way in ways), rms_mm=max(way.rms_mm for way in ways)
-    )
+    return Deviation(max_mm=max(way.max_mm for way in ways), rms_mm=max(way.rms_mm for way in ways))
 
 
 def _one_way(source: Mesh, target: Mesh) -> Deviation:

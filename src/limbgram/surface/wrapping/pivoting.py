@@ -10,7 +10,7 @@ Fails   SurfaceError: the points do not make a surface.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
@@ -67,7 +67,7 @@ def measure_spacing_mm(cloud: Cloud) -> float:
     Six neighbours lie within 1.08 sides in a triangular lattice, 1.41 in a square one and 1.38
     for points strewn at random.
     """
-    sixth = cKDTree(cloud.points_mm).query(cloud.points_mm[::_every(cloud)], k=7)[0][:, 6]
+    sixth = KDTree(cloud.points_mm).query(cloud.points_mm[:: _every(cloud)], k=7)[0][:, 6]
     return float(np.median(sixth)) / 1.3
 
 

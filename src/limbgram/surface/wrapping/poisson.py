@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pycolmap
 import trimesh
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
@@ -65,7 +65,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
         )
     vertices = np.asarray(solved.vertices, np.float64)
     faces = np.asarray(solved.faces, np.int32)
-    apart, nearest = cKDTree(cloud.points_mm).query(vertices)
+    apart, nearest = KDTree(cloud.points_mm).query(vertices)
     supported = apart <= options.support_in_spacings * spacing_mm
     mesh = Mesh(vertices_mm=vertices, faces=faces, colours=cloud.colours[nearest])
     return with_faces(mesh, faces[supported[faces].all(1)])

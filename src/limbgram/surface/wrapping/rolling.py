@@ -12,6 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from limbgram.surface.wrapping.balls import (
+    apart2,
+    cell_along,
+    faces_outwards,
+    find_centre,
+    roll_angle,
+)
 from limbgram.surface.wrapping.grid import Grid, bucket_of
 
 INNER, ACTIVE, BORDER = 0, 1, 2
@@ -65,7 +72,7 @@ def roll(front: Front, grid: Grid, radius: float) -> None:
         if front.states[edge] == BORDER:
             a, b = front.ends[edge, 0], front.ends[edge, 1]
             o = front.opposite[edge]
-            if _find_centre(front, a, b, o, radius, centre) and _is_empty(
+            if find_centre(front.points, a, b, o, radius, centre) and _is_empty(
                 front, grid, centre, radius, a, b, o
             ):
                 front.states[edge] = ACTIVE
@@ -100,24 +107,32 @@ def _pivot(front: Front, grid: Grid, radius: float, edge: int, centre: np.ndarra
     o = front.opposite[edge]
     middle = 0.5 * (points[a] + points[b])
     axis = points[b] - points[a]
-    axis /= np.sqrt(_dot(axis, axis))
+    axis /= np.sqrt((axis * axis).sum())
     start = front.centres[edge] - middle
     trial = np.empty(3)
     best, best_angle = -1, 2 * np.pi
-    ci, cj, ck = _cell(grid, middle, 0), _cell(grid, middle, 1), _cell(grid, middle, 2)
+    ci = cell_along(grid, middle[0], 0)
+    cj = cell_along(grid, middle[1], 1)
+    ck = cell_along(grid, middle[2], 2)
     for cell in range(27):
         bucket = bucket_of(grid, ci + cell // 9 - 1, cj + cell // 3 % 3 - 1, ck + cell % 3 - 1)
         for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
             k = grid.order[s]
-            if k == a or k == b or k == o or _apart2(points[k], middle) > 4 * radius * radius:
+            if apart2(points, k, middle) > 4 * radius * radius:
                 continue
-            if not _find_centre(front, b, a, k, radius, trial):
+            if k in (a, b, o):
                 continue
-            angle = _angle(start, trial, middle, axis)
+            if not find_centre(front.points, b, a, k, radius, trial):
+                continue
+            angle = roll_angle(start, trial, middle, axis)
             if angle < best_angle:
                 best, best_angle = k, angle
                 centre[:] = trial
-    if best < 0 or front.degree[best] == 0 or not _faces_outwards(front, b, a, best):
+    if (
+        best < 0
+        or front.degree[best] == 0
+        or not faces_outwards(front.points, front.normals, b, a, best)
+    ):
         return -1
     return best if _is_empty(front, grid, centre, radius, a, b, best) else -1
 
@@ -129,12 +144,15 @@ def _seed(front: Front, grid: Grid, radius: float, a: int) -> bool:
     near = np.empty(_SEED_NEIGHBOURS, np.int64)
     distances = np.full(_SEED_NEIGHBOURS, 4 * radius * radius)
     count = 0
-    ci, cj, ck = _cell(grid, points[a], 0), _cell(grid, points[a], 1), _cell(grid, points[a], 2)
+    place = points[a]
+    ci = cell_along(grid, place[0], 0)
+    cj = cell_along(grid, place[1], 1)
+    ck = cell_along(grid, place[2], 2)
     for cell in range(27):
         bucket = bucket_of(grid, ci + cell // 9 - 1, cj + cell // 3 % 3 - 1, ck + cell % 3 - 1)
         for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
             k = grid.order[s]
-            distance = _apart2(points[k], points[a])
+            distance = apart2(points, k, place)
             if k == a or front.degree[k] >= 0 or distance >= distances[-1]:
                 continue
             slot = min(count, _SEED_NEIGHBOURS - 1)
@@ -150,11 +168,11 @@ def _seed(front: Front, grid: Grid, radius: float, a: int) -> bool:
     for second in range(1, count):
         for first in range(second):
             b, c = near[first], near[second]
-            if not _faces_outwards(front, a, b, c):
+            if not faces_outwards(front.points, front.normals, a, b, c):
                 b, c = c, b
             if (
-                _faces_outwards(front, a, b, c)
-                and _find_centre(front, a, b, c, radius, centre)
+                faces_outwards(front.points, front.normals, a, b, c)
+                and find_centre(front.points, a, b, c, radius, centre)
                 and _is_empty(front, grid, centre, radius, a, b, c)
             ):
                 _add_face(front, a, b, c, centre)
@@ -211,89 +229,22 @@ def _slot(front: Front, tail: int, head: int) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _find_centre(front: Front, a: int, b: int, c: int, radius: float, out: np.ndarray) -> bool:
-    """Centre of the ball on three points, on the outside of (a, b, c); False if none fits."""
-    p, q, r = front.points[a], front.points[b], front.points[c]
-    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-    nn = nx * nx + ny * ny + nz * nz
-    if nn < 1e-12 * uu * vv:
-        return False
-    # Circumcentre from p: n x (v^2 u - u^2 v) ... / 2 n^2, then up along the normal.
-    wx, wy, wz = vv * ux - uu * vx, vv * uy - uu * vy, vv * uz - uu * vz
-    cx = (ny * wz - nz * wy) / (2 * nn)
-    cy = (nz * wx - nx * wz) / (2 * nn)
-    cz = (nx * wy - ny * wx) / (2 * nn)
-    height2 = radius * radius - (cx * cx + cy * cy + cz * cz)
-    if height2 < 0:
-        return False
-    lift = np.sqrt(height2 / nn)
-    out[0], out[1], out[2] = p[0] + cx + lift * nx, p[1] + cy + lift * ny, p[2] + cz + lift * nz
-    return True
-
-
-@njit(cache=True, nogil=True)
 def _is_empty(
     front: Front, grid: Grid, centre: np.ndarray, radius: float, a: int, b: int, c: int
 ) -> bool:
     limit = radius * radius * (1 - 1e-6)
-    low0, high0 = _cell(grid, centre - radius, 0), _cell(grid, centre + radius, 0)
-    low1, high1 = _cell(grid, centre - radius, 1), _cell(grid, centre + radius, 1)
-    low2, high2 = _cell(grid, centre - radius, 2), _cell(grid, centre + radius, 2)
+    low0 = cell_along(grid, centre[0] - radius, 0)
+    high0 = cell_along(grid, centre[0] + radius, 0)
+    low1 = cell_along(grid, centre[1] - radius, 1)
+    high1 = cell_along(grid, centre[1] + radius, 1)
+    low2 = cell_along(grid, centre[2] - radius, 2)
+    high2 = cell_along(grid, centre[2] + radius, 2)
     for i in range(low0, high0 + 1):
         for j in range(low1, high1 + 1):
             for k in range(low2, high2 + 1):
                 bucket = bucket_of(grid, i, j, k)
                 for s in range(grid.starts[bucket], grid.starts[bucket + 1]):
                     q = grid.order[s]
-                    if q != a and q != b and q != c and _apart2(front.points[q], centre) < limit:
+                    if q != a and q != b and q != c and apart2(front.points, q, centre) < limit:
                         return False
     return True
-
-
-@njit(cache=True, nogil=True)
-def _faces_outwards(front: Front, a: int, b: int, c: int) -> bool:
-    """Whether a face looks the way of the normals measured at all its corners."""
-    p, q, r = front.points[a], front.points[b], front.points[c]
-    ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    vx, vy, vz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    m = front.normals
-    return (
-        nx * m[a, 0] + ny * m[a, 1] + nz * m[a, 2] > 0
-        and nx * m[b, 0] + ny * m[b, 1] + nz * m[b, 2] > 0
-        and nx * m[c, 0] + ny * m[c, 1] + nz * m[c, 2] > 0
-    )
-
-
-@njit(cache=True, nogil=True)
-def _angle(start: np.ndarray, centre: np.ndarray, middle: np.ndarray, axis: np.ndarray) -> float:
-    """Angle from one ball centre to the next round the edge, 0 to 2 pi, rolling forwards."""
-    x, y, z = centre[0] - middle[0], centre[1] - middle[1], centre[2] - middle[2]
-    cosine = start[0] * x + start[1] * y + start[2] * z
-    sine = (
-        axis[0] * (start[1] * z - start[2] * y)
-        + axis[1] * (start[2] * x - start[0] * z)
-        + axis[2] * (start[0] * y - start[1] * x)
-    )
-    angle = np.arctan2(sine, cosine)
-    # Points on one sphere differ by rounding: just behind means touched at once.
-    return angle + 2 * np.pi if angle < -1e-7 else max(angle, 0.0)
-
-
-@njit(cache=True, nogil=True)
-def _cell(grid: Grid, place: np.ndarray, axis: int) -> int:
-    return int(np.floor((place[axis] - grid.low[axis]) / grid.cell))
-
-
-@njit(cache=True, nogil=True)
-def _apart2(p: np.ndarray, q: np.ndarray) -> float:
-    x, y, z = p[0] - q[0], p[1] - q[1], p[2] - q[2]
-    return x * x + y * y + z * z
-
-
-@njit(cache=True, nogil=True)
-def _dot(p: np.ndarray, q: np.ndarray) -> float:
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]

@@ -1,0 +1,118 @@
+"""DXF, release 12: the surface as 3DFACEs, sections as 3D polylines, each on its own layer.
+
+Release 12 has no field for the unit: comments and layer names say it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from ezdxf.lldxf.tagger import ascii_tags_loader
+
+from limbgram.export.writing import require, require_same_triangles, target, write_file
+from limbgram.scale.metric import Scale
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.sections import Section, cut, heights_between
+
+_PRECISION = 1e-6
+_BLOCK = 5_000
+_CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
+
+
+def write_dxf(
+    mesh: Mesh, path: Path, scale: Scale, *, spacing_mm: float = 10.0, unscaled: bool = False
+) -> Path:
+    """Write the triangles, and sections across z at multiples of `spacing_mm`; read both back."""
+    path = target(path, scale, unscaled=unscaled)
+    unit = scale.unit.upper()
+    sections = cut(mesh, heights_between(mesh, spacing_mm).tolist())
+
+    def encode(stream: BinaryIO) -> None:
+        layers = (f"SURFACE_{unit}", f"SECTIONS_{unit}")
+        stream.write(_opening(scale.unit, layers))
+        stream.writelines(_faces(mesh, layers[0]))
+        stream.writelines(_polyline(section, layers[1]) for section in sections)
+        stream.write(_tags((0, "ENDSEC"), (0, "EOF")))
+
+    def check(written: Path) -> None:
+        read = _read(written)
+        require_same_triangles(path.name, read.triangles, mesh, _PRECISION)
+        counts = f"{path.name}: {len(read.polylines)} sections of {len(sections)}"
+        require(len(read.polylines) == len(sections), counts)
+        for section, polyline in zip(sections, read.polylines, strict=True):
+            whole = polyline.shape == section.points_mm.shape
+            near = whole and np.allclose(polyline, section.points_mm, rtol=0, atol=_PRECISION)
+            require(near, f"{path.name}: another section at {section.offset_mm:g}")
+
+    return write_file(path, encode, check)
+
+
+def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
+    tags: list[tuple[int, str]] = [
+        (999, f"limbgram, unit: {unit}"),
+        (0, "SECTION"),
+        (2, "HEADER"),
+        (9, "$ACADVER"),
+        (1, "AC1009"),
+        (0, "ENDSEC"),
+        (0, "SECTION"),
+        (2, "TABLES"),
+        (0, "TABLE"),
+        (2, "LAYER"),
+        (70, str(len(layers))),
+    ]
+    for colour, layer in enumerate(layers, 1):
+        tags += [(0, "LAYER"), (2, layer), (70, "0"), (62, str(colour)), (6, "CONTINUOUS")]
+    return _tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
+
+
+def _tags(*tags: tuple[int, str]) -> bytes:
+    return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
+
+
+def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
+    """A triangle is a 3DFACE whose fourth corner repeats its third."""
+    places = (f"{10 * axis + corner}\n%.6f\n" for corner in range(4) for axis in (1, 2, 3))
+    face = f"0\n3DFACE\n8\n{layer}\n" + "".join(places)
+    for start in range(0, len(mesh.faces), _BLOCK):
+        corners = mesh.vertices_mm[mesh.faces[start : start + _BLOCK][:, [0, 1, 2, 2]]]
+        yield (face * len(corners) % tuple(corners.ravel())).encode("ascii")
+
+
+def _polyline(section: Section, layer: str) -> bytes:
+    flags = _THREE_D + (_CLOSED if section.closed else 0)
+    head = f"0\nPOLYLINE\n8\n{layer}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{flags}\n"
+    vertex = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_THREE_D_VERTEX}\n"
+    points = vertex * len(section.points_mm) % tuple(section.points_mm.ravel())
+    return f"{head}{points}0\nSEQEND\n8\n{layer}\n".encode("ascii")
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    triangles: np.ndarray
+    polylines: list[np.ndarray]
+
+
+def _read(path: Path) -> _Drawing:
+    """Entities by group code; numbers of a kind are gathered first and shaped afterwards."""
+    face_values: list[str] = []
+    vertex_values: list[list[str]] = []
+    values: list[str] | None = None
+    with path.open(encoding="ascii") as stream:
+        for tag in ascii_tags_loader(stream):
+            if tag.code == 0:
+                values = None
+                if tag.value == "3DFACE":
+                    values = face_values
+                elif tag.value == "POLYLINE":
+                    vertex_values.append([])
+                elif tag.value == "VERTEX":
+                    values = vertex_values[-1]
+            elif values is not None and 10 <= tag.code < 40:
+                values.append(tag.value)
+    corners = np.array(face_values, np.float64).reshape(-1, 4, 3)
+    require(bool((corners[:, 2] == corners[:, 3]).all()), f"{path.name}: faces of four corners")
+    polylines = [np.array(numbers, np.float64).reshape(-1, 3) for numbers in vertex_values]
+    return _Drawing(corners[:, :3], polylines)

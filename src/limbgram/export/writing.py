@@ -1,0 +1,145 @@
+"""Writing: a file appears under its name whole and proved, or not at all.
+
+Each writer puts its bytes beside the target, syncs them, reads that file back and compares it
+with what it should hold; only then does the file take its name.
+"""
+
+import errno
+import os
+import shutil
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.errors import ExportError
+from limbgram.scale.metric import Scale
+from limbgram.surface.mesh import Mesh
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+Unit = Literal["mm", "unitless"]
+
+
+def write_file(
+    path: Path, encode: Callable[[BinaryIO], None], check: Callable[[Path], None]
+) -> Path:
+    """Write a file by `encode`, prove it by `check` (which raises ExportError), and name it."""
+    beside = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    with _disk(path):
+        try:
+            with beside.open("wb") as stream:
+                encode(stream)
+                stream.flush()
+                os.fsync(stream.fileno())
+            check(beside)
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+        _sync_folder(path.parent)
+    return path
+
+
+def write_folder(
+    path: Path, files: dict[str, Callable[[BinaryIO], None]], check: Callable[[Path], None]
+) -> Path:
+    """Write a folder of files; an older folder of the name gives way once the new one is proved."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    older = path.with_name(f".{path.name}.{os.getpid()}.old")
+    with _disk(path):
+        try:
+            beside.mkdir()
+            for name, encode in files.items():
+                with (beside / name).open("wb") as stream:
+                    encode(stream)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+            _sync_folder(beside)
+            check(beside)
+            if path.exists():
+                path.replace(older)
+            beside.replace(path)
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
+            shutil.rmtree(older, ignore_errors=True)
+        _sync_folder(path.parent)
+    return path
+
+
+def target(path: Path, scale: Scale, *, unscaled: bool) -> Path:
+    """The path to write to: as given for millimetres, marked in its name where there is no unit.
+
+    Raises:
+        ExportError: the scene has no scale, and nobody asked for a file without one.
+    """
+    if scale.unit == "mm":
+        return path
+    if not unscaled:
+        raise ExportError(
+            f"{path.name} was not written: the scene has no scale, and other programs would take "
+            "its numbers for millimetres. Put a scale board beside the limb or give known "
+            "distances; or ask for a file without unit by --unscaled."
+        )
+    return path.with_name(f"{path.stem}-unitless{path.suffix}")
+
+
+def require_same_triangles(
+    name: str, read: Float64[np.ndarray, "f 3 3"], mesh: Mesh, tolerance: float
+) -> None:
+    """The triangles read back are the mesh's, in order, within the format's precision."""
+    expected = mesh.vertices_mm[mesh.faces]
+    require(read.shape == expected.shape, f"{name}: {len(read)} triangles of {len(expected)}")
+    worst = float(np.abs(read - expected).max(initial=0.0))
+    require(worst <= tolerance, f"{name}: a corner lies {worst:.3g} from its place")
+    areas = np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2
+    change = abs(_volume(read) - _volume(expected))
+    require(change <= 2 * areas * tolerance + 1e-9, f"{name}: its volume differs by {change:.3g}")
+
+
+def require(holds: bool, finding: str) -> None:
+    """Refuse a file that did not read back as it was written."""
+    if not holds:
+        raise ExportError(
+            f"Reading back found {finding}. The file was not kept. The disk or its connection is "
+            "probably failing: write to another disk."
+        )
+
+
+def single_precision(mesh: Mesh) -> float:
+    """Largest rounding of the mesh's coordinates in 32 bits."""
+    return float(np.spacing(np.float32(np.abs(mesh.vertices_mm).max(initial=1.0))))
+
+
+def _volume(triangles: Float64[np.ndarray, "f 3 3"]) -> float:
+    around = triangles - triangles.reshape(-1, 3).mean(0) if len(triangles) else triangles
+    return float(np.einsum("ij,ij->", around[:, 0], np.cross(around[:, 1], around[:, 2]))) / 6
+
+
+@contextmanager
+def _disk(path: Path) -> Generator[None]:
+    """Turn what the system says about a disk into advice."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FULL:
+            raise ExportError(
+                f"{path.name} was not written: the disk of {path.parent} is full. Free some "
+                "space, or choose another folder, and run again; what is finished is kept."
+            ) from error
+        raise ExportError(
+            f"{path.name} was not written to {path.parent}: {error.strerror or error}. Check "
+            "that the folder exists and may be written to."
+        ) from error
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a renaming last; systems that cannot sync a folder keep it by themselves."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
