@@ -68,7 +68,7 @@ def walk_round(
     """Poses on `rings` irregular rings at different heights, the lowest ring the fullest."""
     rng = np.random.default_rng((seed, 4))
     shares = np.array([1.0, 0.6, 0.6])[:rings]
-    counts = np.floor(shares / shares.sum() * photos).astype(int)
+    counts = np.rint(shares / shares.sum() * photos).astype(int)
     counts[0] += photos - counts.sum()
     poses: list[Rigid] = []
     for count, elevation_deg in zip(counts, _ELEVATIONS_DEG, strict=False):
@@ -107,7 +107,7 @@ def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tupl
             away = np.array(
                 [np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)]
             )
-            centre = middle + away * near * rng.uniform(0.75, 1.15)
+            centre = middle + away * near * rng.uniform(0.62, 1.0)
             pose = _held(centre, middle, rng.uniform(-12, 12) + 90.0 * (k % 4))
             shift = corner * (1 - attempt / _TRIES) * np.array([0.3, 0.25])
             pose = _aimed_beside(pose, shift * camera.width_px / camera.fx)

@@ -88,7 +88,7 @@ def lay_beside(printed: PrintedBoard, seed: int) -> LaidBoard:
     """Lay a board flat on the table beside the stand, turned anyhow."""
     rng = np.random.default_rng((seed, 6))
     toward, turn = rng.uniform(0, 2 * np.pi, 2)
-    middle = (95.0 + 0.5 * printed.size_mm[1]) * np.array([np.cos(toward), np.sin(toward)])
+    middle = (80.0 + 0.5 * printed.size_mm[1]) * np.array([np.cos(toward), np.sin(toward)])
     return _lay(printed, middle, toward + np.pi / 2 + 0.15 * np.sin(turn))
 
 

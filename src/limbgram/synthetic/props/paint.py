@@ -118,7 +118,7 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
     order = np.argsort(-radius * rng.uniform(0.4, 1.6, count), kind="stable")
     edge = np.stack(
         [rng.uniform(0, 0.16, (count, _HARMONICS)), rng.uniform(0, 6.28, (count, _HARMONICS))], -1
-    ).reshape(count, -1)
+    ).reshape(count, 2 * _HARMONICS)
     colour = np.clip(_PALETTE[rng.integers(0, len(_PALETTE), count)], 0, 255)
     colour = np.clip(
         colour * rng.uniform(0.8, 1.15, (count, 1)) + rng.normal(0, 10, (count, 3)), 5, 250

@@ -48,7 +48,7 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
     """Table, floor, walls with posters, and papers and boxes on the table."""
     rng = np.random.default_rng((seed, 8))
     turn = rng.uniform(0, 2 * np.pi)
-    table = _grain(rng, (700, 1000), (3, 60), (150, 122, 96), 22)
+    table = _grain(rng, (700, 1000), (3, 60), (150, 122, 96), 16)
     if under_stand:
         table = _shaded(table, np.array([500.0, 350.0]), 90.0)
     panels = [
@@ -97,7 +97,7 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
 def make_stand(base_mm: float) -> Mesh:
     """A disc and a thin pole that ends a millimetre under the limb."""
     corners = np.array(
-        [(0, 0), (72, 0), (72, 11), (14, 11), (14, base_mm - 1), (0, base_mm - 1)], float
+        [(0, 0), (60, 0), (60, 11), (14, 11), (14, base_mm - 1), (0, base_mm - 1)], float
     )
     rings = []
     for start, stop in pairwise(corners):
