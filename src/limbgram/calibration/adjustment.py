@@ -16,7 +16,7 @@ from limbgram.errors import CalibrationError
 from limbgram.geometry.arrays import Points2, Points3
 from limbgram.geometry.rigid import Rigid
 
-_STEPS = 100
+_STEPS = 50
 _BOARD_SIGMAS = np.array([0.01, 0.01, 0.02, 0.02, 0.02])
 """What is known beforehand of a print and its mounting (projection.BOARD_TERMS): little."""
 _TYPICAL_PX = 0.1

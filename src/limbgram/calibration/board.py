@@ -22,6 +22,7 @@ from limbgram.calibration.verdicts import (
     coverage,
     doubts,
     edge_sigmas_px,
+    refuse_contradiction,
     refuse_few,
     refuse_mixed,
     refuse_uncovered,
@@ -57,6 +58,10 @@ class CalibrationOptions:
     """Shift at the picture's edge below which even a significant skew is not delivered."""
     board_gain: float = 0.03
     """Fall of the RMS for which the board's print and flatness are estimated too."""
+    max_rms_px: float = 1.0
+    """RMS of the corners beyond which calibration is refused (see `max_rms`)."""
+    max_rms: float = 0.0003
+    """The same over the picture's longer side, for large pictures; the larger of both holds."""
     max_focal_sigma: float = 0.01
     """Relative sigma of the focal length beyond which calibration is refused."""
     min_reach: float = 0.1
@@ -68,6 +73,9 @@ class CalibrationOptions:
 
 
 DEFAULTS = CalibrationOptions()
+
+_HOPELESS = 5.0
+"""Times the accepted sigma of the focal length beyond which no choice of model can help."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,21 +144,22 @@ def calibrate_detections(
     plate = detections.corners_mm
     sightings = tuple(Sighting(one.name, one.ids, one.xy_px) for one in detections.photos)
 
-    bend = len(sightings) >= options.few_photos
+    bend = len(sightings) >= options.few_photos and not detections.board.has_quarter_turns
     screened = screen(
         sightings,
         plate,
         size_px,
-        free_unknowns(k3=bend, skew=False, board=bend),
+        free_unknowns(k3=len(sightings) >= options.few_photos, skew=False, board=bend),
         min_photos=options.min_photos,
         photo_factor=options.photo_factor,
         corner_sigmas=options.corner_sigmas,
     )
+    refuse_undetermined(screened.solution, 1.0, _HOPELESS * options.max_focal_sigma)
     choice = choose(
         screened,
         plate,
         size_px,
-        few_photos=options.few_photos,
+        bend=bend and len(screened.sightings) >= options.few_photos,
         significance=options.significance,
         meaningful_skew_px=options.meaningful_skew_px,
         board_gain=options.board_gain,
@@ -158,6 +167,7 @@ def calibrate_detections(
     solution = choice.solution
     inflation = max(1.0, scatter(screened.sightings, plate, solution))
     seen = coverage(np.concatenate([one.xy_px for one in screened.sightings]), size_px)
+    refuse_contradiction(solution, max(options.max_rms_px, options.max_rms * max(size_px)))
     refuse_undetermined(solution, inflation, options.max_focal_sigma)
     covariance = solution.covariance * inflation**2
     lens = Camera(

@@ -177,14 +177,17 @@ def choose(
     plate: Points3,
     size_px: tuple[int, int],
     *,
-    few_photos: int,
+    bend: bool,
     significance: float,
     meaningful_skew_px: float,
     board_gain: float,
 ) -> Choice:
-    """Keep k3, the board's shape and skew each only where the photos show it."""
-    bend = False
-    if len(screened.sightings) >= few_photos:
+    """Keep k3, the board's shape and skew each only where the photos show it.
+
+    Args:
+        bend: Whether the photos are such that the board's shape can be asked for.
+    """
+    if bend:
         flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
         bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
         bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px

@@ -58,12 +58,29 @@ def tilts_deg(poses: tuple[Rigid, ...]) -> Float64[np.ndarray, " k"]:
     return np.degrees(np.arccos(np.clip([abs(pose.rotation[2, 2]) for pose in poses], 0, 1)))
 
 
+def refuse_contradiction(solution: Solution, limit_px: float) -> None:
+    """Raise CalibrationError where no camera explains the photos together."""
+    if solution.rms_px > limit_px:
+        raise _contradiction(solution)
+
+
+def _contradiction(solution: Solution) -> CalibrationError:
+    return CalibrationError(
+        "No one camera explains these photos of the board together: the corners are "
+        f"{solution.rms_px:.2f} px off. The zoom or focus changed between the photos, the board "
+        "bends, or the lens is a fisheye. Fix zoom and focus, mount the board on a stiff plate, "
+        "and take the photos again."
+    )
+
+
 def refuse_undetermined(solution: Solution, inflation: float, max_focal_sigma: float) -> None:
-    """Raise CalibrationError where the photos leave the focal length open."""
+    """Raise CalibrationError where the photos leave the focal length open, or disagree on it."""
     sigma = inflation * float(np.sqrt(np.diag(solution.covariance)[:2].max()))
     share = sigma / float(solution.shared[:2].min())
     if share <= max_focal_sigma:
         return
+    if share <= inflation * max_focal_sigma:
+        raise _contradiction(solution)
     tilts = tilts_deg(solution.poses)
     raise CalibrationError(
         f"The focal length stays uncertain by {share:.1%} (at most {max_focal_sigma:.1%} is "
@@ -156,6 +173,11 @@ def doubts(
             f"The photos differ {inflation:.1f} times more than their corners' noise explains, "
             "and all sigmas are enlarged by that: the board is probably not flat, or the focus "
             "changed."
+        )
+    if solution.rms_px > 0.5:
+        said.append(
+            f"The corners are {solution.rms_px:.2f} px off; 0.1 to 0.3 px is usual. Look at the "
+            "residuals: blur, a bent board or a changed focus."
         )
     tilts = tilts_deg(solution.poses)
     if tilts.max() < 15.0:

@@ -61,7 +61,7 @@ def calibration_text(result: BoardCalibration) -> str:
         lines += ["board not flat or true (of its half side):"] + [
             f"{name:>10} {_told(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
         ]
-    return "\n".join(lines)
+    return "\n".join(lines + [""] + [f"! {doubt}" for doubt in result.doubts])
 
 
 def calibration_summary(result: BoardCalibration) -> dict[str, Any]:

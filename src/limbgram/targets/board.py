@@ -87,6 +87,11 @@ class Board:
         return across - 1, down - 1
 
     @property
+    def has_quarter_turns(self) -> bool:
+        """Whether corners cannot tell x from y: a checkerboard with as many rows as columns."""
+        return self.kind == "checkerboard" and self.columns == self.rows
+
+    @property
     def corners_mm(self) -> Float64[np.ndarray, "n 3"]:
         """Inner corners in the board frame, row by row; a corner's id is its row here."""
         across, down = self.inner

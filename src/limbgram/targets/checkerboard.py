@@ -46,7 +46,7 @@ def likely_inner(luma: GreyImage, board: Board) -> tuple[int, int] | None:
         (across + 1, down),
         (across, down + 1),
     ]:
-        if min(inner) > 2 and _classic(small, inner) is not None:
+        if min(inner) > 2 and _classic(small, inner, cv2.CALIB_CB_FAST_CHECK) is not None:
             return inner
     return None
 
@@ -61,8 +61,8 @@ def reduced(luma: GreyImage, long_side_px: int) -> tuple[GreyImage, float]:
     return np.asarray(small, np.uint8), factor
 
 
-def _classic(luma: GreyImage, inner: tuple[int, int]) -> Points2 | None:
-    found, corners = cv2.findChessboardCorners(luma, inner, flags=_CLASSIC)
+def _classic(luma: GreyImage, inner: tuple[int, int], more_flags: int = 0) -> Points2 | None:
+    found, corners = cv2.findChessboardCorners(luma, inner, flags=_CLASSIC | more_flags)
     return np.asarray(corners, float).reshape(-1, 2) if found else None
 
 
