@@ -77,5 +77,7 @@ def _write_report(case: CaseFolder, done: Reconstruction, drawn: Pictures, run: 
         with written_whole(case.report / f"{picture.name}.png") as half:
             half.write_bytes(picture.png.tobytes())
     with written_whole(case.page) as half:
-        half.write_text(page_of(summary, drawn, case.root.resolve().name), encoding="utf-8")
+        half.write_text(
+            page_of(summary, drawn, f"Surface of {case.root.resolve().name}"), encoding="utf-8"
+        )
     write_json(case.summary, summary)

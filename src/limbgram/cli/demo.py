@@ -9,13 +9,14 @@ import typer
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job
 from limbgram.cases.record import write_json
+from limbgram.cases.scoring import score_case
 from limbgram.cli.calibrate import calibrate_from, save_calibration
 from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
-from limbgram.cases.scoring import score_case
 from limbgram.report.comparison import Comparison
+from limbgram.report.summary import finite
 from limbgram.run import Run
 from limbgram.synthetic import CALIBRATION_BOARD, CaptureOptions, make_capture
 
@@ -49,10 +50,11 @@ def demo_command(
     )
     summary = run_job(job, as_json)
     comparison = score_case(case, capture / "truth")
-    write_json(folder / "comparison.json", asdict(comparison))
+    figures = finite(asdict(comparison))
+    write_json(folder / "comparison.json", figures)
     return Reply(
         (*reply_lines(CaseFolder(case), summary, profile=False), *comparison_lines(comparison)),
-        {"summary": summary, "comparison": asdict(comparison)},
+        {"summary": summary, "comparison": figures},
     )
 
 

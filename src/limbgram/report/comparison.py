@@ -26,6 +26,7 @@ _SECTIONS = 40
 _GIRTHS = (0.2, 0.4, 0.6, 0.8)
 """Heights at which girths are compared, as shares of the seen height."""
 _NEAR_MM = 0.25
+_FEWEST_SEGMENTS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,7 @@ def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
     tree = TriangleTree.of(truth.vertices_mm, truth.faces)
     truth_from_world = Rigid(start.rotation, start.translation)
     samples = _measured_samples(mesh)
+    scale = 0.0
     for _ in range(_ROUNDS):
         step, scale = _towards(truth_from_world.apply(samples), tree, truth)
         truth_from_world = step @ truth_from_world
@@ -87,7 +89,9 @@ def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
 
 
 def girth_mm(segments: Float64[np.ndarray, "n 2 2"]) -> float:
-    """Circumference of a section as a taut tape reads it: of its convex hull."""
+    """Circumference of a section as a taut tape reads it: of its convex hull; NaN without any."""
+    if len(segments) < _FEWEST_SEGMENTS:
+        return float("nan")
     return float(ConvexHull(segments.reshape(-1, 2)).area)
 
 
@@ -112,8 +116,8 @@ def section(mesh: Mesh, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
         from_mm, to_mm = corners[rows, lone], corners[rows, other]
         ends.append((from_mm + share[:, None] * (to_mm - from_mm))[:, :2])
     segments = np.stack(ends, axis=1)
-    up = above[rows, lone]
-    segments[up] = segments[up, ::-1]
+    down = ~above[rows, lone]
+    segments[down] = segments[down, ::-1]
     return segments
 
 
@@ -164,7 +168,8 @@ def _sections(placed: Mesh, truth: Truth) -> tuple[Float64[np.ndarray, " k"], fl
         girth_mm(section(placed, height)) - girth_mm(section(true, height))
         for height in low + (high - low) * np.array(_GIRTHS)
     ]
-    heights = np.linspace(*np.quantile(seen_mm, [0.1, 0.9]), _SECTIONS)
+    heights = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
+    heights = np.linspace(heights[0], heights[1], _SECTIONS)
     volumes = [
         sum(area_mm2(section(mesh, height)) for height in heights) for mesh in (placed, true)
     ]

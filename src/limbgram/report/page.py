@@ -41,8 +41,12 @@ _STAGES = {
     "pivot": "Surface (Ball Pivoting)",
     "poisson": "Surface (Poisson)",
     "repair": "Repair",
+    "refine": "Even triangles",
     "measure": "Measure the surface",
     "draw": "Pictures",
+    "deliver": "Files",
+    "calibrate": "Calibrate the camera",
+    "make capture": "Photograph a synthetic limb",
 }
 
 
@@ -164,6 +168,6 @@ def _stages(stages: Sequence[dict[str, Any]]) -> str:
         )
         for stage in stages
     ]
-    total = ("all", *(f"{sum(stage[k] for stage in stages):.1f}" for k in ("wall_s", "cpu_s")))
-    rows.append((*total, "", ""))
+    wall_s, cpu_s = (sum(stage[kind] for stage in stages) for kind in ("wall_s", "cpu_s"))
+    rows.append(("All", f"{wall_s:.1f}", f"{cpu_s:.1f}", "", ""))
     return table(("stage", "#seconds", "#CPU seconds", "#peak MB so far", ""), rows)

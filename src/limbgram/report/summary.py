@@ -90,7 +90,7 @@ def _scale_sentence(scale: Scale) -> str:
     rms = math.sqrt(sum(length.error**2 for length in checks) / len(checks))
     return (
         f"Millimetres by {source}, checked on {len(checks)} other lengths: they agree to "
-        f"{rms:.2%} (worst {abs(worst.error):.2%}, {worst.label})"
+        f"{rms:.3%} (worst {abs(worst.error):.3%}, {worst.label})"
     )
 
 

@@ -55,7 +55,8 @@ def test_a_wrong_scale_is_found_and_not_aligned_away() -> None:
     result = compare(moved(limb(), 1.002), centres, truth())
     assert result.scale_error == pytest.approx(0.002, rel=0.05)
     assert 0.05 < result.rms_mm < 0.2
-    assert result.volume_error == pytest.approx(1.002**3 - 1, rel=0.1)
+    # Between fixed heights two of three dimensions grow, and a little more where it tapers.
+    assert 0.0038 < result.volume_error < 0.0050
 
 
 def test_swelling_shows_in_mean_girth_and_volume() -> None:
@@ -74,8 +75,9 @@ def test_noise_shows_in_rms_and_half_a_surface_in_coverage() -> None:
     compact = np.full(len(cut), -1)
     compact[used] = np.arange(len(used))
     half = Mesh(vertices_mm=cut.vertices_mm[used], faces=compact[low].astype(np.int32))
-    with pytest.raises(Exception, match="input"):
-        compare(half, WORLD.apply(CENTRES_MM), truth())
+    result = compare(half, WORLD.apply(CENTRES_MM), truth())
+    assert 0.45 < result.covered < 0.53
+    assert np.isnan(result.girth_errors_mm).tolist() == [False, False, True, True]
     result = compare(moved(noisy), WORLD.apply(CENTRES_MM), truth())
     assert 0.07 < result.rms_mm < 0.11
     assert 0.15 < result.p95_mm < 0.22
@@ -91,5 +93,7 @@ def test_sections_of_a_cylinder() -> None:
     tube = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
     segments = section(tube, 4.0)
     assert len(segments) == 720
+    inwards = np.cross(segments[:, 1] - segments[:, 0], -segments[:, 0])
+    assert (inwards > 0).all()
     assert girth_mm(segments) == pytest.approx(2 * np.pi * 30, rel=1e-4)
     assert area_mm2(segments) == pytest.approx(np.pi * 900, rel=1e-3)

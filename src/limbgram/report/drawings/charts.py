@@ -72,7 +72,7 @@ def residual_histograms(pairs: Pairs, metric: MetricScene) -> Drawing:
         f"Left: the residual error of {len(matches):,} matches against the geometry of their pair; "
         f"root mean square {_rms(matches):.3f} px. Right: distance of {len(reprojection):,} image "
         f"points from where the adjusted scene puts them; root mean square "
-        f"{_rms(reprojection):.3f} px.",
+        f"{_rms(reprojection):.3f} px. The largest 0.5 % are not drawn.",
     )
 
 
@@ -115,7 +115,7 @@ def _accuracy_caption(scales: tuple[ImageScale, ...], unit: str) -> str:
 def _histogram(axes: Axes, values: Float64[np.ndarray, " n"], colour: str, label: str) -> None:
     if len(values):
         reach = max(float(np.quantile(values, 0.995)), 1e-6)
-        axes.hist(np.minimum(values, reach), _BINS, (0, reach), color=colour)
+        axes.hist(values[values <= reach], bins=_BINS, range=(0, reach), color=colour)
         axes.axvline(float(values.mean()), color=INK, lw=1, label=f"mean {values.mean():.3f} px")
         axes.axvline(_rms(values), color=ORANGE, lw=1, ls="--", label=f"RMS {_rms(values):.3f} px")
         axes.legend(fontsize=8, frameon=False)

@@ -89,7 +89,11 @@ def _connect(left: Axes, right: Axes, from_px: Points2, to_px: Points2) -> None:
     within_right = right.transData.inverted()
     starts = within_right.transform(left.transData.transform(from_px))
     lines = LineCollection(
-        np.stack([starts, to_px], axis=1), colors=GREEN, linewidths=0.4, alpha=0.6, clip_on=False
+        list(np.stack([starts, to_px], axis=1)),
+        colors=GREEN,
+        linewidths=0.4,
+        alpha=0.6,
+        clip_on=False,
     )
     right.add_collection(lines, autolim=False)
 

@@ -44,24 +44,20 @@ def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
 
 
 def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
-    """The point cloud and the placed cameras, from above and from two sides."""
+    """The point cloud and the placed cameras from above and from the front, and the cloud near."""
     views = metric.scene.views
-    step = max(1, len(cloud) // _SHOWN_POINTS)
-    points, colours = cloud.points_mm[::step].astype(float), cloud.colours[::step] / 255.0
+    figure = blank(10.5, 4.6)
+    panels = figure.subplots(1, 3, width_ratios=(2, 2, 1))
+    for axes, up, title in zip(panels, (1, 2, 2), ("from above", "from the front", "points")):
+        _scatter(axes, cloud, up, 0.3 if title != "points" else 0.6)
+        axes.set_title(title, fontsize=9, color=FAINT)
     spread = np.ptp(np.array([view.centre_in_world for view in views]), axis=0)
     depth = _CAMERA_SHARE * float(np.linalg.norm(spread))
-    figure = blank(10.5, 4.6)
-    sides = (("from above", 0, 1), ("from the front", 0, 2), ("from the right", 1, 2))
-    for axes, (title, across, up) in zip(figure.subplots(1, 3), sides, strict=True):
-        axes.scatter(points[:, across], points[:, up], s=0.4, c=colours, lw=0, rasterized=True)
-        lines = np.concatenate([_frustum(view, depth) for view in views])[:, :, [across, up]]
+    for axes, up in zip(panels[:2], (1, 2)):
+        lines = np.concatenate([_frustum(view, depth) for view in views])[:, :, [0, up]]
         axes.add_collection(LineCollection(list(lines), colors=RED, linewidths=0.6))
-        centres = np.array([view.centre_in_world for view in views])[:, [across, up]]
+        centres = np.array([view.centre_in_world for view in views])[:, [0, up]]
         axes.plot(*centres.T, ".", color=INK, ms=2)
-        axes.set_aspect("equal")
-        axes.margins(0.05)
-        axes.set_axis_off()
-        axes.set_title(title, fontsize=9, color=FAINT)
     unit = "mm" if metric.scale.unit == "mm" else "scene units"
     return Drawing(
         figure,
@@ -69,6 +65,19 @@ def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
         f"{len(views)} cameras where the photos were taken. A limb that is doubled, bent or "
         "misses a side shows here.",
     )
+
+
+def _scatter(axes: Axes, cloud: Cloud, up: int, size: float) -> None:
+    """Points across x, the far ones first."""
+    step = max(1, len(cloud) // _SHOWN_POINTS)
+    points, colours = cloud.points_mm[::step].astype(float), cloud.colours[::step] / 255.0
+    towards = {1: points[:, 2], 2: -points[:, 1]}[up]
+    order = np.argsort(towards, kind="stable")
+    x, y = points[order, 0], points[order, up]
+    axes.scatter(x, y, s=size, c=colours[order], lw=0, rasterized=True)
+    axes.set_aspect("equal")
+    axes.margins(0.05)
+    axes.set_axis_off()
 
 
 def _scale_bar(axes: Axes, frame: Frame) -> None:
