@@ -1,7 +1,7 @@
 """The truth: where everything is, known exactly before a picture is taken.
 
 In      CaptureOptions.
-Out     a Truth: the limb, the views, the boards. `truth_views` and `surface_points` give later
+Out     a Truth: the limb, the views, the boards. Its views and `surface_points` give later
         stages something to test against without a picture being rendered.
 """
 

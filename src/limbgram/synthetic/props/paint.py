@@ -191,7 +191,7 @@ def _blend(texture, r, c, x, y, shape, colour):
     edge = 1.0
     if away > 0.5 * shape[0]:
         angle = np.arctan2(y, x)
-        for n in range(3):
+        for n in range(_HARMONICS):
             edge += shape[2 + 2 * n] * np.cos((n + 2) * angle + shape[3 + 2 * n])
     if away < edge * shape[0]:
         for band in range(3):
