@@ -12,14 +12,16 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from limbgram.measuring.patches import (
+from limbgram.measuring.sampling import (
+    MARGIN_PX,
     SAMPLES,
     gram_of,
+    interpolate,
     leading_gains,
+    project,
     sample_windows,
     window_weights,
 )
-from limbgram.measuring.sampling import MARGIN_PX, interpolate, project
 
 f4 = np.float32
 

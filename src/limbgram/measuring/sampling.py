@@ -1,4 +1,6 @@
-"""Compiled pieces that every measuring kernel uses: projection with its Jacobian, interpolation."""
+"""What the measuring kernels share: projection, interpolation, windows of several photos."""
+
+import math
 
 import numpy as np
 from numba import njit
@@ -7,6 +9,12 @@ f4 = np.float32
 
 MARGIN_PX = 3.0
 """Samples stay this far inside a crop: the reach of the cubic B-spline and a little more."""
+
+HALF = 4
+SAMPLES = (2 * HALF + 1) ** 2
+"""Samples of a window: 9 x 9, one step apart."""
+
+_GAIN_STEPS = 12
 
 
 @njit(inline="always")
@@ -75,3 +83,110 @@ def interpolate(coefficients, start, width, x, y):
         along_x += b * slope
         at += width
     return value, along_x, along_y
+
+
+@njit(cache=True)
+def window_weights():
+    """Gaussian over the patch, sum 1."""
+    weights = np.empty(SAMPLES, np.float32)
+    side = 2 * HALF + 1
+    for k in range(SAMPLES):
+        u, v = k % side - HALF, k // side - HALF
+        weights[k] = math.exp(-0.5 * (u * u + v * v) / (0.75 * HALF) ** 2)
+    return weights / weights.sum()
+
+
+@njit(fastmath=True, cache=True)
+def sample_windows(
+    coefficients, crops, factor, views, seen_by, vertex, axes, quadric, step, state,
+    weights, value, slope, mean, photo_of, least_variance,
+):  # fmt: skip
+    """Windows of all photos (weighted mean taken off) and their change per mm along the normal.
+
+    Returns the number of photos with a whole, textured window, and the mean pixels per mm.
+    """
+    side = 2 * HALF + 1
+    shift = 0.5 * factor - 0.5
+    used = 0
+    per_mm = 0.0
+    x = vertex[0] + state[0] * axes[2, 0]
+    y = vertex[1] + state[0] * axes[2, 1]
+    z = vertex[2] + state[0] * axes[2, 2]
+    for photo in seen_by:
+        if photo < 0:
+            break
+        u, v, depth, ux, uy, uz, vx, vy, vz = project(views[photo], x, y, z)
+        if not depth > 0:
+            continue
+        start, width, height = crops[photo, 0], crops[photo, 3], crops[photo, 4]
+        cx, cy = u * factor + shift - crops[photo, 1], v * factor + shift - crops[photo, 2]
+        nx = (ux * axes[2, 0] + uy * axes[2, 1] + uz * axes[2, 2]) * factor
+        ny = (vx * axes[2, 0] + vy * axes[2, 1] + vz * axes[2, 2]) * factor
+        ax = ((ux * axes[0, 0] + uy * axes[0, 1] + uz * axes[0, 2]) * factor + state[1] * nx) * step
+        ay = ((vx * axes[0, 0] + vy * axes[0, 1] + vz * axes[0, 2]) * factor + state[1] * ny) * step
+        bx = ((ux * axes[1, 0] + uy * axes[1, 1] + uz * axes[1, 2]) * factor + state[2] * nx) * step
+        by = ((vx * axes[1, 0] + vy * axes[1, 1] + vz * axes[1, 2]) * factor + state[2] * ny) * step
+        bend = 0.5 * step * step
+        highest = bend * HALF * HALF * (abs(quadric[0]) + 2 * abs(quadric[1]) + abs(quadric[2]))
+        reach_x = HALF * (abs(ax) + abs(bx)) + highest * abs(nx) + MARGIN_PX
+        reach_y = HALF * (abs(ay) + abs(by)) + highest * abs(ny) + MARGIN_PX
+        if not (
+            cx > reach_x and cy > reach_y and cx + reach_x < width - 1 and cy + reach_y < height - 1
+        ):
+            continue
+        level = f4(0)
+        for k in range(SAMPLES):
+            i, j = k % side - HALF, k // side - HALF
+            lift = bend * (quadric[0] * i * i + 2 * quadric[1] * i * j + quadric[2] * j * j)
+            grey, along_x, along_y = interpolate(
+                coefficients, start, width,
+                cx + ax * i + bx * j + nx * lift, cy + ay * i + by * j + ny * lift,
+            )  # fmt: skip
+            value[used, k] = grey
+            slope[used, k] = along_x * f4(nx) + along_y * f4(ny)
+            level += weights[k] * grey
+        variance = f4(0)
+        for k in range(SAMPLES):
+            value[used, k] -= level
+            variance += weights[k] * value[used, k] * value[used, k]
+        if variance < least_variance:
+            continue
+        mean[used] = level
+        photo_of[used] = photo
+        used += 1
+        per_mm += math.sqrt(nx * nx + ny * ny)
+    return used, per_mm / max(used, 1)
+
+
+@njit(fastmath=True, cache=True)
+def gram_of(value, weights, used, gram):
+    """Weighted products of the windows with each other."""
+    for i in range(used):
+        for j in range(i + 1):
+            product = f4(0)
+            for k in range(SAMPLES):
+                product += weights[k] * value[i, k] * value[j, k]
+            gram[i, j] = product
+            gram[j, i] = product
+
+
+@njit(fastmath=True, cache=True)
+def leading_gains(gram, used, gains, scratch):
+    """Leading unit eigenvector of the Gram matrix; False if a photo shows something else."""
+    for i in range(used):
+        gains[i] = math.sqrt(gram[i, i])
+    for _ in range(_GAIN_STEPS):
+        length = 0.0
+        for i in range(used):
+            row = 0.0
+            for j in range(used):
+                row += gram[i, j] * gains[j]
+            scratch[i] = row
+            length += row * row
+        length = 1.0 / math.sqrt(length)
+        for i in range(used):
+            gains[i] = scratch[i] * length
+    alike = True
+    for i in range(used):
+        alike = alike and gains[i] > 0.02
+    return alike
