@@ -1,45 +1,53 @@
 """Descriptors: which keypoint of one photo looks most like which of another.
 
 Minimum Euclidean distance with two tests: the best must be clearly nearer than the second best
-(Lowe's ratio), and each must be the other's best (mutual). The distances come as blocks of one
-matrix product; the bests of a block's rows and columns are kept, the block is not.
+(Lowe's ratio), and each must be the other's best (mutual). One blocked matrix product a pair gives
+the distances; the bests of rows and columns are taken from each block while it is in the cache, so
+no matrix of distances is ever stored. As fast as the product alone by OpenBLAS (10,000 x 10,000:
+0.3 CPU s), whose threads would compete with ours.
 """
 
 from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
-from jaxtyping import Float32, Int32, UInt8
+from jaxtyping import Float32, Int32, Int64, UInt8
 
-_BLOCK_ROWS = 512
-_FARTHEST = np.float32(-1.0)
+_COLUMNS = 64
+_FARTHEST = -1.0
 """Product of opposite descriptors."""
 
 
 def comparable(descriptors: UInt8[np.ndarray, "n 128"]) -> Float32[np.ndarray, "n 128"]:
     """Descriptors at unit length: the squared distance of two is 2 - 2 times their product."""
     rows = descriptors.astype(np.float32)
-    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1.0)
+    rows /= np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1.0)
+    return rows
 
 
 @dataclass(frozen=True)
 class ScaleBand:
-    """Which keypoints are comparable: those whose scale ratio (second to first) is in the band."""
+    """Which keypoints are comparable: those whose scale ratio (second to first) is in the band.
+
+    Kept for groups of neighbouring keypoints, not for each.
+    """
 
     first_scale_px: Float32[np.ndarray, " n"]
     """Falling, as in Keypoints."""
     second_scale_px: Float32[np.ndarray, " m"]
+    """Falling too."""
     smallest: float
     largest: float
 
-    def columns(self, start: int, end: int) -> slice:
-        """Keypoints of the second photo comparable with one of rows `start` to `end`."""
-        falling = -self.second_scale_px
-        biggest = self.first_scale_px[start] * self.largest
-        least = self.first_scale_px[end - 1] * self.smallest
-        return slice(
-            int(np.searchsorted(falling, -biggest, "left")),
-            int(np.searchsorted(falling, -least, "right")),
+    def rows(self, starts: Int64[np.ndarray, " b"]) -> Int64[np.ndarray, "b 2"]:
+        """First and last (exclusive) comparable row for each block of columns."""
+        ends = np.minimum(starts + _COLUMNS, len(self.second_scale_px)) - 1
+        most = self.second_scale_px[starts] / self.smallest
+        least = self.second_scale_px[ends] / self.largest
+        falling = -self.first_scale_px
+        return np.stack(
+            [np.searchsorted(falling, -most, "left"), np.searchsorted(falling, -least, "right")],
+            axis=1,
         )
 
 
@@ -52,29 +60,26 @@ def match_descriptors(
     """Indices of mutual best matches that pass the ratio test, in order of the first.
 
     Args:
-        first: descriptors as `comparable` gives them.
+        first: descriptors as `comparable` gives them; d is a multiple of 8.
         second: those of the other photo.
         max_ratio: largest accepted ratio of the best to the second best distance.
-        band: leaves out blocks of keypoints of very different scale.
+        band: leaves out keypoints of very different scale.
     """
     if len(first) < 2 or len(second) < 2:
         return np.zeros((0, 2), np.int32)
+    starts = np.arange(0, len(second), _COLUMNS)
+    everything = np.stack([np.zeros_like(starts), np.full_like(starts, len(first))], axis=1)
     nearest = np.zeros(len(first), np.int32)
     row_bests = np.full((len(first), 2), _FARTHEST, np.float32)
     best_row = np.full(len(second), -1, np.int32)
-    column_bests = np.full(len(second), _FARTHEST, np.float32)
-    products = np.empty(_BLOCK_ROWS * len(second), np.float32)
-    for start in range(0, len(first), _BLOCK_ROWS):
-        end = min(start + _BLOCK_ROWS, len(first))
-        columns = slice(0, len(second)) if band is None else band.columns(start, end)
-        block = second[columns]
-        if len(block) < 2:
-            continue
-        part = products[: (end - start) * len(block)].reshape(end - start, len(block))
-        np.matmul(first[start:end], block.T, out=part)
-        _row_bests(part, nearest[start:end], row_bests[start:end])
-        nearest[start:end] += columns.start
-        _column_bests(part, start, best_row[columns], column_bests[columns])
+    _bests(
+        np.ascontiguousarray(first),
+        np.ascontiguousarray(second),
+        everything if band is None else band.rows(starts),
+        nearest,
+        row_bests,
+        best_row,
+    )
     squares = np.maximum(2 - 2 * row_bests, 0)
     clear = squares[:, 0] < max_ratio**2 * squares[:, 1]
     mutual = best_row[nearest] == np.arange(len(first))
@@ -82,35 +87,86 @@ def match_descriptors(
     return np.stack([rows, nearest[rows]], axis=1)
 
 
-@nb.njit(cache=True, nogil=True)
-def _row_bests(products: np.ndarray, nearest: np.ndarray, bests: np.ndarray) -> None:
-    """Largest and second largest product of each row, and the column of the largest."""
-    for row in range(products.shape[0]):
-        largest = _FARTHEST
-        second = _FARTHEST
-        where = 0
-        for column in range(products.shape[1]):
-            value = products[row, column]
-            if value > second:
-                if value > largest:
-                    second = largest
-                    largest = value
-                    where = column
-                else:
-                    second = value
-        nearest[row] = where
-        bests[row, 0] = largest
-        bests[row, 1] = second
-
-
-@nb.njit(cache=True, nogil=True)
-def _column_bests(
-    products: np.ndarray, start: int, best_row: np.ndarray, bests: np.ndarray
+@nb.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+def _bests(
+    first: np.ndarray,
+    second: np.ndarray,
+    rows: np.ndarray,
+    nearest: np.ndarray,
+    row_bests: np.ndarray,
+    best_row: np.ndarray,
 ) -> None:
-    """Carry on each column's largest product and its row, counted from `start`."""
-    for row in range(products.shape[0]):
-        for column in range(products.shape[1]):
-            value = products[row, column]
-            larger = value > bests[column]
-            bests[column] = value if larger else bests[column]
-            best_row[column] = start + row if larger else best_row[column]
+    """Largest and second largest product of each row, column of the largest; row of each column's.
+
+    Two rows times 64 columns at a time: the loops over `j` become vector instructions.
+    """
+    size = first.shape[1]
+    tile = np.zeros((size, _COLUMNS), np.float32)
+    upper = np.empty(_COLUMNS, np.float32)
+    lower = np.empty(_COLUMNS, np.float32)
+    column_bests = np.empty(_COLUMNS, np.float32)
+    column_rows = np.empty(_COLUMNS, np.int32)
+    for block in range(rows.shape[0]):
+        start = block * _COLUMNS
+        width = min(_COLUMNS, second.shape[0] - start)
+        for j in range(width):
+            for k in range(size):
+                tile[k, j] = second[start + j, k]
+        column_bests[:] = _FARTHEST
+        column_rows[:] = -1
+        for i in range(rows[block, 0], rows[block, 1], 2):
+            paired = min(i + 1, rows[block, 1] - 1)
+            upper[:] = 0.0
+            lower[:] = 0.0
+            for k in range(0, size, 8):
+                a0, a1, a2, a3 = first[i, k], first[i, k + 1], first[i, k + 2], first[i, k + 3]
+                a4, a5, a6, a7 = first[i, k + 4], first[i, k + 5], first[i, k + 6], first[i, k + 7]
+                b0, b1 = first[paired, k], first[paired, k + 1]
+                b2, b3 = first[paired, k + 2], first[paired, k + 3]
+                b4, b5 = first[paired, k + 4], first[paired, k + 5]
+                b6, b7 = first[paired, k + 6], first[paired, k + 7]
+                for j in range(_COLUMNS):
+                    t0, t1, t2, t3 = tile[k, j], tile[k + 1, j], tile[k + 2, j], tile[k + 3, j]
+                    t4, t5 = tile[k + 4, j], tile[k + 5, j]
+                    t6, t7 = tile[k + 6, j], tile[k + 7, j]
+                    upper[j] += (a0 * t0 + a1 * t1 + a2 * t2 + a3 * t3) + (
+                        a4 * t4 + a5 * t5 + a6 * t6 + a7 * t7
+                    )
+                    lower[j] += (b0 * t0 + b1 * t1 + b2 * t2 + b3 * t3) + (
+                        b4 * t4 + b5 * t5 + b6 * t6 + b7 * t7
+                    )
+            _carry_on(upper, width, start, i, nearest, row_bests, column_bests, column_rows)
+            if paired > i:
+                _carry_on(
+                    lower, width, start, paired, nearest, row_bests, column_bests, column_rows
+                )
+        best_row[start : start + width] = column_rows[:width]
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _carry_on(
+    products: np.ndarray,
+    width: int,
+    start: int,
+    row: int,
+    nearest: np.ndarray,
+    row_bests: np.ndarray,
+    column_bests: np.ndarray,
+    column_rows: np.ndarray,
+) -> None:
+    for j in range(_COLUMNS):
+        larger = products[j] > column_bests[j]
+        column_bests[j] = products[j] if larger else column_bests[j]
+        column_rows[j] = row if larger else column_rows[j]
+    largest, second = row_bests[row, 0], row_bests[row, 1]
+    for j in range(width):
+        value = products[j]
+        if value > second:
+            if value > largest:
+                second = largest
+                largest = value
+                nearest[row] = start + j
+            else:
+                second = value
+    row_bests[row, 0] = largest
+    row_bests[row, 1] = second

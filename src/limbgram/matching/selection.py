@@ -1,6 +1,6 @@
 """Selection: which pairs of photos are worth matching.
 
-Method  the thousand largest keypoints of every photo, their descriptors compressed to a few
+Method  the largest keypoints of every photo, their descriptors compressed to a few
         principal directions, are matched for all pairs. A pair's score is the number of matches
         that turn the picture by about the same angle. Each photo keeps its best partners, and
         its neighbours in the order of names, which is the walk round the limb.
@@ -28,14 +28,12 @@ _FEWEST_FOR_CHANGE = 8
 class SelectionOptions:
     """How many pairs to match."""
 
-    keypoints: int = 1000
+    keypoints: int = 1200
     """Largest keypoints of each photo in the coarse comparison."""
     max_ratio: float = 0.8
     """Largest ratio of the best to the second best distance in the coarse comparison."""
-    all_pairs_up_to: int = 20
-    """With so few photos every pair that is not hopeless is matched."""
-    partners: int = 8
-    """Best partners of each photo where there are more."""
+    partners: int = 7
+    """Best partners of each photo."""
     neighbours: int = 2
     """Photos before and after in the order of names (the last meets the first): always matched."""
     min_score: int = 5
@@ -116,10 +114,8 @@ def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
 def _partners(
     candidates: Sequence[Candidate], count: int, options: SelectionOptions
 ) -> set[tuple[int, int]]:
-    """Pairs that are among the best of one of their photos, or all that are not hopeless."""
+    """Pairs that are among the best of one of their photos."""
     hopeful = [c for c in candidates if c.score >= options.min_score]
-    if count <= options.all_pairs_up_to:
-        return {(c.first, c.second) for c in hopeful}
     kept: set[tuple[int, int]] = set()
     for photo in range(count):
         own = [c for c in hopeful if photo in (c.first, c.second)]
