@@ -28,6 +28,8 @@ _NEAR = 2.0
 """Points farther from the aim than this many half frames are not the limb's."""
 _DECIDING_SHARE = 0.5
 """Where this share of the placed photos has masks, they alone say what the limb is."""
+_MOST_CLOSING = 0.15
+"""Hollows wider than twice this share of the limb's longest side are never bridged."""
 _UNDERSIDE = 0.07
 """How far below its lowest points the limb is expected, as a fraction of its longest side."""
 
@@ -64,7 +66,8 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
 
     size_mm = float(np.ptp(limb, axis=0).max())
     margin_mm = options.margin * size_mm
-    region = solid(limb, link_length(limb), margin_mm, size_mm / options.cubes)
+    closing_mm = min(link_length(limb), _MOST_CLOSING * size_mm)
+    region = solid(limb, closing_mm, margin_mm, size_mm / options.cubes)
     if floor_z_mm is not None:
         region = down_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
     return carve(region, masked, margin_mm) if masked else region
