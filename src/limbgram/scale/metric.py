@@ -34,8 +34,9 @@ class Scale:
     relative_sigma: float
     """One standard deviation of the scale factor, as a fraction; NaN without scale.
 
-    It holds the measurement of corners and picks and the errors of single photos, not an error
-    of the board's print or of a typed length: those only another length can tell.
+    It holds the measurement of corners and picks and the errors of single photos; not what all
+    photos share (the lens), nor an error of the board's print or of a typed length, which only
+    another length can tell.
     """
     lengths: tuple[LengthCheck, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
