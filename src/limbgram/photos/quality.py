@@ -6,7 +6,6 @@ blurs one direction only, so edges across it are taken: the worse of four direct
 Exposure is the share of pixels at either end of the scale.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -18,12 +17,14 @@ from limbgram.photos.photo import PhotoSet
 _FINE_PX, _COARSE_PX = 1.0, 2.5
 _SIDE_PX = 1800
 """Side of the middle part that is looked at."""
-_EDGES = 0.02
-"""Share of pixels with the steepest slopes that count as edges."""
+_EDGES = 0.05
+"""Share of the pixels that slope in one direction, the steepest ones, that count as edges."""
+_LEAST_SLOPE = 3.0
+"""Luma over two pixels, beyond what noise shows."""
 _SHARPEST = 80.0
 """Percentile: parts out of focus before and behind the limb do not count."""
 _BINS = 4
-_EDGES_A_BIN = 50
+_FEWEST_EDGES = 50
 _BURNT_LUMA = 252
 
 
@@ -82,13 +83,14 @@ def edge_width_px(luma: GreyImage) -> float:
     middle = _middle(luma)
     fine_x, fine_y = _slopes(middle, _FINE_PX)
     coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
-    coarse = cv2.magnitude(coarse_x, coarse_y)
-    limit = max(1.0, float(np.quantile(coarse[::4, ::4], 1 - _EDGES)))
-    edges = coarse > limit
-    ratio = np.hypot(fine_x[edges], fine_y[edges]) / coarse[edges]
-    turn = np.arctan2(coarse_y[edges], coarse_x[edges]) / np.pi * _BINS
-    bins = np.round(turn).astype(np.int64) % _BINS
-    return max(_widths_px([ratio[bins == index] for index in range(_BINS)]), default=float("nan"))
+    coarse = np.hypot(coarse_x, coarse_y)
+    seen = coarse > _LEAST_SLOPE
+    coarse, turn = coarse[seen], np.arctan2(coarse_y[seen], coarse_x[seen])
+    ratio = np.hypot(fine_x[seen], fine_y[seen]) / coarse
+    bins = np.round(turn * (_BINS / np.pi)).astype(np.int64) % _BINS
+    widths = [_width_px(ratio[bins == index], coarse[bins == index]) for index in range(_BINS)]
+    known = [width for width in widths if not np.isnan(width)]
+    return max(known, default=float("nan"))
 
 
 def burnt_share(luma: GreyImage) -> float:
@@ -107,20 +109,18 @@ def _middle(luma: GreyImage) -> GreyImage:
 
 
 def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Differences over two pixels, at every other pixel both ways."""
     smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), scale_px)
-    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1)
-    return across, cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)
+    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1)[::2, ::2]
+    return across, cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)[::2, ::2]
 
 
-def _widths_px(ratios_by_direction: Sequence[np.ndarray]) -> list[float]:
-    widths: list[float] = []
-    for ratios in ratios_by_direction:
-        if len(ratios) < _EDGES_A_BIN:
-            continue
-        squared = float(np.percentile(ratios, _SHARPEST)) ** 2
-        if squared <= 1:
-            widths.append(float("inf"))
-            continue
-        width2 = (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1)
-        widths.append(float(np.sqrt(max(0.0, width2))))
-    return widths
+def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
+    """Edge width from the slopes at two scales, at the steepest places of one direction."""
+    if _EDGES * len(ratios) < _FEWEST_EDGES:
+        return float("nan")
+    steepest = ratios[slopes >= np.quantile(slopes, 1 - _EDGES)]
+    squared = float(np.percentile(steepest, _SHARPEST)) ** 2
+    if squared <= 1:
+        return float("inf")
+    return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))

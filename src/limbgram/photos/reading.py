@@ -126,8 +126,8 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
             return SetAside(path.name, f"{width_px} x {height_px} is too small for a photo")
         if picture.mode == "F":
             return SetAside(path.name, "floating-point pixels: export it as JPEG")
+        luma = luma_of(picture)  # before EXIF: a fault in the pixels must show here
         exif = read_exif(picture)
-        luma = luma_of(picture)
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
     return Photo(
