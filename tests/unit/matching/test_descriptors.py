@@ -1,0 +1,75 @@
+"""Descriptor matching against the plain definition."""
+
+import numpy as np
+import pytest
+
+from limbgram.matching.descriptors import ScaleBand, comparable, match_descriptors
+
+
+def plain(first: np.ndarray, second: np.ndarray, allowed: np.ndarray, ratio: float) -> np.ndarray:
+    """Nearest, clear and mutual, by the full matrix of distances."""
+    distances = np.linalg.norm(first[:, None].astype(float) - second[None], axis=2)
+    distances[~allowed] = 2.0
+    order = np.argsort(distances, axis=1, kind="stable")
+    rows = np.arange(len(first))
+    best, second_best = distances[rows, order[:, 0]], distances[rows, order[:, 1]]
+    mutual = distances.argmin(axis=0)[order[:, 0]] == rows
+    kept = rows[(best < ratio * second_best) & mutual]
+    return np.column_stack([kept, order[kept, 0]])
+
+
+def described(count: int, size: int, seed: int) -> np.ndarray:
+    rows = np.random.default_rng(seed).normal(size=(count, size)).astype(np.float32)
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def copies(of: np.ndarray, seed: int) -> np.ndarray:
+    noisy = of + 0.4 * described(len(of), of.shape[1], seed)
+    return noisy / np.linalg.norm(noisy, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "size"), [(301, 457, 128), (130, 64, 40), (65, 129, 40), (3, 2, 8)]
+)
+def test_matches_are_nearest_clear_and_mutual(first: int, second: int, size: int) -> None:
+    one, two = described(first, size, 1), described(second, size, 2)
+    shared = min(first, second) // 2
+    two[:shared] = copies(one[-shared:], 3) if shared else two[:shared]
+    found = match_descriptors(one, two, 0.8)
+    everything = np.ones((first, second), bool)
+    np.testing.assert_array_equal(found, plain(one, two, everything, 0.8))
+    assert len(found) >= 0.8 * shared
+
+
+def test_a_band_leaves_out_keypoints_of_other_scale() -> None:
+    scales = np.sort(np.random.default_rng(0).uniform(0, 5, 400))[::-1]
+    scale_px = (2**scales).astype(np.float32)
+    one = described(400, 128, 1)
+    two = copies(one, 2)
+    shifted = np.roll(two, 200, axis=0)  # true partners now differ much in scale
+    band = ScaleBand(scale_px, scale_px, 1 / 1.3, 1.3)
+    assert len(match_descriptors(one, two, 0.8, band)) > 390
+    assert len(match_descriptors(one, shifted, 0.8)) > 390
+    assert len(match_descriptors(one, shifted, 0.8, band)) < 20
+
+
+def test_a_band_follows_the_change_of_scale_of_the_pair() -> None:
+    scale_px = np.linspace(40, 1, 300, dtype=np.float32)
+    one = described(300, 128, 1)
+    two = copies(one, 2)
+    band = ScaleBand(scale_px, 3 * scale_px, 3 / 1.2, 3 * 1.2)
+    assert len(match_descriptors(one, two, 0.8, band)) > 290
+
+
+def test_bytes_compare_as_unit_vectors() -> None:
+    rows = np.random.default_rng(0).integers(0, 120, (20, 128), dtype=np.uint8)
+    rows[3] = 0
+    units = comparable(rows)
+    lengths = np.linalg.norm(units, axis=1)
+    np.testing.assert_allclose(np.delete(lengths, 3), 1, rtol=1e-5)
+    assert lengths[3] == 0
+
+
+def test_nothing_matches_nothing() -> None:
+    assert match_descriptors(described(1, 8, 0), described(50, 8, 1), 0.8).shape == (0, 2)
+    assert match_descriptors(described(0, 8, 0), described(50, 8, 1), 0.8).shape == (0, 2)
