@@ -94,7 +94,8 @@ def _search(triangles, boxes, queries, places, found, distances):
                     if distance2 < best:
                         best = distance2
                         found[q] = t
-                        places[q] = place
+                        for axis in range(3):
+                            places[q, axis] = place[axis]
                 continue
             near, far = 2 * node, 2 * node + 1
             if _box_distance2(boxes[far], point) < _box_distance2(boxes[near], point):

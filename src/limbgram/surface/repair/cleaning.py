@@ -14,6 +14,8 @@ from limbgram.surface.topology import (
 _MOST_ROUNDS = 50
 _FOLD_COSINE = -0.2
 """Neighbouring faces whose normals differ by more than 101 degrees make a fold."""
+_SPIKE_LINKS = 1.5
+"""A spike stands out of the ring of its neighbours by more than so many of the ring's edges."""
 
 
 def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
@@ -55,14 +57,31 @@ def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
 
 
 def drop_folds(vertices: Points3, faces: Faces) -> Faces:
-    """Take away faces at sharp folds, and spikes: faces against the normal of a corner."""
+    """Take away the faces at sharp folds and at spikes."""
     normals = face_normals(vertices, faces)
     sides = find_edges(faces).faces()
     sides = sides[sides[:, 1] >= 0]
     folded = (normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLD_COSINE
-    bad = np.zeros(len(faces), np.bool_)
+    bad = _spikes(vertices, faces)[faces].any(1)
     bad[sides[folded]] = True
     return faces[~bad]
+
+
+def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Vertices farther from the middle of their neighbours than the ring of these is wide."""
+    corners = faces.ravel()
+    ahead, behind = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    count = np.maximum(np.bincount(corners, minlength=len(vertices)), 1)
+    apart = np.linalg.norm(vertices[ahead] - vertices[behind], axis=1)
+    link = np.bincount(corners, apart, len(vertices)) / count
+    middles = np.column_stack(
+        [
+            np.bincount(corners, (vertices[ahead, k] + vertices[behind, k]) / 2, len(vertices))
+            for k in range(3)
+        ]
+    )
+    away = np.linalg.norm(vertices - middles / count[:, None], axis=1)
+    return away > _SPIKE_LINKS * link
 
 
 def drop_dangling(faces: Faces) -> Faces:

@@ -18,8 +18,8 @@ from limbgram.surface.topology import find_edges, half_edges
 
 _RINGS = 5
 """Rings of faces round a hole whose bend is carried on."""
-_STIFFNESS_EDGES = 2.0
-"""Bends shorter than about this many edges count as noise round a hole."""
+_STIFFNESS_EDGES = 1.0
+"""Bends shorter than a few times this count as noise round a hole; more flattens round caps."""
 _SMALL = 5
 """Loops of so few vertices need no new ones."""
 _BENDS = 2

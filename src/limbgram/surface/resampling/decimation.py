@@ -92,6 +92,7 @@ def _simplify(mesh: Mesh, ratio: float) -> Mesh:
     settings.target_face_ratio = ratio
     settings.interpolate_colors = False
     settings.num_threads = 1
+    pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     centre = mesh.vertices_mm.mean(0)
     with tempfile.TemporaryDirectory(prefix="limbgram-") as name:
         given, made = Path(name, "given.ply"), Path(name, "made.ply")

@@ -149,7 +149,8 @@ def _collapse(vertices, faces, starts, corners, edges, fixed, longest2, goes_to)
         if not fits or _common(faces, starts, corners, u, v, e, seen) != 2:
             continue
         goes_to[v] = u
-        vertices[u] = place
+        for k in range(3):
+            vertices[u, k] = place[k]
         for end in (u, v):
             for s in range(starts[end], starts[end + 1]):
                 for k in range(3):
@@ -159,17 +160,20 @@ def _collapse(vertices, faces, starts, corners, edges, fixed, longest2, goes_to)
 @njit(cache=True, nogil=True)
 def _fits(vertices, faces, starts, corners, moving, other, place, longest2):
     """Whether the faces at `moving`, without `other`, stay unfolded and short with it at place."""
+    old, new = np.empty(3), np.empty(3)
     for s in range(starts[moving], starts[moving + 1]):
-        face, k = corners[s] // 3, corners[s] % 3
-        b, c = faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
+        face, corner = corners[s] // 3, corners[s] % 3
+        b, c = faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]
         if b == other or c == other:
             continue
-        old = np.cross(vertices[b] - vertices[moving], vertices[c] - vertices[moving])
-        new = np.cross(vertices[b] - place, vertices[c] - place)
-        if np.dot(old, new) < 0.5 * np.sqrt(np.dot(old, old) * np.dot(new, new)):
+        _across(vertices[moving], vertices[b], vertices[c], old)
+        _across(place, vertices[b], vertices[c], new)
+        if _dot(old, new) < 0.5 * np.sqrt(_dot(old, old) * _dot(new, new)):
             return False
-        reach = vertices[b] - place
-        if np.dot(reach, reach) > longest2:
+        reach2 = 0.0
+        for k in range(3):
+            reach2 += (vertices[b, k] - place[k]) ** 2
+        if reach2 > longest2:
             return False
     return True
 
@@ -202,6 +206,7 @@ def flip_to_delaunay(mesh: Triangles) -> Triangles:
 def _flip(vertices, faces, twins, starts, corners, touched):
     gained = np.zeros(vertices.shape[0], np.bool_)
     original = faces.copy()
+    upper, lower, outward = np.empty(3), np.empty(3), np.empty(3)
     for h in range(twins.shape[0]):
         g = twins[h]
         if g < h or touched[h // 3] or touched[g // 3]:
@@ -210,18 +215,21 @@ def _flip(vertices, faces, twins, starts, corners, touched):
         c, d = faces[h // 3, (h + 2) % 3], faces[g // 3, (g + 2) % 3]
         if c == d or (gained[c] and gained[d]):
             continue
-        to_a, to_b = vertices[a] - vertices[c], vertices[b] - vertices[c]
-        from_a, from_b = vertices[a] - vertices[d], vertices[b] - vertices[d]
-        upper, lower = np.cross(to_a, to_b), np.cross(from_b, from_a)
-        size_up, size_low = np.sqrt(np.dot(upper, upper)), np.sqrt(np.dot(lower, lower))
-        if np.dot(to_a, to_b) * size_low + np.dot(from_a, from_b) * size_up >= -1e-9 * (
-            size_up * size_low
-        ):
+        pa, pb, pc, pd = vertices[a], vertices[b], vertices[c], vertices[d]
+        _across(pc, pa, pb, upper)
+        _across(pd, pb, pa, lower)
+        size_up, size_low = np.sqrt(_dot(upper, upper)), np.sqrt(_dot(lower, lower))
+        facing_up = facing_low = 0.0
+        for k in range(3):
+            facing_up += (pa[k] - pc[k]) * (pb[k] - pc[k])
+            facing_low += (pa[k] - pd[k]) * (pb[k] - pd[k])
+            outward[k] = upper[k] + lower[k]
+        # The sum of the two angles' cotangents, times both areas.
+        if facing_up * size_low + facing_low * size_up >= -1e-9 * size_up * size_low:
             continue
-        across = vertices[d] - vertices[c]
-        left, right = np.cross(to_a, across), np.cross(across, to_b)
-        outward = upper + lower
-        if np.dot(left, outward) <= 0 or np.dot(right, outward) <= 0:
+        _across(pc, pa, pd, upper)
+        _across(pc, pd, pb, lower)
+        if _dot(upper, outward) <= 0 or _dot(lower, outward) <= 0:
             continue
         joined = False
         for s in range(starts[c], starts[c + 1]):
@@ -233,6 +241,19 @@ def _flip(vertices, faces, twins, starts, corners, touched):
         faces[g // 3, 0], faces[g // 3, 1], faces[g // 3, 2] = d, b, c
         touched[h // 3] = touched[g // 3] = True
         gained[c] = gained[d] = True
+
+
+@njit(cache=True, nogil=True)
+def _across(p, q, r, out):
+    """Twice the area of a triangle, along its normal."""
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        out[k] = (q[i] - p[i]) * (r[j] - p[j]) - (q[j] - p[j]) * (r[i] - p[i])
+
+
+@njit(cache=True, nogil=True)
+def _dot(p, q):
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
 def smooth_along(mesh: Triangles) -> Triangles:

@@ -37,9 +37,9 @@ def bucket_of(grid: Grid, i: int, j: int, k: int) -> int:
 
 
 def in_cell_order(points: np.ndarray, cell: float) -> np.ndarray:
-    """Indices that put neighbours in space near each other in memory."""
+    """Indices that put neighbours in space near each other in memory, however they came."""
     i, j, k = np.floor((points - points.min(0)) / cell).astype(np.int64).T
-    return np.lexsort((i, j, k))
+    return np.lexsort((*points.T, i, j, k))
 
 
 @njit(cache=True, nogil=True)

@@ -53,6 +53,7 @@ def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     settings.trim = 0.0
     settings.color = False
     settings.num_threads = 1
+    pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     with tempfile.TemporaryDirectory(prefix="limbgram-") as name:
         points, surface = Path(name, "points.ply"), Path(name, "surface.ply")
         _write_points(points, cloud)

@@ -76,8 +76,9 @@ def roll(front: Front, grid: Grid, radius: float) -> None:
                 front, grid, centre, radius, a, b, o
             ):
                 front.states[edge] = ACTIVE
-                front.centres[edge] = centre
-    _advance(front, grid, radius, 0)
+                for axis in range(3):
+                    front.centres[edge, axis] = centre[axis]
+    _advance(front, grid, radius, int(np.int64(0)))
     for point in range(front.points.shape[0]):
         if front.degree[point] < 0:
             first_new = front.counts[1]
@@ -107,10 +108,11 @@ def _pivot(front: Front, grid: Grid, radius: float, edge: int, centre: np.ndarra
     o = front.opposite[edge]
     middle = 0.5 * (points[a] + points[b])
     axis = points[b] - points[a]
-    axis /= np.sqrt((axis * axis).sum())
+    axis /= np.sqrt(apart2(points, a, points[b]))
     start = front.centres[edge] - middle
     trial = np.empty(3)
-    best, best_angle = -1, 2 * np.pi
+    # Typed, or numba would compile a variant for the literal.
+    best, best_angle = int(np.int64(-1)), 2 * np.pi
     ci = cell_along(grid, middle[0], 0)
     cj = cell_along(grid, middle[1], 1)
     ck = cell_along(grid, middle[2], 2)
@@ -120,14 +122,15 @@ def _pivot(front: Front, grid: Grid, radius: float, edge: int, centre: np.ndarra
             k = grid.order[s]
             if apart2(points, k, middle) > 4 * radius * radius:
                 continue
-            if k in (a, b, o):
+            if k == a or k in (b, o):
                 continue
             if not find_centre(front.points, b, a, k, radius, trial):
                 continue
             angle = roll_angle(start, trial, middle, axis)
             if angle < best_angle:
                 best, best_angle = k, angle
-                centre[:] = trial
+                for axis_idx in range(3):
+                    centre[axis_idx] = trial[axis_idx]
     if (
         best < 0
         or front.degree[best] == 0
@@ -201,7 +204,8 @@ def _add_face(front: Front, a: int, b: int, c: int, centre: np.ndarray) -> None:
         front.table[slot] = edge + 1
         front.ends[edge, 0], front.ends[edge, 1] = tail, head
         front.opposite[edge] = other
-        front.centres[edge] = centre
+        for axis in range(3):
+            front.centres[edge, axis] = centre[axis]
         front.states[edge] = ACTIVE
         front.degree[tail] = max(front.degree[tail], 0) + 1
         front.degree[head] = max(front.degree[head], 0) + 1

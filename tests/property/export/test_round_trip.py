@@ -1,0 +1,61 @@
+"""Whatever the mesh, a file reads back as it was written."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from limbgram.export import write_dxf, write_glb, write_obj, write_ply, write_stl
+from limbgram.scale.metric import Scale
+from limbgram.surface import Mesh
+
+MILLIMETRES = Scale(unit="mm", source="board", relative_sigma=1e-4)
+coordinates = st.floats(-2000, 2000, allow_nan=False)
+
+
+@st.composite
+def meshes(draw: st.DrawFn) -> Mesh:
+    """Any triangles, also flat and repeated ones, that use all their vertices."""
+    count = draw(st.integers(3, 12))
+    vertices = draw(hnp.arrays(np.float64, (count, 3), elements=coordinates))
+    corners = [*range(count), *draw(st.lists(st.integers(0, count - 1), max_size=12))]
+    corners += [0] * (-len(corners) % 3)
+    coloured = draw(st.booleans())
+    colours = draw(hnp.arrays(np.uint8, (count, 3))) if coloured else None
+    return Mesh(
+        vertices_mm=vertices,
+        faces=np.array(corners, np.int32).reshape(-1, 3),
+        colours=colours,
+        filled=np.arange(count) % 2 == 0 if coloured else None,
+    )
+
+
+@settings(max_examples=15, deadline=None)
+@given(mesh=meshes())
+def test_every_format_reads_back(mesh: Mesh) -> None:
+    # The writers raise if what they read back differs.
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        for write, file in (
+            (write_stl, "a.stl"),
+            (write_ply, "a.ply"),
+            (write_obj, "a.obj"),
+            (write_glb, "a.glb"),
+        ):
+            assert write(mesh, folder / file, MILLIMETRES).stat().st_size > 84
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    corners=hnp.arrays(np.float64, (4, 3), elements=st.floats(-500, 500)),
+    spacing_mm=st.floats(20, 200),
+)
+def test_dxf_of_any_tetrahedron_reads_back(corners: np.ndarray, spacing_mm: float) -> None:
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32)
+    with TemporaryDirectory() as name:
+        mesh = Mesh(vertices_mm=corners, faces=faces)
+        path = write_dxf(mesh, Path(name, "a.dxf"), MILLIMETRES, spacing_mm=spacing_mm)
+        assert path.read_text().count("3DFACE") == 4

@@ -1,0 +1,79 @@
+"""A file appears whole and proved, or not at all."""
+
+import errno
+import os
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import pytest
+
+from limbgram.errors import ExportError
+from limbgram.export import write_stl
+from limbgram.export.writing import require_same_triangles, write_file, write_folder
+from limbgram.scale.metric import Scale
+from limbgram.surface import Mesh
+
+
+def _nothing_to_check(_path: Path) -> None:
+    pass
+
+
+def test_a_full_disk_leaves_the_old_file_and_no_other(tmp_path: Path) -> None:
+    path = tmp_path / "surface.stl"
+    path.write_bytes(b"old")
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(ExportError, match=r"disk of .* is full.*Free some space"):
+        write_file(path, encode, _nothing_to_check)
+    assert [p.name for p in tmp_path.iterdir()] == ["surface.stl"]
+    assert path.read_bytes() == b"old"
+
+
+def test_a_missing_folder_is_told(mesh: Mesh, metric_scale: Scale, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match="Check that the folder exists"):
+        write_stl(mesh, tmp_path / "nowhere" / "surface.stl", metric_scale)
+
+
+def test_a_byte_changed_by_the_disk_is_found(
+    mesh: Mesh, metric_scale: Scale, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sync = os.fsync
+
+    def spoil(handle: int) -> None:
+        sync(handle)
+        os.pwrite(handle, np.float32(0.5).tobytes(), 84 + 50 * 7 + 12)
+
+    monkeypatch.setattr(os, "fsync", spoil)
+    with pytest.raises(ExportError, match=r"surface\.stl: a corner lies"):
+        write_stl(mesh, tmp_path / "surface.stl", metric_scale)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_gives_way_only_to_a_proved_one(tmp_path: Path) -> None:
+    path = tmp_path / "colmap"
+
+    def refuse(_path: Path) -> None:
+        raise ExportError("no")
+
+    def encode(content: bytes):
+        return lambda stream: stream.write(content)
+
+    write_folder(path, {"a": encode(b"1"), "b": encode(b"2")}, _nothing_to_check)
+    with pytest.raises(ExportError):
+        write_folder(path, {"a": encode(b"3")}, refuse)
+    assert sorted(p.name for p in path.iterdir()) == ["a", "b"]
+    write_folder(path, {"a": encode(b"3")}, _nothing_to_check)
+    assert [p.name for p in path.iterdir()] == ["a"]
+    assert [p.name for p in tmp_path.iterdir()] == ["colmap"]
+
+
+def test_triangles_out_of_order_or_moved_are_refused(mesh: Mesh) -> None:
+    exact = mesh.vertices_mm[mesh.faces]
+    require_same_triangles("x", exact, mesh, 1e-9)
+    for wrong in (exact[::-1], exact + 1e-6, exact[:-1], exact * [1, 1, -1]):
+        with pytest.raises(ExportError):
+            require_same_triangles("x", wrong, mesh, 1e-7)
