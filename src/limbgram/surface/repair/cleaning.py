@@ -62,9 +62,10 @@ def drop_folds(vertices: Points3, faces: Faces) -> Faces:
     sides = find_edges(faces).faces()
     sides = sides[sides[:, 1] >= 0]
     folded = (normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLD_COSINE
-    bad = _spikes(vertices, faces)[faces].any(1)
-    bad[sides[folded]] = True
-    return faces[~bad]
+    at_spike = _spikes(vertices, faces)[faces].any(1)
+    at_fold = np.zeros(len(faces), np.bool_)
+    at_fold[sides[folded]] = True
+    return faces[~(at_spike | at_fold)]
 
 
 def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
