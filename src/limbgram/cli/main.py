@@ -9,29 +9,29 @@ from limbgram.cli.reconstruct import reconstruct_command
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
-\b
-1. limbgram calibrate BOARD_PHOTOS --board 14x10 --square 10 -o camera.json
-2. limbgram reconstruct PHOTOS --camera camera.json -o CASE
+1. `limbgram calibrate BOARD_PHOTOS --board 14x10 --square 10 -o camera.json`
+2. `limbgram reconstruct PHOTOS --camera camera.json -o CASE`
 3. open CASE/report.html; the files for other programs lie in CASE/deliverables
 
 No photos at hand? `limbgram demo` makes some and goes all the way.
 
-\b
-Exit codes
-  0    done
-  1    a bug of ours: please report the traceback
-  2    an option cannot be used
-  3    photos, camera file or case folder cannot be read or written
-  4    the photos cannot give the answer: the message says why and what to do
-  5    a file could not be written and verified
-  6    the system or a library ended the program; the case continues
-  130  stopped by Ctrl-C; the same command continues
+**Exit codes**
+
+- **0**: done
+- **1**: a bug of ours: please report the traceback
+- **2**: an option cannot be used
+- **3**: photos, camera file or case folder cannot be read or written
+- **4**: the photos cannot give the answer: the message says why and what to do
+- **5**: a file could not be written and verified
+- **6**: the system or a library ended the program; the case continues
+- **130**: stopped by Ctrl-C; the same command continues
 """
 
 app = typer.Typer(
     name="limbgram",
     help=_HELP,
     no_args_is_help=True,
+    add_completion=False,
     pretty_exceptions_show_locals=False,
     rich_markup_mode="markdown",
 )

@@ -1,0 +1,120 @@
+"""From photos to files through the command line, on a capture whose truth is known."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from typer.testing import CliRunner, Result
+
+from limbgram.cases.scoring import score_case
+from limbgram.cli.main import app
+from limbgram.synthetic import SMALL, make_capture
+
+CAPTURE = replace(SMALL, photos=14)
+NAMES = ("surface.stl", "surface.dxf", "surface.ply", "surface.obj", "surface.glb", "cloud.ply")
+
+
+def limbgram(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def last_run(case: Path) -> dict[str, Any]:
+    return json.loads((case / "case.json").read_text("utf-8"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A capture, its camera file and a finished case; spaces and umlauts in the names."""
+    folder = tmp_path_factory.mktemp("Fuß links")
+    make_capture(folder / "capture", CAPTURE)
+    board = ("--board", "14x10", "--square", 10)
+    camera = folder / "camera.json"
+    result = limbgram("calibrate", folder / "capture" / "calibration", *board, "-o", camera)
+    assert result.exit_code == 0, result.output
+    result = reconstruct(folder)
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+def reconstruct(folder: Path, *words: object) -> Result:
+    photos = folder / "capture" / "images"
+    camera = folder / "camera.json"
+    case = folder / "case"
+    return limbgram("reconstruct", photos, "--camera", camera, "-o", case, *words)
+
+
+def test_the_surface_is_true(folder: Path) -> None:
+    score = score_case(folder / "case", folder / "capture" / "truth")
+    assert 0.005 < score.rms_mm < 0.13
+    assert abs(score.mean_mm) < 0.03
+    assert abs(score.scale_error) < 0.001
+    assert score.covered > 0.95
+    assert max(map(abs, score.girth_errors_mm)) < 0.5
+    assert abs(score.volume_error) < 0.003
+
+
+def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:
+    deliverables = folder / "case" / "deliverables"
+    sizes = {
+        name: np.sort(trimesh.load(deliverables / name).bounding_box.extents)
+        for name in ("surface.stl", "surface.ply", "surface.obj")
+    }
+    for size in sizes.values():
+        np.testing.assert_allclose(size, sizes["surface.stl"], rtol=1e-5)
+        assert 200 < size[2] < 320
+    assert all((deliverables / name).stat().st_size > 1000 for name in NAMES)
+    poses = json.loads((deliverables / "poses.json").read_text("utf-8"))
+    assert len(poses["images"]) == CAPTURE.photos
+
+
+def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:
+    page = (folder / "case" / "report.html").read_text("utf-8")
+    assert "14 of 14 photos placed" in page
+    assert "not a cleared medical device" in page
+    assert page.count("<img") == page.count('src="data:image/png;base64,') == 6
+    outside = re.sub(r'src="data:[^"]*"', "", page)
+    assert not re.search(r"https?:|<script|<link|url\(|@import", outside)
+    assert len(list((folder / "case" / "report").glob("*.png"))) == 6
+
+
+def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) -> None:
+    before = last_run(folder / "case")
+    result = reconstruct(folder, "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["unit"] == "mm"
+    after = last_run(folder / "case")
+    assert before["state"] == after["state"] == "finished"
+    assert all(stage["reused"] for stage in after["stages"])
+    assert not any(stage["reused"] for stage in before["stages"])
+    assert after["files"] == before["files"]
+
+
+def test_another_surface_recomputes_only_what_hangs_on_it(folder: Path) -> None:
+    assert reconstruct(folder, "--surface", "poisson").exit_code == 0
+    computed = [s["stage"] for s in last_run(folder / "case")["stages"] if not s["reused"]]
+    assert computed == ["poisson", "repair", "refine", "measure", "draw"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--board", "charuco:7x5:30"], 2, "names no board"),
+        (["--no-board"], 2, "size of the surface is unknown"),
+        (["--no-board", "--board", "charuco:7x5:30:22:4X4_50"], 2, "contradict"),
+        (["--box", "1,2,3"], 2, "is no box"),
+        (["--board", "charuco:9x6:20:15:5X5_100"], 4, "board"),
+        (["--camera", "nowhere.json"], 3, "nowhere.json"),
+    ],
+)
+def test_refusals_say_why_and_have_their_exit_code(
+    folder: Path, words: list[str], code: int, message: str
+) -> None:
+    result = reconstruct(folder, *words)
+    assert result.exit_code == code, result.output
+    assert message in result.stderr
+    assert "Traceback" not in result.output
