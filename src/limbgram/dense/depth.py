@@ -28,6 +28,9 @@ class DepthMap:
     """Unit, towards the camera."""
     confidence: Float32[np.ndarray, "h w"]
     """0 to 1: mean correlation over the agreeing photos."""
+    window_px2: float = 0.0
+    """Mean squared reach, in one direction, of the flat windows that were correlated: on a
+    surface of mean curvature H, their depth is too large by about H times this (in mm^2)."""
 
 
 @dataclass(frozen=True, kw_only=True)

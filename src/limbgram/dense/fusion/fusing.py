@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float32
 from scipy import sparse
 from scipy.sparse import csgraph
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.dense.depth import Cloud, DepthMap
 from limbgram.dense.fusion.grid import Grid, grid_of, thin
@@ -34,7 +34,7 @@ class FusionOptions:
 
     spacing_mm: float | None = None
     """Distance between neighbours; None: 3.5 pixels of the depth maps."""
-    smoothing: float = 2.0
+    smoothing: float = 2.5
     """Reach of the smoothing, in spacings."""
     least_views: int = 3
     """Photos that must agree on a point (fewer where there are fewer)."""
@@ -51,8 +51,6 @@ DEFAULTS = FusionOptions()
 _SPACING_PX = 3.5
 _NOISE_PX = 0.4
 """Distance from the surface, in pixels, at which a measured point's weight halves."""
-_WINDOW_PX2 = 8.8
-"""Mean squared reach, in one direction, of the depth maps' correlation windows."""
 _PIECE_REACH = 3.0
 """Points within this many spacings belong to one piece."""
 
@@ -152,7 +150,7 @@ def _measured(depth_map: DepthMap, stride: int) -> Measured:
         points_mm=world_from_camera.apply(in_camera).astype(np.float32),
         normals=(normals @ world_from_camera.rotation.T).astype(np.float32),
         weights=(confidence**2 * cosine**2).astype(np.float32),
-        windows_mm2=(_WINDOW_PX2 * pixel_mm**2 * (1 + cosine**-2) / 2).astype(np.float32),
+        windows_mm2=(depth_map.window_px2 * pixel_mm**2 * (1 + cosine**-2) / 2).astype(np.float32),
     )
 
 
@@ -184,7 +182,7 @@ def _in_large_pieces(
     points_mm: Float32[np.ndarray, "n 3"], reach_mm: float, least_share: float
 ) -> np.ndarray:
     """Whether each point belongs to a connected piece of some size."""
-    pairs = cKDTree(points_mm).query_pairs(reach_mm, output_type="ndarray")
+    pairs = KDTree(points_mm).query_pairs(reach_mm, output_type="ndarray")
     ones = np.ones(len(pairs), np.int8)
     graph = sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), (len(points_mm),) * 2)
     piece = csgraph.connected_components(graph, directed=False)[1]

@@ -31,7 +31,7 @@ def sight(
     normals: Float32[np.ndarray, "n 3"],
     agree_mm: float,
 ) -> Sightings:
-    """Look for each point in each depth map; where it is, take the photo's colour, frontal first."""
+    """Look for each point in each depth map; where it is, the photo's colour counts by cosine^2."""
 
     def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         seen, cosine = _seen(depth_map, points_mm, normals, agree_mm)
@@ -80,6 +80,6 @@ def _colours(
     xy = view.project(points_mm.astype(float)).astype(np.float32)
     colour = load_colour(photos.photos[photo_idx])
     rows = max(1, -(-len(xy) // 1024))
-    grid = np.resize(xy, (rows * 1024, 2)).reshape(rows, 1024, 2)
-    sampled = cv2.remap(colour, grid, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    x, y = np.resize(xy, (rows * 1024, 2)).T.copy().reshape(2, rows, 1024)
+    sampled = cv2.remap(colour, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return sampled.reshape(-1, 3)[: len(xy)].astype(np.float32)

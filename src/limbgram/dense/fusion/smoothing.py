@@ -16,7 +16,7 @@ from limbgram.dense.fusion.grid import span_of
 
 _UNKNOWNS = 6
 _LEAST_NEIGHBOURS = 8
-_BEND_PRIOR = 0.02
+_BEND_PRIOR = 0.001
 """Weight of the wish for a plane, as a fraction of the neighbours' weight: it decides only where
 the neighbours lie on a line or to one side."""
 _ROUNDS = 3

@@ -5,6 +5,8 @@ It agrees if it returns to within a fraction of a pixel, at about the same depth
 normal. Matches that are wrong rarely do so twice.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float64, UInt8
 from numba import njit
@@ -16,7 +18,7 @@ _DEPTH_TOLERANCE = 0.02
 
 
 def agreeing(
-    depth_map: DepthMap, others: list[DepthMap], agree_px: float, agree_deg: float
+    depth_map: DepthMap, others: Sequence[DepthMap], agree_px: float, agree_deg: float
 ) -> UInt8[np.ndarray, "h w"]:
     """Number of other maps that agree, by pixel."""
     votes = np.zeros(depth_map.depth_mm.shape, np.uint8)

@@ -52,7 +52,7 @@ class Crop:
 
 
 def reduction_for(region: Region, views: Sequence[View], most_px: int) -> float:
-    """By how much to reduce photos so that the region covers `most_px` of them all together."""
+    """By how much to reduce the photos so that the region covers `most_px` of all together."""
     covered = sum(int(footprint(region, pinhole(view), 1 / 8).mask.sum()) * 64 for view in views)
     return max(1.0, float(np.sqrt(covered / most_px)))
 

@@ -22,7 +22,6 @@ from limbgram.dense.stereo.crops import HALVINGS, Crop, crop_photo, reduction_fo
 from limbgram.dense.stereo.lanes import MOST_SOURCES
 from limbgram.dense.stereo.solving import (
     DenseOptions,
-    Solution,
     depth_map_of,
     solve_coarse,
     solve_fine,
@@ -68,8 +67,9 @@ def estimate_depth(
         return depth_map_of(solution, region, options)
 
     maps = in_parallel(fine, every)
+    witnesses = [sorted({*sources[k], *(j for j in every if k in sources[j])}) for k in every]
     confirmed = in_parallel(
-        lambda k: _confirmed(maps[k], [maps[j] for j in sources[k]], options), every
+        lambda k: _confirmed(maps[k], [maps[j] for j in witnesses[k]], options), every
     )
     _refuse_if_bare(crops, confirmed, options)
     return tuple(confirmed)
@@ -114,9 +114,7 @@ def _narrowed(crop: Crop, rough: DepthMap, others: Sequence[DepthMap]) -> Crop:
     return replace(crop, wanted=crop.wanted & np.repeat(np.repeat(near, cells, 0), cells, 1))
 
 
-def _confirmed(
-    depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOptions
-) -> DepthMap:
+def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOptions) -> DepthMap:
     """Only what enough other maps agree with."""
     votes = agreeing(depth_map, others, options.agree_px, options.agree_deg)
     kept = votes >= max(1, min(options.least_agreeing, len(others)))

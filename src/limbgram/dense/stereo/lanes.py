@@ -46,8 +46,6 @@ CONTRAST = WEIGHT + SAMPLES * LANES
 """SAMPLES rows each: weights (sum 1) and weight times grey minus mean of the reference."""
 SCRATCH = CONTRAST + SAMPLES * LANES
 
-COMPILED = {"cache": True, "nogil": True, "fastmath": True, "error_model": "numpy"}
-
 
 def grey_weights(sigma_grey: float) -> np.ndarray:
     """Weight of a sample by its grey difference from the centre, 0 to 255."""
@@ -61,6 +59,12 @@ def distance_weights(sigma_px: float) -> np.ndarray:
     return np.exp(-0.5 * squared / sigma_px**2).astype(np.float32).ravel()
 
 
+def window_px2(by_distance: np.ndarray) -> float:
+    """Mean squared reach of a window in one direction."""
+    offset = np.tile(np.arange(SIDE) * 2.0 - REACH_PX, SIDE)
+    return float((by_distance * offset**2).sum() / by_distance.sum())
+
+
 def packed(grey: np.ndarray) -> np.ndarray:
     """Each pixel with its right, lower and lower right neighbour in one 32-bit word, flat."""
     edged = np.pad(grey, ((0, 1), (0, 1)), mode="edge").astype(np.uint32)
@@ -68,9 +72,9 @@ def packed(grey: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(words).ravel()
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def look_at(grey, width, pixels, count, by_grey, by_distance, t, index):
-    """Windows of the reference round `count` pixels from pixels[0] on; spare lanes repeat the last."""
+    """Windows round the first `count` of `pixels` in the reference; spare lanes repeat the last."""
     for lane in range(LANES):
         pixel = pixels[min(lane, count - 1)]
         index[lane] = pixel
@@ -103,7 +107,7 @@ def look_at(grey, width, pixels, count, by_grey, by_distance, t, index):
             t[VARIANCE + lane] += share * above * above
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def correlate(words, width, height, a, b, t, index, word):
     """Correlation of each lane's hypothesis with one other photo, into CORRELATION (-1: none)."""
     _place(width, height, a, b, t)
@@ -117,7 +121,7 @@ def correlate(words, width, height, a, b, t, index, word):
         t[CORRELATION + lane] = value if textured & (t[WHOLE + lane] > f4(0)) else f4(-1)
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _place(width, height, a, b, t):
     """Window centre in the other photo and the derivative of the homography there."""
     right, bottom = f4(width - 3), f4(height - 3)
@@ -151,7 +155,7 @@ def _place(width, height, a, b, t):
         t[YY + lane] = yy if whole else f4(0)
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _accumulate(words, width, t, index, word):
     """Weighted sums of the other photo's window, grey counted from the reference's mean."""
     for lane in range(LANES):

@@ -22,7 +22,6 @@ from limbgram.dense.stereo.lanes import (
     BEST_W,
     BEST_X,
     BEST_Y,
-    COMPILED,
     CORRELATION,
     FIRST,
     GX,
@@ -47,7 +46,7 @@ _FAR_PX = 5
 """The second neighbour in each direction is this far away; windows reach as far."""
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def start(pixels, w_range, focal_px, seed, state):
     """Random depths within the range (uniform in inverse depth) and random slopes."""
     low, high = f4(w_range[0]), f4(w_range[1])
@@ -59,7 +58,7 @@ def start(pixels, w_range, focal_px, seed, state):
         state[2, pixel] = (f4(2) * _random(pixel, seed, 2) - f4(1)) * tilt
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def rate(picture, sources, pixels, w_range, state, score):
     """Score the planes that the pixels have now."""
     grey, width, by_grey, by_distance = picture
@@ -78,7 +77,7 @@ def rate(picture, sources, pixels, w_range, state, score):
             score[block[lane]] = t[BEST_SCORE + lane]
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sweep(picture, sources, pixels, w_range, focal_px, w_step, tilt_step, seed, state, score):
     """Improve the planes of one colour's pixels.
 
@@ -119,7 +118,7 @@ def sweep(picture, sources, pixels, w_range, focal_px, w_step, tilt_step, seed, 
             state[2, pixel] = t[BEST_Y + lane]
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def polish(picture, sources, pixels, w_range, w_step, least, state, score):
     """Move each depth to the top of the parabola through three correlations, w_step apart.
 
@@ -166,7 +165,7 @@ def polish(picture, sources, pixels, w_range, w_step, least, state, score):
             score[pixel] = here / t[FIRST + lane] if t[FIRST + lane] > f4(2e-6) else f4(-1)
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _try(sources, w_range, t, index, word):
     """Score the hypothesis in W0, GX, GY; where it is better it becomes the best."""
     words, table, a, b, kept = sources
@@ -198,7 +197,7 @@ def _try(sources, w_range, t, index, word):
         t[BEST_Y + lane] = t[GY + lane] if better else t[BEST_Y + lane]
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _ask_neighbour(block, width, dx, dy, state, score, t):
     """The plane of the better of a near and a far neighbour, continued to the pixel itself."""
     for lane in range(LANES):
@@ -214,7 +213,7 @@ def _ask_neighbour(block, width, dx, dy, state, score, t):
         t[W0 + lane] = state[0, asked] - steps * (gx * f4(dx) + gy * f4(dy))
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _change(block, focal_px, w_step, tilt_step, seed, turn, t):
     """A random change of the best plane so far."""
     for lane in range(LANES):
@@ -240,6 +239,6 @@ def _random(pixel, seed, k):
     return f4(h >> u4(8)) * f4(1.0 / 16777216.0)
 
 
-@njit(**COMPILED)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _scratch():
     return np.zeros(SCRATCH, np.float32), np.zeros(LANES, np.int32), np.zeros(LANES, np.uint32)

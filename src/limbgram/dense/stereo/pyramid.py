@@ -1,4 +1,4 @@
-"""Pyramid levels: one photo and its sources as the kernels take them, and the steps between levels."""
+"""Pyramid levels: one photo and its sources as the kernels take them, and how to go finer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -10,7 +10,7 @@ from limbgram.dense.depth import DepthMap
 from limbgram.dense.region import Region
 from limbgram.dense.stereo import patchmatch
 from limbgram.dense.stereo.crops import HALVINGS, Crop
-from limbgram.dense.stereo.lanes import distance_weights, grey_weights
+from limbgram.dense.stereo.lanes import distance_weights, grey_weights, window_px2
 from limbgram.dense.stereo.pyramid import Level, finer, level_of
 
 
@@ -18,15 +18,15 @@ from limbgram.dense.stereo.pyramid import Level, finer, level_of
 class DenseOptions:
     """How finely and how strictly depth is measured."""
 
-    most_px: int = 12_000_000
+    most_px: int = 8_000_000
     """Pixels of all depth maps together: photos are reduced until the region has no more."""
     sources: int = 5
     """Other photos that each photo is compared with."""
     sigma_grey: float = 40.0
     """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
-    sigma_px: float = 4.0
+    sigma_px: float = 3.0
     """Distance from the window's centre at which a sample's weight falls to 0.6."""
-    sweeps: tuple[int, int, int] = (5, 2, 2)
+    sweeps: tuple[int, int, int] = (5, 3, 1)
     """Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
     least_correlation: float = 0.5
     """Places that correlate worse are not measured."""
@@ -53,7 +53,8 @@ _FIRST_TILT = (0.6, 0.2, 0.1)
 """First random change of the slopes by pyramid level."""
 _FALL = 0.45
 """Each sweep's random changes are this fraction of the last one's."""
-_POLISH_PX = (0.5, 0.25)
+_POLISH_PX = 0.4
+"""Spacing of the correlations through which the sub-pixel parabola goes, as movement."""
 _LEAST_TRUST = 0.3
 """Photos that correlate worse take no part in the sub-pixel polish."""
 
@@ -118,6 +119,7 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
     return DepthMap(
         photo_idx=crop.photo_idx, camera=camera, camera_from_world=crop.view.camera_from_world,
         x0=x0, y0=y0, depth_mm=depth_mm, normal_in_camera=normals, confidence=confidence,
+        window_px2=window_px2(distance_weights(options.sigma_px)),
     )  # fmt: skip
 
 
@@ -151,7 +153,6 @@ def _improve(
                 planes, score,
             )  # fmt: skip
     if step == HALVINGS:
-        for step_px in _POLISH_PX:
-            w_step = step_px * level.w_per_px
-            patchmatch.polish(picture, sources, both, w_range, w_step, _LEAST_TRUST, planes, score)
+        w_step = _POLISH_PX * level.w_per_px
+        patchmatch.polish(picture, sources, both, w_range, w_step, _LEAST_TRUST, planes, score)
     return score

@@ -1,0 +1,142 @@
+"""Depth and cloud of a cylinder that is known by formula: bias and noise, both bounded."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram import run
+from limbgram.dense import Cloud, DenseOptions, DepthMap, estimate_depth, fuse
+from limbgram.errors import DenseError, OptionsError
+
+RADIUS_MM, PIXEL_MM, STEP_DEG = 40.0, 0.36, 12.0
+
+
+@pytest.fixture(scope="module")
+def depth_maps(painted: Any) -> tuple[DepthMap, ...]:
+    return estimate_depth(painted.photos, painted.metric, painted.region)
+
+
+@pytest.fixture(scope="module")
+def cloud(painted: Any, depth_maps: tuple[DepthMap, ...]) -> Cloud:
+    return fuse(painted.photos, painted.metric, depth_maps, painted.region)
+
+
+def points_of(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray]:
+    """World points and world normals of the measured pixels."""
+    rows, columns = np.nonzero(np.isfinite(depth_map.depth_mm))
+    xy = np.stack([columns + depth_map.x0, rows + depth_map.y0], 1).astype(float)
+    rays = depth_map.camera.rays(xy)
+    in_camera = rays / rays[:, 2:] * depth_map.depth_mm[rows, columns, None]
+    pose = depth_map.camera_from_world
+    return pose.inverse.apply(in_camera), depth_map.normal_in_camera[rows, columns] @ pose.rotation
+
+
+def off_mm(points: np.ndarray) -> np.ndarray:
+    return np.hypot(points[:, 0], points[:, 1]) - RADIUS_MM
+
+
+def frontal(points: np.ndarray) -> np.ndarray:
+    """Seen by several photos, away from top and bottom."""
+    angle = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+    return (np.abs(angle) < 40) & (np.abs(points[:, 2]) < 25)
+
+
+def test_depth_is_right_to_a_fraction_of_a_pixel(depth_maps: tuple[DepthMap, ...]) -> None:
+    assert len(depth_maps) == 7
+    points, normals = map(np.concatenate, zip(*map(points_of, depth_maps)))
+    error = off_mm(points[frontal(points)])
+    assert 0.01 * PIXEL_MM < error.std() < 0.35 * PIXEL_MM
+    assert abs(np.median(error)) < 0.08 * PIXEL_MM
+    outward = points * (1, 1, 0) / np.hypot(points[:, 0], points[:, 1])[:, None]
+    assert np.percentile((normals * outward).sum(1), 5) > np.cos(np.radians(20))
+
+
+def test_the_cloud_covers_the_cylinder_evenly_and_lies_on_it(cloud: Cloud) -> None:
+    points = cloud.points_mm.astype(float)
+    error = off_mm(points[frontal(points)])
+    assert 0.001 < np.sqrt((error**2).mean()) < 0.2 * PIXEL_MM
+    assert abs(error.mean()) < 0.06 * PIXEL_MM
+    angle, z = np.meshgrid(np.radians(np.linspace(-38, 38, 60)), np.linspace(-24, 24, 50))
+    surface = np.stack([RADIUS_MM * np.cos(angle), RADIUS_MM * np.sin(angle), z], -1).reshape(-1, 3)
+    gaps = np.linalg.norm(surface[:, None] - points[None], axis=2).min(1)
+    assert np.percentile(gaps, 99) < 1.1 * cloud.spacing_mm
+    outward = points * (1, 1, 0) / np.hypot(points[:, 0], points[:, 1])[:, None]
+    assert np.percentile((cloud.normals * outward).sum(1), 5) > np.cos(np.radians(10))
+    assert cloud.views.min() >= 3
+
+
+def test_curvature_is_put_back(
+    painted: Any, depth_maps: tuple[DepthMap, ...], cloud: Cloud
+) -> None:
+    """Flat windows sink by mean curvature times their squared reach: known, so undone."""
+    flat = [replace(depth_map, window_px2=0.0) for depth_map in depth_maps]
+    sunk = fuse(painted.photos, painted.metric, flat, painted.region).points_mm
+    lifted = cloud.points_mm
+    by = off_mm(lifted[frontal(lifted)]).mean() - off_mm(sunk[frontal(sunk)]).mean()
+    expected = depth_maps[0].window_px2 * PIXEL_MM**2 / (2 * RADIUS_MM)
+    assert 0.8 * expected < by < 1.6 * expected
+
+
+def test_colours_are_those_of_the_paint(cloud: Cloud) -> None:
+    seen = cloud.colours.astype(float)
+    assert np.ptp(seen, axis=1).max() <= 1
+    assert seen.std() > 15
+    assert abs(seen.mean() - 128) < 8
+
+
+def test_half_a_pixel_from_photo_to_photo_moves_the_surface_as_geometry_says(
+    capture_of: Callable[..., Any], depth_maps: tuple[DepthMap, ...]
+) -> None:
+    drift_px = 0.5
+    drifting = capture_of(drift_px=drift_px)
+    maps = estimate_depth(drifting.photos, drifting.metric, drifting.region)
+    right, _ = points_of(depth_maps[3])
+    wrong, _ = points_of(maps[3])
+    strip = [points[np.abs(points[:, 1]) < 10] for points in (right, wrong)]
+    moved = np.median(off_mm(strip[1])) - np.median(off_mm(strip[0]))
+    expected = drift_px * PIXEL_MM / np.tan(np.radians(STEP_DEG))
+    assert 0.7 * expected < abs(moved) < 1.3 * expected
+
+
+def test_the_number_of_threads_changes_nothing(
+    painted: Any, depth_maps: tuple[DepthMap, ...], cloud: Cloud, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "worker_count", lambda: 3)
+    again = estimate_depth(painted.photos, painted.metric, painted.region)
+    for first, second in zip(depth_maps, again):
+        assert first.depth_mm.tobytes() == second.depth_mm.tobytes()
+        assert first.normal_in_camera.tobytes() == second.normal_in_camera.tobytes()
+    fused = fuse(painted.photos, painted.metric, again, painted.region)
+    assert fused.points_mm.tobytes() == cloud.points_mm.tobytes()
+
+
+def test_reduced_photos_give_the_same_surface(painted: Any) -> None:
+    """A reduction that is no whole number keeps pixel centres too."""
+    options = DenseOptions(most_px=80_000)
+    maps = estimate_depth(painted.photos, painted.metric, painted.region, options)
+    factor = maps[0].camera.fx / 1000
+    assert 0.4 < factor < 0.85
+    points = np.concatenate([points_of(depth_map)[0] for depth_map in maps])
+    sunk = maps[0].window_px2 * (PIXEL_MM / factor) ** 2 / (2 * RADIUS_MM)
+    error = np.median(off_mm(points[frontal(points)])) + sunk
+    assert abs(error) < 0.1 * PIXEL_MM / factor
+
+
+def test_an_unpainted_sock_is_refused(capture_of: Callable[..., Any]) -> None:
+    bare = capture_of(painted=False)
+    with pytest.raises(DenseError, match="unpainted"):
+        estimate_depth(bare.photos, bare.metric, bare.region)
+
+
+def test_empty_depth_maps_are_refused(painted: Any, depth_maps: tuple[DepthMap, ...]) -> None:
+    empty = [replace(m, depth_mm=np.full_like(m.depth_mm, np.nan)) for m in depth_maps]
+    with pytest.raises(DenseError, match="Paint"):
+        fuse(painted.photos, painted.metric, empty, painted.region)
+
+
+def test_a_senseless_option_is_refused(painted: Any) -> None:
+    with pytest.raises(OptionsError, match="sources"):
+        estimate_depth(painted.photos, painted.metric, painted.region, DenseOptions(sources=0))
