@@ -35,10 +35,11 @@ def parse_board(text: str) -> Board:
 
 
 def read_distances(path: Path) -> tuple[KnownDistance, ...]:
-    """Known distances from a JSON file: one, or a list of them."""
+    """Known distances from a JSON file: a list of them, bare or under "distances"."""
     try:
         tree = json.loads(path.read_text("utf-8"))
-        return tuple(_distance(item) for item in (tree if isinstance(tree, list) else [tree]))
+        listed = tree["distances"] if isinstance(tree, dict) else tree
+        return tuple(_distance(item) for item in listed)
     except OSError as error:
         raise OptionsError(f"{path} cannot be read: {error.strerror}.") from error
     except (ValueError, KeyError, TypeError) as error:

@@ -54,15 +54,16 @@ def test_distances(tmp_path: Path) -> None:
     file.write_text(json.dumps([DISTANCE, DISTANCE]), "utf-8")
     one, _ = read_distances(file)
     assert (one.label, one.length_mm) == ("A-C", 120)
-    file.write_text(json.dumps(DISTANCE), "utf-8")
+    file.write_text(json.dumps({"about": "a test", "distances": [DISTANCE]}), "utf-8")
     assert read_distances(file) == (one,)
 
 
 @pytest.mark.parametrize(
     "content",
-    ["", "{", "[1]", json.dumps({**DISTANCE, "length_mm": "far"}),
-     json.dumps({k: v for k, v in DISTANCE.items() if k != "second"}),
-     json.dumps({**DISTANCE, "length_mm": -1}), json.dumps({**DISTANCE, "first": [{"photo": 1}]})],
+    ["", "{", "[1]", "{}", json.dumps(DISTANCE), json.dumps([{**DISTANCE, "length_mm": "far"}]),
+     json.dumps([{k: v for k, v in DISTANCE.items() if k != "second"}]),
+     json.dumps([{**DISTANCE, "length_mm": -1}]),
+     json.dumps([{**DISTANCE, "first": [{"photo": 1}]}])],
 )  # fmt: skip
 def test_what_is_no_distance_is_refused(tmp_path: Path, content: str) -> None:
     file = tmp_path / "d.json"
