@@ -1,7 +1,9 @@
 """Clusters: sparse points that belong to one surface, told by their own spacing."""
 
+from dataclasses import dataclass
+
 import numpy as np
-from jaxtyping import Bool, Int32
+from jaxtyping import Bool, Float64, Int32
 from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
@@ -17,8 +19,19 @@ _ATTACH_FACTOR = 2.0
 """Points this many links from the limb and from each other belong to it: thinly covered parts."""
 _COMPANY = 3
 """Other thinly spread points that such a point needs round it."""
+_WIDENINGS = (1.0, 2.0, 4.0)
+_MOST_LINK = 0.15
+"""Longest link over a gap, in half frames."""
 _RIVAL_SHARE = 0.6
 """A second object of this share of the first one's weight makes the choice a guess."""
+
+
+@dataclass(frozen=True)
+class LimbPoints:
+    """Sparse points of the limb, and the gap over which they are one object."""
+
+    points_mm: Points3
+    link_mm: float
 
 
 def link_length(points: Points3) -> float:
@@ -27,33 +40,71 @@ def link_length(points: Points3) -> float:
     return _LINK_FACTOR * float(np.median(distances[:, -1]))
 
 
-def crowded(points: Points3) -> Points3:
+def crowded(points: Points3) -> LimbPoints:
     """The points without stray ones."""
-    kept = clusters(points, link_length(points)) >= 0
-    return points[kept] if kept.any() else points
-
-
-def limb_among(points: Points3, aim: Aim, least_points: int) -> Points3:
-    """The points of the object that the cameras aim at."""
     link_mm = link_length(points)
-    labels = clusters(points, link_mm)
-    member = labels >= 0
-    if not member.any():
+    kept = clusters(points, link_mm) >= 0
+    return LimbPoints(points[kept] if kept.any() else points, link_mm)
+
+
+def limb_among(points: Points3, aim: Aim, least_points: int) -> LimbPoints:
+    """The points of the object that the cameras aim at.
+
+    Where two parts of like weight lie apart, points are linked over wider gaps before the choice
+    is called a guess: an object may be painted thinly in its middle.
+    """
+    spacing = link_length(points)
+    aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
+    weights = np.exp(-2 * aside**2)
+    choice = None
+    for widening in _WIDENINGS:
+        link_mm = min(widening * spacing, max(spacing, _MOST_LINK * aim.reach))
+        choice = _choose(points, weights, link_mm)
+        if choice.rival_share <= _RIVAL_SHARE * choice.share:
+            break
+    if choice is None or choice.share == 0.0:
         raise RegionError(
             "The scene points are scattered and form no object. Photograph with more overlap, "
             "or give a box or photo masks."
         )
-    aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
-    weights = np.bincount(labels[member], np.exp(-2 * aside[member] ** 2))
-    best = int(np.argmax(weights))
-    limb = _with_thin_parts(points, labels == best, _ATTACH_FACTOR * link_mm)
-    _check_rivals(labels, weights, best, limb)
-    if limb.sum() < least_points:
+    if choice.rival_share > _RIVAL_SHARE * choice.share:
         raise RegionError(
-            f"The object where the cameras look has only {limb.sum()} points; {least_points} "
-            "are needed. Paint it more densely, come closer, or give a box or photo masks."
+            f"Two objects could be the limb: they hold {choice.share:.0%} and "
+            f"{choice.rival_share:.0%} of the points where the cameras look. Remove the other "
+            "object, or give a box or photo masks."
         )
-    return points[limb]
+    if choice.limb.sum() < least_points:
+        raise RegionError(
+            f"The object where the cameras look has only {choice.limb.sum()} points; "
+            f"{least_points} are needed. Paint it more densely, come closer, or give a box or "
+            "photo masks."
+        )
+    return LimbPoints(points[choice.limb], choice.link_mm)
+
+
+@dataclass(frozen=True)
+class _Choice:
+    limb: Bool[np.ndarray, " n"]
+    link_mm: float
+    share: float
+    """Of all clusters' weight: what the limb's own cluster has."""
+    rival_share: float
+    """The same for the heaviest cluster of which most lies apart from the limb."""
+
+
+def _choose(points: Points3, weights: Float64[np.ndarray, " n"], link_mm: float) -> _Choice:
+    """The heaviest cluster with its thin parts, and how heavy the next one is."""
+    labels = clusters(points, link_mm)
+    member = labels >= 0
+    if not member.any():
+        return _Choice(member, link_mm, 0.0, 0.0)
+    shares = np.bincount(labels[member], weights[member]) / weights[member].sum()
+    best = int(np.argmax(shares))
+    limb = _with_thin_parts(points, labels == best, _ATTACH_FACTOR * link_mm)
+    sizes = np.bincount(labels[member])
+    attached = np.bincount(labels[member & limb], minlength=len(sizes)) > sizes / 2
+    rival_share = float(np.where(attached, 0.0, shares).max())
+    return _Choice(limb, link_mm, float(shares[best]), rival_share)
 
 
 def clusters(points: Points3, link_mm: float) -> Int32[np.ndarray, " n"]:
@@ -82,23 +133,3 @@ def _with_thin_parts(
     attached = limb.copy()
     attached[near[np.asarray(crowd) > _COMPANY]] = True
     return attached
-
-
-def _check_rivals(
-    labels: Int32[np.ndarray, " n"],
-    weights: np.ndarray,
-    best: int,
-    limb: Bool[np.ndarray, " n"],
-) -> None:
-    """Refuse where another object, most of it away from the limb, could as well be meant."""
-    member = labels >= 0
-    sizes = np.bincount(labels[member])
-    attached = np.bincount(labels[member & limb], minlength=len(sizes)) > sizes / 2
-    rivals = np.where(attached, 0.0, weights)
-    if rivals.max() > _RIVAL_SHARE * weights[best]:
-        shares = weights / weights.sum()
-        raise RegionError(
-            f"Two objects could be the limb: they hold {shares[best]:.0%} and "
-            f"{shares[np.argmax(rivals)]:.0%} of the points where the cameras look. Remove the "
-            "other object, or give a box or photo masks."
-        )

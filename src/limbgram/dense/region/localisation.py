@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limbgram.dense.region.clusters import crowded, limb_among, link_length
+from limbgram.dense.region.clusters import crowded, limb_among
 from limbgram.dense.region.cubes import Region
 from limbgram.dense.region.filling import down_to_floor, solid
 from limbgram.dense.region.masking import MaskedView, carve, inside_masks, masked_views
@@ -44,7 +44,7 @@ class RegionOptions:
     """Cubes along the limb's longest side."""
     margin: float = 0.03
     """How far the region is widened, as a fraction of the limb's longest side."""
-    floor_clearance: float = 0.008
+    floor_clearance: float = 0.025
     """What counts as floor: this far above its plane, as a fraction of half the frame's side."""
     least_views: float = 0.6
     """Share of the photos that must have a point in their frame for it to count."""
@@ -64,10 +64,10 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     candidates = _points_looked_at(metric, aim, masked, floor_z_mm, options)
     limb = crowded(candidates) if masks_decide else limb_among(candidates, aim, LEAST_POINTS)
 
-    size_mm = float(np.ptp(limb, axis=0).max())
+    size_mm = float(np.ptp(limb.points_mm, axis=0).max())
     margin_mm = options.margin * size_mm
-    closing_mm = min(link_length(limb), _MOST_CLOSING * size_mm)
-    region = solid(limb, closing_mm, margin_mm, size_mm / options.cubes)
+    closing_mm = min(limb.link_mm, _MOST_CLOSING * size_mm)
+    region = solid(limb.points_mm, closing_mm, margin_mm, size_mm / options.cubes)
     if floor_z_mm is not None:
         region = down_to_floor(region, _UNDERSIDE * size_mm, floor_z_mm)
     return carve(region, masked, margin_mm) if masked else region
