@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float32, Int32, Int64, UInt8
 
 _COLUMNS = 64
+_PART = 16
 _FARTHEST = -1.0
 """Product of opposite descriptors."""
 
@@ -60,7 +61,7 @@ def match_descriptors(
     """Indices of mutual best matches that pass the ratio test, in order of the first.
 
     Args:
-        first: descriptors as `comparable` gives them; d is a multiple of 8.
+        first: descriptors as `comparable` gives them; d is a multiple of 16.
         second: those of the other photo.
         max_ratio: largest accepted ratio of the best to the second best distance.
         band: leaves out keypoints of very different scale.
@@ -87,7 +88,7 @@ def match_descriptors(
     return np.stack([rows, nearest[rows]], axis=1)
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz", "arcp"})
+@nb.njit(cache=True, nogil=True)
 def _bests(
     first: np.ndarray,
     second: np.ndarray,
@@ -98,10 +99,9 @@ def _bests(
 ) -> None:
     """Largest and second largest product of each row, column of the largest; row of each column's.
 
-    Two rows times 64 columns at a time: the loops over `j` become vector instructions.
+    A block of columns at a time, which stays in the cache, and two rows at a time.
     """
-    size = first.shape[1]
-    tile = np.zeros((size, _COLUMNS), np.float32)
+    tile = np.zeros((first.shape[1], _COLUMNS), np.float32)
     upper = np.empty(_COLUMNS, np.float32)
     lower = np.empty(_COLUMNS, np.float32)
     column_bests = np.empty(_COLUMNS, np.float32)
@@ -110,40 +110,50 @@ def _bests(
         start = block * _COLUMNS
         width = min(_COLUMNS, second.shape[0] - start)
         for j in range(width):
-            for k in range(size):
+            for k in range(first.shape[1]):
                 tile[k, j] = second[start + j, k]
         column_bests[:] = _FARTHEST
         column_rows[:] = -1
-        for i in range(rows[block, 0], rows[block, 1], 2):
-            paired = min(i + 1, rows[block, 1] - 1)
-            upper[:] = 0.0
-            lower[:] = 0.0
-            for k in range(0, size, 8):
-                a0, a1, a2, a3 = first[i, k], first[i, k + 1], first[i, k + 2], first[i, k + 3]
-                a4, a5, a6, a7 = first[i, k + 4], first[i, k + 5], first[i, k + 6], first[i, k + 7]
-                b0, b1 = first[paired, k], first[paired, k + 1]
-                b2, b3 = first[paired, k + 2], first[paired, k + 3]
-                b4, b5 = first[paired, k + 4], first[paired, k + 5]
-                b6, b7 = first[paired, k + 6], first[paired, k + 7]
-                for j in range(_COLUMNS):
-                    t0, t1, t2, t3 = tile[k, j], tile[k + 1, j], tile[k + 2, j], tile[k + 3, j]
-                    t4, t5 = tile[k + 4, j], tile[k + 5, j]
-                    t6, t7 = tile[k + 6, j], tile[k + 7, j]
-                    upper[j] += (a0 * t0 + a1 * t1 + a2 * t2 + a3 * t3) + (
-                        a4 * t4 + a5 * t5 + a6 * t6 + a7 * t7
-                    )
-                    lower[j] += (b0 * t0 + b1 * t1 + b2 * t2 + b3 * t3) + (
-                        b4 * t4 + b5 * t5 + b6 * t6 + b7 * t7
-                    )
-            _carry_on(upper, width, start, i, nearest, row_bests, column_bests, column_rows)
-            if paired > i:
+        for row in range(rows[block, 0], rows[block, 1], 2):
+            next_row = min(row + 1, rows[block, 1] - 1)
+            _multiply(first[row], first[next_row], tile, upper, lower)
+            _carry_on(upper, width, start, row, nearest, row_bests, column_bests, column_rows)
+            if next_row > row:
                 _carry_on(
-                    lower, width, start, paired, nearest, row_bests, column_bests, column_rows
+                    lower, width, start, next_row, nearest, row_bests, column_bests, column_rows
                 )
         best_row[start : start + width] = column_rows[:width]
 
 
-@nb.njit(cache=True, nogil=True, inline="always")
+@nb.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})
+def _multiply(
+    a: np.ndarray, b: np.ndarray, tile: np.ndarray, upper: np.ndarray, lower: np.ndarray
+) -> None:
+    """Products of two rows with a block of columns; the loop over `j` becomes vectors."""
+    upper[:] = 0.0
+    lower[:] = 0.0
+    for part in range(a.size // _PART):
+        for step in range(_PART // 8):  # of constant length: twice as fast
+            k = part * _PART + step * 8
+            a0, a1, a2, a3, a4, a5, a6, a7 = (
+                a[k], a[k + 1], a[k + 2], a[k + 3], a[k + 4], a[k + 5], a[k + 6], a[k + 7],
+            )  # fmt: skip
+            b0, b1, b2, b3, b4, b5, b6, b7 = (
+                b[k], b[k + 1], b[k + 2], b[k + 3], b[k + 4], b[k + 5], b[k + 6], b[k + 7],
+            )  # fmt: skip
+            for j in range(_COLUMNS):
+                t0, t1, t2, t3 = tile[k, j], tile[k + 1, j], tile[k + 2, j], tile[k + 3, j]
+                t4, t5, t6 = tile[k + 4, j], tile[k + 5, j], tile[k + 6, j]
+                t7 = tile[k + 7, j]
+                upper[j] += (a0 * t0 + a1 * t1 + a2 * t2 + a3 * t3) + (
+                    a4 * t4 + a5 * t5 + a6 * t6 + a7 * t7
+                )
+                lower[j] += (b0 * t0 + b1 * t1 + b2 * t2 + b3 * t3) + (
+                    b4 * t4 + b5 * t5 + b6 * t6 + b7 * t7
+                )
+
+
+@nb.njit(cache=True, nogil=True, fastmath={"nsz", "nnan", "reassoc"})
 def _carry_on(
     products: np.ndarray,
     width: int,
@@ -154,11 +164,17 @@ def _carry_on(
     column_bests: np.ndarray,
     column_rows: np.ndarray,
 ) -> None:
+    """Take one row's products with a block of columns into the bests of both."""
+    top = np.float32(_FARTHEST)
     for j in range(_COLUMNS):
-        larger = products[j] > column_bests[j]
-        column_bests[j] = products[j] if larger else column_bests[j]
+        value = products[j]
+        top = max(top, value)
+        larger = value > column_bests[j]
+        column_bests[j] = value if larger else column_bests[j]
         column_rows[j] = row if larger else column_rows[j]
     largest, second = row_bests[row, 0], row_bests[row, 1]
+    if top <= second:
+        return
     for j in range(width):
         value = products[j]
         if value > second:

@@ -39,7 +39,7 @@ class MatchingOptions:
     """What window correlation accepts."""
     max_ratio: float = 0.8
     """Largest ratio of the best to the second best distance."""
-    max_scale_change: float = 1.6
+    max_scale_change: float = 1.5
     """Keypoints whose scales change by a larger factor than the pair does are not compared."""
     min_matches: int = 16
     """Pairs with fewer matches are left out."""

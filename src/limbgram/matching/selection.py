@@ -17,7 +17,7 @@ from limbgram.features import Features, Keypoints
 from limbgram.matching.descriptors import comparable, match_descriptors
 from limbgram.run import in_parallel
 
-_DIRECTIONS = 40
+_DIRECTIONS = 48
 _SECTORS = 18
 """Sectors of turning angle; three neighbouring ones count together."""
 _FEWEST_FOR_CHANGE = 8

@@ -29,7 +29,7 @@ def copies(of: np.ndarray, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "size"), [(301, 457, 128), (130, 64, 40), (65, 129, 40), (3, 2, 8)]
+    ("first", "second", "size"), [(301, 457, 128), (130, 64, 48), (65, 129, 48), (3, 2, 16)]
 )
 def test_matches_are_nearest_clear_and_mutual(first: int, second: int, size: int) -> None:
     one, two = described(first, size, 1), described(second, size, 2)
@@ -71,5 +71,5 @@ def test_bytes_compare_as_unit_vectors() -> None:
 
 
 def test_nothing_matches_nothing() -> None:
-    assert match_descriptors(described(1, 8, 0), described(50, 8, 1), 0.8).shape == (0, 2)
-    assert match_descriptors(described(0, 8, 0), described(50, 8, 1), 0.8).shape == (0, 2)
+    assert match_descriptors(described(1, 16, 0), described(50, 16, 1), 0.8).shape == (0, 2)
+    assert match_descriptors(described(0, 16, 0), described(50, 16, 1), 0.8).shape == (0, 2)
