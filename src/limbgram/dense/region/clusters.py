@@ -40,13 +40,6 @@ def link_length(points: Points3) -> float:
     return _LINK_FACTOR * float(np.median(distances[:, -1]))
 
 
-def crowded(points: Points3) -> LimbPoints:
-    """The points without stray ones."""
-    link_mm = link_length(points)
-    kept = clusters(points, link_mm) >= 0
-    return LimbPoints(points[kept] if kept.any() else points, link_mm)
-
-
 def limb_among(points: Points3, aim: Aim, least_points: int) -> LimbPoints:
     """The points of the object that the cameras aim at.
 

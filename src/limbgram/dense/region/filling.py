@@ -7,6 +7,9 @@ from scipy import ndimage
 from limbgram.dense.region.cubes import Region
 from limbgram.geometry.arrays import Points3
 
+_LEAST_PIECE = 0.01
+"""Pieces of the region smaller than this share of the largest are noise."""
+
 
 def solid(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -> Region:
     """Points closed to a body by balls of `radius_mm`, filled, and widened by the margin."""
@@ -18,7 +21,7 @@ def solid(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -
     body = _enclosed(_distance_to(seeds) * cell_mm <= radius_mm)
     body = _distance_to(~body) * cell_mm > radius_mm
     occupied = _distance_to(body | seeds) * cell_mm <= margin_mm
-    return Region(origin_mm=origin, cell_mm=cell_mm, occupied=occupied)
+    return Region(origin_mm=origin, cell_mm=cell_mm, occupied=_without_islands(occupied))
 
 
 def down_to_floor(region: Region, depth_mm: float, floor_z_mm: float) -> Region:
@@ -35,6 +38,15 @@ def down_to_floor(region: Region, depth_mm: float, floor_z_mm: float) -> Region:
 def _distance_to(cells: Bool[np.ndarray, "i j k"]) -> Float64[np.ndarray, "i j k"]:
     """Distance of each cube's centre from the nearest marked one's, in cubes."""
     return np.asarray(ndimage.distance_transform_edt(~cells))
+
+
+def _without_islands(occupied: Bool[np.ndarray, "i j k"]) -> Bool[np.ndarray, "i j k"]:
+    """The pieces that are not tiny beside the largest one."""
+    labels = np.zeros(occupied.shape, np.int32)
+    ndimage.label(occupied, output=labels)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return (sizes > _LEAST_PIECE * sizes.max())[labels]
 
 
 def _enclosed(body: Bool[np.ndarray, "i j k"]) -> Bool[np.ndarray, "i j k"]:

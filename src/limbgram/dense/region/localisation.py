@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limbgram.dense.region.clusters import crowded, limb_among
+from limbgram.dense.region.clusters import LimbPoints, limb_among, link_length
 from limbgram.dense.region.cubes import Region
 from limbgram.dense.region.filling import down_to_floor, solid
 from limbgram.dense.region.masking import MaskedView, carve, inside_masks, masked_views
@@ -62,7 +62,10 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     floor_z_mm = None if masks_decide else metric.floor_z_mm
     aim = aim_of(metric.scene.views, metric.scene.points_in_world)
     candidates = _points_looked_at(metric, aim, masked, floor_z_mm, options)
-    limb = crowded(candidates) if masks_decide else limb_among(candidates, aim, LEAST_POINTS)
+    if masks_decide:
+        limb = LimbPoints(candidates, link_length(candidates))
+    else:
+        limb = limb_among(candidates, aim, LEAST_POINTS)
 
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())
     margin_mm = options.margin * size_mm
