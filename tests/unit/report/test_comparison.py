@@ -93,7 +93,7 @@ def test_sections_of_a_cylinder() -> None:
     tube = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
     segments = section(tube, 4.0)
     assert len(segments) == 720
-    inwards = np.cross(segments[:, 1] - segments[:, 0], -segments[:, 0])
-    assert (inwards > 0).all()
+    along, inwards = segments[:, 1] - segments[:, 0], -segments[:, 0]
+    assert (along[:, 0] * inwards[:, 1] > along[:, 1] * inwards[:, 0]).all()
     assert girth_mm(segments) == pytest.approx(2 * np.pi * 30, rel=1e-4)
     assert area_mm2(segments) == pytest.approx(np.pi * 900, rel=1e-3)

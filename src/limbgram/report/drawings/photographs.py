@@ -15,6 +15,7 @@ from limbgram.twoview.pairs import Pairs, VerifiedPair
 
 _SHOWN_WIDTH_PX = 1100
 _SHOWN_MATCHES = 150
+_GAP_PX = 16
 _SHOWN_KEYPOINTS = 4000
 _FAVOURED_ANGLE_DEG = 20.0
 
@@ -53,49 +54,43 @@ def keypoints_on_photo(photos: PhotoSet, features: Features, metric: MetricScene
 
 def matches_of_pair(photos: PhotoSet, pairs: Pairs) -> Drawing:
     """Matches of one well-joined pair, side by side."""
-    figure = blank(10, 4)
-    left, right = figure.subplots(1, 2)
     if not pairs.verified:
-        return Drawing(figure, "No pair of photos could be joined.")
+        return Drawing(blank(10, 1), "No pair of photos could be joined.")
     pair = max(pairs.verified, key=_instructive)
     first, second = photos.photos[pair.matches.first], photos.photos[pair.matches.second]
-    image, from_px = _upright(first, pair.matches.xy_first_px)
-    _picture(left, image)
-    image, to_px = _upright(second, pair.matches.xy_second_px)
-    _picture(right, image)
+    left, from_px = _upright(first, pair.matches.xy_first_px)
+    right, to_px = _upright(second, pair.matches.xy_second_px)
+    both, offset_px = _side_by_side(left, right)
+    to_px = to_px + np.array([offset_px, 0])
+    figure = blank(10, 10 * both.shape[0] / both.shape[1])
+    axes = _picture(figure.subplots(), both)
     step = max(1, len(pair.matches) // _SHOWN_MATCHES)
-    for axes, xy_px in ((left, from_px), (right, to_px)):
+    lines = list(np.stack([from_px, to_px], axis=1)[::step])
+    axes.add_collection(LineCollection(lines, colors=GREEN, linewidths=0.5, alpha=0.7))
+    for xy_px in (from_px, to_px):
         axes.plot(*xy_px.T, ".", color=BLUE, ms=1.2)
         axes.plot(*xy_px[::step].T, ".", color=GREEN, ms=3)
-    _connect(left, right, from_px[::step], to_px[::step])
-    figure.set_size_inches(10, 5 * image.shape[0] / image.shape[1] + 0.2)
     return Drawing(
         figure,
         f"{len(pair.matches):,} matches between {first.name} and {second.name} that obey one "
         f"epipolar geometry (residual {pair.rms_residual_px:.3f} px, rays meet at "
-        f"{pair.median_angle_deg:.1f} degrees); some of them are joined by lines.",
+        f"{pair.median_angle_deg:.1f} degrees); {len(lines)} of them are joined by lines.",
     )
+
+
+def _side_by_side(left: ColourImage, right: ColourImage) -> tuple[ColourImage, int]:
+    """Two pictures on white, and where the right one begins."""
+    offset_px = left.shape[1] + _GAP_PX
+    height, width = max(left.shape[0], right.shape[0]), offset_px + right.shape[1]
+    both = np.full((height, width, 3), 255, np.uint8)
+    both[: left.shape[0], : left.shape[1]] = left
+    both[: right.shape[0], offset_px:] = right
+    return both, offset_px
 
 
 def _instructive(pair: VerifiedPair) -> float:
     """Many matches, and rays that meet at a good angle."""
     return len(pair.matches) * min(1.0, pair.median_angle_deg / _FAVOURED_ANGLE_DEG)
-
-
-def _connect(left: Axes, right: Axes, from_px: Points2, to_px: Points2) -> None:
-    """Lines across two axes, in the right one's coordinates and not clipped."""
-    figure = left.figure
-    figure.canvas.draw()
-    within_right = right.transData.inverted()
-    starts = within_right.transform(left.transData.transform(from_px))
-    lines = LineCollection(
-        list(np.stack([starts, to_px], axis=1)),
-        colors=GREEN,
-        linewidths=0.4,
-        alpha=0.6,
-        clip_on=False,
-    )
-    right.add_collection(lines, autolim=False)
 
 
 def _picture(axes: Axes, image: ColourImage) -> Axes:

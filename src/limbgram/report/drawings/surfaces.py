@@ -49,7 +49,7 @@ def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:
     figure = blank(10.5, 4.6)
     panels = figure.subplots(1, 3, width_ratios=(2, 2, 1))
     for axes, up, title in zip(panels, (1, 2, 2), ("from above", "from the front", "points")):
-        _scatter(axes, cloud, up, 0.3 if title != "points" else 0.6)
+        _scatter(axes, cloud, up, 0.3 if title != "points" else 3.0)
         axes.set_title(title, fontsize=9, color=FAINT)
     spread = np.ptp(np.array([view.centre_in_world for view in views]), axis=0)
     depth = _CAMERA_SHARE * float(np.linalg.norm(spread))

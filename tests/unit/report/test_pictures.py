@@ -1,0 +1,118 @@
+"""Drawings put points where they are, turned as people hold the photo."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from limbgram.photos.photo import Exif, Photo, SetAside
+from limbgram.report.drawings.photographs import _side_by_side, _upright
+from limbgram.report.page import page_of, table
+from limbgram.report.pictures import Picture, Pictures
+from limbgram.report.summary import finite, headline
+from limbgram.scale.metric import LengthCheck, Scale
+
+
+@pytest.mark.parametrize("turns", [0, 1, 2, 3])
+@pytest.mark.parametrize("size", [(60, 40), (2400, 1600)])
+def test_a_point_stays_on_its_spot_when_the_photo_is_turned(
+    tmp_path: Path, turns: int, size: tuple[int, int]
+) -> None:
+    width, height = size
+    pixels = np.zeros((height, width, 3), np.uint8)
+    side = height // 10
+    pixels[2 * side : 3 * side, 7 * side : 8 * side] = 255
+    Image.fromarray(pixels).save(tmp_path / "a.png")
+    photo = Photo(
+        name="a.png",
+        path=tmp_path / "a.png",
+        width_px=width,
+        height_px=height,
+        exif=Exif(quarter_turns=turns),
+        sha256="",
+        camera_idx=0,
+    )
+    spot_px = np.array([[7.5 * side - 0.5, 2.5 * side - 0.5]])
+    image, xy_px = _upright(photo, spot_px)
+    assert (image.shape[0] > image.shape[1]) == (turns % 2 == 1)
+    weight = image[..., 0].astype(float)
+    y, x = np.indices(weight.shape)
+    centre = np.array([(x * weight).sum(), (y * weight).sum()]) / weight.sum()
+    np.testing.assert_allclose(xy_px[0], centre, atol=0.2)
+
+
+def test_pictures_of_other_heights_lie_side_by_side() -> None:
+    left, right = np.full((20, 30, 3), 10, np.uint8), np.full((40, 25, 3), 20, np.uint8)
+    both, offset_px = _side_by_side(left, right)
+    assert both.shape == (40, offset_px + 25, 3)
+    assert (both[:20, :30] == 10).all()
+    assert (both[:, offset_px:] == 20).all()
+    assert (both[20:, :30] == 255).all()
+
+
+def length(role: str, error: float) -> LengthCheck:
+    return LengthCheck(
+        label=f"A{role}",
+        known_mm=100,
+        measured_mm=100 * (1 + error),
+        sigma_mm=0.01,
+        role=role,  # type: ignore[arg-type]
+    )
+
+
+def scale(*lengths: LengthCheck, unit: str = "mm") -> Scale:
+    source = "board" if unit == "mm" else "none"
+    return Scale(unit=unit, source=source, relative_sigma=1e-4, lengths=lengths)  # type: ignore[arg-type]
+
+
+def test_the_headline_says_scale_check_and_what_is_missing() -> None:
+    checked = headline(scale(length("control", 0.1), length("check", -0.002)), [], [])
+    assert "checked on 1 other lengths" in checked
+    assert "0.200%" in checked
+    assert "not checked" in headline(scale(length("control", 0.0)), [], [])
+    assert headline(scale(unit="unitless"), [], []).startswith("NO SCALE")
+    assert "1 file was set aside" in headline(scale(), [], [SetAside("a", "b")])
+
+
+def summary(unit: str, lengths: list[dict[str, object]], placed: bool) -> dict[str, object]:
+    photo = {"name": "<a>.jpg", "placed": placed, "features": 1, "points": 1, "rms_px": None}
+    return {
+        "verdict": "5 < 6 & so on",
+        "intended_use": "use",
+        "unit": unit,
+        "scale": {"lengths": lengths},
+        "photos": [{**photo, "reason": "" if placed else "too dark", "remarks": []}],
+        "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
+        "stages": [
+            {"stage": "match", "wall_s": 1.0, "cpu_s": 2.0, "peak_mb": None, "reused": True}
+        ],
+    }
+
+
+CHECK = {"label": "x", "role": "check", "known_mm": 1.0, "measured_mm": 1.0, "error": 0.0}
+PICTURES = Pictures((Picture("p", "Title", "Caption", np.zeros(3, np.uint8)),))
+
+
+def test_the_page_escapes_names_and_doubts_what_is_unproved() -> None:
+    sure = page_of(summary("mm", [CHECK], placed=True), PICTURES, "A <case>")
+    assert '<p class="verdict">5 &lt; 6 &amp; so on</p>' in sure
+    assert "&lt;a&gt;.jpg" in sure
+    assert "<h1>A &lt;case&gt;</h1>" in sure
+    for unsure in (
+        summary("unitless", [CHECK], placed=True),
+        summary("mm", [{**CHECK, "role": "control"}], placed=True),
+        summary("mm", [CHECK], placed=False),
+    ):
+        assert 'class="verdict doubt"' in page_of(unsure, PICTURES, "A")
+
+
+def test_tables_mark_numbers_and_bad_rows() -> None:
+    html = table(("name", "#number"), [("a", "1"), ("b", "2")], [False, True])
+    assert html.count('<td class="n">') == 2
+    assert html.count('<tr class="bad">') == 1
+
+
+def test_json_gets_none_for_what_is_no_number() -> None:
+    tree = finite({"a": [1.0, float("nan")], "b": (float("inf"), "x", 3)})
+    assert tree == {"a": [1.0, None], "b": [None, "x", 3]}
