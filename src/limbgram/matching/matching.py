@@ -19,7 +19,7 @@ from limbgram.features import Features, Keypoints
 from limbgram.matching.descriptors import ScaleBand, comparable, match_descriptors
 from limbgram.matching.matches import Matches, PairMatches
 from limbgram.matching.pyramid import Pyramid, build_pyramid
-from limbgram.matching.selection import Candidate, SelectionOptions, select_pairs
+from limbgram.matching.selection import Candidate, SelectionOptions, select_pairs, turning_alike
 from limbgram.matching.windows import WindowOptions, correlate
 from limbgram.photos import PhotoSet, load_luma
 from limbgram.run import in_parallel
@@ -42,7 +42,7 @@ class MatchingOptions:
     max_scale_change: float = 1.5
     """Keypoints whose scales change by a larger factor than the pair does are not compared."""
     min_matches: int = 16
-    """Pairs with fewer matches are left out."""
+    """Pairs with fewer matches that turn the picture by about the same angle are left out."""
     few_keypoints: int = 200
     """A photo with fewer shows too little to be matched."""
     memory_mb: float = 400.0
@@ -83,7 +83,7 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
         return _match_pair(pair, prepared(pair.first), prepared(pair.second), options)
 
     matched = in_parallel(match_one, candidates)
-    pairs = tuple(m.pair for m in matched if len(m.pair) >= options.min_matches)
+    pairs = tuple(m.pair for m in matched if m.turning_alike >= options.min_matches)
     _refuse_strangers(photos, pairs)
     return Matches(
         pairs=pairs,
@@ -96,6 +96,7 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
 class _Matched:
     pair: PairMatches
     descriptor_matches: int
+    turning_alike: int
 
 
 def _match_pair(
@@ -115,7 +116,8 @@ def _match_pair(
         xy_second_px=windows.xy_second_px[windows.kept],
         correlation=windows.correlation[windows.kept],
     )
-    return _Matched(matches, len(found))
+    alike = turning_alike(first.keypoints, second.keypoints, kept)
+    return _Matched(matches, len(found), int(alike.sum()))
 
 
 def _scale_band(

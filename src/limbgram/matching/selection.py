@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Bool, Float32, Int32
 
 from limbgram.features import Features, Keypoints
 from limbgram.matching.descriptors import comparable, match_descriptors
@@ -91,18 +91,24 @@ def _compress(descriptors: Sequence[np.ndarray]) -> list[Float32[np.ndarray, "n 
 def _score(
     pair: tuple[int, int], first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
 ) -> Candidate:
-    """Matches that agree on how far the picture turns."""
-    turn = second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]]
-    sector = (np.mod(turn, 360) * (_SECTORS / 360)).astype(np.int64) % _SECTORS
-    votes = np.bincount(sector, minlength=_SECTORS)
-    together = votes + np.roll(votes, 1) + np.roll(votes, -1)
-    winner = int(together.argmax())
-    agreeing = matches[(sector - winner + 1) % _SECTORS <= 2]
+    """Matches that agree on how far the picture turns, and by how much it grows."""
+    agreeing = matches[turning_alike(first, second, matches)]
     change = None
     if len(agreeing) >= _FEWEST_FOR_CHANGE:
         ratio = second.scale_px[agreeing[:, 1]] / first.scale_px[agreeing[:, 0]]
         change = float(np.median(ratio))
-    return Candidate(pair[0], pair[1], int(together[winner]), change)
+    return Candidate(pair[0], pair[1], len(agreeing), change)
+
+
+def turning_alike(
+    first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
+) -> Bool[np.ndarray, " k"]:
+    """Matches whose keypoints turn by about the same angle as most: within 60 degrees."""
+    turn = second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]]
+    sector = (np.mod(turn, 360) * (_SECTORS / 360)).astype(np.int64) % _SECTORS
+    votes = np.bincount(sector, minlength=_SECTORS)
+    together = votes + np.roll(votes, 1) + np.roll(votes, -1)
+    return (sector - int(together.argmax()) + 1) % _SECTORS <= 2
 
 
 def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
