@@ -10,9 +10,16 @@ from limbgram.geometry.arrays import Points3
 _LEAST_PIECE = 0.01
 """Pieces of the region smaller than this share of the largest are noise."""
 
+_LEAST_MARGIN = 1.5
+"""In cubes: a point's cube and all that touch its sides and edges."""
+
 
 def solid(points: Points3, radius_mm: float, margin_mm: float, cell_mm: float) -> Region:
-    """Points closed to a body by balls of `radius_mm`, filled, and widened by the margin."""
+    """Points closed to a body by balls of `radius_mm`, filled, and widened by the margin.
+
+    It is widened by no less than the nearest ring of cubes, whatever the margin.
+    """
+    margin_mm = max(margin_mm, _LEAST_MARGIN * cell_mm)
     border_mm = radius_mm + margin_mm + 2 * cell_mm
     origin = points.min(0) - border_mm
     shape = np.ceil((points.max(0) + border_mm - origin) / cell_mm).astype(int)
