@@ -23,8 +23,9 @@ from limbgram.photos.decoding import (
     open_picture,
 )
 from limbgram.photos.exif import read_exif
+from limbgram.photos.grouping import grouped
 from limbgram.photos.masks import find_mask, load_mask, mask_fault, masks_among
-from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
+from limbgram.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.photos.quality import brightest_luma, burnt_share, edge_width_px
 from limbgram.run import in_parallel
 
@@ -66,7 +67,7 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     set_aside += bad_masks
     if len(photos) < max(1, options.min_photos):
         raise _too_few(sources, photos, set_aside, options)
-    return _grouped(photos, tuple(set_aside))
+    return grouped(photos, tuple(set_aside))
 
 
 def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
@@ -175,37 +176,6 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
             photo = replace(photo, mask_path=None)
         kept.append(photo)
     return kept, set_aside
-
-
-def _grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
-    """Number the cameras in the order in which the photos show them."""
-    groups: dict[tuple[str | float | None, ...], CameraGroup] = {}
-    keys: list[tuple[str | float | None, ...]] = []
-    for photo in photos:
-        exif, width_px, height_px = photo.exif, photo.width_px, photo.height_px
-        key = (exif.make, exif.model, exif.lens, exif.focal_mm, width_px, height_px)
-        keys.append(key)
-        if key not in groups:
-            groups[key] = CameraGroup(
-                label=_label(exif),
-                width_px=width_px,
-                height_px=height_px,
-                exif=replace(exif, quarter_turns=0, mirrored=False),
-            )
-    order = {key: index for index, key in enumerate(groups)}
-    return PhotoSet(
-        photos=tuple(replace(p, camera_idx=order[key]) for p, key in zip(photos, keys)),
-        cameras=tuple(groups.values()),
-        set_aside=set_aside,
-    )
-
-
-def _label(exif: Exif) -> str:
-    model = exif.model or "unknown camera"
-    if exif.make and not model.lower().startswith(exif.make.lower().split()[0]):
-        model = f"{exif.make} {model}"
-    focal = f"{exif.focal_mm:g} mm" if exif.focal_mm else None
-    return ", ".join(part for part in (model, exif.lens, focal) if part)
 
 
 def _too_few(

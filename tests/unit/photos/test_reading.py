@@ -59,6 +59,17 @@ def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path:
         assert np.abs(load_luma(photo) - weighted).mean() < 0.7
 
 
+def test_the_first_picture_of_a_phone_s_double_file_is_read(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    write_photo("1.jpg", 1)
+    picture = Image.open(write_photo("2.jpg", 2))
+    picture.save(tmp_path / "3.jpg", "MPO", save_all=True, append_images=[picture.rotate(180)])
+    photo = read_photos([tmp_path]).photos[2]
+    difference = load_colour(photo).astype(float) - np.asarray(picture)
+    assert np.abs(difference).mean() < 3
+
+
 def test_sixteen_bits_become_eight(write_photo: Writer, tmp_path: Path) -> None:
     ramp = np.linspace(0, 65535, 100 * 80).astype(np.uint16).reshape(80, 100)
     Image.fromarray(ramp).save(tmp_path / "deep.png")
