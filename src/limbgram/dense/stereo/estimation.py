@@ -35,7 +35,8 @@ DEFAULTS = DenseOptions()
 
 _WIDEST_DEG = 65.0
 """Photos with this angle between their rays are still compared, if no narrower ones serve."""
-_COARSE_AGREE_PX = 1.5
+_COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
+"""How closely a rough map must agree with another one."""
 _SURROUNDINGS_PX = 3
 """Pixels round a confirmed one that are looked at again, at the coarsest level."""
 
@@ -107,10 +108,13 @@ def _sources(
 
 def _narrowed(crop: Crop, rough: DepthMap, others: Sequence[DepthMap]) -> Crop:
     """The crop wanting only what another rough map confirms, and the surroundings."""
-    votes = agreeing(rough, others, _COARSE_AGREE_PX, agree_deg=60.0)
-    side = 2 * _SURROUNDINGS_PX + 1
-    near = cv2.dilate((votes > 0).astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    votes = agreeing(rough, others, _COARSE_AGREE_PX, _COARSE_AGREE_DEG)
     cells = 1 << HALVINGS
+    near = np.zeros((crop.wanted.shape[0] // cells, crop.wanted.shape[1] // cells), np.uint8)
+    top, left = rough.y0 - crop.y0 // cells, rough.x0 - crop.x0 // cells
+    near[top : top + votes.shape[0], left : left + votes.shape[1]] = votes > 0
+    side = 2 * _SURROUNDINGS_PX + 1
+    near = cv2.dilate(near, np.ones((side, side), np.uint8)) > 0
     return replace(crop, wanted=crop.wanted & np.repeat(np.repeat(near, cells, 0), cells, 1))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Float32, Float64, Int64
 
 from limbgram.dense.depth import DepthMap
 from limbgram.dense.region import Region
@@ -12,6 +12,7 @@ from limbgram.dense.stereo import patchmatch
 from limbgram.dense.stereo.crops import HALVINGS, Crop
 from limbgram.dense.stereo.lanes import distance_weights, grey_weights, window_px2
 from limbgram.dense.stereo.pyramid import Level, finer, level_of
+from limbgram.geometry.camera import View
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,19 +109,44 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
     facing = -(normal * ray).sum(-1) / np.linalg.norm(ray, axis=-1)
     points = crop.view.camera_from_world.inverse.apply(ray / w[:, None])
     kept = (facing > np.cos(np.radians(options.max_incidence_deg))) & region.contains(points)
-    rows, columns = rows[kept], columns[kept]
-
-    depth_mm = np.full(shape, np.nan, np.float32)
-    normals = np.zeros((*shape, 3), np.float32)
-    confidence = np.zeros(shape, np.float32)
-    depth_mm[rows, columns] = 1 / w[kept]
-    normals[rows, columns] = normal[kept]
-    confidence[rows, columns] = np.clip(solution.score.reshape(shape)[rows, columns], 0, 1)
-    return DepthMap(
-        photo_idx=crop.photo_idx, camera=camera, camera_from_world=crop.view.camera_from_world,
-        x0=x0, y0=y0, depth_mm=depth_mm, normal_in_camera=normals, confidence=confidence,
-        window_px2=window_px2(distance_weights(options.sigma_px)),
+    return _trimmed(
+        crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
+        np.stack([rows[kept] + y0, columns[kept] + x0]),
+        1 / w[kept], normal[kept], solution.score.reshape(shape)[rows, columns][kept],
+        window_px2(distance_weights(options.sigma_px)),
     )  # fmt: skip
+
+
+def _trimmed(
+    photo_idx: int,
+    view: View,
+    places: Int64[np.ndarray, "2 k"],
+    depths_mm: Float64[np.ndarray, " k"],
+    normals: Float64[np.ndarray, "k 3"],
+    scores: Float32[np.ndarray, " k"],
+    window: float,
+) -> DepthMap:
+    """A map just large enough for its measured pixels, given by row and column of the photo."""
+    corner = places.min(1) if places.size else np.zeros(2, int)
+    rows, columns = places - corner[:, None]
+    shape = (int(rows.max()) + 1, int(columns.max()) + 1) if places.size else (0, 0)
+    depth_mm = np.full(shape, np.nan, np.float32)
+    normal_in_camera = np.zeros((*shape, 3), np.float32)
+    confidence = np.zeros(shape, np.float32)
+    depth_mm[rows, columns] = depths_mm
+    normal_in_camera[rows, columns] = normals
+    confidence[rows, columns] = np.clip(scores, 0, 1)
+    return DepthMap(
+        photo_idx=photo_idx,
+        camera=view.camera,
+        camera_from_world=view.camera_from_world,
+        x0=int(corner[1]),
+        y0=int(corner[0]),
+        depth_mm=depth_mm,
+        normal_in_camera=normal_in_camera,
+        confidence=confidence,
+        window_px2=window,
+    )
 
 
 def _w_range(crop: Crop) -> Float64[np.ndarray, "2"]:
