@@ -13,7 +13,7 @@ from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
-_HEIGHT_PX = 760
+_HEIGHT_PX = 520
 _SHOWN_POINTS = 40_000
 _CAMERA_SHARE = 0.05
 """Length of a drawn camera as a share of the cameras' spread."""
