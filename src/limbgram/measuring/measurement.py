@@ -13,6 +13,7 @@ import numpy as np
 
 from limbgram.measuring.imagery import Imagery, load_crops, prepare
 from limbgram.measuring.rounds import MatchingOptions, look, match_jointly, match_patches
+from limbgram.measuring.visibility import best_views, incidence_cosines
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
 from limbgram.scale.metric import MetricScene
@@ -44,14 +45,17 @@ def measure(
     crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
     rounds = [(halvings, match_patches) for halvings in options.patch_halvings]
     rounds += [(0, match_jointly)] * options.joint_rounds
+    matching = options.matching
+    cosines = incidence_cosines(mesh, views, matching.max_incidence_deg)
+    seen_by = best_views(cosines, matching.max_views)  # moves are too small to change what is seen
     measured = np.zeros(len(mesh), bool)
     imagery: Imagery | None = None
     for halvings, match in track(rounds):
         if imagery is None or imagery.factor != 0.5**halvings:
             imagery = prepare(crops, views, halvings)
-        sight = look(mesh, imagery, views, options.matching)
-        moves, measured = match(mesh, imagery, sight, options.matching)
-        limit = options.matching.max_move_px * sight.pixel_mm
+        sight = look(mesh, imagery, views, seen_by)
+        moves, measured = match(mesh, imagery, sight, matching)
+        limit = matching.max_move_px * sight.pixel_mm
         moves = np.clip(moves, -limit, limit)
         mesh = mesh.with_vertices(mesh.vertices_mm + moves[:, None] * sight.axes[:, 2])
     if mesh.filled is not None:

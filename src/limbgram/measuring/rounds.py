@@ -18,7 +18,6 @@ from limbgram.measuring.imagery import Imagery
 from limbgram.measuring.joint import assemble, local_gains
 from limbgram.measuring.patches import MEASURED, measure_patches
 from limbgram.measuring.plate import Plate, plate_of, quadrics, settle, tangent_axes
-from limbgram.measuring.visibility import best_views, incidence_cosines
 from limbgram.surface.mesh import Mesh
 
 _UNMEASURED_PX = 1.0
@@ -75,12 +74,12 @@ class Sight:
     """Size of a pixel of the round's photos on the object."""
 
 
-def look(mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MatchingOptions) -> Sight:
-    """Visibility, frames and curvature of every vertex."""
+def look(
+    mesh: Mesh, imagery: Imagery, views: Sequence[View], seen_by: Int32[np.ndarray, "n c"]
+) -> Sight:
+    """Frames and curvature of every vertex, and the size of a pixel on it."""
     plate = plate_of(mesh)
     axes = tangent_axes(mesh.vertex_normals())
-    cosines = incidence_cosines(mesh, views, options.max_incidence_deg)
-    seen_by = best_views(cosines, options.max_views)
     return Sight(
         plate=plate,
         axes=axes,
