@@ -38,6 +38,18 @@ def test_a_noisy_thimble_is_whole_but_for_its_brim(open_cylinder: Callable[[floa
     assert 0.06 < rms < 0.08
 
 
+def test_noise_of_a_third_of_the_spacing_tears_the_balls_way_but_not_the_result(
+    open_cylinder: Callable[[float], Cloud],
+) -> None:
+    cloud = open_cylinder(0.35)
+    torn = pivot(cloud)
+    assert len(boundary_loops(make_manifold(torn.faces))) > 20
+    mesh = repair(torn, cloud)
+    assert_whole(mesh, openings=1)
+    rms = np.sqrt((_beside_thimble(mesh.vertices_mm) ** 2).mean())
+    assert 0.3 < rms < 0.45
+
+
 def test_missing_patches_are_filled_to_the_true_shape(
     make_cloud: Callable[..., Cloud], even_directions: Callable[[int], np.ndarray]
 ) -> None:

@@ -1,7 +1,7 @@
 """Cleaning: what is no surface is taken away, so that only holes are left to deal with."""
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int64
 
 from limbgram.geometry.arrays import Faces, Points3
 from limbgram.surface.topology import (
@@ -16,6 +16,11 @@ _FOLD_COSINE = -0.2
 """Neighbouring faces whose normals differ by more than 101 degrees make a fold."""
 _SPIKE_LINKS = 1.5
 """A spike stands out of the ring of its neighbours by more than so many of the ring's edges."""
+
+_LONG_EDGES = 3.0
+"""Faces with an edge of more than so many usual ones span what no point shows."""
+_TONGUE_ROUNDS = 5
+"""Rounds of taking long faces off an opening: a part of sparse points must not be eaten up."""
 
 
 def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
@@ -85,15 +90,41 @@ def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
     return away > _SPIKE_LINKS * link
 
 
+def drop_tongues(vertices: Points3, faces: Faces) -> Faces:
+    """Take long faces off the openings."""
+    edges = find_edges(faces)
+    lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
+    longest = lengths[edges.of_half_edge].reshape(-1, 3).max(1)
+    long = longest > _LONG_EDGES * np.median(lengths)
+    for _ in range(_TONGUE_ROUNDS):
+        going = long & (_open_sides(faces) >= 1)
+        faces, long = faces[~going], long[~going]
+    return faces
+
+
 def drop_dangling(faces: Faces) -> Faces:
     """Take away faces that hang on by one edge or less."""
-    for _ in range(_MOST_ROUNDS):
-        edges = find_edges(faces)
-        open_sides = (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
-        if not (open_sides >= 2).any():
-            break
-        faces = faces[open_sides < 2]
+    going = _open_sides(faces) >= 2
+    while going.any():
+        faces = faces[~going]
+        going = _open_sides(faces) >= 2
     return faces
+
+
+def settle(vertices: Points3, faces: Faces) -> Faces:
+    """The largest piece, manifold."""
+    count = -1
+    while count != len(faces):
+        count = len(faces)
+        faces = make_manifold(faces)
+        faces = largest_component(vertices, faces) if len(faces) else faces
+    return faces
+
+
+def _open_sides(faces: Faces) -> Int64[np.ndarray, " f"]:
+    """Number of boundary edges of each face."""
+    edges = find_edges(faces)
+    return (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
 
 
 def largest_component(vertices: Points3, faces: Faces) -> Faces:

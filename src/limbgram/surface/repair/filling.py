@@ -104,6 +104,7 @@ def _bend(work: Triangles, stiffness: float) -> Triangles:
     solver = splu(
         csc_array(bending + diags_array(pull)),
         permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
     plate = solver.solve(pull[:, None] * work.vertices)

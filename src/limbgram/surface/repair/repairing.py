@@ -21,8 +21,10 @@ from limbgram.surface.repair.cleaning import (
     drop_dangling,
     drop_flat_and_double,
     drop_folds,
+    drop_tongues,
     largest_component,
     make_manifold,
+    settle,
 )
 from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import find_openings
@@ -55,13 +57,14 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
     """Make one whole surface of a mesh; colours come from the cloud."""
     vertices = mesh.vertices_mm
     faces = make_manifold(drop_flat_and_double(vertices, mesh.faces))
-    faces = drop_dangling(make_manifold(drop_folds(vertices, faces)))
+    faces = make_manifold(drop_tongues(vertices, drop_folds(vertices, faces)))
     if len(faces) < _FEWEST_FACES:
         raise _nothing_left(len(mesh.faces), len(faces))
     islands = int(face_components(faces).max()) + 1
-    main = make_manifold(largest_component(vertices, faces))
-    main = drop_dangling(largest_component(vertices, main))
-    dropped = len(faces) - len(main)
+    largest = largest_component(vertices, faces)
+    main = settle(vertices, drop_dangling(largest))
+    if len(main) < _FEWEST_FACES:
+        raise _nothing_left(len(mesh.faces), len(main))
     start = with_faces(Mesh(vertices_mm=vertices, faces=main), main)
     start = replace(start, faces=_outwards(start.vertices_mm, start.faces, cloud))
     openings = find_openings(
@@ -76,7 +79,7 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
         colours=cloud.colours[nearest],
         repairs=Repairs(
             islands_dropped=islands - 1,
-            island_faces_dropped=dropped,
+            island_faces_dropped=len(faces) - len(largest),
             holes_filled=len(openings.holes),
             filled_share=_filled_share(whole),
             brim_mm=0.0 if brim is None else _length(whole.vertices_mm[brim]),

@@ -20,11 +20,7 @@ from trimesh.exchange.ply import export_ply
 from limbgram.errors import OptionsError, SurfaceError
 from limbgram.geometry.arrays import Faces, Points3
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.repair.cleaning import (
-    drop_flat_and_double,
-    largest_component,
-    make_manifold,
-)
+from limbgram.surface.repair.cleaning import drop_flat_and_double, settle
 from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.resampling.deviation import Deviation, measure_deviation
 from limbgram.surface.topology import boundary_loops, is_edge_manifold, taking_vertices, with_faces
@@ -119,8 +115,7 @@ def _simplify(mesh: Mesh, ratio: float) -> Mesh:
 
 def _make_whole(vertices: Points3, faces: Faces, given: Faces) -> Mesh:
     """Manifold, with as many openings as the given faces have, the longest ones staying open."""
-    faces = make_manifold(drop_flat_and_double(vertices, faces))
-    faces = make_manifold(largest_component(vertices, faces))
+    faces = settle(vertices, drop_flat_and_double(vertices, faces))
     plain = with_faces(Mesh(vertices_mm=vertices, faces=faces), faces)
     stay_open = len(boundary_loops(given))
     loops = sorted(boundary_loops(plain.faces), key=lambda loop: -_length(plain.vertices_mm[loop]))
