@@ -10,6 +10,8 @@ import pytest
 from limbgram import run
 from limbgram.dense import Cloud, DenseOptions, DepthMap, estimate_depth, fuse
 from limbgram.errors import DenseError, OptionsError
+from limbgram.geometry.rigid import Rigid
+from limbgram.mapping.scene import Observations
 
 RADIUS_MM, PIXEL_MM, STEP_DEG = 40.0, 0.36, 12.0
 
@@ -129,6 +131,22 @@ def test_an_unpainted_sock_is_refused(capture_of: Callable[..., Any]) -> None:
     bare = capture_of(painted=False)
     with pytest.raises(DenseError, match="unpainted"):
         estimate_depth(bare.photos, bare.metric, bare.region)
+
+
+def test_a_photo_without_neighbours_is_left_out(painted: Any) -> None:
+    """The last photo is put behind the cylinder, where no other one sees the same side."""
+    scene = painted.metric.scene
+    pose = Rigid.looking_at(np.array([-400.0, 0, 0]), np.zeros(3), np.array([0.0, 0, 1]))
+    seen = scene.observations.photo_idx != 6
+    observations = Observations(
+        scene.observations.photo_idx[seen],
+        scene.observations.point_idx[seen],
+        scene.observations.xy_px[seen],
+    )
+    poses = (*scene.camera_from_world[:6], pose)
+    turned = replace(scene, camera_from_world=poses, observations=observations)
+    maps = estimate_depth(painted.photos, replace(painted.metric, scene=turned), painted.region)
+    assert [depth_map.photo_idx for depth_map in maps] == [0, 1, 2, 3, 4, 5]
 
 
 def test_empty_depth_maps_are_refused(painted: Any, depth_maps: tuple[DepthMap, ...]) -> None:

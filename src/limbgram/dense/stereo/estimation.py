@@ -52,7 +52,15 @@ def estimate_depth(
     if not 1 <= options.sources <= MOST_SOURCES:
         raise OptionsError(f"sources must lie between 1 and {MOST_SOURCES}.")
     crops = _crops(photos, metric, region, options)
-    sources = _sources(metric, region, crops, options)
+    neighbours = _neighbours(metric, region, crops, options)
+    crops = [crop for crop in crops if neighbours[crop.photo_idx]]
+    if len(crops) < 2:
+        raise DenseError(
+            "No two photos show the limb from directions that suit each other. Photograph all "
+            "round the limb, with 10 to 25 degrees from one photo to the next."
+        )
+    of_photo = {crop.photo_idx: k for k, crop in enumerate(crops)}
+    sources = [[of_photo[photo] for photo in neighbours[crop.photo_idx]] for crop in crops]
     every = range(len(crops))
 
     coarse = in_parallel(
@@ -93,17 +101,18 @@ def _crops(
     return crops
 
 
-def _sources(
+def _neighbours(
     metric: MetricScene, region: Region, crops: Sequence[Crop], options: DenseOptions
-) -> list[list[int]]:
-    """By crop, the crops to compare it with, best first."""
-    of_photo = {crop.photo_idx: k for k, crop in enumerate(crops)}
+) -> dict[int, list[int]]:
+    """By photo, the photos to compare it with, best first; without own choice, who chose it."""
+    shown = [crop.photo_idx for crop in crops]
     choice = NeighbourOptions(most=options.sources, most_angle_deg=_WIDEST_DEG)
-    neighbours = choose_neighbours(metric, region, choice)
-    return [
-        [of_photo[photo] for photo in neighbours[crop.photo_idx] if photo in of_photo]
-        for crop in crops
-    ]
+    chosen = choose_neighbours(metric, region, choice)
+    own = {photo: [other for other in chosen[photo] if other in shown] for photo in shown}
+    return {
+        photo: own[photo] or [k for k in shown if photo in own[k]][: options.sources]
+        for photo in shown
+    }
 
 
 def _narrowed(crop: Crop, rough: DepthMap, others: Sequence[DepthMap]) -> Crop:
