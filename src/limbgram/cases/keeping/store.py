@@ -10,6 +10,7 @@ import shutil
 import typing
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
@@ -49,18 +50,17 @@ class KeepingRun(Run):
         self.keys[name] = key
         self._stage = name.replace("_", " ")
         self.report(0, 0)
-        try:
-            product, timing = read_product(folder, key, hint, self.case.root)
-        except LookupError:
-            product = super().__call__(stage, *args, **kwargs)
-            options = _options_tree(bound.arguments.get("options"), self.case.root)
-            with enough_disk(self.case):
-                write_product(folder, key, product, hint, self.timings[-1], options, self.case.root)
-            return product
-        self.timings.append(timing)
-        self.reused.append(name)
-        self.report(1, 1)
-        return cast(T, product)
+        with suppress(LookupError):
+            kept, timing = read_product(folder, key, hint, self.case.root)
+            self.timings.append(timing)
+            self.reused.append(name)
+            self.report(1, 1)
+            return cast(T, kept)
+        product = super().__call__(stage, *args, **kwargs)
+        options = _options_tree(bound.arguments.get("options"), self.case.root)
+        with enough_disk(self.case):
+            write_product(folder, key, product, hint, self.timings[-1], options, self.case.root)
+        return product
 
     def unkept(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a stage whose product is not kept: it is cheap, or lies elsewhere."""
