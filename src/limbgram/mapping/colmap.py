@@ -15,7 +15,6 @@ import pycolmap
 from jaxtyping import Float64, Int32
 
 from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.features.keypoints import Features
 from limbgram.geometry.arrays import Points2
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
@@ -35,16 +34,23 @@ _CONFIGURATIONS = {
 
 
 def map_incrementally(
-    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, seed: int = 0
+    photos: PhotoSet,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    cameras: Cameras,
+    seed: int = 0,
 ) -> tuple[Scene, ...]:
     """Seed pair, resection of each next photo, triangulation, bundle adjustment.
 
     Lenses calibrated with a board are held; those from EXIF get one focal length and one radial
     term of their own on the way.
+
+    Args:
+        places_px: Keypoints of every photo, in the order that the pairs number them.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     with pycolmap.Database.open(":memory:") as database:
-        _write_photos(database, photos, features, cameras)
+        _write_photos(database, photos, places_px, cameras)
         for pair in pairs.verified:
             _write_pair(database, pair)
         cache = pycolmap.DatabaseCache.create(database, pycolmap.DatabaseCacheOptions())
@@ -60,7 +66,7 @@ def map_incrementally(
     pipeline.run()
     models = [manager.get(idx) for idx in range(manager.size())]
     models.sort(key=lambda model: (-model.num_reg_images(), -model.num_points3D()))
-    return tuple(_scene(model, photos, features, cameras) for model in models)
+    return tuple(_scene(model, photos, places_px, cameras) for model in models)
 
 
 def _options(cameras: Cameras, seed: int) -> pycolmap.IncrementalPipelineOptions:
@@ -74,19 +80,22 @@ def _options(cameras: Cameras, seed: int) -> pycolmap.IncrementalPipelineOptions
         idx + 1 for idx, given in enumerate(cameras.calibrations) if given.source == "board"
     }
     options.ba_refine_principal_point = False
+    options.ba_global_frames_ratio = options.ba_global_points_ratio = 1.5
+    options.ba_local_max_refinements = options.ba_global_max_refinements = 1
+    options.ba_local_function_tolerance = options.ba_global_function_tolerance = 1e-5
     return options
 
 
 def _write_photos(
-    database: pycolmap.Database, photos: PhotoSet, features: Features, cameras: Cameras
+    database: pycolmap.Database, photos: PhotoSet, places_px: Sequence[Points2], cameras: Cameras
 ) -> None:
     for idx, given in enumerate(cameras.calibrations):
         database.write_camera(_colmap_camera(given, idx + 1), use_camera_id=True)
-    for idx, (photo, keypoints) in enumerate(zip(photos.photos, features.keypoints)):
+    for idx, (photo, places) in enumerate(zip(photos.photos, places_px)):
         image = pycolmap.Image(name=photo.name, camera_id=photo.camera_idx + 1, image_id=idx + 1)
         database.write_image(image, use_image_id=True)
         camera = cameras.calibrations[photo.camera_idx].camera
-        xy_px = without_skew(camera, keypoints.xy_px.astype(float)) + _HALF
+        xy_px = without_skew(camera, places) + _HALF
         database.write_keypoints(idx + 1, xy_px.astype(np.float32))
 
 
@@ -122,7 +131,10 @@ def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:
 
 
 def _scene(
-    model: pycolmap.Reconstruction, photos: PhotoSet, features: Features, cameras: Cameras
+    model: pycolmap.Reconstruction,
+    photos: PhotoSet,
+    places_px: Sequence[Points2],
+    cameras: Cameras,
 ) -> Scene:
     poses: list[Rigid | None] = [None] * len(photos.photos)
     for image_id in model.reg_image_ids():
@@ -134,9 +146,9 @@ def _scene(
     points = [model.points3D[point_id] for point_id in ids]
     elements = _elements(points)
     xy_px = np.empty((len(elements), 2))
-    for photo_idx, keypoints in enumerate(features.keypoints):
+    for photo_idx, places in enumerate(places_px):
         rows = elements[:, 0] == photo_idx
-        xy_px[rows] = keypoints.xy_px[elements[rows, 1]]
+        xy_px[rows] = places[elements[rows, 1]]
     return Scene(
         names=photos.names,
         cameras=tuple(

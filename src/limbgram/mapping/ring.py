@@ -2,8 +2,10 @@
 
 In      keypoints, verified pairs, cameras.
 Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
-Method  incremental mapping (pycolmap), then our own adjustment with the calibration's covariance
-        as a prior; photos that contradict their pairs or hang on too few points lose their pose.
+Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
+        with the matches that reach farthest; photos that contradict their pairs or hang on too
+        few points lose their pose; tracks from all matches; our own adjustment with the
+        calibration's covariance as a prior.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -16,8 +18,10 @@ from limbgram.calibration.cameras import Cameras
 from limbgram.errors import PlacementError
 from limbgram.features.keypoints import Features
 from limbgram.mapping.adjustment import adjust
+from limbgram.mapping.agreement import agreed_places
 from limbgram.mapping.colmap import map_incrementally
 from limbgram.mapping.scene import Observations, Ring, Scene
+from limbgram.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.mapping.verdicts import contradicted, judge, photo_points
 from limbgram.photos.photo import PhotoSet
 from limbgram.twoview.pairs import Pairs
@@ -38,6 +42,10 @@ class MappingOptions:
     """Whether lenses calibrated with a board move within their covariance or stay as they are."""
     outlier_sigmas: float = 4.0
     """Observations beyond this many standard deviations are dropped."""
+    mapper_matches: int = 400
+    """Most matches of a pair that the mapper gets; the final adjustment takes all."""
+    track_px: float = 2.0
+    """Largest distance from the first cameras' geometry of a match that joins the adjustment."""
     min_photo_points: int = 20
     """Fewest scene points that hold a photo in place."""
     max_photo_rms_px: float = 3.0
@@ -63,20 +71,21 @@ def place(
     """Place the photos and their common points in one world frame of arbitrary scale."""
     if not pairs.verified:
         raise PlacementError(f"No two photos show the same points. {_ADVICE}")
-    found = map_incrementally(photos, features, pairs, cameras, options.seed)
+    places_px = agreed_places(features, pairs)
+    seeds = farthest_reaching(pairs, options.mapper_matches)
+    found = map_incrementally(photos, places_px, seeds, cameras, options.seed)
     if not found:
         raise PlacementError(
             f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene: "
             "the photos were taken from nearly the same spot, or the matches are too few. "
             f"{_ADVICE}"
         )
-    scene = _adjusted(found[0], cameras, options)
-    dropped = _misplaced(scene, pairs, options)
-    if dropped:
-        scene = without_photos(scene, set(dropped))
-        _refuse_too_few(scene, options)
-        scene = _adjusted(scene, cameras, options)
-    _refuse_too_few(scene, options)
+    rough = _adjusted(found[0], cameras, options)
+    dropped = _misplaced(rough, pairs, options)
+    rough = without_photos(rough, set(dropped))
+    _refuse_too_few(rough, options)
+    joined = with_all_tracks(rough, places_px, pairs, options.track_px)
+    scene = _adjusted(joined, cameras, options)
     verdicts = judge(scene, features, pairs, found[1:], dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 

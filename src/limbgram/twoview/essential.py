@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial.transform import Rotation
 
 from limbgram.geometry.arrays import Matrix3, Points2
+from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
 from limbgram.twoview.fundamental import agreeing, ransac
 from limbgram.twoview.refinement import fit_sampson
@@ -149,6 +150,11 @@ def refine_pose(
     """The pose of the least sum of squared Sampson distances in pixels, from a start nearby."""
     start = _PoseModel(second_from_first, first_matrix, second_matrix)
     return fit_sampson(start, xy_first, xy_second).pose
+
+
+def straightened(camera: Camera, xy_px: Points2) -> Points2:
+    """Pixels freed of lens distortion: K times normalized coordinates."""
+    return camera.normalize(xy_px) @ camera.matrix[:2, :2].T + camera.matrix[:2, 2]
 
 
 def to_ideal(matrix: Matrix3, xy_px: Points2) -> Points2:

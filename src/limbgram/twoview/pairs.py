@@ -1,10 +1,10 @@
 """Verified pairs: the epipolar geometry of two photos and the matches that obey it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from limbgram.geometry.arrays import Matrix3
 from limbgram.geometry.rigid import Rigid
@@ -34,6 +34,23 @@ class VerifiedPair:
     def rms_residual_px(self) -> float:
         """The paper's residual error function over all inliers."""
         return float(np.sqrt(np.mean(self.residual_px**2)))
+
+    def chosen(self, keep: Bool[np.ndarray, " m"]) -> "VerifiedPair":
+        """The pair with some of its matches."""
+        return replace(
+            self, matches=some_of(self.matches, keep), residual_px=self.residual_px[keep]
+        )
+
+
+def some_of(matches: PairMatches, keep: Bool[np.ndarray, " m"]) -> PairMatches:
+    """Some of the matches, in their order."""
+    return replace(
+        matches,
+        keypoint_idx=matches.keypoint_idx[keep],
+        xy_first_px=matches.xy_first_px[keep],
+        xy_second_px=matches.xy_second_px[keep],
+        correlation=matches.correlation[keep],
+    )
 
 
 @dataclass(frozen=True)

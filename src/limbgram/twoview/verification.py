@@ -15,7 +15,6 @@ from jaxtyping import Bool
 
 from limbgram.calibration.cameras import Calibration, Cameras
 from limbgram.geometry.arrays import Matrix3, Points2
-from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
 from limbgram.matching.matches import Matches, PairMatches
 from limbgram.photos.photo import PhotoSet
@@ -27,6 +26,7 @@ from limbgram.twoview.essential import (
     fundamental_from_pose,
     in_front,
     pose_from_essential,
+    straightened,
     to_ideal,
 )
 from limbgram.twoview.fundamental import estimate_fundamental
@@ -36,7 +36,7 @@ from limbgram.twoview.homography import (
     poses_from_homography,
     rotation_share,
 )
-from limbgram.twoview.pairs import Pairs, VerifiedPair
+from limbgram.twoview.pairs import Pairs, VerifiedPair, some_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,7 @@ def verify_pair(
     options: TwoViewOptions = DEFAULTS,
 ) -> VerifiedPair | None:
     """One pair; None where too few matches agree."""
-    moving = chosen(matches, ~still_background(matches, options.still_px))
+    moving = some_of(matches, ~still_background(matches, options.still_px))
     pair = _Straight.of(moving, first, second)
     fit = _fit(pair, options)
     fewest = max(options.min_inliers, round(options.min_inlier_share * len(moving)))
@@ -98,7 +98,7 @@ def verify_pair(
     pair = pair.chosen(front)
     gold = refine_fundamental_gold_standard(fit.fundamental, pair.xy_first, pair.xy_second)
     return VerifiedPair(
-        matches=chosen(chosen(moving, fit.inliers), front),
+        matches=some_of(some_of(moving, fit.inliers), front),
         fundamental=gold.fundamental,
         second_from_first=pose,
         kind=motion.kind,
@@ -114,17 +114,6 @@ def still_background(matches: PairMatches, still_px: float) -> Bool[np.ndarray, 
     place are no loss, and a pair without any movement has no depth to give.
     """
     return np.linalg.norm(matches.xy_second_px - matches.xy_first_px, axis=1) < still_px
-
-
-def chosen(matches: PairMatches, keep: Bool[np.ndarray, " m"]) -> PairMatches:
-    """Some of the matches, in their order."""
-    return replace(
-        matches,
-        keypoint_idx=matches.keypoint_idx[keep],
-        xy_first_px=matches.xy_first_px[keep],
-        xy_second_px=matches.xy_second_px[keep],
-        correlation=matches.correlation[keep],
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,11 +146,6 @@ class _Straight:
 
     def threshold_px(self, options: TwoViewOptions) -> float:
         return options.threshold_px if self.calibrated else options.threshold_exif_px
-
-
-def straightened(camera: Camera, xy_px: Points2) -> Points2:
-    """Pixels freed of lens distortion: K times normalized coordinates."""
-    return camera.normalize(xy_px) @ camera.matrix[:2, :2].T + camera.matrix[:2, 2]
 
 
 @dataclass(frozen=True)

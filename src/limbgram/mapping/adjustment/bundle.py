@@ -13,6 +13,8 @@ from limbgram.mapping.scene import Observations, Scene
 _FEWEST_RAYS = 2
 _SMALLEST_ANGLE_DEG = 1.5
 _MAD_TO_SIGMA = 1.4826
+_TELLING_RAYS = 3
+_SMALLEST_SIGMA_PX = 1e-4
 
 
 @dataclass(frozen=True)
@@ -93,11 +95,16 @@ class Bundle:
         return self.scene(scene).residuals_px()
 
     def sigma_px(self, scene: Scene) -> float:
-        """Standard deviation of a measured coordinate, from the median of the residuals."""
-        residuals = self.residuals_px(scene)
-        median = float(np.nanmedian(np.abs(residuals)))
-        freedom = residuals.size - self.points.size - POSE_SIZE * len(self.views)
-        return max(_MAD_TO_SIGMA * median * np.sqrt(residuals.size / max(freedom, 1)), 1e-4)
+        """Standard deviation of a measured coordinate, from the median of the residuals.
+
+        A point takes three of the freedoms of its rays, so residuals are smaller than errors;
+        points with two rays are left out where there are others.
+        """
+        rays = np.bincount(self.point_idx, minlength=len(self.points))[self.point_idx]
+        asked = rays >= min(_TELLING_RAYS, int(rays.max()))
+        freedom = np.sqrt((2 * rays[asked] - 3) / (2 * rays[asked]))
+        errors = np.abs(self.residuals_px(scene)[asked]) / freedom[:, None]
+        return max(_MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
 
     def without_outliers(self, scene: Scene, largest_px: float) -> "Bundle":
         """Less the observations beyond `largest_px`, then the points that are left too weak."""
