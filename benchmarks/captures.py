@@ -55,20 +55,22 @@ def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
     case.mkdir(parents=True)
     command = ["reconstruct", str(source / "images"), "-o", str(case / "case"), "--json"]
     result: dict[str, Any] = {}
+    picks: list[Path] = []
     if (source / "calibration").is_dir():
         camera = case / "camera.json"
         board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
         result["calibrate"] = timed(["calibrate", str(source / "calibration"), *board])
         command += ["--camera", str(camera)]
-    elif (picks := HERE / f"{source.name}_picks.json").exists():
-        command += ["--known-distance", str(picks), "--no-board"]
+    elif picks := list(HERE.glob(f"{source.name}_picks.json")):
+        command += ["--known-distance", str(picks[0]), "--no-board"]
     else:
         command += ["--unscaled", "--no-board"]
     result["reconstruct"] = timed(command)
     summary = case / "case" / "summary.json"
     if summary.exists():
         result["summary"] = json.loads(summary.read_text())
-    poses = case / "case" / "deliverables" / "poses.json"
+    named = "poses.json" if (source / "calibration").is_dir() or picks else "poses-unitless.json"
+    poses = case / "case" / "deliverables" / named
     if poses.exists() and (reference := list(source.glob("reference_poses*.txt"))):
         result["poses"] = against_reference(poses, reference[0])
     if judge and poses.exists() and (source / "truth").is_dir():

@@ -1,7 +1,9 @@
 """Measurement: every vertex of the surface measured again in the photos that see it.
 
 In      photos, a metric scene and a mesh within about two pixels of the truth.
-Out     the mesh with its vertices moved along their normals; what no photo measured is `filled`.
+Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
+        given as filled and those that fewer than two photos see; where the photos show too little
+        to match, a vertex stays as the depth maps measured it.
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
         all vertices at once; the surface is held together as a thin plate (docs/method).
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
@@ -18,6 +20,9 @@ from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
+
+_GRAZING_DEG = 85.0
+"""A photo that looks along the surface more closely than this does not see it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,18 +51,17 @@ def measure(
     rounds = [(halvings, match_patches) for halvings in options.patch_halvings]
     rounds += [(0, match_jointly)] * options.joint_rounds
     matching = options.matching
-    cosines = incidence_cosines(mesh, views, matching.max_incidence_deg)
+    cosines = incidence_cosines(mesh, views, _GRAZING_DEG)
+    unseen = (cosines > 0).sum(axis=1) < 2
+    cosines[cosines < np.cos(np.radians(matching.max_incidence_deg))] = 0
     seen_by = best_views(cosines, matching.max_views)  # moves are too small to change what is seen
-    measured = np.zeros(len(mesh), bool)
     imagery: Imagery | None = None
     for halvings, match in track(rounds):
         if imagery is None or imagery.factor != 0.5**halvings:
             imagery = prepare(crops, views, halvings)
         sight = look(mesh, imagery, views, seen_by)
-        moves, measured = match(mesh, imagery, sight, matching)
+        moves = match(mesh, imagery, sight, matching)
         limit = matching.max_move_px * sight.pixel_mm
         moves = np.clip(moves, -limit, limit)
         mesh = mesh.with_vertices(mesh.vertices_mm + moves[:, None] * sight.axes[:, 2])
-    if mesh.filled is not None:
-        measured &= ~mesh.filled
-    return replace(mesh, filled=~measured)
+    return replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)

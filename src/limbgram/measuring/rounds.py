@@ -1,7 +1,7 @@
 """One round of measurement over the whole surface: patches one by one, or all vertices at once.
 
 In      a mesh, the photos' crops and what each vertex is seen by.
-Out     moves along the normals, and which vertices were measured.
+Out     moves along the normals.
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
 """
 
@@ -91,7 +91,7 @@ def look(
 
 def match_patches(
     mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
-) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+) -> Float64[np.ndarray, " n"]:
     """A patch per vertex, each on its own, then the plate through all of them."""
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
@@ -113,12 +113,12 @@ def match_patches(
     )
     length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
     right = np.where(good, state[:, 0], 0.0) / sigma**2
-    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm), good
+    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm)
 
 
 def match_jointly(
     mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
-) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+) -> Float64[np.ndarray, " n"]:
     """All vertices at once, by samples on the faces."""
     gain = np.zeros((len(mesh), len(imagery.views)), np.float32)
     mean = np.zeros_like(gain)
@@ -153,14 +153,13 @@ def match_jointly(
     anchor = 1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2
     data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + sp.diags(anchor))
     length_mm = options.joint_plate_px * float(np.median(sight.pixel_mm))
-    offsets = settle(
+    return settle(
         mesh,
         sight.plate,
         data,
         np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         length_mm,
     )
-    return offsets, data.diagonal() > 10 * anchor
 
 
 def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:
