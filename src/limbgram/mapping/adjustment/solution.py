@@ -31,8 +31,8 @@ _GAUGE_FREEDOM = 7
 _SHARED_ERROR = 3.0
 """How much less the residuals tell about a lens than if all were independent.
 
-Neighbouring keypoints share window matches and shading. Without this, 36,000 residuals of
-0.044 px pulled a focal length known to 0.13 px by 0.5 px the wrong way (foot_ring24).
+Neighbouring keypoints share window matches and shading. With 1 instead, 72,000 observations of
+0.044 px moved a focal length known to 0.13 px from 0.24 to 0.51 px beside the truth (foot_ring24).
 """
 
 
