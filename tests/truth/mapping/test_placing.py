@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.errors import PlacementError
+from limbgram.errors import Cancelled, PlacementError
 from limbgram.geometry.rigid import angle_between_deg
 from limbgram.geometry.similarity import Similarity, fit_similarity
 from limbgram.mapping import MappingOptions, Scene, place
+from limbgram.run import Run
 from limbgram.twoview import Pairs, verify
 
 
@@ -199,3 +200,18 @@ def test_half_a_ring_is_refused_by_name(make_capture: Callable[..., Any]) -> Non
     lost = tuple(range(4, 10))
     with pytest.raises(PlacementError, match=r"Only \d of 10 .*IMG_0005"):
         placed(make_capture(photos=10, points=800, unlinked=lost))
+
+
+def test_the_mapper_tells_its_progress_and_stops_when_asked(good_capture: Any) -> None:
+    pairs = verify(good_capture.photos, good_capture.matches, good_capture.cameras)
+    steps: list[int] = []
+
+    def listen(_stage: str, done: int, _total: int) -> None:
+        steps.append(done)
+        if done == 5:
+            run.cancel()
+
+    run = Run(listen)
+    with pytest.raises(Cancelled):
+        run(place, good_capture.photos, good_capture.features, pairs, good_capture.cameras)
+    assert steps[-1] == 5
