@@ -77,6 +77,12 @@ def test_two_like_objects_are_refused(metric: MetricScene) -> None:
         find_region(photo_set(metric), with_points(metric, twins))
 
 
+def test_a_sheet_is_no_limb(metric: MetricScene) -> None:
+    flat = metric.scene.points_in_world * np.array([1.0, 1.0, 0.01]) + np.array([0.0, 0.0, 100.0])
+    with pytest.raises(RegionError, match="flat"):
+        find_region(photo_set(metric), with_points(metric, flat))
+
+
 def test_too_few_points_are_refused(metric: MetricScene) -> None:
     few = metric.scene.points_in_world[:40]
     with pytest.raises(RegionError, match="Only 40 scene points"):

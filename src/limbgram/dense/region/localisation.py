@@ -33,6 +33,9 @@ _MOST_CLOSING = 0.15
 _UNDERSIDE = 0.07
 """How far below its lowest points the limb is expected, as a fraction of its longest side."""
 
+_FLATTEST = 0.08
+"""Spread of the limb's points across, as a fraction of the spread along."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class RegionOptions:
@@ -67,6 +70,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     else:
         limb = limb_among(candidates, aim, LEAST_POINTS)
 
+    _refuse_flat(limb.points_mm)
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())
     margin_mm = options.margin * size_mm
     closing_mm = min(limb.link_mm, _MOST_CLOSING * size_mm)
@@ -99,6 +103,17 @@ def _points_looked_at(
             "photo masks."
         )
     return points[usable]
+
+
+def _refuse_flat(points_mm: Points3) -> None:
+    """A sheet or a table top is no limb: better no surface than that one."""
+    spreads = np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(points_mm.T)), 0))
+    if spreads[0] < _FLATTEST * spreads[2]:
+        raise RegionError(
+            "What the photos look at is flat: a table or a printed sheet was taken for the limb. "
+            "Lay a scale board beside the limb, so that the floor is known, or give a box or "
+            "photo masks."
+        )
 
 
 def _from_box(corners: Sequence[tuple[float, float, float]], cubes: int) -> Region:

@@ -22,8 +22,9 @@ _THICKNESS = 0.012
 _LEAST_SHARE = 0.06
 _LEAST_POINTS = 50
 _MOST_BELOW = 0.02
-_LEAST_ABOVE = 0.15
-"""Share of the points that must stand clearly above it: the object."""
+_LEAST_ABOVE = 0.03
+"""Share of the points that must stand clearly above it: the object. A printed sheet can carry
+many times the points of a plain pot on it."""
 _LEAST_SPREAD = 0.25
 """Standard deviation of the floor's points across its narrower direction, in half frames."""
 
