@@ -12,14 +12,16 @@ Fails   SurfaceError: hardly a vertex looks alike in two photos.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Float64
 
-from limbgram.measuring.imagery import Imagery, load_crops, prepare
-from limbgram.measuring.rounds import MatchingOptions, look, match_jointly, match_patches
+from limbgram.measuring.imagery import load_crops, prepare
+from limbgram.measuring.rounds import MatchingOptions, Sight, look, match_jointly, match_patches
 from limbgram.measuring.visibility import best_views, incidence_cosines
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.trimming import cut_back
 
 _GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
@@ -35,6 +37,9 @@ class MeasureOptions:
     joint_rounds: int = 2
     """Rounds at full size in which all vertices are measured at once."""
 
+    rim_rings: int = 8
+    """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
+
     matching: MatchingOptions = field(default_factory=MatchingOptions)
 
 
@@ -48,20 +53,29 @@ def measure(
     scene = metric.scene
     views = scene.views
     crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
-    rounds = [(halvings, match_patches) for halvings in options.patch_halvings]
-    rounds += [(0, match_jointly)] * options.joint_rounds
     matching = options.matching
     cosines = incidence_cosines(mesh, views, _GRAZING_DEG)
     unseen = (cosines > 0).sum(axis=1) < 2
     cosines[cosines < np.cos(np.radians(matching.max_incidence_deg))] = 0
     seen_by = best_views(cosines, matching.max_views)  # moves are too small to change what is seen
-    imagery: Imagery | None = None
-    for halvings, match in track(rounds):
-        if imagery is None or imagery.factor != 0.5**halvings:
-            imagery = prepare(crops, views, halvings)
+    believed = np.zeros(len(mesh), bool)
+    for halvings in track(options.patch_halvings):
+        imagery = prepare(crops, views, halvings)
         sight = look(mesh, imagery, views, seen_by)
-        moves = match(mesh, imagery, sight, matching)
-        limit = matching.max_move_px * sight.pixel_mm
-        moves = np.clip(moves, -limit, limit)
-        mesh = mesh.with_vertices(mesh.vertices_mm + moves[:, None] * sight.axes[:, 2])
-    return replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+        moves, believed = match_patches(mesh, imagery, sight, matching)
+        mesh = _moved(mesh, moves, sight, matching)
+    imagery = prepare(crops, views, 0)
+    for _ in track(range(options.joint_rounds)):
+        sight = look(mesh, imagery, views, seen_by)
+        mesh = _moved(mesh, match_jointly(mesh, imagery, sight, matching), sight, matching)
+    filled = unseen if mesh.filled is None else unseen | mesh.filled
+    return cut_back(replace(mesh, filled=filled), ~believed, options.rim_rings)
+
+
+def _moved(
+    mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], sight: Sight, options: MatchingOptions
+) -> Mesh:
+    """The vertices moved along their normals, no further than is believed."""
+    limit = options.max_move_px * sight.pixel_mm
+    moves_mm = np.clip(moves_mm, -limit, limit)
+    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * sight.axes[:, 2])

@@ -91,8 +91,11 @@ def look(
 
 def match_patches(
     mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
-) -> Float64[np.ndarray, " n"]:
-    """A patch per vertex, each on its own, then the plate through all of them."""
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """A patch per vertex, each on its own, then the plate through all of them.
+
+    Also tells which patches were believed.
+    """
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
         imagery.coefficients,
@@ -113,7 +116,7 @@ def match_patches(
     )
     length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
     right = np.where(good, state[:, 0], 0.0) / sigma**2
-    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm)
+    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm), good
 
 
 def match_jointly(
