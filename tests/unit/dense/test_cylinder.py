@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from limbgram import run
-from limbgram.dense import Cloud, DenseOptions, DepthMap, estimate_depth, fuse
+from limbgram.dense import (
+    Cloud,
+    DenseOptions,
+    DepthMap,
+    FusionOptions,
+    estimate_depth,
+    fuse,
+)
 from limbgram.errors import DenseError, OptionsError
 from limbgram.geometry.rigid import Rigid
 from limbgram.mapping.scene import Observations
@@ -67,7 +74,7 @@ def test_the_cloud_covers_the_cylinder_evenly_and_lies_on_it(cloud: Cloud) -> No
     assert np.percentile(gaps, 99) < 1.1 * cloud.spacing_mm
     outward = points * (1, 1, 0) / np.hypot(points[:, 0], points[:, 1])[:, None]
     assert np.percentile((cloud.normals * outward).sum(1), 5) > np.cos(np.radians(10))
-    assert cloud.views.min() >= 3
+    assert cloud.views.min() >= FusionOptions().least_views
 
 
 def test_curvature_is_put_back(

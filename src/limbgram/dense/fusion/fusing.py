@@ -36,8 +36,9 @@ class FusionOptions:
     """Distance between neighbours; None: 3.5 pixels of the depth maps."""
     smoothing: float = 2.5
     """Reach of the smoothing, in spacings."""
-    least_views: int = 3
-    """Photos that must agree on a point (fewer where there are fewer)."""
+    least_views: int = 2
+    """Photos that must agree on a point. Two show sides near the ground that three rarely see; a
+    rim that is wrong is cut back when the surface is measured."""
     least_share: float = 0.01
     """Pieces with less than this share of the points are crumbs."""
     least_points: int = 300
