@@ -63,8 +63,10 @@ def limb_among(points: Points3, aim: Aim, least_points: int) -> LimbPoints:
     if choice.rival_share > _RIVAL_SHARE * choice.share:
         raise RegionError(
             f"Two objects could be the limb: they hold {choice.share:.0%} and "
-            f"{choice.rival_share:.0%} of the points where the cameras look. Remove the other "
-            "object, or give a box or photo masks."
+            f"{choice.rival_share:.0%} of the {len(points)} scene points where the cameras look. "
+            "If the limb is plain, its surroundings were found instead: paint the sock with dense, "
+            "irregular spots and photograph again. Otherwise remove the other object, or give a "
+            "box or photo masks."
         )
     if choice.limb.sum() < least_points:
         raise RegionError(
