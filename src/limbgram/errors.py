@@ -17,6 +17,8 @@ LimbgramError            exit code
     SurfaceError             4   the points do not make a surface
     MeasureError             4   a measure has no answer on this shape
     ExportError              5   a file could not be written and verified
+    cases.supervision.JobDied
+                             6   the system or a library ended the program
     Cancelled              130   the user asked to stop
 """
 
