@@ -10,6 +10,7 @@ from html import escape
 from typing import Any
 
 from limbgram.report.pictures import Picture, Pictures
+from limbgram.report.summary import MOST_LEFT_OUT
 
 _STYLE = """
 :root { color-scheme: light; }
@@ -100,10 +101,11 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], bad: Sequence[boo
 
 
 def _doubt(summary: dict[str, Any]) -> str:
-    """Without scale, without a check of it, or with photos missing, the verdict is not green."""
+    """Not green: without scale or its check, or with photos or parts of the surface missing."""
     checked = any(length["role"] == "check" for length in summary["scale"]["lengths"])
     complete = all(photo["placed"] for photo in summary["photos"])
-    return "" if summary["unit"] == "mm" and checked and complete else " doubt"
+    whole = summary["mesh"]["left_out_share"] <= MOST_LEFT_OUT
+    return "" if summary["unit"] == "mm" and checked and complete and whole else " doubt"
 
 
 def _figure(picture: Picture) -> str:

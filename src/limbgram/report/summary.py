@@ -20,6 +20,8 @@ from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 SCHEMA = "limbgram-summary/1"
+MOST_LEFT_OUT = 0.05
+"""Dropped pieces beyond this part of the surface are told in the first line."""
 
 INTENDED_USE = (
     "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
@@ -35,7 +37,9 @@ def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[
     residuals = scene.residuals_px()
     tree: Json = {
         "schema": SCHEMA,
-        "verdict": headline(scale, scene.verdicts, done.photos.set_aside),
+        "verdict": headline(
+            scale, scene.verdicts, done.photos.set_aside, left_out_share(done.mesh)
+        ),
         "intended_use": INTENDED_USE,
         "unit": scale.unit,
         "scale": _scale(scale),
@@ -69,14 +73,29 @@ def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[
     return finite(tree)
 
 
-def headline(scale: Scale, verdicts: Sequence[PhotoVerdict], set_aside: Sequence[SetAside]) -> str:
-    """The first line of the page: scale, its check, photos placed, photos left out."""
+def headline(
+    scale: Scale,
+    verdicts: Sequence[PhotoVerdict],
+    set_aside: Sequence[SetAside],
+    left_out: float = 0.0,
+) -> str:
+    """The first line of the page: scale, its check, photos placed, what was left out."""
     placed = sum(verdict.placed for verdict in verdicts)
     parts = [_scale_sentence(scale), f"{placed} of {len(verdicts)} photos placed"]
     if set_aside:
         plural = "file was" if len(set_aside) == 1 else "files were"
         parts.append(f"{len(set_aside)} {plural} set aside")
+    if left_out > MOST_LEFT_OUT:
+        parts.append(
+            f"{left_out:.0%} of the measured surface hangs on nothing and is left out: look "
+            "whether the wanted side is there"
+        )
     return "; ".join(parts) + "."
+
+
+def left_out_share(mesh: Mesh) -> float:
+    """Part of the meshed surface that was dropped as separate pieces."""
+    return 0.0 if mesh.repairs is None else mesh.repairs.island_share
 
 
 def _scale_sentence(scale: Scale) -> str:
@@ -105,6 +124,7 @@ def mesh_figures(mesh: Mesh) -> Json:
         "size": [float(side) for side in size],
         "area": float(np.linalg.norm(normals, axis=1).sum() / 2),
         "volume": float(np.einsum("fc,fc->", first, normals) / 6) if is_closed(mesh) else None,
+        "left_out_share": left_out_share(mesh),
         "filled_share": 0.0 if mesh.filled is None else float(mesh.filled.mean()),
         "open_edges": open_edges(mesh),
     }

@@ -15,6 +15,8 @@ class Repairs:
     islands_dropped: int
     """Loose components that were left out."""
     island_faces_dropped: int
+    island_share: float
+    """Those components' part of all faces: surface that was measured and is not delivered."""
     holes_filled: int
     filled_share: float
     """Part of the area that no photo measured."""

@@ -73,6 +73,8 @@ def test_the_headline_says_scale_check_and_what_is_missing() -> None:
     assert "not checked" in headline(scale(length("control", 0.0)), [], [])
     assert headline(scale(unit="unitless"), [], []).startswith("NO SCALE")
     assert "1 file was set aside" in headline(scale(), [], [SetAside("a", "b")])
+    assert "31% of the measured surface" in headline(scale(), [], [], 0.31)
+    assert "surface" not in headline(scale(), [], [], 0.01)
 
 
 def summary(unit: str, lengths: list[dict[str, object]], placed: bool) -> dict[str, object]:
@@ -84,6 +86,7 @@ def summary(unit: str, lengths: list[dict[str, object]], placed: bool) -> dict[s
         "scale": {"lengths": lengths},
         "photos": [{**photo, "reason": "" if placed else "too dark", "remarks": []}],
         "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
+        "mesh": {"left_out_share": 0.0},
         "stages": [
             {"stage": "match", "wall_s": 1.0, "cpu_s": 2.0, "peak_mb": None, "reused": True}
         ],

@@ -80,6 +80,7 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
         repairs=Repairs(
             islands_dropped=islands - 1,
             island_faces_dropped=len(faces) - len(largest),
+            island_share=1 - len(largest) / len(faces),
             holes_filled=len(openings.holes),
             filled_share=_filled_share(whole),
             brim_mm=0.0 if brim is None else _length(whole.vertices_mm[brim]),

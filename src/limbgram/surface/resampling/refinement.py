@@ -47,6 +47,7 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
         colours=result.colours,
         filled=result.filled,
         sigma_mm=result.sigma_mm,
+        repairs=mesh.repairs,
     )
 
 
