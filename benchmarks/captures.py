@@ -119,7 +119,7 @@ def score(judge: str, deliverables: Path, source: Path, out: Path) -> dict[str, 
 def against_reference(poses: Path, reference: Path) -> dict[str, Any]:
     """Camera centres and directions against reference poses, after a similarity."""
     ours = {
-        pose["name"]: Rigid(np.array(pose["R"]), np.array(pose["t"]))
+        Path(pose["name"]).stem: Rigid(np.array(pose["R"]), np.array(pose["t"]))
         for pose in json.loads(poses.read_text())["images"]
     }
     theirs: dict[str, Rigid] = {}
@@ -129,7 +129,7 @@ def against_reference(poses: Path, reference: Path) -> dict[str, Any]:
         name, *numbers = line.split()
         w, x, y, z, *translation = map(float, numbers)
         rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
-        theirs[name] = Rigid(rotation, np.array(translation))
+        theirs[Path(name).stem] = Rigid(rotation, np.array(translation))
     names = sorted(ours.keys() & theirs.keys())
     centres = np.array([ours[name].centre for name in names])
     known = np.array([theirs[name].centre for name in names])
