@@ -8,6 +8,7 @@ import sys
 import textwrap
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -75,8 +76,15 @@ def test_ending_without_an_answer_is_an_error(tmp_path: Path) -> None:
         supervised(tmp_path, "sys.exit(7)")[0].wait()
 
 
-def interrupt_soon() -> None:
-    threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+@pytest.fixture
+def interrupt_soon() -> Iterator[None]:
+    """Ctrl-C in a moment, heard even where the tests run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    yield
+    timer.cancel()
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to oneself alone")
@@ -85,10 +93,10 @@ def interrupt_soon() -> None:
     [("sys.stdin.read(); sys.exit(130)", 0.5, 4.0), ("time.sleep(60)", 3.0, 9.0)],
     ids=["stops when told", "is killed after the grace"],
 )
+@pytest.mark.usefixtures("interrupt_soon")
 def test_ctrl_c_stops_the_job(tmp_path: Path, body: str, least_s: float, most_s: float) -> None:
     supervision, events = supervised(tmp_path, body, grace_s=1.0)
     began = time.monotonic()
-    interrupt_soon()
     with pytest.raises(Cancelled, match="run the same command again"):
         supervision.wait()
     assert least_s < time.monotonic() - began < most_s
