@@ -74,15 +74,13 @@ def assemble(
     points      (s, 3) barycentric sample points of a face
     noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
     robust      residuals beyond this many sigmas count less
-    Returns (f, 6) upper triangle 00 01 02 11 12 22, (f, 3) right side, and (f, 3): normalized
-    squared residuals, redundancy and information.
+    Returns (f, 6) upper triangle 00 01 02 11 12 22, and (f, 3) right side.
     """
     count = len(faces)
     photos = len(views)
     shift = 0.5 * factor - 0.5
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
-    sums = np.zeros((count, 3))
     for block in prange((count + 255) // 256):
         grey = np.empty(photos, np.float32)
         change = np.empty(photos, np.float32)
@@ -149,7 +147,4 @@ def assemble(
                 right[f, 0] += a * hr
                 right[f, 1] += b * hr
                 right[f, 2] += c * hr
-                sums[f, 0] += chi2
-                sums[f, 1] += used - 1
-                sums[f, 2] += hh
-    return matrix, right, sums
+    return matrix, right

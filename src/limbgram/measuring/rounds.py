@@ -138,7 +138,7 @@ def match_jointly(
         gain,
         mean,
     )
-    matrix, right, _ = assemble(
+    matrix, right = assemble(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
