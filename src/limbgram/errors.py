@@ -8,6 +8,7 @@ LimbgramError            exit code
     OptionsError             2   an option has a value that cannot be used
     PhotoError               3   the photos cannot be read
     CaseError                3   the case folder cannot be read or written
+    ShapeFileError           3   a shape's file cannot be read
     CalibrationError         4   the board photos do not determine the camera
     MatchingError            4   the photos do not overlap, or show nothing to match
     PlacementError           4   the photos cannot be joined to one scene
@@ -16,6 +17,8 @@ LimbgramError            exit code
     DenseError               4   too little of the surface could be measured
     SurfaceError             4   the points do not make a surface
     MeasureError             4   a measure has no answer on this shape
+    EditError                4   an edit would spoil the shape
+    CarveError               4   the shape cannot be carved or spoken in a format
     ExportError              5   a file could not be written and verified
     cases.supervision.JobDied
                              6   the system or a library ended the program
@@ -43,6 +46,12 @@ class PhotoError(LimbgramError):
 
 class CaseError(LimbgramError):
     """The case folder cannot be read or written."""
+
+    exit_code = 3
+
+
+class ShapeFileError(LimbgramError):
+    """A shape's file cannot be read."""
 
     exit_code = 3
 
@@ -77,6 +86,14 @@ class SurfaceError(LimbgramError):
 
 class MeasureError(LimbgramError):
     """A measure has no answer on this shape."""
+
+
+class EditError(LimbgramError):
+    """An edit would spoil the shape: it would fold, tear or cut through itself."""
+
+
+class CarveError(LimbgramError):
+    """The shape cannot be carved, or is none that the asked format can hold."""
 
 
 class ExportError(LimbgramError):

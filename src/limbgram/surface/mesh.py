@@ -35,6 +35,11 @@ class Mesh:
     """True at vertices that no photo measured: the part closed by us."""
     sigma_mm: Float32[np.ndarray, " n"] | None = None
     """One standard deviation along the normal; NaN at filled vertices."""
+    shared_mm: Float32[np.ndarray, "n k"] | None = None
+    """Displacement along the normal for one standard deviation of each of k sources of error
+    that all vertices share (scale, cameras); part of `sigma_mm`."""
+    correlation_mm: float | None = None
+    """Distance over which the rest of the error is alike."""
     repairs: Repairs | None = None
 
     def __len__(self) -> int:

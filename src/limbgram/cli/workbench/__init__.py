@@ -1,0 +1,1 @@
+"""The workbench: commands on a shape."""

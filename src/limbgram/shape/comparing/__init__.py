@@ -1,0 +1,1 @@
+"""Comparing: two shapes, or one limb over time."""

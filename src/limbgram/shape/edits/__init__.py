@@ -1,0 +1,1 @@
+"""Edits: one function an operation, mesh to mesh."""

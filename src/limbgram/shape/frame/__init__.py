@@ -1,0 +1,1 @@
+"""Frame: landmarks and the limb's axes."""

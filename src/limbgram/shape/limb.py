@@ -1,0 +1,48 @@
+"""The limb: a surface with what a clinician knows of it."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from limbgram.geometry.arrays import Vector3
+from limbgram.geometry.rigid import Rigid
+from limbgram.surface.mesh import Mesh
+
+Side = Literal["left", "right", "none"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Landmark:
+    """A named point on the surface."""
+
+    name: str
+    position_mm: Vector3
+    """In the mesh's frame."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimbFrame:
+    """Where the limb's axes lie: origin on the long axis at the distal end,
+
+    +Z proximal, +Y anterior, +X the patient's right.
+    """
+
+    limb_from_mesh: Rigid
+    side: Side
+    """As the clinician confirmed it; geometry is never flipped by it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limb:
+    """What every step of the workbench takes and gives."""
+
+    mesh: Mesh
+    landmarks: tuple[Landmark, ...] = ()
+    frame: LimbFrame | None = None
+    """None until aligned."""
+    sock_mm: float = 0.0
+    """Thickness of the sock that has been taken off the surface already."""
+    name: str = ""
+    """Of the file it came from, without folder; never a patient's."""
+
+    def with_mesh(self, mesh: Mesh) -> "Limb":
+        return replace(self, mesh=mesh)

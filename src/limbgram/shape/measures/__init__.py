@@ -1,0 +1,1 @@
+"""Measures: girths, widths, areas, volumes, lengths, with their uncertainty."""

@@ -1,0 +1,1 @@
+"""Reading: limbs from files."""

@@ -1,0 +1,1 @@
+"""Recipe: edits in order, replayed, with their ledger."""

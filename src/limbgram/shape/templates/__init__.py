@@ -1,0 +1,1 @@
+"""Templates: rectifications that follow landmarks, saved or learned."""
