@@ -1,0 +1,5 @@
+"""Workshop: limbs on disk, and files for carvers and CAD programs."""
+
+from limbgram.export.workshop.limb_file import write_limb, write_limb_file
+
+__all__ = ["write_limb", "write_limb_file"]

@@ -1,0 +1,90 @@
+"""A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
+
+import math
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from limbgram.errors import ExportError
+from limbgram.export.gltf import write_glb
+from limbgram.export.obj import write_obj
+from limbgram.export.ply import write_ply
+from limbgram.export.stl import write_stl
+from limbgram.export.writing import require, write_file
+from limbgram.scale.metric import Scale
+from limbgram.shape.limb import Limb
+from limbgram.shape.reading.reading import read_mesh
+from limbgram.shape.reading.sidecar import (
+    encode_record,
+    hash_of,
+    limb_file_beside,
+    read_record,
+)
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import volume_mm3
+
+MILLIMETRES = Scale(unit="mm", source="none", relative_sigma=math.nan)
+"""A shape of the workbench is in millimetres, whoever scaled it."""
+_WRITERS = {".ply": write_ply, ".stl": write_stl, ".obj": write_obj, ".glb": write_glb}
+_SAME_PLACE_MM = 1e-3
+_SAME_VOLUME = 1e-4
+
+
+def write_limb(limb: Limb, path: Path) -> Path:
+    """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it."""
+    write = _WRITERS.get(path.suffix.lower())
+    if write is None:
+        known = ", ".join(suffix[1:].upper() for suffix in _WRITERS)
+        raise ExportError(
+            f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
+            "endings; PLY keeps colours and uncertainty."
+        )
+    written = write(limb.mesh, path, MILLIMETRES)
+    write_limb_file(limb, written, mm_per_unit=1000.0 if path.suffix.lower() == ".glb" else 1.0)
+    return written
+
+
+def write_limb_file(limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0) -> Path:
+    """Write `<stem>.limb.json` beside a mesh's file that is there already.
+
+    Args:
+        mm_per_unit: Millimetres in one unit of the mesh's file.
+
+    Raises:
+        ExportError: that file does not hold this limb's mesh.
+    """
+    mesh_hash = hash_of(mesh_path.read_bytes())
+    held = read_mesh(mesh_path, mm_per_unit)
+    if not _same_surface(held, limb.mesh):
+        raise ExportError(
+            f"The limb file of {mesh_path.name} was not written: that file holds another surface "
+            "than the limb, or one in another unit. Write the limb's own mesh first."
+        )
+    path = limb_file_beside(mesh_path)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(encode_record(limb, mesh_path.name, mesh_hash, mm_per_unit))
+
+    def check(written: Path) -> None:
+        record = read_record(written, mesh_path, mesh_hash)
+        again = None
+        if record is not None:
+            read = Limb(
+                mesh=limb.mesh,
+                landmarks=record.landmarks,
+                frame=record.frame,
+                sock_mm=record.sock_mm,
+            )
+            again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
+        require(again == written.read_bytes(), f"{path.name}: another record")
+
+    return write_file(path, encode, check)
+
+
+def _same_surface(one: Mesh, other: Mesh) -> bool:
+    """The same extent and volume: the order of vertices is no property of a file."""
+    ends = [np.array([m.vertices_mm.min(0), m.vertices_mm.max(0)]) for m in (one, other)]
+    volumes = [volume_mm3(m) for m in (one, other)]
+    near = np.abs(ends[0] - ends[1]).max() <= _SAME_PLACE_MM
+    return bool(near and abs(volumes[0] - volumes[1]) <= _SAME_VOLUME * abs(volumes[1]) + 1.0)

@@ -1,0 +1,32 @@
+"""GLB: metres and +Y up by the format's own rule; turned to millimetres and +Z up."""
+
+import io
+
+import numpy as np
+import trimesh
+
+from limbgram.errors import ShapeFileError
+from limbgram.shape.reading.soup import Soup
+from limbgram.surface.mesh import Mesh
+
+_Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+_FOREIGN = (ValueError, KeyError, IndexError, TypeError, AttributeError, NotImplementedError)
+"""What the reader of the format raises on a damaged file."""
+
+
+def read_glb(content: bytes, name: str) -> Soup:
+    """All surfaces of the scene as one, in metres."""
+    try:
+        scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+        whole = scene.to_mesh()
+        places = np.asarray(whole.vertices, np.float64) @ _Z_UP_FROM_Y_UP.T
+        faces = np.asarray(whole.faces, np.int32)
+        kind = getattr(whole.visual, "kind", None)
+        colours = np.asarray(whole.visual.vertex_colors) if kind == "vertex" else None
+    except _FOREIGN as error:
+        raise ShapeFileError(
+            f"{name} is no GLB file that can be read ({error}). Export it again, or as STL."
+        ) from error
+    if colours is not None:
+        colours = colours[:, :3].astype(np.uint8)
+    return Soup(mesh=Mesh(vertices_mm=places, faces=faces, colours=colours), stated_unit="m")

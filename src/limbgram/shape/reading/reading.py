@@ -1,0 +1,111 @@
+"""Reading a limb: a mesh from any of the shop's formats, and its limb file.
+
+In      the path of an STL, PLY, OBJ, GLB or AOP file.
+Out     a Limb in millimetres: one sound mesh, outward; landmarks, frame, side and sock from the
+        limb file beside it.
+Fails   ShapeFileError: unreadable, damaged, of a size that no limb has, or the limb file of
+        another shape.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from limbgram.errors import ShapeFileError
+from limbgram.shape.limb import Limb
+from limbgram.shape.reading.glb import read_glb
+from limbgram.shape.reading.obj import read_obj
+from limbgram.shape.reading.ply import read_ply
+from limbgram.shape.reading.sidecar import LimbRecord, hash_of, limb_file_beside, read_record
+from limbgram.shape.reading.soup import Soup, sound_mesh
+from limbgram.shape.reading.stl import read_stl
+from limbgram.shape.reading.units import check_size
+from limbgram.surface.mesh import Mesh
+
+_LARGEST_BYTES = 1 << 30
+_MM_PER_STATED = {"mm": 1.0, "m": 1000.0}
+_READERS: dict[str, Callable[[bytes, str], Soup]] = {
+    ".stl": read_stl,
+    ".ply": read_ply,
+    ".obj": read_obj,
+    ".glb": read_glb,
+}
+SUFFIXES = tuple(_READERS)
+"""Endings of the files that can be read, small letters."""
+
+
+def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
+    """Read a shape and what is known of it.
+
+    Args:
+        mm_per_unit: Millimetres in one unit of the file; None takes what the limb file or the
+            file itself says, and otherwise millimetres if the size is that of a limb.
+    """
+    content = _content(path)
+    record = read_record(limb_file_beside(path), path, hash_of(content))
+    soup = _soup(path, content)
+    mesh = _measured(soup, _factor(soup, record, mm_per_unit, path.name), path.name)
+    limb = Limb(mesh=mesh, name=path.name)
+    if record is None:
+        return limb
+    return replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
+
+
+def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
+    """The surface alone, whatever lies beside it."""
+    return _measured(_soup(path, _content(path)), mm_per_unit, path.name)
+
+
+def _soup(path: Path, content: bytes) -> Soup:
+    read = _READERS.get(path.suffix.lower())
+    if read is None:
+        known = ", ".join(suffix[1:].upper() for suffix in SUFFIXES)
+        raise ShapeFileError(
+            f"{path.name} is of a kind that is not read. Export the shape as one of {known}."
+        )
+    return read(content, path.name)
+
+
+def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Mesh:
+    mesh = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
+    check_size(mesh, name, asked=mm_per_unit is not None)
+    return mesh
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > _LARGEST_BYTES:
+            raise ShapeFileError(
+                f"{path.name} is larger than {_LARGEST_BYTES >> 20} MB. Reduce the scan in the "
+                "program it comes from."
+            )
+        return path.read_bytes()
+    except OSError as error:
+        raise ShapeFileError(f"{path} cannot be read: {error.strerror or error}.") from error
+
+
+def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:
+    """Millimetres in one unit of the file; None where nothing and nobody says it."""
+    if asked is not None:
+        if record is not None and abs(record.mm_per_unit / asked - 1) > 1e-9:
+            raise ShapeFileError(
+                f"The limb file of {name} was made with {record.mm_per_unit:g} mm to a unit and "
+                f"{asked:g} is asked for now: its landmarks would lie elsewhere. Leave --unit "
+                "out, or move the limb file away and align again."
+            )
+        return asked
+    if record is not None:
+        return record.mm_per_unit
+    if soup.stated_unit == "unitless":
+        raise ShapeFileError(
+            f"{name} says that it has no scale: it was written from photos without a scale board "
+            "or known distance. Say what one unit is by --unit, if you measured it."
+        )
+    return _MM_PER_STATED.get(soup.stated_unit or "")
+
+
+def _scaled(mesh: Mesh, factor: float) -> Mesh:
+    if factor == 1.0:
+        return mesh
+    sigma = None if mesh.sigma_mm is None else (mesh.sigma_mm * factor).astype("f4")
+    return replace(mesh, vertices_mm=mesh.vertices_mm * factor, sigma_mm=sigma)

@@ -1,0 +1,137 @@
+"""Soup: what a file gives before anything is known to be right about it.
+
+A soup becomes a Mesh here: finite, faces that point at vertices, one winding, outward, and
+edge-manifold. No triangle moves: where sheets meet at an edge, vertices are doubled.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limbgram.errors import ShapeFileError
+from limbgram.geometry.arrays import Faces
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.cleaning import drop_flat_and_double, make_manifold
+from limbgram.surface.topology import (
+    corner_fans,
+    find_edges,
+    half_edges,
+    is_edge_manifold,
+    taking_vertices,
+    volume_mm3,
+    with_faces,
+)
+
+_MOST_FACES = 20_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soup:
+    """Triangles as they stand in a file."""
+
+    mesh: Mesh
+    """In the file's own unit, nothing checked yet."""
+    stated_unit: str | None = None
+    """What the file says of its unit: "mm", "unitless", or nothing."""
+
+
+def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
+    """A mesh of loose triangles; corners at exactly one place become one vertex."""
+    places = corners.reshape(-1, 3) + 0.0  # takes the sign off zero
+    order = np.lexsort(places.T)
+    apart = np.ones(len(places), np.bool_)
+    apart[1:] = (places[order[1:]] != places[order[:-1]]).any(1)
+    vertex_of = np.empty(len(places), np.int32)
+    vertex_of[order] = np.cumsum(apart) - 1
+    return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
+
+
+def sound_mesh(mesh: Mesh, name: str) -> Mesh:
+    """The same surface as a mesh that later stages can trust.
+
+    Raises:
+        ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+    """
+    _check(mesh, name)
+    faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
+    if not len(faces):
+        raise ShapeFileError(
+            f"{name} holds no triangle with an area: it is a drawing or a cloud of points, or "
+            "the file is damaged. Export the surface as triangles."
+        )
+    faces = _wound_alike(faces)
+    whole = _sheets_apart(replace(mesh, faces=faces))
+    if not is_edge_manifold(whole.faces):
+        whole = replace(whole, faces=make_manifold(whole.faces))
+    whole = with_faces(whole, whole.faces)
+    return replace(whole, faces=whole.faces[:, ::-1].copy()) if volume_mm3(whole) < 0 else whole
+
+
+def _check(mesh: Mesh, name: str) -> None:
+    if len(mesh.faces) > _MOST_FACES:
+        raise ShapeFileError(
+            f"{name} has {len(mesh.faces):,} triangles; {_MOST_FACES:,} is the most that is read. "
+            "Reduce the scan in the program it comes from."
+        )
+    used = mesh.faces.ravel()
+    if len(used) and (used.min() < 0 or used.max() >= len(mesh.vertices_mm)):
+        raise ShapeFileError(
+            f"{name} is damaged: a face names vertex {int(used.max())} and there are "
+            f"{len(mesh.vertices_mm)}. Export it again."
+        )
+    bad = int((~np.isfinite(mesh.vertices_mm)).any(1).sum())
+    if bad or np.abs(mesh.vertices_mm).max(initial=0.0) > 1e9:
+        raise ShapeFileError(
+            f"{name} is damaged: {bad or 'some'} of its {len(mesh.vertices_mm)} vertices have no "
+            "usable place. Export it again."
+        )
+
+
+def _wound_alike(faces: Faces) -> Faces:
+    """Turn the fewest faces so that neighbours agree on what is outside.
+
+    Each face stands in the graph twice, as it is and turned; a component of the graph is one
+    way to wind a part of the surface.
+    """
+    pairs = _neighbours(faces)
+    count = len(faces)
+    here, there = pairs.faces[:, 0], pairs.faces[:, 1]
+    other = np.where(pairs.contrary, count, 0)
+    rows = np.concatenate([here, here + count])
+    columns = np.concatenate([there + other, there + count - other])
+    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * count,) * 2)
+    labels = connected_components(graph, directed=False)[1]
+    way = np.minimum(labels[:count], labels[count:])
+    as_way = labels[:count] == way
+    in_favour = np.bincount(way, np.where(as_way, 1, -1), minlength=int(labels.max()) + 1)
+    turned = as_way != (in_favour[way] >= 0)
+    return np.where(turned[:, None], faces[:, ::-1], faces)
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    faces: Int64[np.ndarray, "p 2"]
+    contrary: Bool[np.ndarray, " p"]
+    """Both run along their edge in one direction: one of them is wound wrongly."""
+
+
+def _neighbours(faces: Faces) -> _Neighbours:
+    edges = find_edges(faces)
+    order = np.argsort(edges.of_half_edge, kind="stable")
+    first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
+    one, two = order[first], order[first + 1]
+    tails = half_edges(faces)[:, 0]
+    return _Neighbours(np.column_stack([one, two]) // 3, tails[one] == tails[two])
+
+
+def _sheets_apart(mesh: Mesh) -> Mesh:
+    """Double the vertices at which several sheets meet."""
+    if is_edge_manifold(mesh.faces):
+        return mesh
+    fans = corner_fans(mesh.faces)
+    first = np.unique(fans, return_index=True)[1]
+    vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
+    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)
