@@ -13,6 +13,7 @@ from jaxtyping import Float32, Float64
 from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
+from limbgram.surface.mesh import Mesh
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,14 @@ def test_missing_and_unknown_fields_are_not_read() -> None:
         from_tree({**tree, "more": 1}, Rigid, arrays, ROOT)
     with pytest.raises(Mismatch):
         from_tree({**tree, "rotation": {"array": 7}}, Rigid, arrays, ROOT)
+
+
+def test_a_field_that_came_later_takes_its_default() -> None:
+    tree: Any = to_tree(
+        Mesh(vertices_mm=np.zeros((3, 3)), faces=np.zeros((1, 3), np.int32)), arrays := [], str
+    )
+    older = {k: v for k, v in tree.items() if k != "shared_mm"}
+    assert from_tree(older, Mesh, arrays, ROOT).shared_mm is None
 
 
 @pytest.mark.parametrize("value", [[1, 2], {"a": 1}, {1}, b"x", object(), lambda: 0])

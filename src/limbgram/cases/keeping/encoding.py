@@ -12,7 +12,7 @@ import math
 import types
 import typing
 from collections.abc import Callable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin
@@ -125,10 +125,10 @@ def _read_dataclass(tree: Json, hint: Any, arrays: Sequence[np.ndarray], root: P
     if not isinstance(tree, dict) or tree.get("is") != hint.__name__:
         raise Mismatch(f"{tree!r:.80} is no {hint.__name__}")
     schema = _schema(hint)
-    _require(sorted(tree), set(tree) == {*schema, "is"}, hint)
-    return hint(
-        **{name: from_tree(tree[name], kind, arrays, root) for name, kind in schema.items()}
-    )
+    given = tree.keys() - {"is"}
+    # A field that came later, with a default, is missing in what an older version kept.
+    _require(sorted(tree), _needed(hint) <= given <= schema.keys(), hint)
+    return hint(**{name: from_tree(tree[name], schema[name], arrays, root) for name in given})
 
 
 def _read_scalar(tree: Json, hint: Any) -> object:
@@ -148,3 +148,13 @@ def _read_scalar(tree: Json, hint: Any) -> object:
 def _schema(hint: type) -> dict[str, Any]:
     hints = typing.get_type_hints(hint)
     return {f.name: hints[f.name] for f in fields(typing.cast(Any, hint)) if f.init}
+
+
+@cache
+def _needed(hint: type) -> frozenset[str]:
+    """Fields without a default."""
+    return frozenset(
+        f.name
+        for f in fields(typing.cast(Any, hint))
+        if f.init and f.default is MISSING and f.default_factory is MISSING
+    )
