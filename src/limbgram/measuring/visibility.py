@@ -19,12 +19,15 @@ _LIFT = 0.5
 
 
 def incidence_cosines(
-    mesh: Mesh, views: Sequence[View], max_incidence_deg: float
+    mesh: Mesh, views: Sequence[View], max_incidence_deg: float, step: int = 1
 ) -> Float32[np.ndarray, "n k"]:
-    """Cosine between normal and ray by vertex and view; 0 where hidden, out of frame or steeper."""
-    vertices, normals = mesh.vertices_mm, mesh.vertex_normals()
+    """Cosine between normal and ray by vertex and view; 0 where hidden, out of frame or steeper.
+
+    step: looks at every step-th vertex only.
+    """
+    vertices, normals = mesh.vertices_mm[::step], mesh.vertex_normals()[::step]
     scene = EmbreeScene()
-    TriangleMesh(scene, vertices[mesh.faces].astype(np.float32))
+    TriangleMesh(scene, mesh.vertices_mm[mesh.faces].astype(np.float32))
     lift_mm = _LIFT * typical_edge_mm(mesh)
     lowest = np.cos(np.radians(max_incidence_deg))
     cosines = np.zeros((len(vertices), len(views)), np.float32)
