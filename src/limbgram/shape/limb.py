@@ -43,6 +43,8 @@ class Limb:
     """Thickness of the sock that has been taken off the surface already."""
     name: str = ""
     """Of the file it came from, without folder; never a patient's."""
+    notes: tuple[str, ...] = ()
+    """What was odd about that file and how it was taken."""
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
         return replace(self, mesh=mesh)

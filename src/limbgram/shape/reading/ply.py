@@ -49,7 +49,7 @@ def read_ply(content: bytes, name: str) -> Soup:
     body = body[2:] if body[:2] == b"\r\n" else body[1:]
     try:
         header = _header(head)
-        if not mark or not header.order and b"ascii" not in head:
+        if not mark or (not header.order and b"ascii" not in head):
             raise ValueError("its header has no end")
         vertices, polygons = _text(header, body) if not header.order else _binary(header, body)
         mesh = _mesh(vertices, polygons)

@@ -13,11 +13,12 @@ from pathlib import Path
 
 from limbgram.errors import ShapeFileError
 from limbgram.shape.limb import Limb
+from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
 from limbgram.shape.reading.obj import read_obj
 from limbgram.shape.reading.ply import read_ply
 from limbgram.shape.reading.sidecar import LimbRecord, hash_of, limb_file_beside, read_record
-from limbgram.shape.reading.soup import Soup, sound_mesh
+from limbgram.shape.reading.soup import Sound, Soup, sound_mesh
 from limbgram.shape.reading.stl import read_stl
 from limbgram.shape.reading.units import check_size
 from limbgram.surface.mesh import Mesh
@@ -29,6 +30,7 @@ _READERS: dict[str, Callable[[bytes, str], Soup]] = {
     ".ply": read_ply,
     ".obj": read_obj,
     ".glb": read_glb,
+    ".aop": read_aop_soup,
 }
 SUFFIXES = tuple(_READERS)
 """Endings of the files that can be read, small letters."""
@@ -44,16 +46,21 @@ def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
     content = _content(path)
     record = read_record(limb_file_beside(path), path, hash_of(content))
     soup = _soup(path, content)
-    mesh = _measured(soup, _factor(soup, record, mm_per_unit, path.name), path.name)
-    limb = Limb(mesh=mesh, name=path.name)
+    factor = _factor(soup, record, mm_per_unit, path.name)
+    sound = _measured(soup, factor, path.name)
+    notes = (*soup.notes, *sound.notes)
+    limb = Limb(mesh=sound.mesh, name=path.name, notes=notes)
     if record is None:
-        return limb
+        marks = tuple(
+            replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
+        )
+        return replace(limb, landmarks=marks, frame=soup.frame)
     return replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
 
 
 def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
     """The surface alone, whatever lies beside it."""
-    return _measured(_soup(path, _content(path)), mm_per_unit, path.name)
+    return _measured(_soup(path, _content(path)), mm_per_unit, path.name).mesh
 
 
 def _soup(path: Path, content: bytes) -> Soup:
@@ -66,10 +73,10 @@ def _soup(path: Path, content: bytes) -> Soup:
     return read(content, path.name)
 
 
-def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Mesh:
-    mesh = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
-    check_size(mesh, name, asked=mm_per_unit is not None)
-    return mesh
+def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
+    sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
+    check_size(sound.mesh, name, asked=mm_per_unit is not None)
+    return sound
 
 
 def _content(path: Path) -> bytes:

@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 
 from limbgram.errors import ShapeFileError
 from limbgram.geometry.arrays import Faces
+from limbgram.shape.limb import Landmark, LimbFrame
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.cleaning import drop_flat_and_double, make_manifold
 from limbgram.surface.topology import (
@@ -35,7 +36,19 @@ class Soup:
     mesh: Mesh
     """In the file's own unit, nothing checked yet."""
     stated_unit: str | None = None
-    """What the file says of its unit: "mm", "unitless", or nothing."""
+    """What the file says of its unit: "mm", "m", "unitless", or nothing."""
+    landmarks: tuple[Landmark, ...] = ()
+    frame: LimbFrame | None = None
+    notes: tuple[str, ...] = ()
+    """What was odd about the file and how it was taken."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A mesh to trust, and what had to be done for it."""
+
+    mesh: Mesh
+    notes: tuple[str, ...]
 
 
 def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
@@ -49,7 +62,7 @@ def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
     return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
 
 
-def sound_mesh(mesh: Mesh, name: str) -> Mesh:
+def sound_mesh(mesh: Mesh, name: str) -> Sound:
     """The same surface as a mesh that later stages can trust.
 
     Raises:
@@ -62,12 +75,21 @@ def sound_mesh(mesh: Mesh, name: str) -> Mesh:
             f"{name} holds no triangle with an area: it is a drawing or a cloud of points, or "
             "the file is damaged. Export the surface as triangles."
         )
-    faces = _wound_alike(faces)
-    whole = _sheets_apart(replace(mesh, faces=faces))
-    if not is_edge_manifold(whole.faces):
-        whole = replace(whole, faces=make_manifold(whole.faces))
-    whole = with_faces(whole, whole.faces)
-    return replace(whole, faces=whole.faces[:, ::-1].copy()) if volume_mm3(whole) < 0 else whole
+    wound = _wound_alike(faces)
+    turned = int((wound != faces).any(1).sum())
+    whole = _sheets_apart(replace(mesh, faces=wound))
+    kept = whole.faces
+    if not is_edge_manifold(kept):
+        kept = make_manifold(kept)
+    whole = with_faces(whole, kept)
+    if volume_mm3(whole) < 0:
+        whole = replace(whole, faces=whole.faces[:, ::-1].copy())
+    told = {
+        "triangles without area or there twice were left out": len(mesh.faces) - len(faces),
+        "triangles were turned to agree with their neighbours on what is outside": turned,
+        "triangles that share edges with several others were left out": len(faces) - len(kept),
+    }
+    return Sound(whole, tuple(f"{count:,} {what}" for what, count in told.items() if count))
 
 
 def _check(mesh: Mesh, name: str) -> None:
