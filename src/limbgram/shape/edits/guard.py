@@ -1,0 +1,77 @@
+"""Guard: what no edit may do to a surface: tear it, fold it, or push it through itself.
+
+A scan may come with such places of its own. An edit is refused for those it adds elsewhere.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Int64
+from scipy.spatial import cKDTree
+
+from limbgram.errors import EditError
+from limbgram.geometry.arrays import Points3
+from limbgram.surface.crossings import find_crossings
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import find_edges, is_edge_manifold, is_vertex_manifold
+
+_FOLDED = -0.985
+"""Cosine between the normals of neighbours from which (170 degrees) they count as folded."""
+_NEAR = 2.0
+"""Places of the scan's own reach this far, in sizes of the triangles there."""
+
+Finder = Callable[[Mesh], Int64[np.ndarray, "k 2"]]
+
+
+def require_sound(what: str, before: Mesh, after: Mesh) -> None:
+    """Refuse an edit that leaves no manifold, or adds folds or crossings.
+
+    Raises:
+        EditError: says how many triangles are concerned, and where.
+    """
+    if not np.isfinite(after.vertices_mm).all():
+        raise EditError(f"{what} has no answer here: its coordinates would not be numbers.")
+    same_faces = np.array_equal(before.faces, after.faces)
+    if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
+        raise EditError(
+            f"{what} would leave a surface that branches, or touches itself in a point. Move what "
+            "it works on a little."
+        )
+    moved = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same_faces else 0.0
+    for happening, find in (("fold over", find_folds), ("pass through each other", _crossings)):
+        places = _added(before, after, find, moved)
+        if len(places):
+            x, y, z = places[0]
+            raise EditError(
+                f"{what} was not done: {len(places)} pairs of triangles would {happening}, the "
+                f"first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. Do less of it, or over a wider "
+                "stretch; if the scan is rough there, smooth it first."
+            )
+
+
+def find_folds(mesh: Mesh) -> Int64[np.ndarray, "k 2"]:
+    """Neighbouring faces that lie on each other or nearly so."""
+    normals = mesh.face_normals()
+    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    sides = find_edges(mesh.faces).faces()
+    sides = sides[sides[:, 1] >= 0]
+    return sides[(normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLDED].astype(np.int64)
+
+
+def _crossings(mesh: Mesh) -> Int64[np.ndarray, "k 2"]:
+    return find_crossings(mesh.vertices_mm, mesh.faces)
+
+
+def _added(before: Mesh, after: Mesh, find: Finder, moved_mm: float) -> Points3:
+    """Middles of the pairs found after, without those near a pair found before."""
+    pairs = find(after)
+    if not len(pairs):
+        return np.empty((0, 3))
+    corners = after.vertices_mm[after.faces[pairs]].reshape(-1, 6, 3)
+    middles, own = corners.mean(1), find(before)
+    if not len(own):
+        return middles
+    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
+    distance = np.asarray(cKDTree(known).query(middles)[0])
+    return middles[distance > _NEAR * size + moved_mm]
