@@ -1,10 +1,10 @@
 """Geodesics: the shortest way over a surface between two places.
 
-Method  Dijkstra over the middles of edges finds the faces that the way runs through; unfolded into
-        a plane they give the way exactly, and where it bends round a corner whose other side is
-        shorter, it is led round the other side (Xin and Wang 2007). The result is exact for the
-        triangles: no way near it is shorter. A quite different way that is shorter by a few per
-        cent could be missed only where two are nearly equal.
+Method  Dijkstra over the edges finds a rough way; pulled taut on the surface it tells which faces
+        to cross; unfolded into a plane these give the way exactly, and where it bends round a
+        vertex whose other side is shorter, it is led round the other side (Xin and Wang 2007).
+        The result is exact for the triangles: no way near it is shorter. A quite different way
+        could be missed where it is shorter by less than a few per cent.
 Fails   MeasureError: no surface joins the two places.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3, Vector3
@@ -25,6 +26,10 @@ from limbgram.surface.topology import Edges, find_edges
 
 _FIRST_REACH = 1.6
 """The way is first looked for among faces that a way so much longer than straight could touch."""
+_PULLS = ((6, 50), (12, 50), (24, 40), (48, 40), (96, 30))
+"""Points of the rough way while it is pulled taut, and how often: coarse first."""
+_BAND = 12
+"""Edge lengths to either side of it among which the faces to cross are chosen."""
 
 
 def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
@@ -35,8 +40,8 @@ def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
     Raises:
         MeasureError: no surface joins the two places.
     """
-    ends_mm = np.stack([start_mm, end_mm]).astype(np.float64)
-    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(ends_mm)
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    closest = tree.closest(np.stack([start_mm, end_mm]).astype(np.float64))
     first, last = (int(face) for face in closest.faces)
     places_mm = closest.points_mm
     if first == last:
@@ -47,7 +52,10 @@ def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
     while True:
         near = detours_mm <= reach_mm
         near[[first, last]] = True
-        found = _path_within(mesh, np.flatnonzero(near), first, last, places_mm)
+        kept = np.flatnonzero(near)
+        start, end = (int(face) for face in np.searchsorted(kept, [first, last]))
+        part = _Part.of(mesh, kept, _Ends(start, end, places_mm))
+        found = part.shortest(tree)
         if found is not None and (near.all() or length_mm(found) <= reach_mm):
             return found
         if near.all():
@@ -73,24 +81,6 @@ def _shortest_detours_mm(
     return detours[mesh.faces].min(1) - 2 * sides
 
 
-def _path_within(
-    mesh: Mesh,
-    kept: Int64[np.ndarray, " k"],
-    first: int,
-    last: int,
-    places_mm: Float64[np.ndarray, "2 3"],
-) -> Points3 | None:
-    """The shortest path inside the kept faces; None where they do not join the places."""
-    faces = mesh.faces[kept]
-    start, end = (int(face) for face in np.searchsorted(kept, [first, last]))
-    edges = find_edges(faces)
-    strip = _strip(mesh.vertices_mm, edges, _Ends(start, end, places_mm))
-    if strip is None:
-        return None
-    net = Net(mesh.vertices_mm, faces, edges.of_half_edge.reshape(-1, 3), _neighbours(edges))
-    return straighten(net, strip, places_mm[0], places_mm[1])
-
-
 @dataclass(frozen=True)
 class _Ends:
     """Faces and places where the way starts and ends."""
@@ -100,33 +90,95 @@ class _Ends:
     places_mm: Float64[np.ndarray, "2 3"]
 
 
-def _strip(vertices_mm: Points3, edges: Edges, ends: _Ends) -> list[int] | None:
-    """Neighbouring faces from start to end: Dijkstra over edge middles."""
-    middles = vertices_mm[edges.ends].mean(1)
-    of_face = edges.of_half_edge.reshape(-1, 3)
-    pairs = np.concatenate([of_face[:, [0, 1]], of_face[:, [1, 2]], of_face[:, [2, 0]]])
-    steps = np.linalg.norm(middles[pairs[:, 0]] - middles[pairs[:, 1]], axis=1)
-    # Two more nodes: the start and the end, joined to the edges of their faces.
-    count = len(middles)
-    for node, face, place in (
-        (count, ends.start, ends.places_mm[0]),
-        (count + 1, ends.end, ends.places_mm[1]),
-    ):
-        pairs = np.concatenate([pairs, np.column_stack([of_face[face], [node] * 3])])
-        steps = np.concatenate([steps, np.linalg.norm(middles[of_face[face]] - place, axis=1)])
-    graph = coo_array(
-        (np.maximum(steps, 1e-300), (pairs[:, 0], pairs[:, 1])), shape=(count + 2, count + 2)
-    )
-    distances, before = dijkstra(
-        graph.tocsr(), directed=False, indices=count, return_predecessors=True
-    )
-    if not np.isfinite(distances[count + 1]):
+@dataclass(frozen=True)
+class _Part:
+    """The part of a surface where a way is looked for."""
+
+    net: Net
+    ends: _Ends
+    edge_ends: Int64[np.ndarray, "e 2"]
+
+    @classmethod
+    def of(cls, mesh: Mesh, kept: Int64[np.ndarray, " k"], ends: _Ends) -> "_Part":
+        faces = mesh.faces[kept]
+        edges = find_edges(faces)
+        of_face = edges.of_half_edge.reshape(-1, 3)
+        net = Net(mesh.vertices_mm, faces, of_face, _neighbours(edges))
+        return cls(net, ends, edges.ends.astype(np.int64))
+
+    def shortest(self, tree: TriangleTree) -> Points3 | None:
+        """The shortest path inside the part; None where it does not join the places."""
+        vertices = self.net.vertices_mm
+        start, end = (self.net.faces[face] for face in (self.ends.start, self.ends.end))
+        ways = vertices[self.edge_ends]
+        sides = np.linalg.norm(ways[:, 0] - ways[:, 1], axis=1)
+        route = _route(vertices, self.edge_ends, (start, end), self.ends.places_mm, sides)
+        if route is None:
+            return None
+        rough = np.concatenate([self.ends.places_mm[:1], vertices[route], self.ends.places_mm[1:]])
+        taut = _pulled_taut(tree, rough)
+        strip = self._strip_along(taut) if length_mm(taut) < length_mm(rough) else None
+        strip = strip or self._strip_along(rough)
+        first_mm, last_mm = self.ends.places_mm
+        return None if strip is None else straighten(self.net, strip, first_mm, last_mm)
+
+    def _strip_along(self, way_mm: Points3) -> list[int] | None:
+        """Neighbouring faces from start to end, near a way: Dijkstra over edge middles."""
+        middles = self.net.vertices_mm[self.edge_ends].mean(1)
+        sides = self.net.vertices_mm[self.edge_ends[self.net.edges]]
+        of_face = self.net.edges
+        size_mm = float(np.median(np.linalg.norm(sides[:, :, 0] - sides[:, :, 1], axis=2)))
+        dense = _resampled(way_mm, 2 + int(2 * length_mm(way_mm) / size_mm))
+        off = KDTree(dense).query(middles, distance_upper_bound=_BAND * size_mm)[0] / size_mm
+        pairs = np.concatenate([of_face[:, [0, 1]], of_face[:, [1, 2]], of_face[:, [2, 0]]])
+        pairs = pairs[np.isfinite(off[pairs]).all(1)]
+        lengths = np.linalg.norm(middles[pairs[:, 0]] - middles[pairs[:, 1]], axis=1)
+        steps = lengths * (1 + off[pairs].sum(1) ** 2)
+        ends = of_face[self.ends.start], of_face[self.ends.end]
+        crossed = _route(middles, pairs, ends, self.ends.places_mm, steps)
+        if crossed is None:
+            return None
+        return [self.ends.start, *_faces_between(of_face, crossed), self.ends.end]
+
+
+def _route(
+    nodes_mm: Points3,
+    pairs: Int64[np.ndarray, "p 2"],
+    ends: tuple[np.ndarray, np.ndarray],
+    places_mm: Float64[np.ndarray, "2 3"],
+    steps: Float64[np.ndarray, " p"],
+) -> Int64[np.ndarray, " k"] | None:
+    """Nodes on the shortest way through a graph between two places, each joined to some nodes."""
+    count = len(nodes_mm)
+    links = [np.column_stack([end, [count + k] * len(end)]) for k, end in enumerate(ends)]
+    reach = [np.linalg.norm(nodes_mm[end] - at, axis=1) for end, at in zip(ends, places_mm)]
+    arcs = np.concatenate([pairs, *links])
+    costs = np.maximum(np.concatenate((steps, *reach)), 1e-300)
+    graph = coo_array((costs, (arcs[:, 0], arcs[:, 1])), shape=(count + 2, count + 2)).tocsr()
+    far, before = dijkstra(graph, directed=False, indices=count, return_predecessors=True)
+    if not np.isfinite(far[count + 1]):
         return None
     nodes = [count + 1]
     while nodes[-1] != count:
         nodes.append(int(before[nodes[-1]]))
-    crossed = np.array(nodes[-2:0:-1])
-    return [ends.start, *_faces_between(of_face, crossed), ends.end]
+    return np.array(nodes[-2:0:-1])
+
+
+def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Points3:
+    """The way shortened on the surface, to within about a triangle."""
+    way = rough_mm
+    for count, times in _PULLS:
+        way = _resampled(way, count)
+        for _ in range(times):
+            way[1:-1] = tree.closest((way[:-2] + 2 * way[1:-1] + way[2:]) / 4).points_mm
+    return way
+
+
+def _resampled(way_mm: Points3, count: int) -> Points3:
+    """Points at equal distances along a polyline."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way_mm, axis=0), axis=1))])
+    wanted = np.linspace(0, along[-1], count)
+    return np.column_stack([np.interp(wanted, along, way_mm[:, axis]) for axis in range(3)])
 
 
 def _faces_between(

@@ -254,9 +254,8 @@ def _onward(net: Net, face: int, vertex: int, came: int) -> int:
 def _corner_angle(net: Net, face: int, vertex: int) -> float:
     ids = net.faces[face].tolist()
     k = ids.index(vertex)
-    apex, one, two = (net.vertices_mm[ids[(k + step) % 3]] for step in range(3))
-    u, v = one - apex, two - apex
-    return math.atan2(float(np.linalg.norm(np.cross(u, v))), float(u @ v))
+    apex, one, two = (net.vertices_mm[ids[(k + step) % 3]].tolist() for step in range(3))
+    return cmath.phase(_beside(apex, one, two))
 
 
 def _between(a: complex, b: complex) -> float:
