@@ -9,36 +9,25 @@ Method  rigid alignment alone (camera centres, then point to plane), so that a w
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Float64
 from scipy.spatial import ConvexHull
 
-from limbgram.geometry.arrays import Faces, Points3
-from limbgram.geometry.rigid import Rigid
-from limbgram.geometry.similarity import fit_similarity
+from limbgram.geometry.arrays import Points3
+from limbgram.report.alignment import (
+    Truth,
+    by_cameras,
+    by_surface,
+    measured_samples,
+    signed_mm,
+)
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 
-_SAMPLES = 40_000
-_ROUNDS = 12
-_FAR_MM = 3.0
-"""Samples farther away take no part in the alignment."""
 _SECTIONS = 40
 _GIRTHS = (0.2, 0.4, 0.6, 0.8)
 """Heights at which girths are compared, as shares of the seen height."""
 _NEAR_MM = 0.25
 _FEWEST_SEGMENTS = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Truth:
-    """The true surface."""
-
-    vertices_mm: Points3
-    faces: Faces
-    seen: Bool[np.ndarray, " n"]
-    """True at vertices that three photos or more show."""
-    centres_mm: Points3
-    """Where the photos were taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,30 +51,38 @@ class Comparison:
 
 def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
     """Compare a surface with the truth; `centres_mm` are its cameras in the truth's order."""
-    start = fit_similarity(centres_mm, truth.centres_mm, with_scale=False)
-    tree = TriangleTree.of(truth.vertices_mm, truth.faces)
-    truth_from_world = Rigid(start.rotation, start.translation)
-    samples = _measured_samples(mesh)
-    scale = 0.0
-    for _ in range(_ROUNDS):
-        step, scale = _towards(truth_from_world.apply(samples), tree, truth)
-        truth_from_world = step @ truth_from_world
-    placed = mesh.with_vertices(truth_from_world.apply(mesh.vertices_mm))
-    signed_mm = _signed_mm(truth_from_world.apply(samples), tree, truth)
+    samples = mesh.vertices_mm[measured_samples(mesh)]
+    fit = by_surface(samples, truth, by_cameras(centres_mm, truth))
+    placed = mesh.with_vertices(fit.truth_from_world.apply(mesh.vertices_mm))
+    off_mm, seen = signed_mm(fit.truth_from_world.apply(samples), truth)
+    off_mm = off_mm[seen]
     back = TriangleTree.of(placed.vertices_mm, placed.faces)
-    off_mm = back.closest(truth.vertices_mm[truth.seen]).distances_mm
-    girths_mm, volume_error = _sections(placed, truth)
-    cameras_mm = np.linalg.norm(truth_from_world.apply(centres_mm) - truth.centres_mm, axis=1)
+    missed_mm = back.closest(truth.vertices_mm[truth.seen]).distances_mm
+    girths, volume_error = sections(placed, truth)
+    cameras_mm = fit.truth_from_world.apply(centres_mm) - truth.centres_mm
     return Comparison(
-        rms_mm=float(np.sqrt(np.mean(signed_mm**2))),
-        p95_mm=float(np.quantile(np.abs(signed_mm), 0.95)),
-        mean_mm=float(signed_mm.mean()),
-        scale_error=scale,
-        covered=float(np.mean(off_mm < _NEAR_MM)),
-        girth_errors_mm=tuple(float(error) for error in girths_mm),
+        rms_mm=float(np.sqrt(np.mean(off_mm**2))),
+        p95_mm=float(np.quantile(np.abs(off_mm), 0.95)),
+        mean_mm=float(off_mm.mean()),
+        scale_error=fit.scale_error,
+        covered=float(np.mean(missed_mm < _NEAR_MM)),
+        girth_errors_mm=tuple(girth.error_mm for girth in girths),
         volume_error=volume_error,
-        camera_rms_mm=float(np.sqrt(np.mean(cameras_mm**2))),
+        camera_rms_mm=float(np.sqrt(np.mean((cameras_mm**2).sum(1)))),
     )
+
+
+@dataclass(frozen=True)
+class Girth:
+    """A girth of both surfaces at one height of the truth."""
+
+    height_mm: float
+    measured_mm: float
+    true_mm: float
+
+    @property
+    def error_mm(self) -> float:
+        return self.measured_mm - self.true_mm
 
 
 def girth_mm(segments: Float64[np.ndarray, "n 2 2"]) -> float:
@@ -121,56 +118,18 @@ def section(mesh: Mesh, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
     return segments
 
 
-def _measured_samples(mesh: Mesh) -> Points3:
-    """Vertices that were measured, evenly thinned."""
-    vertices = mesh.vertices_mm if mesh.filled is None else mesh.vertices_mm[~mesh.filled]
-    return vertices[:: max(1, len(vertices) // _SAMPLES)]
-
-
-def _towards(points_mm: Points3, tree: TriangleTree, truth: Truth) -> tuple[Rigid, float]:
-    """One point-to-plane step (Chen and Medioni 1992), and the scale error that it leaves."""
-    found = tree.closest(points_mm)
-    near = (found.distances_mm < _FAR_MM) & truth.seen[truth.faces[found.faces]].all(1)
-    points, normals = points_mm[near], _normals(truth)[found.faces[near]]
-    off = np.einsum("nc,nc->n", points - found.points_mm[near], normals)
-    middle = points.mean(0)
-    arms = points - middle
-    columns = np.column_stack(
-        [np.cross(arms, normals), normals, np.einsum("nc,nc->n", arms, normals)]
-    )
-    with_scale = np.linalg.lstsq(columns, -off, rcond=None)[0]
-    rigid = np.linalg.lstsq(columns[:, :6], -off, rcond=None)[0]
-    turn = Rigid.from_rotation_vector(rigid[:3], np.zeros(3)).rotation
-    return Rigid(turn, middle + rigid[3:] - turn @ middle), -float(with_scale[6])
-
-
-def _signed_mm(points_mm: Points3, tree: TriangleTree, truth: Truth) -> Float64[np.ndarray, " n"]:
-    """Distances from the seen truth, positive outside."""
-    found = tree.closest(points_mm)
-    seen = truth.seen[truth.faces[found.faces]].all(1) & (found.distances_mm < 5 * _FAR_MM)
-    normals = _normals(truth)[found.faces[seen]]
-    side = np.einsum("nc,nc->n", points_mm[seen] - found.points_mm[seen], normals)
-    return np.where(side < 0, -1.0, 1.0) * found.distances_mm[seen]
-
-
-def _normals(truth: Truth) -> Float64[np.ndarray, "f 3"]:
-    a, b, c = (truth.vertices_mm[truth.faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-
-
-def _sections(placed: Mesh, truth: Truth) -> tuple[Float64[np.ndarray, " k"], float]:
-    """Errors of girths at a few heights, and of the volume between the outer ones."""
+def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
+    """Girths at a few heights, and the error of the volume between the outer ones, a fraction."""
     true = Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
     seen_mm = truth.vertices_mm[truth.seen, 2]
     low, high = np.quantile(seen_mm, 0.02), np.quantile(seen_mm, 0.98)
-    girths = [
-        girth_mm(section(placed, height)) - girth_mm(section(true, height))
+    girths = tuple(
+        Girth(float(height), girth_mm(section(placed, height)), girth_mm(section(true, height)))
         for height in low + (high - low) * np.array(_GIRTHS)
-    ]
-    heights = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
-    heights = np.linspace(heights[0], heights[1], _SECTIONS)
+    )
+    ends = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
+    heights = np.linspace(ends[0], ends[1], _SECTIONS)
     volumes = [
         sum(area_mm2(section(mesh, height)) for height in heights) for mesh in (placed, true)
     ]
-    return np.array(girths), float(volumes[0] / volumes[1] - 1)
+    return girths, float(volumes[0] / volumes[1] - 1)

@@ -19,6 +19,8 @@ _LIGHTS = (
 )
 """Directions towards the lights in the picture's frame (x right, y down, z away), and strengths."""
 _AMBIENT = 0.16
+_PAINT_RELIEF = 0.45
+"""Share of the shading on painted surfaces: their colours have to be read."""
 _OVERSAMPLING = 2
 
 
@@ -53,8 +55,13 @@ def looking_along(azimuth_deg: float, elevation_deg: float = 0.0) -> Matrix3:
     return np.stack([right, np.cross(-towards, right), -towards])
 
 
-def shade(mesh: Mesh, frame: Frame) -> UInt8[np.ndarray, "h w 4"]:
-    """The mesh in clay, its filled part coloured; transparent where nothing is."""
+def shade(
+    mesh: Mesh, frame: Frame, paint: Float64[np.ndarray, "n 3"] | None = None
+) -> UInt8[np.ndarray, "h w 4"]:
+    """The mesh in clay, its filled part coloured; transparent where nothing is.
+
+    paint: colour of every vertex, 0 to 255, instead of clay.
+    """
     n = _OVERSAMPLING
     pixels = frame.project(mesh.vertices_mm)
     pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
@@ -72,8 +79,12 @@ def shade(mesh: Mesh, frame: Frame) -> UInt8[np.ndarray, "h w 4"]:
 
     filled = np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float)
     share = np.einsum("pc,pc->p", shares, filled[corners])[:, None] > 0.5
+    ground = CLAY
+    if paint is not None:
+        ground = np.einsum("pc,pcd->pd", shares, paint[corners])
+        light = 1 + _PAINT_RELIEF * (light - 1)
     picture = np.zeros((*hit.shape, 4))
-    picture[hit, :3] = np.clip(np.where(share, FILLED, CLAY) * light[:, None], 0, 255)
+    picture[hit, :3] = np.clip(np.where(share, FILLED, ground) * light[:, None], 0, 255)
     picture[hit, 3] = 255
     return _reduced(picture, n)
 

@@ -1,8 +1,10 @@
 """Drawings of the result: the shaded surface from four sides, the cloud with its cameras."""
 
 import numpy as np
+from jaxtyping import Float64
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 
 from limbgram.dense.depth import Cloud
 from limbgram.geometry.arrays import Points3
@@ -22,11 +24,20 @@ _CAMERA_SHARE = 0.05
 def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
     """The shaded surface from four sides at one scale, the filled part coloured."""
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    figure = sides_figure(mesh, None, in_mm=metric.scale.unit == "mm")
+    return Drawing(figure, _surface_caption(mesh, metric, high - low))
+
+
+def sides_figure(
+    mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.4
+) -> Figure:
+    """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below."""
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     width_mm = 1.08 * float(np.hypot(*(high - low)[:2]))
     height_mm = 1.04 * float(high[2] - low[2])
     pixel_mm = max(width_mm, height_mm) / _HEIGHT_PX
     width_px, height_px = int(width_mm / pixel_mm), int(height_mm / pixel_mm)
-    figure = blank(10.5, 10.5 / 4 * height_px / width_px + 0.4)
+    figure = blank(10.5, 10.5 / 4 * height_px / width_px + room_in)
     for axes, azimuth_deg in zip(figure.subplots(1, 4), _AZIMUTHS_DEG, strict=True):
         frame = Frame(
             picture_from_world=looking_along(azimuth_deg),
@@ -35,12 +46,12 @@ def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
             width_px=width_px,
             height_px=height_px,
         )
-        axes.imshow(shade(mesh, frame))
+        axes.imshow(shade(mesh, frame, paint))
         axes.set_axis_off()
         axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT)
-        if metric.scale.unit == "mm":
+        if in_mm:
             _scale_bar(axes, frame)
-    return Drawing(figure, _surface_caption(mesh, metric, high - low))
+    return figure
 
 
 def cloud_with_cameras(cloud: Cloud, metric: MetricScene) -> Drawing:

@@ -1,0 +1,32 @@
+"""Evidence: the products of a finished reconstruction from which its accuracy is read."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from limbgram.calibration.cameras import Cameras
+from limbgram.photos.photo import PhotoSet
+from limbgram.scale.metric import MetricScene
+from limbgram.surface.mesh import Mesh
+from limbgram.targets.detections import BoardDetections
+
+Json = dict[str, Any]
+"""A tree of plain values; NaN stands for what is not known until `finite` makes it None."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a case holds on its own accuracy; nothing in it is computed again."""
+
+    name: str
+    """Of the case, for people."""
+    photos: PhotoSet
+    cameras: Cameras
+    """Lenses before the adjustment, with the covariance of their calibration."""
+    detections: BoardDetections | None
+    metric: MetricScene
+    mesh: Mesh
+
+    @property
+    def unit(self) -> str:
+        """What a length is called."""
+        return "mm" if self.metric.scale.unit == "mm" else "scene units"

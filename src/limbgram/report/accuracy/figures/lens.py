@@ -1,0 +1,74 @@
+"""Cameras: every lens parameter before and after the adjustment, its sigma, and correlations."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.calibration.cameras import Calibration
+from limbgram.geometry.camera import PARAMETERS, Camera
+from limbgram.report.accuracy.evidence import Evidence, Json
+
+UNITS = dict.fromkeys(("fx", "fy", "cx", "cy", "skew"), "px")
+"""Of lens parameters; the others have none."""
+
+
+def camera_figures(evidence: Evidence) -> list[Json]:
+    """Each camera of the capture."""
+    scene = evidence.metric.scene
+    covariances = scene.lens_covariance
+    return [
+        _camera(idx, given, camera, None if covariances is None else covariances[idx])
+        for idx, (given, camera) in enumerate(
+            zip(evidence.cameras.calibrations, scene.cameras, strict=True)
+        )
+    ]
+
+
+def _camera(
+    idx: int, given: Calibration, camera: Camera, covariance: Float64[np.ndarray, "10 10"] | None
+) -> Json:
+    before, after = given.camera.packed, camera.packed
+    sigmas = np.full(len(PARAMETERS), np.nan) if covariance is None else _sigmas(covariance)
+    return {
+        "camera": idx,
+        "label": given.label,
+        "source": given.source,
+        "width_px": camera.width_px,
+        "height_px": camera.height_px,
+        "calibration_rms_px": given.rms_px,
+        "parameters": [
+            {
+                "name": name,
+                "unit": UNITS.get(name, ""),
+                "value": float(after[k]),
+                "sigma": float(sigmas[k]),
+                "calibrated": float(before[k]),
+                "calibrated_sigma": float(given.sigmas[k]),
+                "moved_sigmas": _ratio(after[k] - before[k], given.sigmas[k]),
+                "held": bool(given.sigmas[k] == 0),
+            }
+            for k, name in enumerate(PARAMETERS)
+        ],
+        "correlations": _correlations(covariance),
+    }
+
+
+def _sigmas(covariance: Float64[np.ndarray, "10 10"]) -> Float64[np.ndarray, "10"]:
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
+def _ratio(shift: float, sigma: float) -> float:
+    return float(shift / sigma) if sigma > 0 else float("nan")
+
+
+def _correlations(covariance: Float64[np.ndarray, "10 10"] | None) -> Any:
+    """Of the parameters that are free; None where the scene keeps no covariance."""
+    if covariance is None:
+        return None
+    free = np.flatnonzero(np.diag(covariance) > 0)
+    if not len(free):
+        return None
+    sigmas = _sigmas(covariance)[free]
+    matrix = covariance[np.ix_(free, free)] / np.outer(sigmas, sigmas)
+    return {"order": [PARAMETERS[k] for k in free], "matrix": matrix.tolist()}

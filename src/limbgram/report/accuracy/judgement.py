@@ -1,0 +1,209 @@
+"""The judgement: green, amber or red in millimetres, with the reason, and the criteria behind it.
+
+In      the figures of an assessment (plain trees).
+Out     criteria, each with its limits and light; the worst one gives the light of the whole.
+Limits  for capture of limb shapes: a tenth of a percent of scale and a few tenths of a millimetre
+        of surface are below what a socket's fit shows; beyond the red limits a girth or volume is
+        wrong by one ply of sock.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+from limbgram.report.accuracy.evidence import Json
+
+Light = Literal["green", "amber", "red"]
+_ORDER: tuple[Light, ...] = ("green", "amber", "red")
+
+_TWO_SIDED_95 = 1.96
+_FORMAL_TOO_SMALL = 4.0
+"""Formal sigmas of matching were found three to four times too small against known truth."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criterion:
+    """One figure against its limits: green up to `green`, red beyond `red`."""
+
+    key: str
+    title: str
+    value: float
+    unit: str
+    green: float
+    red: float
+    light: Light
+    sentence: str
+    """For people; says the figure and what it is of."""
+
+
+@dataclass(frozen=True)
+class _Limit:
+    key: str
+    title: str
+    unit: str
+    green: float
+    red: float
+
+    def judge(self, value: float, sentence: str, unknown: Light = "amber") -> Criterion:
+        """Compare; a figure that is not known gets the light `unknown`."""
+        if not math.isfinite(value):
+            light: Light = unknown
+        elif value <= self.green:
+            light = "green"
+        else:
+            light = "amber" if value <= self.red else "red"
+        return Criterion(**asdict(self), value=value, light=light, sentence=sentence)
+
+
+SCALE = _Limit("scale_check", "Scale: worst check length", "%", 0.1, 0.3)
+SCALE_SIGMA = _Limit("scale_sigma", "Scale: uncertainty (two sigma)", "%", 0.1, 0.3)
+SURFACE_P95 = _Limit("surface_p95", "Surface: error within which 95 % lies", "mm", 0.6, 1.0)
+SURFACE_RMS = _Limit("surface_rms", "Surface: RMS error", "mm", 0.3, 0.5)
+FILLED = _Limit("filled", "Surface filled in, not measured", "%", 5.0, 25.0)
+LEFT_OUT = _Limit("left_out", "Surface measured but left out", "%", 5.0, 25.0)
+MISSING = _Limit("photos_missing", "Photos that could not be placed", "%", 10.0, 50.0)
+MEAN = _Limit("surface_mean", "Surface: mean radial error (MRE)", "mm", 0.10, 0.25)
+SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
+GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
+VOLUME = _Limit("volume", "Volume: error", "%", 0.5, 1.1)
+
+
+def expectation(figures: Json) -> Json:
+    """The error to expect on the surface, mm, and what it is made of.
+
+    With vertex sigmas: from those, which hold cameras and scale. Without: four times the formal
+    sigma of the scene's points, and the scale.
+    """
+    surface, lengths = figures["surface"], figures["lengths"]
+    sigma = surface["sigma"]
+    arm = max(surface["size"]) / 2
+    relative = scale_sigma(lengths)
+    scale_mm = 0.0 if math.isnan(relative) else relative * arm
+    if sigma is not None:
+        cameras_mm = math.sqrt(max(sigma["shared_rms_mm"] ** 2 - scale_mm**2, 0.0))
+        return {
+            "basis": "vertex sigmas",
+            "rms_mm": sigma["rms_mm"],
+            "p95_mm": sigma["expected_error_p95_mm"],
+            "budget": _budget(sigma["own_rms_mm"], cameras_mm, scale_mm),
+        }
+    image_mm = _FORMAL_TOO_SMALL * figures["network"]["point_sigma"]["median"]
+    rms_mm = math.hypot(image_mm, scale_mm)
+    return {
+        "basis": "points of the scene",
+        "rms_mm": rms_mm,
+        "p95_mm": _TWO_SIDED_95 * rms_mm,
+        "budget": _budget(image_mm, math.nan, scale_mm),
+    }
+
+
+def scale_sigma(lengths: Json) -> float:
+    """Standard deviation of the scale, a fraction: as estimated, or as the checks show it."""
+    known = [one for one in (lengths["relative_sigma"], lengths["check_rms"]) if one == one]
+    return max(known, default=math.nan)
+
+
+def _budget(image_mm: float, cameras_mm: float, scale_mm: float) -> list[Json]:
+    """What the expected error is made of, one standard deviation each."""
+    return [
+        {"part": "image measurement", "sigma_mm": image_mm},
+        {"part": "cameras and lens", "sigma_mm": cameras_mm},
+        {"part": "scale, at the far end", "sigma_mm": scale_mm},
+    ]
+
+
+def criteria(figures: Json) -> tuple[Criterion, ...]:
+    """Every figure that has a limit, judged."""
+    truth = figures["truth"]
+    surface = _expected(figures) if truth is None else _against_truth(truth)
+    return (*_scale(figures), *surface, *_completeness(figures))
+
+
+def worst(judged: Sequence[Criterion]) -> Light:
+    """The light of the whole."""
+    return _ORDER[max(_ORDER.index(one.light) for one in judged)]
+
+
+def headline(figures: Json, judged: Sequence[Criterion]) -> str:
+    """The first line: light, millimetres, reason."""
+    light = worst(judged)
+    if figures["lengths"]["unit"] != "mm":
+        return f"{light.upper()}: no millimetres. {judged[0].sentence}"
+    main = next(one for one in judged if one.key == "surface_p95")
+    first = f"{light.upper()}: {main.value:.2f} mm. {main.sentence}"
+    if light == "green":
+        return f"{first} {judged[0].sentence}"
+    reasons = [one.sentence for one in judged if one.light == light and one is not main]
+    return " ".join((first, *(f"But: {reason}" for reason in reasons[:2])))
+
+
+def _scale(figures: Json) -> tuple[Criterion, ...]:
+    lengths = figures["lengths"]
+    if lengths["unit"] != "mm":
+        sentence = "Nothing in the photos says how large the limb is."
+        return (SCALE.judge(math.nan, sentence, "red"),)
+    count = len(lengths["check"])
+    error = 100 * lengths["check_worst"]
+    plural = "check length" if count == 1 else "check lengths"
+    sentence = (
+        f"The scale agrees with {count} {plural} to {error:.3f} % (limit {SCALE.green} %)."
+        if count
+        else "No length that did not set the scale confirms it."
+    )
+    two_sigma = 200 * lengths["relative_sigma"]
+    return (
+        SCALE.judge(error, sentence),
+        SCALE_SIGMA.judge(
+            two_sigma, f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)."
+        ),
+    )
+
+
+def _expected(figures: Json) -> tuple[Criterion, ...]:
+    expected = figures["expected"]
+    if figures["lengths"]["unit"] != "mm":
+        return ()
+    p95, rms = expected["p95_mm"], expected["rms_mm"]
+    return (
+        SURFACE_P95.judge(
+            p95,
+            f"95 % of the measured surface is expected within {p95:.2f} mm of the limb "
+            f"(limit {SURFACE_P95.green:.2f} mm).",
+        ),
+        SURFACE_RMS.judge(
+            rms, f"Expected RMS error {rms:.3f} mm (limit {SURFACE_RMS.green:.2f} mm)."
+        ),
+    )
+
+
+def _against_truth(truth: Json) -> tuple[Criterion, ...]:
+    p95, rms, mean, iqr = (truth[k] for k in ("p95_mm", "rms_mm", "mean_mm", "iqr_mm"))
+    girth = max((abs(one["error_mm"]) for one in truth["girths"]), default=math.nan)
+    volume = 100 * abs(truth["volume_error"])
+    return (
+        SURFACE_P95.judge(
+            p95,
+            f"95 % of the measured surface lies within {p95:.3f} mm of the truth "
+            f"(limit {SURFACE_P95.green:.2f} mm).",
+        ),
+        SURFACE_RMS.judge(rms, f"RMS distance to the truth {rms:.3f} mm."),
+        MEAN.judge(abs(mean), f"Mean radial error {mean:+.3f} mm (limit {MEAN.green:.2f} mm)."),
+        SPREAD.judge(iqr, f"Interquartile range {iqr:.3f} mm (limit {SPREAD.green:.2f} mm)."),
+        GIRTH.judge(girth, f"The worst girth is off by {girth:.2f} mm."),
+        VOLUME.judge(volume, f"The volume is off by {volume:.2f} %."),
+    )
+
+
+def _completeness(figures: Json) -> tuple[Criterion, ...]:
+    surface, images = figures["surface"], figures["images"]
+    filled, left_out = 100 * surface["filled_share"], 100 * surface["left_out_share"]
+    missing = images["photos"] - images["placed"]
+    return (
+        FILLED.judge(filled, f"{filled:.1f} % of the surface was filled in; no photo measured it."),
+        LEFT_OUT.judge(left_out, f"{left_out:.1f} % of what was measured hangs on nothing."),
+        MISSING.judge(
+            100 * missing / max(images["photos"], 1),
+            f"{missing} of {images['photos']} photos could not be placed.",
+        ),
+    )

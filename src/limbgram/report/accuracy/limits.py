@@ -1,0 +1,236 @@
+"""Limits: what keeps a result from being better, with its figure, and what to do about it.
+
+In      the figures of an assessment and the expected error.
+Out     findings, the gravest first; every rule has a number and a remedy.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from limbgram.report.accuracy.evidence import Json
+
+Gravity = Literal["serious", "worth doing", "note"]
+_ORDER: tuple[Gravity, ...] = ("serious", "worth doing", "note")
+
+_NARROW_DEG = 12.0
+_WIDE_GAP_DEG = 30.0
+_GAPING_DEG = 60.0
+_TWO_RAYS = 0.6
+_FEW_PHOTOS = 0.05
+_BLURRED_PX = 1.5
+_NOISY_GREY = 4.0
+_BOARD_PHOTOS = 0.5
+_SYSTEMATIC_PX = 0.05
+_SYSTEMATIC_SIGMAS = 0.5
+_ODD_PHOTO = 2.0
+_MOVED_SIGMAS = 3.0
+_FILLED = 0.02
+_LEFT_OUT = 0.02
+_CHECK_OFF = 0.001
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that limits the result."""
+
+    gravity: Gravity
+    what: str
+    remedy: str
+
+
+def findings(figures: Json) -> tuple[Finding, ...]:
+    """What limits this result and how to better it, the gravest first."""
+    rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
+    found = [finding for rule in rules for finding in rule(figures)]
+    return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
+
+
+def _scale(figures: Json) -> Iterator[Finding]:
+    lengths, board = figures["lengths"], figures["lengths"]["board"]
+    if lengths["unit"] != "mm":
+        yield Finding(
+            "serious",
+            "Nothing says how large the limb is: every length here has an unknown unit.",
+            "Lay the scale board beside the limb, or give a known distance, and run again.",
+        )
+        return
+    if not lengths["check"]:
+        yield Finding(
+            "serious",
+            "No second length checks the scale: a mistyped or misprinted length goes unnoticed.",
+            "Give one more known distance between marks that the photos show.",
+        )
+    elif not lengths["checked_off_the_board"]:
+        yield Finding(
+            "note",
+            "All check lengths lie on the board itself: a board printed too large or too small "
+            "as a whole would go unnoticed.",
+            "Measure ten printed squares with a ruler once; or tape a girth and compare it.",
+        )
+    if lengths["check_worst"] > _CHECK_OFF:
+        yield Finding(
+            "serious",
+            f"The check length {lengths['check_worst_label']} is off by "
+            f"{100 * lengths['check_worst']:.2f} %.",
+            "Measure that length again; look whether the board is flat and did not move.",
+        )
+    if board is not None and board["photos"] < _BOARD_PHOTOS * board["placed_photos"]:
+        yield Finding(
+            "worth doing",
+            f"The scale board is seen in {board['photos']} of {board['placed_photos']} photos.",
+            "Lay it closer to the limb, flat, so that most photos show the whole of it.",
+        )
+
+
+def _surface(figures: Json) -> Iterator[Finding]:
+    surface = figures["surface"]
+    if surface["sigma"] is None:
+        yield Finding(
+            "note",
+            "The surface carries no uncertainty of its own: the expected error is a rough guess "
+            "from the scene's points.",
+            "Run `limbgram reconstruct` again with this version.",
+        )
+    if surface["filled_share"] > _FILLED:
+        yield Finding(
+            "worth doing",
+            f"{surface['filled_share']:.1%} of the surface was filled in where fewer than two "
+            "photos measured it (orange in the picture).",
+            "Add photos that look at those places squarely, from above and below as needed.",
+        )
+    if surface["left_out_share"] > _LEFT_OUT:
+        yield Finding(
+            "serious",
+            f"{surface['left_out_share']:.1%} of the measured surface hangs on nothing and was "
+            "left out.",
+            "Look whether the wanted side is there; paint bare places and overlap more.",
+        )
+    few = surface["photos_per_place"]["below_3_share"]
+    if few > _FEW_PHOTOS:
+        yield Finding(
+            "worth doing",
+            f"{few:.1%} of the surface is seen by fewer than three photos within 65 degrees: "
+            "nothing checks the measurement there.",
+            "Walk round in smaller steps, and once more higher or lower.",
+        )
+
+
+def _photographs(figures: Json) -> Iterator[Finding]:
+    images = figures["images"]
+    missing = [row["name"] for row in images["by_photo"] if not row["placed"]]
+    if missing:
+        yield Finding(
+            "worth doing",
+            f"{len(missing)} photos could not be placed ({', '.join(missing[:4])}"
+            f"{' ...' if len(missing) > 4 else ''}).",
+            "The table of photos says why, and what to do, for each.",
+        )
+    if images["edge_width_px"] > _BLURRED_PX:
+        yield Finding(
+            "worth doing",
+            f"The photos are soft: the sharpest edges are {images['edge_width_px']:.1f} px wide.",
+            "Hold the camera still, use a shorter exposure or a flash, focus on the limb.",
+        )
+    if images["noise_grey"] > _NOISY_GREY:
+        yield Finding(
+            "worth doing",
+            f"The photos are noisy: {images['noise_grey']:.1f} grey levels.",
+            "More light and a lower ISO number.",
+        )
+    for row in images["by_photo"]:
+        for remark in row["remarks"]:
+            yield Finding("note", f"{row['name']}: {remark}.", "Take that photo again if you can.")
+    usual = figures["residuals"]["rms_px"]
+    for row in figures["residuals"]["by_photo"]:
+        if row["rms_px"] > _ODD_PHOTO * usual:
+            yield Finding(
+                "worth doing",
+                f"{row['name']} fits worse than the others: {row['rms_px']:.2f} px against "
+                f"{usual:.2f} px.",
+                "Leave it out or take it again: the limb may have moved, or it is blurred.",
+            )
+
+
+def _geometry(figures: Json) -> Iterator[Finding]:
+    network = figures["network"]
+    ring, angles = network["ring"], network["angles"]
+    if ring is not None and ring["largest_gap_deg"] > _WIDE_GAP_DEG:
+        gaping = ring["largest_gap_deg"] > _GAPING_DEG
+        yield Finding(
+            "worth doing" if gaping else "note",
+            f"The widest gap between photos, seen from the limb, is "
+            f"{ring['largest_gap_deg']:.0f} degrees.",
+            "Take photos in steps of 20 degrees or less all the way round.",
+        )
+    if angles["median_deg"] < _NARROW_DEG:
+        yield Finding(
+            "worth doing",
+            f"The base is small: rays meet at {angles['median_deg']:.0f} degrees (median), which "
+            "leaves depth uncertain.",
+            "Walk round the limb rather than turn the camera; keep 15 to 20 degrees between "
+            "photos that show the same place.",
+        )
+    if network["rays"]["two_share"] > _TWO_RAYS:
+        yield Finding(
+            "note",
+            f"{network['rays']['two_share']:.0%} of the points are seen by two photos only.",
+            "More overlap: smaller steps, or a second round at another height.",
+        )
+
+
+def _lens(figures: Json) -> Iterator[Finding]:
+    for camera, lens in zip(figures["residuals"]["by_camera"], figures["cameras"], strict=True):
+        name = lens["label"] or f"camera {lens['camera'] + 1}"
+        if lens["source"] == "exif":
+            yield Finding(
+                "serious",
+                f"{name} was not calibrated: its lens was guessed from EXIF and refined on the "
+                "limb itself.",
+                "Photograph the calibration board at the same zoom and focus, then run "
+                "`limbgram calibrate`.",
+            )
+        limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures["network"]["sigma0_robust_px"])
+        if camera["systematic_px"] > limit_px:
+            yield Finding(
+                "worth doing",
+                f"The residuals of {name} follow a pattern over the picture "
+                f"({camera['systematic_px']:.3f} px): its lens is not what the calibration says.",
+                "Calibrate again at the zoom and focus of these photos, with the board reaching "
+                "into every corner of the picture.",
+            )
+        moved = [
+            one["name"]
+            for one in lens["parameters"]
+            if lens["source"] == "board" and abs(one["moved_sigmas"]) > _MOVED_SIGMAS
+        ]
+        if moved:
+            yield Finding(
+                "worth doing",
+                f"{', '.join(moved)} of {name} moved by more than three sigmas of the calibration.",
+                "Was the focus or zoom touched since? Calibrate again with this set-up.",
+            )
+
+
+def _largest_part(figures: Json) -> Iterator[Finding]:
+    """The largest part of the expected error, which is where effort pays."""
+    known = [one for one in figures["expected"]["budget"] if math.isfinite(one["sigma_mm"])]
+    if not known or figures["lengths"]["unit"] != "mm":
+        return
+    largest = max(known, key=lambda one: one["sigma_mm"])
+    pixel = figures["images"]["pixel"]
+    remedies = {
+        "image measurement": f"A pixel is {pixel:.2f} mm on the limb: come closer, or use more "
+        "pixels; more photos help with their square root only.",
+        "cameras and lens": "More overlap between photos, and a fresh calibration with more "
+        "board photos.",
+        "scale, at the far end": "A larger board, closer to the limb and in more photos; or a "
+        "longer known distance.",
+    }
+    yield Finding(
+        "note",
+        f"The largest part of the expected error is {largest['part']}: "
+        f"{largest['sigma_mm']:.3f} mm (one sigma).",
+        remedies[largest["part"]],
+    )

@@ -1,0 +1,154 @@
+"""Alignment: a surface laid onto its truth by a rigid motion, and signed distances between them.
+
+Never by a scale: a wrong scale is an error of the surface and has to show.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.geometry.arrays import Faces, Points3
+from limbgram.geometry.rigid import Rigid
+from limbgram.geometry.similarity import fit_similarity
+from limbgram.surface.closest import TriangleTree
+from limbgram.surface.mesh import Mesh
+
+SAMPLES = 40_000
+_ROUNDS = 12
+_FAR_MM = 3.0
+"""Samples farther away take no part in the alignment."""
+_TRIAL_SAMPLES = 1_000
+_TRIAL_ROUNDS = 10
+_TRIAL_FAR_MM = 60.0
+_TURNS = 8
+"""Turns about the long axis from which a truth in a frame of its own is tried."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """The true surface."""
+
+    vertices_mm: Points3
+    faces: Faces
+    seen: Bool[np.ndarray, " n"]
+    """True at vertices that three photos or more show."""
+    centres_mm: Points3
+    """Where the photos were taken; none where the truth tells nothing of them."""
+
+    def moved(self, new_from_truth: Rigid) -> "Truth":
+        """The same surface in another frame."""
+        return replace(
+            self,
+            vertices_mm=new_from_truth.apply(self.vertices_mm),
+            centres_mm=new_from_truth.apply(self.centres_mm),
+        )
+
+    def tree(self) -> TriangleTree:
+        return TriangleTree.of(self.vertices_mm, self.faces)
+
+    def normals(self) -> Float64[np.ndarray, "f 3"]:
+        """Unit normals of the faces."""
+        a, b, c = (self.vertices_mm[self.faces[:, k]] for k in range(3))
+        normals = np.cross(b - a, c - a)
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A rigid alignment, and the scale error that it leaves, as a fraction."""
+
+    truth_from_world: Rigid
+    scale_error: float
+
+
+def by_cameras(centres_mm: Points3, truth: Truth) -> Rigid:
+    """truth_from_world from the places of the cameras alone."""
+    found = fit_similarity(centres_mm, truth.centres_mm, with_scale=False)
+    return Rigid(found.rotation, found.translation)
+
+
+def by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
+    """Point to plane from a start within millimetres."""
+    tree, normals = truth.tree(), truth.normals()
+    pose, scale = start, 0.0
+    for _ in range(_ROUNDS):
+        step, scale = _towards(pose.apply(points_mm), tree, normals, truth, _FAR_MM)
+        pose = step @ pose
+    return Fit(pose, scale)
+
+
+def from_anywhere(points_mm: Points3, truth: Truth) -> Rigid:
+    """truth_from_world near the truth, wherever its frame is: the best of several starts."""
+    tree, normals = truth.tree(), truth.normals()
+    step = max(1, len(points_mm) // _TRIAL_SAMPLES)
+    trial = points_mm[::step]
+    best, least = Rigid.identity(), np.inf
+    for start in _starts(trial, truth):
+        pose = start
+        for far_mm in np.geomspace(_TRIAL_FAR_MM, _FAR_MM, _TRIAL_ROUNDS):
+            pose = _towards(pose.apply(trial), tree, normals, truth, float(far_mm))[0] @ pose
+        off = float(np.median(tree.closest(pose.apply(trial)).distances_mm))
+        if off < least:
+            best, least = pose, off
+    return best
+
+
+def signed_mm(
+    points_mm: Points3, truth: Truth
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Distances from the truth, positive outside, and whether the seen truth is what is near."""
+    found = truth.tree().closest(points_mm)
+    seen = truth.seen[truth.faces[found.faces]].all(1) & (found.distances_mm < 5 * _FAR_MM)
+    normals = truth.normals()[found.faces]
+    side = np.einsum("nc,nc->n", points_mm - found.points_mm, normals)
+    return np.where(side < 0, -1.0, 1.0) * found.distances_mm, seen
+
+
+def measured_samples(mesh: Mesh) -> np.ndarray:
+    """Indices of vertices that were measured, evenly thinned."""
+    idx = np.arange(len(mesh)) if mesh.filled is None else np.flatnonzero(~mesh.filled)
+    return idx[:: max(1, len(idx) // SAMPLES)]
+
+
+def _starts(points_mm: Points3, truth: Truth) -> Iterator[Rigid]:
+    """As it lies, and long axis on long axis, both ways up, turned about it in steps."""
+    yield Rigid.identity()
+    seen = truth.vertices_mm[truth.seen]
+    ours, theirs = _axes(points_mm), _axes(seen)
+    for flip in (np.eye(3), np.diag([1.0, -1.0, -1.0])):
+        for angle in np.arange(_TURNS) * 2 * np.pi / _TURNS:
+            turn = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3)).rotation
+            rotation = theirs @ turn @ flip @ ours.T
+            yield Rigid(rotation, seen.mean(0) - rotation @ points_mm.mean(0))
+
+
+def _axes(points_mm: Points3) -> Float64[np.ndarray, "3 3"]:
+    """Columns: principal axes, the longest first, right-handed."""
+    axes = np.linalg.svd(points_mm - points_mm.mean(0), full_matrices=False)[2].T
+    axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+    return axes
+
+
+def _towards(
+    points_mm: Points3,
+    tree: TriangleTree,
+    face_normals: Float64[np.ndarray, "f 3"],
+    truth: Truth,
+    far_mm: float,
+) -> tuple[Rigid, float]:
+    """One point-to-plane step (Chen and Medioni 1992), and the scale error that it leaves."""
+    found = tree.closest(points_mm)
+    near = (found.distances_mm < far_mm) & truth.seen[truth.faces[found.faces]].all(1)
+    points, normals = points_mm[near], face_normals[found.faces[near]]
+    off = np.einsum("nc,nc->n", points - found.points_mm[near], normals)
+    middle = points.mean(0)
+    arms = points - middle
+    columns = np.column_stack(
+        [np.cross(arms, normals), normals, np.einsum("nc,nc->n", arms, normals)]
+    )
+    with_scale = np.linalg.lstsq(columns, -off, rcond=None)[0]
+    rigid = np.linalg.lstsq(columns[:, :6], -off, rcond=None)[0]
+    turn = Rigid.from_rotation_vector(rigid[:3], np.zeros(3)).rotation
+    return Rigid(turn, middle + rigid[3:] - turn @ middle), -float(with_scale[6])

@@ -1,0 +1,57 @@
+"""Maps: the surface in the colours of a figure that every vertex has, from four sides."""
+
+import matplotlib as mpl
+import numpy as np
+from jaxtyping import Float64
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from limbgram.report.drawings.drawing import INK
+from limbgram.report.drawings.surfaces import sides_figure
+from limbgram.surface.mesh import Mesh
+
+_UNKNOWN = np.array([205.0, 205.0, 205.0])
+"""Colour of vertices that have no figure."""
+_SHOWN_QUANTILE = 0.98
+_BAR_IN = 1.05
+
+
+def size_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm: bool) -> Figure:
+    """Figures from 0 up, light to dark; the largest 2 % share one colour."""
+    reach = _reach(values)
+    return _map(mesh, values, Normalize(0.0, reach), "YlOrRd", label, in_mm)
+
+
+def signed_map(
+    mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm: bool
+) -> Figure:
+    """Figures about 0: blue below, white at it, red above."""
+    reach = _reach(np.abs(values))
+    return _map(mesh, values, Normalize(-reach, reach), "RdBu_r", label, in_mm)
+
+
+def _reach(sizes: Float64[np.ndarray, " n"]) -> float:
+    known = sizes[np.isfinite(sizes)]
+    return max(float(np.quantile(known, _SHOWN_QUANTILE)), 1e-9) if len(known) else 1.0
+
+
+def _map(
+    mesh: Mesh,
+    values: Float64[np.ndarray, " n"],
+    norm: Normalize,
+    colours: str,
+    label: str,
+    in_mm: bool,
+) -> Figure:
+    known = np.isfinite(values)
+    shades = ScalarMappable(norm, mpl.colormaps[colours])
+    paint = 255.0 * np.asarray(shades.to_rgba(np.where(known, values, 0.0)))[:, :3]
+    paint[~known] = _UNKNOWN
+    figure = sides_figure(mesh, paint, in_mm=in_mm, room_in=_BAR_IN)
+    bar = figure.colorbar(
+        shades, ax=figure.axes, orientation="horizontal", fraction=0.05, aspect=60, pad=0.01
+    )
+    bar.set_label(label, fontsize=8, color=INK)
+    bar.ax.tick_params(labelsize=8)
+    return figure
