@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64, Int32, Int64
 
 from limbgram.geometry.arrays import Points3, Vector3
 from limbgram.surface.mesh import Mesh
@@ -24,6 +24,10 @@ class Section:
     points_mm: Points3
     closed: bool
     """False where the cut runs into the open brim."""
+    crossed: Int32[np.ndarray, "n 2"]
+    """The mesh's vertices at the ends of the edge that each point lies on."""
+    shares: Float64[np.ndarray, " n"]
+    """How far along that edge, 0 at its first end."""
 
     @property
     def length_mm(self) -> float:
@@ -42,7 +46,8 @@ Z_AXIS = np.array([0.0, 0.0, 1.0])
 def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tuple[Section, ...]:
     """Cut an edge-manifold mesh by planes across a unit normal, in the order of the offsets.
 
-    A vertex on a plane counts as above it, so every cut is a clean chain of edge crossings.
+    A vertex on a plane counts as above it, so every cut is a clean chain of edge crossings. A
+    plane that misses the mesh gives no section.
     """
     heights = mesh.vertices_mm @ normal
     edges = find_edges(mesh.faces)
@@ -64,7 +69,13 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
             first, second = mesh.vertices_mm[ends[:, 0]], mesh.vertices_mm[ends[:, 1]]
             points_mm = first + share[:, None] * (second - first)
             sections.append(
-                Section(offset_mm=float(offset_mm), points_mm=points_mm, closed=chain.closed)
+                Section(
+                    offset_mm=float(offset_mm),
+                    points_mm=points_mm,
+                    closed=chain.closed,
+                    crossed=ends,
+                    shares=share,
+                )
             )
     return tuple(sections)
 

@@ -1,0 +1,1 @@
+"""Levels: what is measured at one height, and between two."""
