@@ -44,6 +44,7 @@ class AopFile:
     radius_map: RadiusMap
     spokes_listed: bool
     """The angles stand one by one, not as a spacing."""
+    slices_listed: bool
     warnings: tuple[str, ...]
 
 
@@ -87,6 +88,7 @@ def parse_aop(content: bytes, name: str) -> AopFile:
         landmarks=landmarks,
         radius_map=found,
         spokes_listed=spokes.listed,
+        slices_listed=slices.listed,
         warnings=tuple(warnings),
     )
 

@@ -1,6 +1,6 @@
 """Reading AOP: from the numbers of a file to a limb in its own frame."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from limbgram.shape.reading.aop.grammar import AopFile, AopLandmark, parse_aop
 from limbgram.shape.reading.aop.profiles import (
     MM_PER_INCH,
     Profile,
+    from_the_front,
     landmarks_from_file,
     profile_of,
-    spoke_turn_deg,
 )
 from limbgram.shape.reading.aop.radiusmap import RadiusMap
 from limbgram.shape.reading.soup import Soup
@@ -45,15 +45,20 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
     """
     file = parse_aop(content, name)
     profile = profile or profile_of(file)
-    if profile == "ampscan" and file.spokes_listed:
+    if profile in ("ampscan", "ampscan-early") and file.spokes_listed:
         raise ShapeFileError(
             f"{name} was written by ampscan with its angles one by one: that form of its files is "
             "mirrored in an unknown way. Write it again there with a number of spokes, or as STL."
         )
-    radius_map = _turned(file.radius_map, profile)
+    radius_map = from_the_front(file.radius_map, profile)
     mm_per_radius = _landmark_unit(file, radius_map, profile)
     stated = any(_UNIT_COMMENT in line.upper() for line in file.comments)
     warnings = list(file.warnings)
+    if profile == "ampscan-early":
+        warnings.append(
+            "an early ampscan counted the spokes the other way round: the shape was turned to be "
+            "no mirror image; check the side"
+        )
     landmarks: list[Landmark] = []
     for mark in file.landmarks:
         points = landmarks_from_file(mark.places, profile, mm_per_radius)
@@ -86,13 +91,6 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
         frame=found.frame,
         notes=found.warnings,
     )
-
-
-def _turned(found: RadiusMap, profile: Profile) -> RadiusMap:
-    """Angles counted from the front, rising within one turn; a turn too many is refused."""
-    thetas = found.thetas_deg + spoke_turn_deg(profile, float(found.thetas_deg[1]))
-    within = thetas < thetas[0] + 360
-    return replace(found, thetas_deg=thetas[within], radii_mm=found.radii_mm[:, within])
 
 
 def _landmark_unit(file: AopFile, radius_map: RadiusMap, profile: Profile) -> float:
