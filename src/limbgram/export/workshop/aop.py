@@ -1,0 +1,213 @@
+"""AOP: the limb as a radius map, as the trade's carvers and programs take it.
+
+In      an aligned Limb; how fine, whose quirks, which line ends and which form of header.
+Out     the file, read back by our own reader, and an AopReport: how far the limb lies from what
+        the file holds, and what it costs in volume and girth.
+Fails   CarveError: not aligned, or no radius map can hold the shape. OptionsError.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.carving import MapOptions, Mapped, map_radii
+from limbgram.carving.slab import clipped, distance_to, volume_between_mm3
+from limbgram.errors import CarveError, OptionsError
+from limbgram.export.writing import require, write_file
+from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.reading.aop import AopReading, Profile, landmarks_to_file, read_aop
+from limbgram.surface.mesh import Mesh
+
+LineEnd = Literal["lf", "cr", "crlf"]
+_LINE_ENDS: dict[LineEnd, str] = {"lf": "\n", "cr": "\r", "crlf": "\r\n"}
+_LONGEST_NAME = 40
+_ROUNDING_MM = 0.0005 + 1e-9
+_INCH_ROUNDING_MM = 25.4 * 0.0005 + 1e-9
+_ANGLE_DIGITS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopOptions:
+    """What the program that will read the file expects."""
+
+    map: MapOptions = MapOptions()
+    profile: Profile = "mm"
+    line_end: LineEnd = "lf"
+    spokes_listed: bool = False
+    """Write every angle, not the spacing."""
+    slices_listed: bool = True
+    """Write every height, not the spacing: the form of all files seen from the trade."""
+
+
+DEFAULTS = AopOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopReport:
+    """What the file holds, against the limb between the same heights."""
+
+    path: Path
+    spokes: int
+    slices: int
+    height_mm: float
+    max_mm: float
+    """Largest distance from the limb's surface to the file's."""
+    rms_mm: float
+    volume_ml: float
+    """In the file."""
+    volume_change: float
+    """Fraction of the limb's."""
+    girth_change_mm: float
+    """Largest at any slice, with its sign."""
+    girth_change: float
+    """Mean, as a fraction."""
+    mapped: Mapped
+
+
+def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopReport:
+    """Write an aligned limb as AOP, and tell what the format costs."""
+    if limb.frame is None:
+        raise CarveError(
+            "The limb is not aligned, so an AOP file would have no axis, front or side. Run "
+            "`limbgram align` first."
+        )
+    _check(options)
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    mesh = Mesh(vertices_mm=points, faces=limb.mesh.faces)
+    mapped = map_radii(mesh, options.map)
+    _check_form(mapped, options)
+    text = _text(limb, limb.frame, mapped, options)
+    held: list[AopReading] = []
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(text.replace("\n", _LINE_ENDS[options.line_end]).encode("ascii"))
+
+    def check(written: Path) -> None:
+        held.append(read_aop(written.read_bytes(), path.name))
+        _compare(held[0], limb, limb.frame, mapped, options)
+
+    write_file(path, encode, check)
+    return _report(path, mesh, mapped, held[0])
+
+
+def _check(options: AopOptions) -> None:
+    if options.profile == "ampscan-early" or (
+        options.profile == "ampscan" and options.spokes_listed
+    ):
+        raise OptionsError(
+            "That form is read as a mirror image: ampscan counts listed spokes the wrong way. Use "
+            "the profile ampscan with its angles as a spacing."
+        )
+
+
+def _check_form(mapped: Mapped, options: AopOptions) -> None:
+    steps = np.diff(mapped.radius_map.z_mm)
+    if not options.slices_listed and float(np.ptp(steps)) > 1e-6:
+        raise OptionsError(
+            "Slices that lie closer at the tip must be listed one by one: leave out the distal "
+            "slices, or list the heights."
+        )
+
+
+def _text(limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions) -> str:
+    found = mapped.radius_map
+    inches = options.profile == "omega"
+    lines = ["AAOP1", "AAOP1", "Written by limbgram", "UNIT: MM"]
+    lines.append(f"LANDMARK RADIUS UNIT: {'IN' if inches else 'MM'}")
+    if options.profile == "ampscan":
+        lines.append("Spokes as ampscan reads them")
+    lines += ["END COMMENTS", "CYLINDRICAL", frame.side.upper(), str(len(limb.landmarks))]
+    places = _landmark_places(limb, frame, mapped, options.profile)
+    for mark, (radius, theta, z) in zip(limb.landmarks, places.tolist(), strict=True):
+        lines += [_plain_name(mark.name), "1", f"{radius:.3f}", f"{theta:.{_ANGLE_DIGITS}f}"]
+        lines.append(f"{z:.3f}")
+    spokes = len(found.thetas_deg)
+    spacing = 360.0 / spokes
+    lines += [str(spokes), "0" if options.spokes_listed else _short(spacing)]
+    lines += [_short(theta) for theta in found.thetas_deg] if options.spokes_listed else []
+    heights = found.z_mm.tolist()
+    lines.append(str(len(heights)))
+    lines += ["0", *map(_short, heights)] if options.slices_listed else [_short(heights[1])]
+    lines += [f"{radius:.3f}" for radius in _rows(mapped, options.profile).ravel().tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _landmark_places(
+    limb: Limb, frame: LimbFrame, mapped: Mapped, profile: Profile
+) -> Float64[np.ndarray, "k 3"]:
+    if not limb.landmarks:
+        return np.empty((0, 3))
+    points = np.array([mark.position_mm for mark in limb.landmarks])
+    in_limb = frame.limb_from_mesh.apply(points) - np.array([0.0, 0.0, mapped.first_mm])
+    return landmarks_to_file(in_limb, profile)
+
+
+def _rows(mapped: Mapped, profile: Profile) -> Float64[np.ndarray, "m n"]:
+    """Radii in the file's order of spokes: ampscan's first spoke is our second."""
+    return np.roll(mapped.radius_map.radii_mm, -1 if profile == "ampscan" else 0, axis=1)
+
+
+def _plain_name(name: str) -> str:
+    """A name in ASCII that cannot be taken for another line of the file."""
+    plain = re.sub(r"[^ -~]", "?", name).strip()[:_LONGEST_NAME].strip()
+    return plain or "unnamed"
+
+
+def _short(value: float) -> str:
+    """Six decimals without idle zeros."""
+    return f"{value:.6f}".rstrip("0").rstrip(".")
+
+
+def _compare(
+    held: AopReading, limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions
+) -> None:
+    """What our reader finds is the map, the side and the landmarks, within the file's digits."""
+    found, wanted = held.radius_map, mapped.radius_map
+    require(held.frame.side == frame.side, f"side {held.frame.side} for {frame.side}")
+    same_form = found.radii_mm.shape == wanted.radii_mm.shape
+    require(same_form, f"a map of {found.radii_mm.shape} for {wanted.radii_mm.shape}")
+    apart = float(np.abs(found.radii_mm - wanted.radii_mm).max())
+    require(apart <= _ROUNDING_MM, f"radii {apart:.3g} mm apart")
+    turned = float(np.abs(found.thetas_deg - wanted.thetas_deg).max())
+    require(turned < 1e-2, f"spokes turned by {turned:.3g} degrees")
+    require(
+        float(np.abs(found.z_mm - wanted.z_mm).max()) <= _ROUNDING_MM, "slices at other heights"
+    )
+    require(len(held.landmarks) == len(limb.landmarks), f"{len(held.landmarks)} landmarks")
+    places = _landmark_places(limb, frame, mapped, "mm")
+    tolerance = _INCH_ROUNDING_MM if options.profile == "omega" else 2 * _ROUNDING_MM
+    for mark, (radius, theta, z) in zip(held.landmarks, places.tolist(), strict=True):
+        angle = np.radians(theta)
+        there = np.array([radius * np.sin(angle), radius * np.cos(angle), z])
+        off = float(np.abs(mark.position_mm - there).max())
+        require(off <= tolerance, f"landmark {mark.name} {off:.3g} mm from its place")
+
+
+def _report(path: Path, mesh: Mesh, mapped: Mapped, held: AopReading) -> AopReport:
+    found = held.radius_map
+    top_mm = mapped.first_mm + float(found.z_mm[-1])
+    part = clipped(mesh, mapped.first_mm, top_mm)
+    file = found.surface()
+    file = file.with_vertices(file.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
+    away = distance_to(part, file)
+    of_limb, of_file = volume_between_mm3(part), volume_between_mm3(file)
+    round_there = mapped.girths_mm > 0
+    girths, kept = found.girths_mm()[round_there], mapped.girths_mm[round_there]
+    changes = girths - kept
+    return AopReport(
+        path=path,
+        spokes=len(found.thetas_deg),
+        slices=len(found.z_mm),
+        height_mm=float(found.z_mm[-1]),
+        max_mm=away.max_mm,
+        rms_mm=away.rms_mm,
+        volume_ml=of_file / 1000,
+        volume_change=of_file / of_limb - 1,
+        girth_change_mm=float(changes[np.abs(changes).argmax()]),
+        girth_change=float((changes / kept).mean()),
+        mapped=mapped,
+    )
