@@ -7,7 +7,7 @@ Fails   CarveError: not aligned, or no radius map can hold the shape. OptionsErr
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, Literal
 
@@ -34,7 +34,7 @@ _ANGLE_DIGITS = 6
 class AopOptions:
     """What the program that will read the file expects."""
 
-    map: MapOptions = MapOptions()
+    map: MapOptions = field(default_factory=MapOptions)
     profile: Profile = "mm"
     line_end: LineEnd = "lf"
     spokes_listed: bool = False
@@ -70,17 +70,18 @@ class AopReport:
 
 def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopReport:
     """Write an aligned limb as AOP, and tell what the format costs."""
-    if limb.frame is None:
+    frame = limb.frame
+    if frame is None:
         raise CarveError(
             "The limb is not aligned, so an AOP file would have no axis, front or side. Run "
             "`limbgram align` first."
         )
     _check(options)
-    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    points = frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     mesh = Mesh(vertices_mm=points, faces=limb.mesh.faces)
     mapped = map_radii(mesh, options.map)
     _check_form(mapped, options)
-    text = _text(limb, limb.frame, mapped, options)
+    text = _text(limb, frame, mapped, options)
     held: list[AopReading] = []
 
     def encode(stream: BinaryIO) -> None:
@@ -88,7 +89,7 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
 
     def check(written: Path) -> None:
         held.append(read_aop(written.read_bytes(), path.name))
-        _compare(held[0], limb, limb.frame, mapped, options)
+        _compare(held[0], limb, frame, mapped, options)
 
     write_file(path, encode, check)
     return _report(path, mesh, mapped, held[0])
