@@ -9,16 +9,21 @@ Fails   EditError: the surface would fold or cut through itself.
 """
 
 import numpy as np
+from jaxtyping import Bool
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.marking.neighbours import averaging
 from limbgram.surface.mesh import Mesh
 
 _TIE = 1e-3
 """Weight of staying on the normal, as a share of the faces' own: decides where they leave open."""
 _FARTHEST = 2.0
 """A vertex moves at most this many distances, so that sharp scraps do not shoot out."""
+_MOST_EASED = 0.02
+"""Share of the faces whose moves may be evened out; beyond it the offset is refused."""
+_EASING_ROUNDS = 30
 
 
 def offset(mesh: Mesh, distance_mm: float) -> Mesh:
@@ -31,14 +36,18 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
         raise EditError("An offset needs a distance in millimetres that is a number.")
     if distance_mm == 0.0:
         return mesh
-    moved = mesh.with_vertices(mesh.vertices_mm + distance_mm * unit_offsets(mesh))
     what = f"The offset by {distance_mm:g} mm"
-    turned = int(((mesh.face_normals() * moved.face_normals()).sum(1) < 0).sum())
-    if turned:
+    moves = distance_mm * unit_offsets(mesh)
+    turned = _turned(mesh, moves)
+    if turned.any():
+        moves = _eased(mesh, moves, turned)
+        turned = _turned(mesh, moves)
+    if turned.any():
         raise EditError(
-            f"{what} was not done: it would turn {turned} triangles inside out, where the surface "
-            "bends more tightly than that. Offset by less, or smooth the surface first."
+            f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
+            "the surface bends more tightly than that. Offset by less, or smooth the surface first."
         )
+    moved = mesh.with_vertices(mesh.vertices_mm + moves)
     require_sound(what, mesh, moved)
     return moved
 
@@ -46,31 +55,50 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
 def unit_offsets(mesh: Mesh) -> Points3:
     """Displacement of each vertex for an offset of 1 mm outwards.
 
-    Least squares of n . x = 1 over the faces at the vertex, weighted by their angle there.
+    Least squares of n . x = 1 over the faces at the vertex, weighted by their area: of slivers no
+    normal is known well.
     """
-    corners = mesh.vertices_mm[mesh.faces]
     weighted = mesh.face_normals()
-    units = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-30)
+    area = np.linalg.norm(weighted, axis=1)
+    units = weighted / np.maximum(area, 1e-30)[:, None]
     count = len(mesh)
     normals = np.zeros((count, 3))
     products = np.zeros((count, 3, 3))
     for k in range(3):
-        ahead = corners[:, (k + 1) % 3] - corners[:, k]
-        back = corners[:, (k + 2) % 3] - corners[:, k]
-        lengths = np.linalg.norm(ahead, axis=1) * np.linalg.norm(back, axis=1)
-        cosine = (ahead * back).sum(1) / np.maximum(lengths, 1e-30)
-        angle = np.arccos(np.clip(cosine, -1, 1))
         at = mesh.faces[:, k]
         for i in range(3):
-            normals[:, i] += np.bincount(at, angle * units[:, i], count)
+            normals[:, i] += np.bincount(at, weighted[:, i], count)
             for j in range(i, 3):
-                products[:, i, j] += np.bincount(at, angle * units[:, i] * units[:, j], count)
+                products[:, i, j] += np.bincount(at, weighted[:, i] * units[:, j], count)
     for i, j in ((0, 1), (0, 2), (1, 2)):
         products[:, j, i] = products[:, i, j]
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     along = normals / np.maximum(length, 1e-30)
-    tie = _TIE * np.maximum(np.trace(products, axis1=1, axis2=2), 1e-30)
+    tie = np.maximum(_TIE * np.trace(products, axis1=1, axis2=2), 1e-30)
     system = products + tie[:, None, None] * np.eye(3)
     moves = np.linalg.solve(system, (normals + tie[:, None] * along)[:, :, None])[:, :, 0]
     far = np.linalg.norm(moves, axis=1, keepdims=True)
     return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))
+
+
+def _turned(mesh: Mesh, moves: Points3) -> Bool[np.ndarray, " f"]:
+    """Faces that point the other way once they have moved."""
+    after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
+    return (mesh.face_normals() * after).sum(1) <= 0
+
+
+def _eased(mesh: Mesh, moves: Points3, turned: Bool[np.ndarray, " f"]) -> Points3:
+    """Moves evened out round faces that turn over, in an area that grows until none does."""
+    mean = averaging(mesh)
+    touched = np.zeros(len(mesh), np.bool_)
+    for _ in range(_EASING_ROUNDS):
+        touched[mesh.faces[turned]] = True
+        around = touched.copy()
+        around[mesh.faces[touched[mesh.faces].any(1)]] = True
+        if touched[mesh.faces].all(1).mean() > _MOST_EASED:
+            break
+        moves = np.where(around[:, None], mean @ moves, moves)
+        turned = _turned(mesh, moves)
+        if not turned.any():
+            break
+    return moves

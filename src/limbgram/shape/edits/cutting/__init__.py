@@ -1,0 +1,1 @@
+"""Cutting: triangles really split along a plane or a curve."""

@@ -1,0 +1,1 @@
+"""Ends: the proximal and the distal end of the limb."""

@@ -1,0 +1,99 @@
+"""Per cent: sections made smaller or larger by levels along the axis, and published presets.
+
+A girth changed by p per cent scales a section's radius by 1 - p / 100; a volume changed by p per
+cent scales its area so, and its radius by the root of that. Every vertex keeps its height.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.errors import EditError
+from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.marking.axis import middles_mm
+from limbgram.shape.edits.marking.places import axes_in_mesh, displaced, height_mm, in_limb_frame
+from limbgram.shape.limb import Limb
+
+PerCentOf = Literal["girth", "volume"]
+_MOST = 50.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reduction:
+    """Make sections smaller by per cent at levels, in between in proportion."""
+
+    heights_mm: tuple[float, ...]
+    """Levels along the limb's axis, rising."""
+    per_cent: tuple[float, ...]
+    """One for each level; below the first and above the last the same as there."""
+    of: PerCentOf
+    """What the per cent are of."""
+    above: str = ""
+    """Landmark from which heights count; without it the distal end's origin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Increase:
+    """Make sections larger by per cent at levels, in between in proportion."""
+
+    heights_mm: tuple[float, ...]
+    """Levels along the limb's axis, rising."""
+    per_cent: tuple[float, ...]
+    """One for each level; below the first and above the last the same as there."""
+    of: PerCentOf
+    """What the per cent are of."""
+    above: str = ""
+    """Landmark from which heights count; without it the distal end's origin."""
+
+
+def reduction(limb: Limb, edit: Reduction) -> Limb:
+    """Scale sections towards their middles.
+
+    Raises:
+        EditError: the levels make no sense, or the surface would cut through itself.
+    """
+    return change_by_levels(limb, "The reduction", edit, -1.0)
+
+
+def increase(limb: Limb, edit: Increase) -> Limb:
+    """Scale sections away from their middles.
+
+    Raises:
+        EditError: the levels make no sense, or the surface would cut through itself.
+    """
+    return change_by_levels(limb, "The increase", edit, 1.0)
+
+
+def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: float) -> Limb:
+    """Scale sections by sign times the per cent."""
+    heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
+    if len(heights) != len(per_cent) or not len(heights):
+        raise EditError(
+            f"{what} has {len(heights)} heights and {len(per_cent)} per cent: it needs one for "
+            "each level, and at least one level."
+        )
+    if (np.diff(heights) <= 0).any():
+        raise EditError(f"{what} needs its heights in rising order, each once.")
+    if (per_cent < 0).any() or (per_cent > _MOST).any():
+        raise EditError(
+            f"{what} takes 0 to {_MOST:g} per cent at each level. For the other way use the "
+            "increase or the reduction."
+        )
+    base = height_mm(limb, 0.0, edit.above, what)
+    points = in_limb_frame(limb, what)
+    change = sign * np.interp(points[:, 2], base + heights, per_cent) / 100
+    factor = 1 + change if edit.of == "girth" else np.sqrt(1 + change)
+    step = (factor - 1)[:, None] * (points - middles_mm(limb, points, what))
+    changed = displaced(limb, limb.mesh.vertices_mm + _across(limb, step, what))
+    require_sound(what, limb.mesh, changed.mesh)
+    return changed
+
+
+def _across(
+    limb: Limb, step: Float64[np.ndarray, "n 3"], what: str
+) -> Float64[np.ndarray, "n 3"]:
+    """Displacements in the limb frame, without their part along the axis, in the mesh's frame."""
+    x_axis, y_axis, _ = axes_in_mesh(limb, what)
+    return step[:, :1] * x_axis + step[:, 1:2] * y_axis

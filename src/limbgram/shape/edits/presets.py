@@ -1,0 +1,105 @@
+"""Presets: reductions that have been published for liners, and the sock ply.
+
+Liners      P. Jasken, J. Hall, J Prosthet Orthot 30(3), 2018, 140-144, as the makers state them.
+            Ossur Iceross Original: 3-5 % of girth proximally, tapering to 0 % distally.
+            WillowWood Alpha: 3 mm 3-5 %, 6 mm 5-7 %, 9 mm 7-9 %, called volume.
+Sock ply    one ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res Dev 49(4), 2012.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from limbgram.errors import EditError
+from limbgram.shape.edits.marking.places import height_mm, in_limb_frame
+from limbgram.shape.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
+from limbgram.shape.limb import Limb
+
+LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
+PLY_VOLUME_PER_CENT = 1.1
+_MOST_PLIES = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """What a maker states."""
+
+    least_per_cent: float
+    most_per_cent: float
+    of: PerCentOf
+    tapers: bool
+    """To 0 % at the distal end."""
+
+
+LINERS: dict[LinerName, Published] = {
+    "iceross-original": Published(least_per_cent=3, most_per_cent=5, of="girth", tapers=True),
+    "alpha-3mm": Published(least_per_cent=3, most_per_cent=5, of="volume", tapers=False),
+    "alpha-6mm": Published(least_per_cent=5, most_per_cent=7, of="volume", tapers=False),
+    "alpha-9mm": Published(least_per_cent=7, most_per_cent=9, of="volume", tapers=False),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Liner:
+    """Reduce for a liner by the maker's published per cent.
+
+    iceross-original: 3-5 % of girth proximally, tapering to 0 % distally; alpha-3mm 3-5 %,
+    alpha-6mm 5-7 %, alpha-9mm 7-9 % of volume (Jasken and Hall 2018).
+    """
+
+    name: LinerName
+    share: float = 0.5
+    """Where in the published range: 0 its lower, 1 its upper end."""
+    proximal_mm: float | None = None
+    """Height at which a taper reaches its full per cent; without it the shape's top."""
+    above: str = ""
+    """Landmark from which that height counts; without it the distal end's origin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SockPly:
+    """Make the shape larger by sock plies of 1.1 % of volume each, or smaller by negative ones."""
+
+    plies: float
+
+
+def liner(limb: Limb, edit: Liner) -> Limb:
+    """Reduce for a liner.
+
+    Raises:
+        EditError: the share or the height makes no sense.
+    """
+    what = f"The liner preset {edit.name}"
+    if not 0 <= edit.share <= 1:
+        raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {edit.share:g}.")
+    made = LINERS[edit.name]
+    per_cent = made.least_per_cent + edit.share * (made.most_per_cent - made.least_per_cent)
+    heights = in_limb_frame(limb, what)[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    if not made.tapers:
+        if edit.proximal_mm is not None:
+            raise EditError(f"{what} is the same at all levels: leave out proximal_mm.")
+        levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
+        return change_by_levels(limb, what, levels, -1.0)
+    if edit.proximal_mm is not None:
+        high = height_mm(limb, edit.proximal_mm, edit.above, what)
+    if high <= low:
+        raise EditError(f"{what}: proximal_mm lies below the distal end.")
+    levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
+    return change_by_levels(limb, what, levels, -1.0)
+
+
+def sock_ply(limb: Limb, edit: SockPly) -> Limb:
+    """Change the volume of every section by plies.
+
+    Raises:
+        EditError: more plies than anybody wears.
+    """
+    if abs(edit.plies) > _MOST_PLIES:
+        raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
+    per_cent = (PLY_VOLUME_PER_CENT * abs(edit.plies),)
+    what = f"The change by {edit.plies:g} sock plies"
+    if edit.plies < 0:
+        levels = Reduction(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+        return change_by_levels(limb, what, levels, -1.0)
+    more = Increase(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+    return change_by_levels(limb, what, more, 1.0)

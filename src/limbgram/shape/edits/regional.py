@@ -1,0 +1,149 @@
+"""Regional edits: the surface built up or taken back over an area, fading towards its edge.
+
+On the shape itself a build-up goes outwards and a relief inwards. A socket made over the shape
+has it the other way round: the build-up gives room there, the relief gives load.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.errors import EditError
+from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.marking.curves import draw_curve, find_sides, inside
+from limbgram.shape.edits.marking.distances import distances_from, distances_from_point
+from limbgram.shape.edits.marking.fineness import refine_where
+from limbgram.shape.edits.marking.neighbours import calm_normals
+from limbgram.shape.edits.marking.places import (
+    FrameName,
+    Place,
+    displaced,
+    on_surface,
+    position_mm,
+)
+from limbgram.shape.limb import Limb
+from limbgram.surface.mesh import Mesh
+
+_FINENESS = 8.0
+"""Edges along the falloff, at least."""
+_FINEST_MM = 0.4
+
+
+@dataclass(frozen=True, kw_only=True)
+class BuildUp:
+    """Move the surface outwards round a place, or over a drawn region."""
+
+    depth_mm: float
+    """At the deepest point, exactly."""
+    falloff_mm: float
+    """Width over which the depth fades to nothing, over the surface: outwards from `flat_mm`
+    round a place, inwards from the curve of a region."""
+    at: Place | None = None
+    """The place: a landmark's name or x, y, z."""
+    flat_mm: float = 0.0
+    """Radius of full depth round the place."""
+    within: tuple[Place, ...] = ()
+    """The region: points in order round it, on the surface; `at` or this."""
+    positions_in: FrameName = "limb"
+    """Frame of coordinates."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relief:
+    """Move the surface inwards round a place, or over a drawn region."""
+
+    depth_mm: float
+    """At the deepest point, exactly."""
+    falloff_mm: float
+    """Width over which the depth fades to nothing, over the surface: outwards from `flat_mm`
+    round a place, inwards from the curve of a region."""
+    at: Place | None = None
+    """The place: a landmark's name or x, y, z."""
+    flat_mm: float = 0.0
+    """Radius of full depth round the place."""
+    within: tuple[Place, ...] = ()
+    """The region: points in order round it, on the surface; `at` or this."""
+    positions_in: FrameName = "limb"
+    """Frame of coordinates."""
+
+
+def build_up(limb: Limb, edit: BuildUp) -> Limb:
+    """Move an area outwards along the surface's normals.
+
+    Raises:
+        EditError: no such area, or the surface would fold or cut through itself.
+    """
+    return _press(limb, edit, "The build-up", 1.0)
+
+
+def relief(limb: Limb, edit: Relief) -> Limb:
+    """Move an area inwards along the surface's normals.
+
+    Raises:
+        EditError: no such area, or the surface would fold or cut through itself.
+    """
+    return _press(limb, edit, "The relief", -1.0)
+
+
+def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
+    if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
+        raise EditError(
+            f"{what} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or more. "
+            "Build-up goes outwards and relief inwards; neither takes a negative depth."
+        )
+    if (edit.at is None) == (not edit.within):
+        raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
+    limb, weight = (
+        _in_a_region(limb, edit, what)
+        if edit.at is None
+        else _round_a_place(limb, edit, edit.at, what)
+    )
+    largest = float(weight.max(initial=0.0))
+    if largest <= 0:
+        raise EditError(f"{what} reaches no vertex of the surface. Draw a larger region.")
+    step = sign * edit.depth_mm * (weight / largest)[:, None]
+    changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals(limb.mesh))
+    require_sound(what, limb.mesh, changed.mesh)
+    return changed
+
+
+def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
+    x = np.clip(share, 0.0, 1.0)
+    return 1 - x * x * x * (10 + x * (6 * x - 15))
+
+
+def _round_a_place(
+    limb: Limb, edit: BuildUp | Relief, place: Place, what: str
+) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+    """The limb fine enough, and the share of the depth at each vertex."""
+    point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
+    reach = edit.flat_mm + edit.falloff_mm
+    corners = limb.mesh.vertices_mm[limb.mesh.faces]
+    close = np.linalg.norm(corners - point, axis=2).min(1) < reach
+    limb = limb.with_mesh(refine_where(limb.mesh, close, _edge_mm(edit)))
+    distance = distances_from_point(limb.mesh, point, reach)
+    return limb, fading((distance - edit.flat_mm) / edit.falloff_mm)
+
+
+def _in_a_region(
+    limb: Limb, edit: BuildUp | Relief, what: str
+) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+    """The limb fine enough, and the share of the depth at each vertex."""
+    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
+    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+    coarse = inside(limb.mesh, find_sides(limb.mesh, curve, what))
+    chosen = np.asarray(coarse[limb.mesh.faces].any(1))
+    mesh: Mesh = refine_where(limb.mesh, chosen, _edge_mm(edit))
+    sides = find_sides(mesh, curve, what)
+    within = inside(mesh, sides)
+    start = np.where(within, np.abs(sides.signed_mm), np.inf)
+    depth = distances_from(mesh, start, within, np.inf)
+    depth = np.where(within & np.isfinite(depth), depth, 0.0)
+    full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
+    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
+
+
+def _edge_mm(edit: BuildUp | Relief) -> float:
+    return max(edit.falloff_mm / _FINENESS, _FINEST_MM)

@@ -1,0 +1,1 @@
+"""Solids: holes filled, walls given, sides swapped."""
