@@ -5,6 +5,7 @@ CASE/camera.json      the camera (camera-2.json, ... where there are several)
 CASE/stages/NAME/     one folder a stage: product.json, arrays.npz, stage.json (key, options)
 CASE/deliverables/    the files for other programs
 CASE/report/          pictures; CASE/report.html shows them; CASE/summary.json has the figures
+CASE/accuracy.*       what the case knows of its own error: JSON, page, PDF
 CASE/case.json        versions, hashes, verdicts, timings
 CASE/log.txt          what the libraries said
 """
@@ -17,7 +18,7 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Literal
 
 from limbgram.cases.keeping.fingerprint import file_sha256
 from limbgram.errors import CaseError, PhotoError
@@ -66,6 +67,9 @@ class CaseFolder:
     @property
     def page(self) -> Path:
         return self.root / "report.html"
+
+    def accuracy(self, suffix: Literal["json", "html", "pdf"]) -> Path:
+        return self.root / f"accuracy.{suffix}"
 
     def camera_file(self, idx: int) -> Path:
         return self.root / ("camera.json" if idx == 0 else f"camera-{idx + 1}.json")

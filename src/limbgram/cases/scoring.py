@@ -9,10 +9,11 @@ import trimesh
 from limbgram.cases.folder import CaseFolder
 from limbgram.errors import CaseError
 from limbgram.geometry.arrays import Faces
-from limbgram.report.comparison import Comparison, Truth, compare
+from limbgram.report.alignment import Truth
+from limbgram.report.comparison import Comparison, compare
 from limbgram.surface.mesh import Mesh
 
-_LEAST_PHOTOS = 3
+LEAST_PHOTOS = 3
 """Photos that must show a vertex for it to count as visible."""
 _VERTEX = np.dtype([("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
@@ -22,8 +23,8 @@ def score_case(case: Path, truth: Path) -> Comparison:
     """Compare the surface that a case delivered with the truth of its capture."""
     deliverables = CaseFolder(case).deliverables
     surface = trimesh.load_mesh(deliverables / "surface.ply", process=False)
-    found = _centres_mm(deliverables / "poses.json")
-    true = _centres_mm(truth / "cameras.json")
+    found = centres_mm(deliverables / "poses.json")
+    true = centres_mm(truth / "cameras.json")
     shared = sorted(found.keys() & true.keys())
     vertices, faces = read_truth_mesh(truth / "mesh.ply")
     return compare(
@@ -35,7 +36,7 @@ def score_case(case: Path, truth: Path) -> Comparison:
         Truth(
             vertices_mm=vertices["xyz"].astype(float),
             faces=faces,
-            seen=(vertices["ncam"] >= _LEAST_PHOTOS) & (vertices["cap"] == 0),
+            seen=(vertices["ncam"] >= LEAST_PHOTOS) & (vertices["cap"] == 0),
             centres_mm=np.array([true[name] for name in shared]),
         ),
     )
@@ -55,7 +56,7 @@ def read_truth_mesh(path: Path) -> tuple[np.ndarray, Faces]:
     return vertices, np.ascontiguousarray(faces["corners"])
 
 
-def _centres_mm(path: Path) -> dict[str, np.ndarray]:
+def centres_mm(path: Path) -> dict[str, np.ndarray]:
     """Camera centre by photo name."""
     images = json.loads(path.read_text("utf-8"))["images"]
     return {image["name"]: -np.array(image["R"]).T @ np.array(image["t"]) for image in images}

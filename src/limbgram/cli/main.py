@@ -5,6 +5,7 @@ import typer
 from limbgram.cli.calibrate import calibrate_command
 from limbgram.cli.demo import demo_command
 from limbgram.cli.make_capture import make_capture_command
+from limbgram.cli.quality.accuracy import accuracy_command
 from limbgram.cli.reconstruct import reconstruct_command
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
@@ -36,6 +37,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
 )
 app.command("reconstruct")(reconstruct_command)
+app.command("accuracy")(accuracy_command)
 app.command("calibrate")(calibrate_command)
 app.command("demo")(demo_command)
 app.command("make-capture")(make_capture_command)

@@ -5,6 +5,7 @@ Never by a scale: a wrong scale is an error of the surface and has to show.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -15,8 +16,10 @@ from limbgram.geometry.similarity import fit_similarity
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 
-SAMPLES = 40_000
+_SAMPLES = 10_000
 _ROUNDS = 12
+_STILL_MM = 1e-5
+"""A step that moves no sample farther ends the alignment."""
 _FAR_MM = 3.0
 """Samples farther away take no part in the alignment."""
 _TRIAL_SAMPLES = 1_000
@@ -45,9 +48,11 @@ class Truth:
             centres_mm=new_from_truth.apply(self.centres_mm),
         )
 
+    @cached_property
     def tree(self) -> TriangleTree:
         return TriangleTree.of(self.vertices_mm, self.faces)
 
+    @cached_property
     def normals(self) -> Float64[np.ndarray, "f 3"]:
         """Unit normals of the faces."""
         a, b, c = (self.vertices_mm[self.faces[:, k]] for k in range(3))
@@ -71,17 +76,20 @@ def by_cameras(centres_mm: Points3, truth: Truth) -> Rigid:
 
 def by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
     """Point to plane from a start within millimetres."""
-    tree, normals = truth.tree(), truth.normals()
+    tree, normals = truth.tree, truth.normals
     pose, scale = start, 0.0
     for _ in range(_ROUNDS):
-        step, scale = _towards(pose.apply(points_mm), tree, normals, truth, _FAR_MM)
+        placed = pose.apply(points_mm)
+        step, scale = _towards(placed, tree, normals, truth, _FAR_MM)
         pose = step @ pose
+        if np.abs(pose.apply(points_mm) - placed).max() < _STILL_MM:
+            break
     return Fit(pose, scale)
 
 
 def from_anywhere(points_mm: Points3, truth: Truth) -> Rigid:
     """truth_from_world near the truth, wherever its frame is: the best of several starts."""
-    tree, normals = truth.tree(), truth.normals()
+    tree, normals = truth.tree, truth.normals
     step = max(1, len(points_mm) // _TRIAL_SAMPLES)
     trial = points_mm[::step]
     best, least = Rigid.identity(), np.inf
@@ -99,9 +107,9 @@ def signed_mm(
     points_mm: Points3, truth: Truth
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Distances from the truth, positive outside, and whether the seen truth is what is near."""
-    found = truth.tree().closest(points_mm)
+    found = truth.tree.closest(points_mm)
     seen = truth.seen[truth.faces[found.faces]].all(1) & (found.distances_mm < 5 * _FAR_MM)
-    normals = truth.normals()[found.faces]
+    normals = truth.normals[found.faces]
     side = np.einsum("nc,nc->n", points_mm - found.points_mm, normals)
     return np.where(side < 0, -1.0, 1.0) * found.distances_mm, seen
 
@@ -109,7 +117,7 @@ def signed_mm(
 def measured_samples(mesh: Mesh) -> np.ndarray:
     """Indices of vertices that were measured, evenly thinned."""
     idx = np.arange(len(mesh)) if mesh.filled is None else np.flatnonzero(~mesh.filled)
-    return idx[:: max(1, len(idx) // SAMPLES)]
+    return idx[:: max(1, len(idx) // _SAMPLES)]
 
 
 def _starts(points_mm: Points3, truth: Truth) -> Iterator[Rigid]:

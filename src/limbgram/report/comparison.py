@@ -100,36 +100,56 @@ def area_mm2(segments: Float64[np.ndarray, "n 2 2"]) -> float:
 
 def section(mesh: Mesh, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
     """The mesh cut at a height: segments with the inside to their left, seen from above."""
-    heights = mesh.vertices_mm[:, 2][mesh.faces] - height_mm
-    above = heights > 0
-    cut = above.any(1) & ~above.all(1)
-    corners, heights, above = mesh.vertices_mm[mesh.faces[cut]], heights[cut], above[cut]
-    lone = np.argmax(above == (above.sum(1) == 1)[:, None], axis=1)
-    rows = np.arange(len(lone))
-    ends: list[np.ndarray] = []
-    for side in (1, 2):
-        other = (lone + side) % 3
-        share = heights[rows, lone] / (heights[rows, lone] - heights[rows, other])
-        from_mm, to_mm = corners[rows, lone], corners[rows, other]
-        ends.append((from_mm + share[:, None] * (to_mm - from_mm))[:, :2])
-    segments = np.stack(ends, axis=1)
-    down = ~above[rows, lone]
-    segments[down] = segments[down, ::-1]
-    return segments
+    return Slices.of(mesh).at(height_mm)
+
+
+@dataclass(frozen=True)
+class Slices:
+    """A mesh made ready to be cut at many heights."""
+
+    mesh: Mesh
+    low_mm: Float64[np.ndarray, " f"]
+    high_mm: Float64[np.ndarray, " f"]
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "Slices":
+        heights = mesh.vertices_mm[:, 2]
+        corners = [heights[mesh.faces[:, k]] for k in range(3)]
+        return cls(mesh, np.minimum.reduce(corners), np.maximum.reduce(corners))
+
+    def at(self, height_mm: float) -> Float64[np.ndarray, "n 2 2"]:
+        """Segments of the cut."""
+        cut = (self.low_mm <= height_mm) & (self.high_mm > height_mm)
+        corners = self.mesh.vertices_mm[self.mesh.faces[cut]]
+        heights = corners[:, :, 2] - height_mm
+        above = heights > 0
+        lone = np.argmax(above == (above.sum(1) == 1)[:, None], axis=1)
+        rows = np.arange(len(lone))
+        ends: list[np.ndarray] = []
+        for side in (1, 2):
+            other = (lone + side) % 3
+            share = heights[rows, lone] / (heights[rows, lone] - heights[rows, other])
+            from_mm, to_mm = corners[rows, lone], corners[rows, other]
+            ends.append((from_mm + share[:, None] * (to_mm - from_mm))[:, :2])
+        segments = np.stack(ends, axis=1)
+        down = ~above[rows, lone]
+        segments[down] = segments[down, ::-1]
+        return segments
 
 
 def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
     """Girths at a few heights, and the error of the volume between the outer ones, a fraction."""
-    true = Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
+    both = (
+        Slices.of(placed),
+        Slices.of(Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)),
+    )
     seen_mm = truth.vertices_mm[truth.seen, 2]
     low, high = np.quantile(seen_mm, 0.02), np.quantile(seen_mm, 0.98)
     girths = tuple(
-        Girth(float(height), girth_mm(section(placed, height)), girth_mm(section(true, height)))
+        Girth(float(height), *(girth_mm(slices.at(height)) for slices in both))
         for height in low + (high - low) * np.array(_GIRTHS)
     )
     ends = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
     heights = np.linspace(ends[0], ends[1], _SECTIONS)
-    volumes = [
-        sum(area_mm2(section(mesh, height)) for height in heights) for mesh in (placed, true)
-    ]
+    volumes = [sum(area_mm2(slices.at(height)) for height in heights) for slices in both]
     return girths, float(volumes[0] / volumes[1] - 1)

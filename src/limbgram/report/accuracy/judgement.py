@@ -134,7 +134,11 @@ def headline(figures: Json, judged: Sequence[Criterion]) -> str:
     first = f"{light.upper()}: {main.value:.2f} mm. {main.sentence}"
     if light == "green":
         return f"{first} {judged[0].sentence}"
-    reasons = [one.sentence for one in judged if one.light == light and one is not main]
+    reasons = [
+        one.sentence
+        for one in judged
+        if one.light == light and one is not main and one.key != "surface_rms"
+    ]
     return " ".join((first, *(f"But: {reason}" for reason in reasons[:2])))
 
 
@@ -146,11 +150,17 @@ def _scale(figures: Json) -> tuple[Criterion, ...]:
     count = len(lengths["check"])
     error = 100 * lengths["check_worst"]
     plural = "check length" if count == 1 else "check lengths"
-    sentence = (
-        f"The scale agrees with {count} {plural} to {error:.3f} % (limit {SCALE.green} %)."
-        if count
-        else "No length that did not set the scale confirms it."
-    )
+    if not count:
+        sentence = "No length that did not set the scale confirms it."
+    elif error <= SCALE.green:
+        sentence = (
+            f"The scale agrees with {count} {plural} to {error:.3f} % (limit {SCALE.green} %)."
+        )
+    else:
+        sentence = (
+            f"The check length {lengths['check_worst_label']} is off by {error:.3f} % "
+            f"(limit {SCALE.green} %)."
+        )
     two_sigma = 200 * lengths["relative_sigma"]
     return (
         SCALE.judge(error, sentence),

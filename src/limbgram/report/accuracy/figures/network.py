@@ -55,9 +55,7 @@ def network_figures(scene: Scene) -> Json:
     }
 
 
-def widest_angles_deg(
-    scene: Scene, seen: Bool[np.ndarray, "n p"]
-) -> Float64[np.ndarray, " n"]:
+def widest_angles_deg(scene: Scene, seen: Bool[np.ndarray, "n p"]) -> Float64[np.ndarray, " n"]:
     """Largest angle between any two of a point's rays."""
     centres = np.array([view.centre_in_world for view in scene.views])
     rays = centres[None] - scene.points_in_world[:, None]

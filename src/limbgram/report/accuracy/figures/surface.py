@@ -123,9 +123,7 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> Json | None:
     }
 
 
-def expected_p95(
-    sigmas: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"]
-) -> float:
+def expected_p95(sigmas: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"]) -> float:
     """Error within which 95 % of the surface is expected, its errors being Gaussian."""
     low, high = 0.0, 4.0 * float(sigmas.max())
     for _ in range(_BISECTIONS):

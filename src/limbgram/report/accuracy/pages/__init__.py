@@ -2,5 +2,6 @@
 
 from limbgram.report.accuracy.pages.html import accuracy_page
 from limbgram.report.accuracy.pages.pdf import accuracy_pdf
+from limbgram.report.accuracy.pages.pictures import accuracy_pictures
 
-__all__ = ["accuracy_page", "accuracy_pdf"]
+__all__ = ["accuracy_page", "accuracy_pdf", "accuracy_pictures"]

@@ -19,7 +19,7 @@ from limbgram.report.accuracy.pages.sections import (
     residual_section,
     sigma_section,
 )
-from limbgram.report.accuracy.pages.words import cards
+from limbgram.report.accuracy.pages.words import MEANING, cards
 from limbgram.report.page import table
 from limbgram.report.pictures import Picture
 
@@ -42,7 +42,7 @@ h1 { font-size: 1.35rem; margin: 0 0 .6rem; } h2 { font-size: 1.12rem; margin: 2
 ol.do { padding-left: 1.3rem; } ol.do li { margin-bottom: .55rem; } ol.do em { font-style: normal;
   display: block; } .grave { font-weight: 600; }
 figure { margin: .4rem 0 1rem; } img, svg { max-width: 100%; height: auto; }
-.two { display: grid; grid-template-columns: repeat(auto-fit, minmax(24rem, 1fr)); gap: 1.2rem; }
+.two { display: grid; grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); gap: 1.2rem; }
 table { border-collapse: collapse; font-size: .86rem; } td, th { padding: .2rem .8rem .2rem 0;
   text-align: left; vertical-align: top; border-bottom: 1px solid #e4e9ec; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
@@ -60,6 +60,7 @@ def accuracy_page(tree: dict[str, Any], pictures: Sequence[Picture]) -> str:
         f'<p class="light {tree["light"]}"><b>{escape(word)}</b><span>{escape(reason.strip())}'
         "</span></p>",
         _cards(tree),
+        f'<p class="note">{escape(MEANING)}</p>',
         "<h2>What limits this result, and what to do</h2>",
         _findings(tree["findings"]),
         f'<p class="use">{escape(tree["intended_use"])}</p>',

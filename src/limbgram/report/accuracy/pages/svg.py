@@ -8,6 +8,8 @@ from typing import Any
 
 INK, FAINT, GRID = "#22303a", "#66747d", "#dde4e8"
 BLUE, ORANGE, GREEN, AMBER, RED = "#2b6ca3", "#d9822b", "#2f7d4f", "#b8780a", "#b8403a"
+SURE_SIGMAS = 2.5
+"""Mean residuals nearer to none than this many of their standard errors are drawn faintly."""
 _LEFT, _BOTTOM, _TOP, _RIGHT = 46, 40, 12, 12
 
 
@@ -23,7 +25,8 @@ class Series:
 def chart(width: int, height: int, title: str, body: str) -> str:
     """An SVG that fits its column; `title` is read out to those who cannot see it."""
     return (
-        f'<svg viewBox="0 0 {width} {height}" role="img" aria-label="{escape(title)}" '
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" role="img" '
+        f'aria-label="{escape(title)}" '
         f'font-size="11" fill="{INK}"><title>{escape(title)}</title>{body}</svg>'
     )
 
@@ -99,9 +102,10 @@ def vectors(grid: Any, title: str) -> str:
     roughest = max((one for one in grid["rms_px"] if one is not None), default=0.0) or 1e-9
     stretch = 0.8 * size / longest
     parts = [_ARROW]
-    for idx, (x, y, rms) in enumerate(
-        zip(grid["mean_x_px"], grid["mean_y_px"], grid["rms_px"], strict=True)
-    ):
+    cells = zip(
+        grid["mean_x_px"], grid["mean_y_px"], grid["rms_px"], grid["observations"], strict=True
+    )
+    for idx, (x, y, rms, seen) in enumerate(cells):
         left, top = 10 + size * (idx % columns), size * (idx // columns)
         shade = 0.0 if rms is None else 0.32 * rms / roughest
         parts.append(
@@ -110,12 +114,13 @@ def vectors(grid: Any, title: str) -> str:
         )
         if x is not None:
             cx, cy = left + size / 2, top + size / 2
-            parts.append(_arrow(cx, cy, cx + stretch * x, cy + stretch * y))
+            sure = math.hypot(x, y) > SURE_SIGMAS * rms / math.sqrt(seen)
+            parts.append(_arrow(cx, cy, cx + stretch * x, cy + stretch * y, sure=sure))
     y = height + 22
-    parts.append(_arrow(14, y, 14 + stretch * longest, y))
+    parts.append(_arrow(14, y, 14 + stretch * longest, y, sure=True))
     parts.append(
-        f'<text x="{20 + stretch * longest:.1f}" y="{y + 4:.1f}">arrow: {longest:.4f} px mean '
-        f"residual; darkest cell: {roughest:.3f} px RMS; no arrow: hardly anything seen</text>"
+        f'<text x="{20 + stretch * longest:.1f}" y="{y + 4:.1f}">{longest:.4f} px mean residual; '
+        f"faint: within {SURE_SIGMAS:g} sigmas of none; darkest cell: {roughest:.3f} px RMS</text>"
     )
     return chart(width, round(height + 36), title, "".join(parts))
 
@@ -226,8 +231,8 @@ _ARROW = (
 )
 
 
-def _arrow(x1: float, y1: float, x2: float, y2: float) -> str:
+def _arrow(x1: float, y1: float, x2: float, y2: float, *, sure: bool) -> str:
     return (
         f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{BLUE}" '
-        'stroke-width="1.5" marker-end="url(#head)"/>'
+        f'stroke-width="1.5" opacity="{1.0 if sure else 0.3}" marker-end="url(#head)"/>'
     )

@@ -5,6 +5,12 @@ from typing import Any
 
 from limbgram.report.accuracy.glossary import LENGTH, SHARE, TERMS, Term, value_at
 
+MEANING = (
+    "Green: finer than a socket's fit can show. Amber: usable, with the doubt that is named. Red: a "
+    "girth or volume may be wrong by a ply of sock or more, or the size is not known; do not make "
+    "anything from it unchecked."
+)
+
 
 @dataclass(frozen=True)
 class Card:
@@ -32,8 +38,9 @@ def cards(tree: dict[str, Any]) -> tuple[Card, ...]:
     if tree["truth"] is not None:
         error, note = tree["truth"]["p95_mm"], "95 % of the surface lies nearer to the truth"
     else:
-        basis = tree["expected"]["basis"]
-        error, note = tree["expected"]["p95_mm"], f"95 % of the surface is expected nearer; {basis}"
+        sure = tree["expected"]["basis"] == "vertex sigmas"
+        error = tree["expected"]["p95_mm"]
+        note = "95 % of the surface is expected nearer" + ("" if sure else " (a rough guess)")
     checks = lengths["check"]
     return (
         Card("Surface error", number(error, unit), note),
@@ -72,7 +79,7 @@ def _shown(term: Term, value: float, unit: str) -> Shown:
     if term.unit == SHARE:
         return Shown(term.title, f"{100 * value:.4g}", "%", term.definition)
     text = f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
-    name = unit if term.unit == LENGTH else term.unit.replace(LENGTH, unit)
+    name = unit if term.unit == LENGTH else term.unit.replace(LENGTH, unit).replace("^2", "²")
     if not isinstance(value, int) and abs(value) >= 10_000:
         text = f"{value:,.0f}"
     return Shown(term.title, text, name, term.definition)

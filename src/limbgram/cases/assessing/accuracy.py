@@ -1,0 +1,53 @@
+"""Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from limbgram.cases.assessing.kept import kept_evidence
+from limbgram.cases.assessing.truths import read_truth
+from limbgram.cases.folder import CaseFolder, locked, written_whole
+from limbgram.cases.record import write_json
+from limbgram.pipeline import Reconstruction
+from limbgram.report.accuracy import Assessment, Evidence, assess
+from limbgram.report.accuracy.figures.truth import Alignment
+from limbgram.report.accuracy.pages import accuracy_page, accuracy_pdf, accuracy_pictures
+from limbgram.report.pictures import Picture
+
+
+def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> dict[str, Any]:
+    """Assess a finished case from what it keeps, and write page, PDF and JSON into it.
+
+    Raises:
+        CaseError: it is no finished case, its products cannot be read, or the truth cannot.
+    """
+    evidence = kept_evidence(case)
+    known = None if truth is None else read_truth(truth, evidence, alignment)
+    assessment = assess(evidence, known)
+    pictures = accuracy_pictures(evidence, assessment)
+    with locked(case):
+        write_accuracy(case, assessment, pictures)
+        with written_whole(case.accuracy("pdf")) as half:
+            half.write_bytes(accuracy_pdf(assessment.tree, pictures))
+    return assessment.tree
+
+
+def evidence_of(case: CaseFolder, done: Reconstruction) -> Evidence:
+    """The same evidence while the products are still at hand."""
+    return Evidence(
+        name=case.root.resolve().name,
+        photos=done.photos,
+        cameras=done.cameras,
+        detections=done.detections,
+        metric=done.metric,
+        mesh=done.mesh,
+    )
+
+
+def write_accuracy(
+    case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
+) -> None:
+    """Write CASE/accuracy.json and the page that shows it."""
+    write_json(case.accuracy("json"), assessment.tree)
+    with written_whole(case.accuracy("html")) as half:
+        half.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")
