@@ -1,0 +1,109 @@
+"""Deviation: how far two surfaces lie apart, at every vertex of both, and how their normals turn.
+
+Differences are positive where the second surface lies outside the first, on both maps. Places that
+were filled in, lie near a brim, or whose nearest place is a brim, have no figure (NaN). Averages
+are by area, so that they do not depend on how finely a surface is cut into triangles.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.errors import MeasureError
+from limbgram.shape.comparing.counterparts import Ground, measured_vertices, vertex_areas_mm2
+from limbgram.surface.mesh import Mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceFigures:
+    """Of one map, mm."""
+
+    mean_mm: float
+    mean_abs_mm: float
+    rms_mm: float
+    p95_mm: float
+    """Of the absolute differences."""
+    largest_mm: float
+    compared_share: float
+    """Of the surface's area: the rest has no counterpart."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DifferenceMap:
+    """At the vertices of one of the surfaces."""
+
+    difference_mm: Float64[np.ndarray, " n"]
+    """Second less first; NaN where there is no counterpart."""
+    normal_angle_deg: Float64[np.ndarray, " n"]
+    """Between the normals of the vertex and of its counterpart."""
+    figures: DistanceFigures
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviation:
+    """Both ways."""
+
+    on_first: DifferenceMap
+    on_second: DifferenceMap
+    hausdorff95_mm: float
+    """The larger of both 95th percentiles."""
+    snae_mean_deg: float
+    """Surface-normal-angle error: mean over the first surface."""
+    snae_p95_deg: float
+
+
+def deviation(first: Mesh, second: Mesh, brim_mm: float) -> Deviation:
+    """Compare two surfaces that lie in one frame.
+
+    Raises:
+        MeasureError: no place of one has a counterpart on the other.
+    """
+    grounds = Ground.of(first, brim_mm), Ground.of(second, brim_mm)
+    on_first = _map(first, grounds[1], brim_mm, sign=-1.0)
+    on_second = _map(second, grounds[0], brim_mm, sign=1.0)
+    angles, areas = on_first.normal_angle_deg, vertex_areas_mm2(first)
+    known = np.isfinite(angles)
+    return Deviation(
+        on_first=on_first,
+        on_second=on_second,
+        hausdorff95_mm=max(on_first.figures.p95_mm, on_second.figures.p95_mm),
+        snae_mean_deg=float(np.average(angles[known], weights=areas[known])),
+        snae_p95_deg=area_quantile(angles[known], areas[known], 0.95),
+    )
+
+
+def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> DifferenceMap:
+    """sign: 1 if the mesh is the second surface, -1 if it is the first."""
+    found = ground.counterparts(mesh.vertices_mm)
+    own = mesh.vertex_normals()
+    areas = vertex_areas_mm2(mesh)
+    valid = measured_vertices(mesh, brim_mm) & ~found.at_brim & found.measured & (areas > 0)
+    if not valid.any():
+        raise MeasureError(
+            "No place of one surface has a counterpart on the other: they are open shells that do "
+            "not face each other, or everything lies near a brim. Look at the alignment."
+        )
+    difference = np.where(valid, sign * found.signed_mm, np.nan)
+    cosine = np.einsum("nc,nc->n", own, found.smooth_normals)
+    sine = np.linalg.norm(np.cross(own, found.smooth_normals), axis=1)
+    angle = np.where(valid, np.degrees(np.arctan2(sine, cosine)), np.nan)
+    known, weights = difference[valid], areas[valid]
+    figures = DistanceFigures(
+        mean_mm=float(np.average(known, weights=weights)),
+        mean_abs_mm=float(np.average(np.abs(known), weights=weights)),
+        rms_mm=float(np.sqrt(np.average(known**2, weights=weights))),
+        p95_mm=area_quantile(np.abs(known), weights, 0.95),
+        largest_mm=float(np.abs(known).max()),
+        compared_share=float(weights.sum() / areas.sum()),
+    )
+    return DifferenceMap(difference_mm=difference, normal_angle_deg=angle, figures=figures)
+
+
+def area_quantile(
+    values: Float64[np.ndarray, " n"], areas_mm2: Float64[np.ndarray, " n"], share: float
+) -> float:
+    """Value below which this share of the area lies."""
+    order = np.argsort(values, kind="stable")
+    reach = np.cumsum(areas_mm2[order]) - areas_mm2[order] / 2
+    return float(np.interp(share * areas_mm2.sum(), reach, values[order]))

@@ -1,0 +1,157 @@
+"""Levels: girths, widths, areas and volumes of two shapes at the same heights, and what changed."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from limbgram.errors import MeasureError
+from limbgram.shape.comparing.frames import brim_height_mm
+from limbgram.shape.measures.levels.cutting import Level, Refused, levels_at
+from limbgram.shape.measures.levels.figures import MEASURES, Figure, Sigmas
+from limbgram.shape.measures.levels.volumes import DISTAL_END, Volumes
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import boundary_half_edges
+
+COMPARED = ("tape_mm", "contour_mm", "ml_mm", "ap_mm", "area_mm2")
+"""What is compared at a level, by the names of the table of measures."""
+PLY_SHARE = 0.011
+"""Volume of one sock ply (Sanders et al.: the limit that 4 of 10 fabricators kept)."""
+_CLEAR_MM = 0.5
+
+
+@dataclass(frozen=True)
+class Change:
+    """One figure of both shapes."""
+
+    first: Figure
+    second: Figure
+
+    @property
+    def difference(self) -> float:
+        """Second less first."""
+        return self.second.value - self.first.value
+
+    @property
+    def share(self) -> float:
+        """Of the first's; NaN where that is nothing."""
+        return self.difference / self.first.value if self.first.value else math.nan
+
+    @property
+    def sigma(self) -> float | None:
+        """Of the difference; None unless both scans carry sigmas."""
+        if self.first.sigma is None or self.second.sigma is None:
+            return None
+        return math.hypot(self.first.sigma, self.second.sigma)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelChange:
+    """What changed at one height."""
+
+    height_mm: float
+    measures: dict[str, Change]
+    """By the names of COMPARED; empty where a shape has no whole section."""
+    below: Change | None
+    """Volume from the level below, or from the distal end, to this one, mm3."""
+    reason: str | None
+    """Why there are no measures."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelChanges:
+    """All levels, and the volume of everything between the lowest and the highest."""
+
+    levels: tuple[LevelChange, ...]
+    volume: Change | None
+    """mm3; None where a surface is open in between."""
+    from_mm: float | None
+    """Lower bound of that volume; None for the distal end."""
+    to_mm: float
+    reason: str | None
+    """Why there is no volume."""
+
+    @property
+    def plies(self) -> float | None:
+        """The volume's change in sock plies: positive if the second needs fewer."""
+        return None if self.volume is None else self.volume.share / PLY_SHARE
+
+
+def shared_heights_mm(
+    first_in_limb: Mesh, second_in_limb: Mesh, spacing_mm: float
+) -> tuple[float, ...]:
+    """Multiples of the spacing that lie within both shapes and below both brims.
+
+    Raises:
+        MeasureError: the shapes share no such height.
+    """
+    meshes = (first_in_limb, second_in_limb)
+    low = max(float(mesh.vertices_mm[:, 2].min()) for mesh in meshes) + _CLEAR_MM
+    high = min(brim_height_mm(mesh) for mesh in meshes) - _CLEAR_MM
+    steps = np.arange(math.ceil(low / spacing_mm), math.floor(high / spacing_mm) + 1)
+    if not len(steps):
+        raise MeasureError(
+            f"The shapes share no level {spacing_mm:g} mm apart: one ends where the other begins. "
+            "Look at their alignment, or choose a smaller spacing."
+        )
+    return tuple(float(step) for step in steps * spacing_mm)
+
+
+def changes_by_level(
+    first_in_limb: Mesh, second_in_limb: Mesh, heights_mm: tuple[float, ...]
+) -> LevelChanges:
+    """Measure both shapes at and between the same heights."""
+    sigmas = Sigmas.of(first_in_limb), Sigmas.of(second_in_limb)
+    volumes = Volumes.of(sigmas[0]), Volumes.of(sigmas[1])
+    cuts = [levels_at(mesh, heights_mm) for mesh in (first_in_limb, second_in_limb)]
+    closed = not any(_open_below(mesh) for mesh in (first_in_limb, second_in_limb))
+    low = DISTAL_END if closed else heights_mm[0]
+    volume = _volume(volumes, low, heights_mm[-1])
+    levels: list[LevelChange] = []
+    for height, one, two in zip(heights_mm, *cuts):
+        slab = _volume(volumes, low, height) if height > low else None
+        levels.append(_level(sigmas, one, two, slab if isinstance(slab, Change) else None))
+        low = height
+    return LevelChanges(
+        levels=tuple(levels),
+        volume=volume if isinstance(volume, Change) else None,
+        from_mm=None if closed else heights_mm[0],
+        to_mm=heights_mm[-1],
+        reason=volume if isinstance(volume, str) else None,
+    )
+
+
+def _level(
+    sigmas: tuple[Sigmas, Sigmas], one: Level | Refused, two: Level | Refused, below: Change | None
+) -> LevelChange:
+    reasons = [level.reason for level in (one, two) if isinstance(level, Refused)]
+    measures: dict[str, Change] = {}
+    if not isinstance(one, Refused) and not isinstance(two, Refused):
+        for name in COMPARED:
+            sloped = MEASURES[name](one), MEASURES[name](two)
+            if sloped[0] is not None and sloped[1] is not None:
+                measures[name] = Change(
+                    sigmas[0].figure(one, sloped[0]), sigmas[1].figure(two, sloped[1])
+                )
+    return LevelChange(
+        height_mm=one.height_mm,
+        measures=measures,
+        below=below,
+        reason=reasons[0] if reasons else None,
+    )
+
+
+def _volume(volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float) -> Change | str:
+    try:
+        first, second = (volume.between(low_mm, high_mm) for volume in volumes)
+    except MeasureError as error:
+        return str(error)
+    return Change(first, second)
+
+
+def _open_below(mesh_in_limb: Mesh) -> bool:
+    """Whether the distal end itself is open."""
+    heights = mesh_in_limb.vertices_mm[:, 2]
+    border = heights[boundary_half_edges(mesh_in_limb.faces)[:, 0]]
+    lowest = heights.min() + 0.1 * np.ptp(heights)
+    return bool((border < lowest).any())

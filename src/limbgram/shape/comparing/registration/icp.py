@@ -1,0 +1,182 @@
+"""ICP: a surface moved onto another by its own shape, point to plane, robustly.
+
+In      places on the second surface, the first as a Ground, and a pose to start from.
+Out     a Fit: the pose, how well it fits, and whether the shape determines it at all.
+Method  Gauss-Newton on the signed distance to the surface: point to plane (Chen and Medioni
+        1992), but along the way to the nearest place, which does not jump between triangles.
+        Tukey's weights, their scale from the median and never growing, until the places stand.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.geometry.arrays import Points3
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape.comparing.counterparts import Counterparts, Ground
+
+_TUKEY = 4.685
+"""Residuals beyond this many standard deviations count nothing."""
+_SMALLEST_SCALE_MM = 1e-7
+_FEWEST = 12
+_SINGULAR = 1e-8
+_NEARLY_STILL_MM = 0.05
+"""From here on it stays settled which places have a counterpart: else those at brims flicker."""
+_TOUCHING_MM = 1e-6
+"""Nearer than this the way to the nearest place is rounding, and the normal stands for it."""
+_LOOSE = 3e-5
+"""A motion is undetermined if the surface answers it by less than the root of this, mm per mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """A pose that was found."""
+
+    first_from_second: Rigid
+    rms_mm: float
+    """Of the distances along the normals of the places that have a counterpart, unweighted."""
+    used_share: float
+    """Of the places: those with a counterpart that were not rejected as changed."""
+    cost_mm: float
+    """Root mean square distance of all places, each at most `cap_mm`."""
+    rounds: int
+    converged: bool
+    undetermined: tuple[str, ...]
+    """Motions that hardly change the fit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class IcpOptions:
+    """When to stop, and what counts as far."""
+
+    tolerance_mm: float = 1e-4
+    """Settled once a round moves the places by less."""
+    max_rounds: int = 150
+    cap_mm: float = 10.0
+    """Largest distance that a place adds to the cost by which poses are ranked."""
+
+
+def settle(points_mm: Points3, ground: Ground, start: Rigid, options: IcpOptions) -> Fit:
+    """Move the places onto the ground from a start."""
+    pose, rounds, moved_mm = start, 0, np.inf
+    scale_mm, valid = np.inf, np.ones(len(points_mm), bool)
+    while rounds < options.max_rounds and moved_mm > options.tolerance_mm:
+        placed = pose.apply(points_mm)
+        found = ground.counterparts(placed)
+        if moved_mm > _NEARLY_STILL_MM:
+            valid = _valid(found)
+        scale_mm = min(scale_mm, _scale_mm(found, valid))
+        weights = _weights(found, valid, scale_mm)
+        if np.count_nonzero(weights) < _FEWEST:
+            break
+        step = _step(placed, found, weights)
+        moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
+        pose, rounds = _orthonormal(step @ pose), rounds + 1
+    settled = rounds > 0 and moved_mm <= options.tolerance_mm
+    return _fit(points_mm, ground, pose, rounds, settled, options)
+
+
+def _fit(
+    points_mm: Points3,
+    ground: Ground,
+    pose: Rigid,
+    rounds: int,
+    settled: bool,
+    options: IcpOptions,
+) -> Fit:
+    placed = pose.apply(points_mm)
+    found = ground.counterparts(placed)
+    valid = _valid(found)
+    weights = _weights(found, valid, _scale_mm(found, valid))
+    off_mm = found.signed_mm[valid]
+    capped = np.minimum(np.abs(found.signed_mm), options.cap_mm)
+    capped[found.at_brim] = options.cap_mm
+    return Fit(
+        first_from_second=pose,
+        rms_mm=float(np.sqrt(np.mean(off_mm**2))) if len(off_mm) else float("nan"),
+        used_share=float(np.count_nonzero(weights) / len(weights)),
+        cost_mm=float(np.sqrt(np.mean(capped**2))),
+        rounds=rounds,
+        converged=settled,
+        undetermined=_undetermined(placed, found, weights),
+    )
+
+
+def _valid(found: Counterparts) -> Bool[np.ndarray, " n"]:
+    return ~found.at_brim & found.measured
+
+
+def _scale_mm(found: Counterparts, valid: Bool[np.ndarray, " n"]) -> float:
+    """Robust standard deviation of the distances; infinite where there is none."""
+    off_mm = np.abs(found.signed_mm[valid])
+    return max(1.4826 * float(np.median(off_mm)), _SMALLEST_SCALE_MM) if len(off_mm) else np.inf
+
+
+def _weights(
+    found: Counterparts, valid: Bool[np.ndarray, " n"], scale_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Tukey's; nothing where there is no counterpart."""
+    share = np.clip(1 - (found.signed_mm / (_TUKEY * scale_mm)) ** 2, 0, None)
+    return np.where(valid, share**2, 0.0)
+
+
+def _ways(placed: Points3, found: Counterparts) -> Points3:
+    """Unit directions in which the distance grows."""
+    sizes = np.abs(found.signed_mm)
+    apart = sizes > _TOUCHING_MM
+    ways = found.flat_normals.copy()
+    ways[apart] = (placed - found.points_mm)[apart] / found.signed_mm[apart, None]
+    return ways
+
+
+def _step(placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n"]) -> Rigid:
+    """One Gauss-Newton step; motions that the shape does not feel stay zero."""
+    middle, reach_mm = _arms(placed, weights)
+    columns = _columns(placed, _ways(placed, found), middle, reach_mm)
+    normal = (columns * weights[:, None]).T @ columns / weights.sum()
+    towards = columns.T @ (weights * found.signed_mm) / weights.sum()
+    values, vectors = np.linalg.eigh(normal)
+    felt = values > _SINGULAR
+    motion = -(vectors[:, felt] / values[felt]) @ (vectors[:, felt].T @ towards)
+    turn = Rigid.from_rotation_vector(motion[:3] / reach_mm, np.zeros(3)).rotation
+    return Rigid(turn, middle + motion[3:] - turn @ middle)
+
+
+def _arms(placed: Points3, weights: Float64[np.ndarray, " n"]) -> tuple[Points3, float]:
+    """Weighted middle, and the root mean square distance from it."""
+    middle = weights @ placed / weights.sum()
+    square = float(weights @ ((placed - middle) ** 2).sum(1) / weights.sum())
+    return middle, max(np.sqrt(square), 1e-9)
+
+
+def _columns(placed: Points3, normals: Points3, middle: Points3, reach_mm: float) -> np.ndarray:
+    """Motion along the normal for a millimetre of turning (at the reach) and of shifting."""
+    return np.column_stack([np.cross(placed - middle, normals) / reach_mm, normals])
+
+
+def _undetermined(
+    placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n"]
+) -> tuple[str, ...]:
+    if not weights.any():
+        return ("everything",)
+    middle, reach_mm = _arms(placed, weights)
+    columns = _columns(placed, found.smooth_normals, middle, reach_mm)
+    normal = (columns * weights[:, None]).T @ columns / weights.sum()
+    values, vectors = np.linalg.eigh(normal)
+    names: list[str] = []
+    for value, vector in zip(values, vectors.T):
+        if value < _LOOSE:
+            turning = float(np.sum(vector[:3] ** 2)) > 0.5
+            direction = vector[:3] if turning else vector[3:]
+            direction = direction / np.linalg.norm(direction)
+            direction *= np.sign(direction[np.argmax(np.abs(direction))])
+            place = ", ".join(f"{part:.2f}" for part in direction + 0.0)
+            names.append(f"{'turning about' if turning else 'shifting along'} ({place})")
+    return tuple(names)
+
+
+def _orthonormal(pose: Rigid) -> Rigid:
+    """Rounding of many products taken off."""
+    u, _, vt = np.linalg.svd(pose.rotation)
+    return Rigid(u @ vt, pose.translation)

@@ -1,0 +1,205 @@
+"""Registration: how a second shape is laid on a first one.
+
+In      two Limbs and the way: by landmarks, by shape (ICP), by volume, or as they are.
+Out     an Alignment: the motion and, in words, how it was found and how well.
+Method  rigid always: a wrong size stays in the figures instead of vanishing in a scale.
+Fails   MeasureError: too few landmarks, no overlap, or a shape that tells no pose.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.geometry.arrays import Points3
+from limbgram.geometry.rigid import Rigid, angle_between_deg
+from limbgram.geometry.similarity import fit_similarity
+from limbgram.shape.comparing.counterparts import Ground, measured_faces
+from limbgram.shape.comparing.registration.icp import Fit, IcpOptions, settle
+from limbgram.shape.comparing.registration.starts import possible_starts
+from limbgram.shape.comparing.sampling import sample_evenly
+from limbgram.shape.limb import Limb
+
+Way = Literal["icp", "landmarks", "volume", "as-is"]
+WAYS: tuple[Way, ...] = get_args(Way)
+
+_FEWEST_LANDMARKS = 3
+_SPREAD_MM = 5.0
+"""Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
+_COARSE, _MIDDLE, _FINE = 600, 4000, 20_000
+"""Places on the second surface while starts are tried, while the best compete, and at last."""
+_KEPT = 4
+_RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
+_LEAST_USED = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegistrationOptions:
+    """How a second shape is laid on a first."""
+
+    way: Way = "icp"
+    brim_mm: float = 5.0
+    """Strip along open edges that takes no part."""
+    landmark_weights: Mapping[str, float] = field(default_factory=dict)
+    """By name; 1 where none is given, 0 leaves a landmark out."""
+    icp: IcpOptions = field(default_factory=IcpOptions)
+
+
+DEFAULTS = RegistrationOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """How the second shape was laid on the first."""
+
+    way: Way
+    first_from_second: Rigid
+    """Between the frames of the meshes."""
+    sentence: str
+    """Says the way, for every report that gives figures found by it."""
+    rms_mm: float | None
+    """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
+    notes: tuple[str, ...] = ()
+
+
+def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
+    """Lay landmarks of the same name on each other, weighted least squares without scaling."""
+    of_first = {mark.name: mark.position_mm for mark in first.landmarks}
+    of_second = {mark.name: mark.position_mm for mark in second.landmarks}
+    shared = [name for name in of_first if name in of_second and weights.get(name, 1.0) > 0]
+    unknown = sorted(set(weights) - (set(of_first) & set(of_second)))
+    if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
+        raise OptionsError(
+            f"Weights are given for {', '.join(weights)}. Each must name a landmark that both "
+            "shapes have and be a number of 0 or more."
+        )
+    if len(shared) < _FEWEST_LANDMARKS:
+        raise MeasureError(
+            f"{len(shared)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
+            "needed. Mark more with `limbgram align --landmark`, or align by icp."
+        )
+    to_mm = np.stack([of_first[name] for name in shared])
+    from_mm = np.stack([of_second[name] for name in shared])
+    share = np.array([weights.get(name, 1.0) for name in shared])
+    share = share / share.sum()
+    centred = (to_mm - share @ to_mm) * np.sqrt(share)[:, None]
+    if np.linalg.svd(centred)[1][1] < _SPREAD_MM:
+        raise MeasureError(
+            f"The landmarks {', '.join(shared)} lie nearly on one line, so the turn about it "
+            "stays open. Mark one more beside it, or align by icp."
+        )
+    fit = fit_similarity(from_mm, to_mm, with_scale=False, weights=share)
+    pose = Rigid(fit.rotation, fit.translation)
+    off_mm = np.linalg.norm(pose.apply(from_mm) - to_mm, axis=1)
+    rms_mm = float(np.sqrt(share @ off_mm**2))
+    worst = shared[int(np.argmax(off_mm))]
+    return Alignment(
+        way="landmarks",
+        first_from_second=pose,
+        sentence=f"by {len(shared)} landmarks ({rms_mm:.2f} mm RMS, the largest "
+        f"{off_mm.max():.2f} mm at {worst}), rigid",
+        rms_mm=rms_mm,
+    )
+
+
+def as_is(first: Limb, second: Limb) -> Alignment:
+    """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
+    if (first.frame is None) != (second.frame is None):
+        bare = first if first.frame is None else second
+        raise MeasureError(
+            f"Only one of the shapes has a limb frame; {bare.name or 'the other'} has none. Run "
+            "`limbgram align` on it, or align by icp."
+        )
+    if first.frame is None or second.frame is None:
+        pose, sentence = Rigid.identity(), "none: both shapes as their files place them"
+    else:
+        pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
+        sentence = "limb frame on limb frame, as each was aligned by itself"
+    return Alignment(way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None)
+
+
+def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
+    """Lay the surfaces on each other, robustly, without their brims and filled parts."""
+    ground = Ground.of(first.mesh, options.brim_mm)
+    start = _told_start(first, second)
+    fine_mm = _places(second, _FINE, options)
+    notes: list[str] = []
+    if start is None:
+        best, rival = _tried_starts(first, second, ground, options)
+        start = best.first_from_second
+        if rival:
+            notes.append(
+                "Another pose fits nearly as well: mark landmarks on both shapes, or look at the "
+                "picture whether the sides are right."
+            )
+    fit = settle(fine_mm, ground, start, options.icp)
+    if not fit.used_share >= _LEAST_USED:
+        raise MeasureError(
+            f"Only {fit.used_share:.0%} of {second.name or 'the second shape'} finds a place on "
+            f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
+            "landmarks on both, or align each and compare as they are."
+        )
+    if not fit.converged:
+        notes.append(f"The alignment had not settled after {fit.rounds} rounds.")
+    notes += [
+        f"The shapes do not tell about {motion}: figures that depend on it are arbitrary."
+        for motion in fit.undetermined
+    ]
+    return Alignment(
+        way="icp",
+        first_from_second=fit.first_from_second,
+        sentence=f"by shape (robust ICP, point to surface, {options.brim_mm:g} mm of brim left "
+        f"out; {fit.rms_mm:.3f} mm RMS, {fit.used_share:.0%} of the surface used), rigid",
+        rms_mm=fit.rms_mm,
+        notes=tuple(notes),
+    )
+
+
+def _told_start(first: Limb, second: Limb) -> Rigid | None:
+    """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
+    try:
+        return by_landmarks(first, second, {}).first_from_second
+    except MeasureError:
+        if first.frame is None or second.frame is None:
+            return None
+        return as_is(first, second).first_from_second
+
+
+def _tried_starts(
+    first: Limb, second: Limb, ground: Ground, options: RegistrationOptions
+) -> tuple[Fit, bool]:
+    """The best fit of many starts, and whether another one does nearly as well."""
+    coarse_mm, middle_mm = _places(second, _COARSE, options), _places(second, _MIDDLE, options)
+    quick = IcpOptions(tolerance_mm=0.05, max_rounds=12, cap_mm=options.icp.cap_mm)
+    starts = possible_starts(_places(first, _MIDDLE, options), middle_mm)
+    fits = sorted(
+        (settle(coarse_mm, ground, start, quick) for start in starts),
+        key=lambda fit: fit.cost_mm,
+    )
+    apart: list[Fit] = []
+    for fit in fits:
+        if len(apart) < _KEPT and all(_turned(fit, other) for other in apart):
+            apart.append(fit)
+    longer = IcpOptions(tolerance_mm=0.005, max_rounds=40, cap_mm=options.icp.cap_mm)
+    better = sorted(
+        (settle(middle_mm, ground, fit.first_from_second, longer) for fit in apart),
+        key=lambda fit: fit.cost_mm,
+    )
+    best = better[0]
+    rival = any(
+        other.cost_mm < _RIVAL_COST * best.cost_mm and _turned(best, other) for other in better[1:]
+    )
+    return best, rival
+
+
+def _turned(one: Fit, other: Fit) -> bool:
+    turn = angle_between_deg(one.first_from_second.rotation, other.first_from_second.rotation)
+    return turn > _RIVAL_DEG
+
+
+def _places(limb: Limb, count: int, options: RegistrationOptions) -> Points3:
+    """Evenly spread places that were measured and lie away from the brim."""
+    samples = sample_evenly(limb.mesh, count)
+    return samples.points_mm[measured_faces(limb.mesh, options.brim_mm)[samples.faces]]

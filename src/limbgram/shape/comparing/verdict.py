@@ -1,0 +1,80 @@
+"""Verdict: what a comparison means for the fit of a socket, in a sentence.
+
+Limits: a mean radial error beyond 0.25 mm was found in every socket that had to be remade for its
+size, an interquartile range beyond 0.40 mm in many that had to be changed (Sanders et al. 2012).
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from limbgram.shape.comparing.comparing import Comparison
+from limbgram.shape.comparing.levels import PLY_SHARE
+
+MRE_LIMIT_MM = 0.25
+IQR_LIMIT_MM = 0.40
+
+Grade = Literal["alike", "size differs", "shape differs", "size and shape differ", "not graded"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A grade for machines, and a sentence for people."""
+
+    grade: Grade
+    sentence: str
+
+
+def verdict(comparison: Comparison) -> Verdict:
+    """Size by the mean radial error, shape by its interquartile range."""
+    radial = comparison.radial
+    if radial is None:
+        figures = comparison.deviation.on_first.figures
+        return Verdict(
+            "not graded",
+            f"{_volume(comparison)}. Not graded: no radial errors; the surfaces are "
+            f"{figures.rms_mm:.2f} mm apart (RMS). Alignment: {comparison.alignment.sentence}.",
+        )
+    size, shape = abs(radial.mre_mm) > MRE_LIMIT_MM, radial.iqr_mm > IQR_LIMIT_MM
+    grade: Grade = (
+        "size and shape differ"
+        if size and shape
+        else "size differs"
+        if size
+        else "shape differs"
+        if shape
+        else "alike"
+    )
+    meaning = {
+        "alike": "alike, as far as a socket's fit can tell",
+        "size differs": "of another size, the same shape",
+        "shape differs": "of the same size, another shape",
+        "size and shape differ": "of another size and another shape",
+    }[grade]
+    return Verdict(
+        grade,
+        f"The shapes are {meaning}: mean radial error {_signed(radial.mre_mm)} mm (limit "
+        f"{MRE_LIMIT_MM:.2f}), interquartile range {radial.iqr_mm:.2f} mm (limit "
+        f"{IQR_LIMIT_MM:.2f}). {_volume(comparison)}. Alignment: "
+        f"{comparison.alignment.sentence}.",
+    )
+
+
+def _signed(value_mm: float) -> str:
+    return f"{round(value_mm, 2) + 0.0:+.2f}"
+
+
+def _volume(comparison: Comparison) -> str:
+    levels = comparison.levels
+    change, plies = levels.volume, levels.plies
+    if change is None or plies is None:
+        return "The volume could not be compared"
+    sigma = "" if change.sigma is None else f" ± {change.sigma / 1000:.1f}"
+    start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
+    span = f"from {start} to {levels.to_mm:g} mm"
+    if abs(change.share) < PLY_SHARE / 20:
+        return f"The volumes {span} are the same ({change.difference / 1000:+.1f}{sigma} mL)"
+    size = "larger" if change.difference > 0 else "smaller"
+    return (
+        f"The second is {abs(change.difference) / 1000:.1f}{sigma} mL ({abs(change.share):.1%}) "
+        f"{size} {span}, like {abs(plies):.1f} sock plies"
+    )
