@@ -14,6 +14,9 @@ from limbgram.geometry.arrays import Points2
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import Section, cut
 
+_LEAST_AREA_MM2 = 1e-6
+"""Smaller loops are where a plane touches a peak or a pit."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Level:
@@ -84,13 +87,20 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
             f"The plane at {height_mm:.2f} mm runs into an open edge of the surface, the brim or a "
             "hole: there is no whole girth. Choose a height that is clear of it, or fill the hole.",
         )
+    up = np.array([0.0, 0.0, 1.0])
+    sections = [section for section in sections if abs(section.area_mm2(up)) > _LEAST_AREA_MM2]
+    if not sections:
+        return Refused(
+            height_mm,
+            f"The plane at {height_mm:.2f} mm only touches the limb. Choose a height inside it.",
+        )
     rings = [section.points_mm[:, :2] for section in sections]
     sizes = [len(ring) for ring in rings]
     starts = np.cumsum([0, *sizes[:-1]])
     after = np.concatenate([start + np.roll(np.arange(n), -1) for start, n in zip(starts, sizes)])
     depth = np.array([sum(_holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
-    areas = np.array([section.area_mm2(np.array([0.0, 0.0, 1.0])) for section in sections])
-    if ((areas > 0) != (depth % 2 == 0)).any() or not (areas != 0).all():
+    outward = np.array([section.area_mm2(up) > 0 for section in sections])
+    if (outward != (depth % 2 == 0)).any():
         return Refused(
             height_mm,
             f"At {height_mm:.2f} mm the surface cuts through itself or is partly inside out: its "

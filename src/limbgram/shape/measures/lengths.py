@@ -1,0 +1,95 @@
+"""Lengths between two landmarks: along the limb's axis, straight, and over the surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.geometry.arrays import Points3, Vector3
+from limbgram.shape.measures.geodesic import length_mm, shortest_path
+from limbgram.shape.measures.levels.figures import Figure, Sigmas
+from limbgram.surface.closest import TriangleTree
+from limbgram.surface.uncertainty import propagate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Length:
+    """How far it is from one landmark to another, mm."""
+
+    start: str
+    end: str
+    along_axis: Figure
+    """Positive if the end lies more proximal."""
+    straight: Figure
+    over_surface: Figure
+    path_in_limb_mm: Points3
+    """The way over the surface."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A landmark in the limb frame."""
+
+    name: str
+    in_limb_mm: Vector3
+
+
+def length_between(sigmas: Sigmas, start: Place, end: Place) -> Length:
+    """All lengths between two places on a mesh in the limb frame.
+
+    Raises:
+        MeasureError: no surface joins the two.
+    """
+    ends = np.stack([start.in_limb_mm, end.in_limb_mm])
+    rise = float(ends[1, 2] - ends[0, 2])
+    upwards = np.array([[0.0, 0, -1], [0, 0, 1]])
+    path = shortest_path(sigmas.mesh, ends[0], ends[1])
+    return Length(
+        start=start.name,
+        end=end.name,
+        along_axis=_figure(sigmas, rise, ends, upwards),
+        straight=_figure(sigmas, length_mm(ends), ends, _slopes(ends)),
+        over_surface=_figure(sigmas, length_mm(path), path, _slopes(path)),
+        path_in_limb_mm=path,
+    )
+
+
+def _slopes(path_mm: Points3) -> Points3:
+    """Change of a polyline's length for a millimetre of each of its points."""
+    steps = np.diff(path_mm, axis=0)
+    along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-300)
+    slopes = np.zeros_like(path_mm)
+    slopes[1:] += along
+    slopes[:-1] -= along
+    return slopes
+
+
+def _figure(sigmas: Sigmas, value: float, places_mm: Points3, slopes: Points3) -> Figure:
+    if sigmas.mesh.sigma_mm is None:
+        return Figure(value, None)
+    return Figure(value, propagate(sigmas.mesh, vertex_gradient(sigmas, places_mm, slopes)))
+
+
+def vertex_gradient(
+    sigmas: Sigmas, places_mm: Points3, slopes: Points3
+) -> Float64[np.ndarray, " n"]:
+    """Change for a millimetre of each vertex along its normal; places ride on their triangles."""
+    mesh = sigmas.mesh
+    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(places_mm)
+    ids = mesh.faces[closest.faces]
+    a, b, c = (mesh.vertices_mm[ids[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.maximum((normal**2).sum(1), 1e-300)
+    at = closest.points_mm
+    shares = np.column_stack(
+        [
+            (np.cross(c - b, at - b) * normal).sum(1) / size,
+            (np.cross(a - c, at - c) * normal).sum(1) / size,
+            (np.cross(b - a, at - a) * normal).sum(1) / size,
+        ]
+    )
+    total = np.zeros(len(mesh.vertices_mm))
+    for k in range(3):
+        change = shares[:, k] * (sigmas.normals[ids[:, k]] * slopes).sum(1)
+        total += np.bincount(ids[:, k], change, len(total))
+    return total

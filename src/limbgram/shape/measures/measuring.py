@@ -1,0 +1,192 @@
+"""Measuring: everything that a clinician's table holds, from one aligned limb.
+
+In      an aligned Limb, and which heights, lengths, volumes and tape readings are wanted.
+Out     Measures: a row for every height, with figures or the reason why there are none.
+Fails   MeasureError: the limb is not aligned, no height has an answer, or a volume, length or tape
+        reading that was asked for has none.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.shape.frame.landmarks import landmark
+from limbgram.shape.frame.posture import in_limb_frame
+from limbgram.shape.limb import Limb
+from limbgram.shape.measures.lengths import Length, Place, length_between
+from limbgram.shape.measures.levels.bodies import outer_bodies
+from limbgram.shape.measures.levels.cutting import Level, Refused, levels_at
+from limbgram.shape.measures.levels.figures import MEASURES, Figure, Sigmas, tape_mm
+from limbgram.shape.measures.levels.volumes import DISTAL_END, Volumes
+from limbgram.shape.measures.sock import without_sock
+from limbgram.shape.measures.tape import TapeCheck, TapeReading, check_reading
+
+_MOST_LEVELS = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureOptions:
+    """What is measured. Heights count from the reference, upwards."""
+
+    spacing_mm: float = 10.0
+    heights_mm: tuple[float, ...] | None = None
+    """In place of even spacing."""
+    reference: str | None = None
+    """Landmark from which heights count; None for the distal end."""
+    sock_mm: float | None = None
+    """Thickness of the sock in the scan, taken off first; None takes nothing more off."""
+    volumes_mm: tuple[tuple[float, float], ...] = ()
+    """Pairs of heights; infinite ones stand for the limb's ends."""
+    lengths: tuple[tuple[str, str], ...] = ()
+    """Pairs of landmarks."""
+    tape: tuple[TapeReading, ...] = ()
+
+
+DEFAULTS = MeasureOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One height of the table."""
+
+    height_mm: float
+    """In the limb frame: from the distal end."""
+    from_reference_mm: float
+    figures: Mapping[str, Figure | None]
+    """By the names of MEASURES, and the volume from the distal end up to here; None where a figure
+    has no answer."""
+    loops: int
+    reason: str
+    """Why a figure, or the whole row, has no answer; empty where all have."""
+    level: Level | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class VolumeRow:
+    """A volume between two heights from the reference."""
+
+    low_mm: float
+    high_mm: float
+    volume_mm3: Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """The whole table."""
+
+    limb: Limb
+    """What was measured: the sock is off."""
+    reference: str | None
+    reference_mm: float
+    """Its height in the limb frame."""
+    rows: tuple[Row, ...]
+    volumes: tuple[VolumeRow, ...]
+    lengths: tuple[Length, ...]
+    tape: tuple[TapeCheck, ...]
+    bodies_left_out: int
+    """Closed pieces inside the limb, such as bones, that were not measured."""
+
+
+def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+    """Measure an aligned limb."""
+    bare = limb if options.sock_mm is None else without_sock(limb, options.sock_mm)
+    outside = outer_bodies(in_limb_frame(bare))
+    sigmas = Sigmas.of(outside.mesh)
+    zero = _reference_mm(bare, options.reference)
+    heights = _heights(sigmas, zero, options)
+    volumes = Volumes.of(sigmas)
+    rows = tuple(_row(sigmas, volumes, level, zero) for level in levels_at(sigmas.mesh, heights))
+    if all(row.level is None for row in rows):
+        raise MeasureError(f"No height has an answer. The first: {rows[0].reason}")
+    return Measures(
+        limb=bare,
+        reference=options.reference,
+        reference_mm=zero,
+        rows=rows,
+        volumes=tuple(
+            VolumeRow(low_mm=low, high_mm=high, volume_mm3=volumes.between(low + zero, high + zero))
+            for low, high in options.volumes_mm
+        ),
+        lengths=tuple(
+            length_between(sigmas, _place(bare, start), _place(bare, end))
+            for start, end in options.lengths
+        ),
+        tape=_tape(sigmas, zero, options.tape),
+        bodies_left_out=outside.bodies_left_out,
+    )
+
+
+def _reference_mm(limb: Limb, name: str | None) -> float:
+    return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
+
+
+def _place(limb: Limb, name: str) -> Place:
+    mark = landmark(limb, name)
+    if limb.frame is None:
+        raise MeasureError("The limb is not aligned. Run `limbgram align` first.")
+    return Place(name, limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0])
+
+
+def _heights(sigmas: Sigmas, zero: float, options: MeasureOptions) -> list[float]:
+    """Heights in the limb frame: those asked for, or all multiples of the spacing in the limb."""
+    if options.heights_mm is not None:
+        if not options.heights_mm or not all(map(math.isfinite, options.heights_mm)):
+            raise OptionsError("The heights must be numbers of millimetres, at least one.")
+        return [height + zero for height in options.heights_mm]
+    if not options.spacing_mm > 0:
+        raise OptionsError(f"A spacing of {options.spacing_mm:g} mm has no levels. Give, say, 10.")
+    z = sigmas.mesh.vertices_mm[:, 2]
+    low, high = (float(end) - zero for end in (z.min(), z.max()))
+    first, last = math.floor(low / options.spacing_mm) + 1, math.ceil(high / options.spacing_mm) - 1
+    if not 0 <= last - first < _MOST_LEVELS:
+        raise OptionsError(
+            f"A spacing of {options.spacing_mm:g} mm gives {last - first + 1} levels on a limb of "
+            f"{high - low:.0f} mm; 1 to {_MOST_LEVELS} can be measured. Choose another."
+        )
+    return [k * options.spacing_mm + zero for k in range(first, last + 1)]
+
+
+def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) -> Row:
+    height = level.height_mm
+    if isinstance(level, Refused):
+        nothing: dict[str, Figure | None] = dict.fromkeys([*MEASURES, "volume_below_mm3"])
+        return Row(
+            height_mm=height,
+            from_reference_mm=height - zero,
+            figures=nothing,
+            loops=0,
+            reason=level.reason,
+            level=None,
+        )
+    reasons: list[str] = []
+    figures: dict[str, Figure | None] = {}
+    for name, measured in MEASURES.items():
+        sloped = measured(level)
+        figures[name] = None if sloped is None else sigmas.figure(level, sloped)
+    if None in figures.values():
+        reasons.append("The long axis does not pass through the section: no width through it.")
+    try:
+        figures["volume_below_mm3"] = volumes.between(DISTAL_END, height)
+    except MeasureError as error:
+        figures["volume_below_mm3"] = None
+        reasons.append(str(error))
+    return Row(
+        height_mm=height,
+        from_reference_mm=height - zero,
+        figures=figures,
+        loops=len(level.depth),
+        reason=" ".join(reasons),
+        level=level,
+    )
+
+
+def _tape(sigmas: Sigmas, zero: float, readings: tuple[TapeReading, ...]) -> tuple[TapeCheck, ...]:
+    heights = [reading.height_mm + zero for reading in readings]
+    checks: list[TapeCheck] = []
+    for reading, level in zip(readings, levels_at(sigmas.mesh, heights)):
+        if isinstance(level, Refused):
+            raise MeasureError(f"A tape reading has no girth to compare with. {level.reason}")
+        girth = sigmas.figure(level, tape_mm(level))
+        checks.append(check_reading(reading, level.height_mm, girth))
+    return tuple(checks)
