@@ -15,8 +15,8 @@ from limbgram.surface.crossings import find_crossings
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges, is_edge_manifold, is_vertex_manifold
 
-_FOLDED = -0.985
-"""Cosine between the normals of neighbours from which (170 degrees) they count as folded."""
+_FOLDED = -0.9986
+"""Cosine between the normals of neighbours from which (177 degrees) they count as folded."""
 _NEAR = 2.0
 """Places of the scan's own reach this far, in sizes of the triangles there."""
 

@@ -9,7 +9,7 @@ Fails   EditError: the surface would fold or cut through itself.
 """
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Float64
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
@@ -21,6 +21,8 @@ _TIE = 1e-3
 """Weight of staying on the normal, as a share of the faces' own: decides where they leave open."""
 _FARTHEST = 2.0
 """A vertex moves at most this many distances, so that sharp scraps do not shoot out."""
+_TURNED = 0.5
+"""Faces keep their direction in an offset; this cosine (60 degrees) shows one that gives way."""
 _MOST_EASED = 0.02
 """Share of the faces whose moves may be evened out; beyond it the offset is refused."""
 _EASING_ROUNDS = 30
@@ -38,10 +40,8 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
         return mesh
     what = f"The offset by {distance_mm:g} mm"
     moves = distance_mm * unit_offsets(mesh)
-    turned = _turned(mesh, moves)
-    if turned.any():
-        moves = _eased(mesh, moves, turned)
-        turned = _turned(mesh, moves)
+    moves = _eased(mesh, moves)
+    turned = _turning(mesh, moves) <= 0
     if turned.any():
         raise EditError(
             f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
@@ -81,24 +81,28 @@ def unit_offsets(mesh: Mesh) -> Points3:
     return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))
 
 
-def _turned(mesh: Mesh, moves: Points3) -> Bool[np.ndarray, " f"]:
-    """Faces that point the other way once they have moved."""
-    after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
-    return (mesh.face_normals() * after).sum(1) <= 0
+def _turning(mesh: Mesh, moves: Points3) -> Float64[np.ndarray, " f"]:
+    """Cosine between each face's normal and its normal once it has moved."""
+    before, after = mesh.face_normals(), mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
+    sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
+    return (before * after).sum(1) / np.maximum(sizes, 1e-30)
 
 
-def _eased(mesh: Mesh, moves: Points3, turned: Bool[np.ndarray, " f"]) -> Points3:
-    """Moves evened out round faces that turn over, in an area that grows until none does."""
+def _eased(mesh: Mesh, moves: Points3) -> Points3:
+    """Moves evened out round faces that turn away, in an area that grows until none does."""
+    turned = _turning(mesh, moves) < _TURNED
+    if not turned.any():
+        return moves
     mean = averaging(mesh)
     touched = np.zeros(len(mesh), np.bool_)
     for _ in range(_EASING_ROUNDS):
         touched[mesh.faces[turned]] = True
-        around = touched.copy()
-        around[mesh.faces[touched[mesh.faces].any(1)]] = True
         if touched[mesh.faces].all(1).mean() > _MOST_EASED:
             break
+        around = touched.copy()
+        around[mesh.faces[touched[mesh.faces].any(1)]] = True
         moves = np.where(around[:, None], mean @ moves, moves)
-        turned = _turned(mesh, moves)
+        turned = _turning(mesh, moves) < _TURNED
         if not turned.any():
             break
     return moves

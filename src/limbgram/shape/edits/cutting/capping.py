@@ -1,0 +1,215 @@
+"""Capping: the flat openings of a plane cut closed by triangles in the plane."""
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from numba import njit
+
+from limbgram.errors import EditError
+from limbgram.geometry.arrays import Faces, Points2
+from limbgram.shape.edits.marking.growth import with_added
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.openings import loop_area
+from limbgram.surface.resampling.passes import Triangles
+from limbgram.surface.resampling.refinement import even_out
+from limbgram.surface.topology import boundary_loops
+
+_ROUNDS = 6
+
+
+def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
+    """Close the openings whose vertices all lie on the cut; inner loops become holes of the cap.
+
+    Raises:
+        EditError: the cut runs into the open brim, so it bounds no flat opening.
+    """
+    loops = boundary_loops(mesh.faces)
+    flat = [loop.astype(np.int64) for loop in loops if on_cut[loop].all()]
+    if any(on_cut[loop].sum() > 1 and not on_cut[loop].all() for loop in loops) or not flat:
+        raise EditError(
+            f"{what} runs through the open brim and cannot be capped. Cut below the brim, or "
+            "leave the cut open."
+        )
+    # A cap's faces run against the loops, so its outward side looks away from what was kept.
+    rings = [loop[::-1] for loop in flat]
+    areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
+    normal = areas.sum(0) / np.linalg.norm(areas.sum(0))
+    plane = _in_plane(normal)
+    drawn = [np.einsum("nj,kj->nk", mesh.vertices_mm[ring], plane) for ring in rings]
+    outer = (areas * normal).sum(1) > 0
+    faces: list[np.ndarray] = []
+    for number in np.flatnonzero(outer):
+        holes = [k for k in np.flatnonzero(~outer) if _home(drawn, outer, int(k)) == number]
+        path = _joined(drawn, int(number), holes)
+        ring = np.concatenate(rings)[path]
+        corners = np.concatenate(drawn)[path]
+        cut = np.empty((len(path) - 2, 3), np.int64)
+        if _cut_ears(corners, cut) != len(cut):
+            raise EditError(f"{what} leaves an outline that crosses itself; it cannot be capped.")
+        faces.append(ring[cut])
+    return _made_even(mesh, np.concatenate(faces).astype(np.int32))
+
+
+def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
+    """Two directions across a normal; seen against it, counter-clockwise stays so."""
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
+def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
+    """The smallest outer ring round a hole."""
+    around = [
+        int(k) for k in np.flatnonzero(outer) if _is_inside(drawn[hole][0], drawn[int(k)])
+    ]
+    return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
+
+
+def _area(ring: Points2) -> float:
+    ahead = np.roll(ring, -1, axis=0)
+    return float((ring[:, 0] * ahead[:, 1] - ring[:, 1] * ahead[:, 0]).sum()) / 2
+
+
+def _is_inside(point: Float64[np.ndarray, "2"], ring: Points2) -> bool:
+    ahead = np.roll(ring, -1, axis=0)
+    spans = (ring[:, 1] > point[1]) != (ahead[:, 1] > point[1])
+    rise = np.where(spans, ahead[:, 1] - ring[:, 1], 1.0)
+    at = ring[:, 0] + (point[1] - ring[:, 1]) / rise * (ahead[:, 0] - ring[:, 0])
+    return bool((spans & (at > point[0])).sum() % 2)
+
+
+def _joined(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarray, " k"]:
+    """One path round a ring and its holes, led to each hole and back (Eberly 2002).
+
+    Holes are joined in order of their rightmost point, each to the nearest point of the path
+    that it can see to its right.
+    """
+    first = np.cumsum([0, *(len(points) for points in drawn)])
+    places = np.concatenate(drawn)
+    path = np.arange(first[ring], first[ring + 1])
+    for hole in sorted(holes, key=lambda k: -float(drawn[k][:, 0].max())):
+        own = np.arange(first[hole], first[hole + 1])
+        start = int(np.argmax(places[own, 0]))
+        own = np.roll(own, -start)
+        bridge = _visible(places[path], places[own[0]])
+        path = np.concatenate([path[: bridge + 1], own, own[:1], path[bridge:]])
+    return path
+
+
+def _visible(path: Points2, point: Float64[np.ndarray, "2"]) -> int:
+    """A corner of the path that is seen from a point inside it, looking to the right first."""
+    order = np.argsort(np.linalg.norm(path - point, axis=1), kind="stable")
+    ahead = np.roll(path, -1, axis=0)
+    for k in order:
+        if _sees(point, path[k], path, ahead) and _opens_to(path, int(k), point):
+            return int(k)
+    return int(order[0])
+
+
+def _sees(
+    start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"], one: Points2, two: Points2
+) -> bool:
+    """Whether no piece of a path crosses the way between two points."""
+    way = end - start
+    left_one = way[0] * (one[:, 1] - start[1]) - way[1] * (one[:, 0] - start[0])
+    left_two = way[0] * (two[:, 1] - start[1]) - way[1] * (two[:, 0] - start[0])
+    piece = two - one
+    of_start = piece[:, 0] * (start[1] - one[:, 1]) - piece[:, 1] * (start[0] - one[:, 0])
+    of_end = piece[:, 0] * (end[1] - one[:, 1]) - piece[:, 1] * (end[0] - one[:, 0])
+    return not ((left_one * left_two < 0) & (of_start * of_end < 0)).any()
+
+
+def _opens_to(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bool:
+    """Whether a point lies within the inner angle at a corner; corners passed twice have two."""
+    here = path[corner]
+    back, ahead = path[corner - 1] - here, path[(corner + 1) % len(path)] - here
+    to = point - here
+    turn = np.arctan2(ahead[0] * back[1] - ahead[1] * back[0], ahead @ back) % (2 * np.pi)
+    at = np.arctan2(ahead[0] * to[1] - ahead[1] * to[0], ahead @ to) % (2 * np.pi)
+    return bool(0 < at < turn)
+
+
+@njit(cache=True, nogil=True)
+def _cut_ears(ring, faces):
+    """Triangulate a simple ring by cutting the roundest ears; returns the number of faces made."""
+    n = ring.shape[0]
+    before, after = np.arange(n) - 1, np.arange(n) + 1
+    before[0], after[n - 1] = n - 1, 0
+    worth = np.empty(n)
+    for k in range(n):
+        worth[k] = _worth(ring, before, after, k)
+    made = 0
+    while made < n - 2:
+        best = -1
+        for k in range(n):
+            if worth[k] > 0 and (best < 0 or worth[k] > worth[best]):
+                best = k
+        if best < 0:
+            return made
+        a, c = before[best], after[best]
+        faces[made, 0], faces[made, 1], faces[made, 2] = a, best, c
+        made += 1
+        after[a], before[c] = c, a
+        worth[best] = -1.0
+        worth[a] = _worth(ring, before, after, a)
+        worth[c] = _worth(ring, before, after, c)
+        # A corner that was blocked by the one just cut off may be free now.
+        k = after[c]
+        while k != a and made < n - 2:
+            if worth[k] == 0.0:
+                worth[k] = _worth(ring, before, after, k)
+            k = after[k]
+    return made
+
+
+@njit(cache=True, nogil=True)
+def _worth(ring, before, after, k):
+    """Roundness of the ear at a corner; -1 where it is no corner, 0 where another is in the way."""
+    a, c = before[k], after[k]
+    ux, uy = ring[k, 0] - ring[a, 0], ring[k, 1] - ring[a, 1]
+    vx, vy = ring[c, 0] - ring[k, 0], ring[c, 1] - ring[k, 1]
+    double = ux * vy - uy * vx
+    if double <= 0:
+        return -1.0
+    other = after[c]
+    while other != a:
+        px, py = ring[other, 0], ring[other, 1]
+        same = (
+            (px == ring[a, 0] and py == ring[a, 1])
+            or (px == ring[k, 0] and py == ring[k, 1])
+            or (px == ring[c, 0] and py == ring[c, 1])
+        )
+        if not same:
+            one = ux * (py - ring[a, 1]) - uy * (px - ring[a, 0])
+            two = vx * (py - ring[k, 1]) - vy * (px - ring[k, 0])
+            wx, wy = ring[a, 0] - ring[c, 0], ring[a, 1] - ring[c, 1]
+            three = wx * (py - ring[c, 1]) - wy * (px - ring[c, 0])
+            if one >= 0 and two >= 0 and three >= 0:
+                return 0.0
+        other = after[other]
+    wx, wy = ring[a, 0] - ring[c, 0], ring[a, 1] - ring[c, 1]
+    return double / (ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy)
+
+
+def _made_even(mesh: Mesh, faces: Faces) -> Mesh:
+    """The mesh with a cap of near-equilateral triangles, about as fine as its rim.
+
+    The faces along the rim take part frozen, so that its edges stay whole.
+    """
+    rim = np.zeros(len(mesh), np.bool_)
+    rim[faces] = True
+    along = mesh.faces[rim[mesh.faces].any(1)]
+    together = np.concatenate([along, faces])
+    used, compact = np.unique(together, return_inverse=True)
+    frozen = np.arange(len(together)) < len(along)
+    compact = compact.reshape(-1, 3).astype(np.int32)
+    work = Triangles(mesh.vertices_mm[used], compact, frozen, used.astype(np.int64))
+    corners = mesh.vertices_mm[along]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    edge = float(np.median(lengths.max(1)))
+    for _ in range(_ROUNDS):
+        work = even_out(work, edge)
+    kept = np.zeros(len(work.vertices), np.bool_)
+    kept[work.faces[work.frozen]] = True
+    number = np.where(kept, work.origin, len(mesh) + np.cumsum(~kept) - 1)
+    new = number[work.faces[~work.frozen]].astype(np.int32)
+    return with_added(mesh, work.vertices[~kept], work.origin[~kept], new)

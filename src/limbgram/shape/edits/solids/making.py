@@ -1,0 +1,184 @@
+"""Whole-surface edits: offset, holes filled, a wall given, the side swapped."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from limbgram.errors import EditError
+from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.marking.growth import with_added
+from limbgram.shape.edits.marking.places import displaced, frame_of, moved_by
+from limbgram.shape.edits.offset import offset
+from limbgram.shape.limb import Landmark, Limb
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.filling import fill_holes
+from limbgram.surface.repair.openings import find_openings
+from limbgram.surface.topology import boundary_half_edges, boundary_loops, face_components
+
+_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
+"""An opening of this share of what the shape shows from there is its brim, not a hole."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Offset:
+    """Move the whole surface along its normals."""
+
+    distance_mm: float
+    """Outwards; negative inwards."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fill:
+    """Close holes with surface that goes on as its surroundings do."""
+
+    brim: bool = False
+    """Whether the open brim is closed too."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wall:
+    """Make a solid: a second surface at the wall's thickness, joined to the first at the brim."""
+
+    thickness_mm: float
+    side: Literal["outward", "inward"] = "outward"
+    """On which side of the surface the wall lies: outward for a socket over the shape."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mirror:
+    """Swap left and right."""
+
+    confirmed_side: Literal["left", "right"]
+    """The side that the limb is of afterwards: said here so that no mirror happens unnoticed."""
+
+
+def offset_whole(limb: Limb, edit: Offset) -> Limb:
+    """Move every face by a distance.
+
+    Raises:
+        EditError: the surface would fold or cut through itself.
+    """
+    return displaced(limb, offset(limb.mesh, edit.distance_mm).vertices_mm)
+
+
+def fill(limb: Limb, edit: Fill) -> Limb:
+    """Close holes.
+
+    Raises:
+        EditError: there is none.
+    """
+    what = "The filling"
+    mesh = limb.mesh
+    upright = mesh.vertices_mm
+    if limb.frame is not None:
+        upright = moved_by(limb.frame.limb_from_mesh, upright)
+    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    holes = openings.holes
+    if edit.brim and openings.brim is not None:
+        holes = [*holes, openings.brim]
+    if not holes:
+        brim = "" if openings.brim is None else " besides the brim (brim = true closes that)"
+        raise EditError(f"{what} found no hole{brim}. Leave this edit out.")
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
+    first = len(mesh)
+    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
+        raise EditError(f"{what} would have moved what was measured.")
+    places = closed.vertices_mm[first:]
+    rim = np.concatenate(holes).astype(np.int64)
+    nearest = _nearest(mesh.vertices_mm[rim], places)
+    grown = with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+    require_sound(what, mesh, grown)
+    return limb.with_mesh(grown)
+
+
+def wall(limb: Limb, edit: Wall) -> Limb:
+    """Give the surface a thickness; the result is watertight.
+
+    Raises:
+        EditError: the shape is closed already, or the wall would cut through itself.
+    """
+    what = "The wall"
+    if edit.thickness_mm <= 0:
+        raise EditError(f'{what} needs a thickness above 0 mm; its side is said by "side".')
+    mesh = limb.mesh
+    if len(np.unique(face_components(mesh.faces)[_open_faces(mesh)])) != 1 + int(
+        face_components(mesh.faces).max()
+    ):
+        raise EditError(
+            f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
+            "closed. Cut it open by a plane or a trimline first."
+        )
+    sign = 1.0 if edit.side == "outward" else -1.0
+    other = offset(mesh, sign * edit.thickness_mm)
+    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
+    count = len(mesh)
+    border = boundary_half_edges(mesh.faces)
+    a, b = border[:, 0], border[:, 1]
+    rim = np.concatenate(
+        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
+    )
+    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
+    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
+    solid = replace(
+        added,
+        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
+        sigma_mm=_twice(mesh.sigma_mm),
+        shared_mm=_twice(mesh.shared_mm),
+    )
+    require_sound(what, mesh, solid)
+    return limb.with_mesh(solid)
+
+
+def mirror(limb: Limb, edit: Mirror) -> Limb:
+    """Reflect the limb in its own plane of left and right; landmarks and side go with it.
+
+    Raises:
+        EditError: the limb is not aligned, has no side, or the confirmed side is the one it has.
+    """
+    what = "The mirror"
+    frame = frame_of(limb, what)
+    if frame.side == "none":
+        raise EditError(
+            f"{what} swaps left and right, and nobody has said which this limb is. Align it with "
+            "its side first."
+        )
+    if frame.side == edit.confirmed_side:
+        raise EditError(
+            f"{what}: the limb is a {frame.side} one, so the mirrored one is not. Confirm the side "
+            f'it will have: confirmed_side = "{"left" if frame.side == "right" else "right"}".'
+        )
+    motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
+    flip = np.array([-1.0, 1.0, 1.0])
+
+    def reflected(points: np.ndarray) -> np.ndarray:
+        return moved_by(back, moved_by(motion, points) * flip)
+
+    mesh = replace(
+        limb.mesh,
+        vertices_mm=reflected(limb.mesh.vertices_mm),
+        faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
+    )
+    marks = tuple(
+        Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
+        for mark in limb.landmarks
+    )
+    framed = replace(frame, side=edit.confirmed_side)
+    return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
+
+
+def _open_faces(mesh: Mesh) -> np.ndarray:
+    """Faces with a vertex on an open edge."""
+    rim = np.zeros(len(mesh), np.bool_)
+    for loop in boundary_loops(mesh.faces):
+        rim[loop] = True
+    return np.asarray(rim[mesh.faces].any(1))
+
+
+def _twice(values: np.ndarray | None) -> np.ndarray | None:
+    return None if values is None else np.concatenate([values, values])
+
+
+def _nearest(candidates: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return np.asarray(cKDTree(candidates).query(points)[1])
