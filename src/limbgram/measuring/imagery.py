@@ -23,6 +23,10 @@ _MARGIN_PX = 24
 """Pixels kept round the projected surface: room for windows and for moves."""
 
 
+Crop = tuple[int, int, np.ndarray]
+"""Grey crop of a photo: x0, y0 (multiples of 8), pixels."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Imagery:
     """Reduced grey crops of several photos.
@@ -39,12 +43,10 @@ class Imagery:
     """View.packed of every photo, for the full-size photo."""
 
 
-def load_crops(
-    photos: Sequence[Photo], views: Sequence[View], points_mm: Points3
-) -> list[tuple[int, int, np.ndarray]]:
-    """Full-size grey crop of each photo round `points_mm`: x0, y0 (multiples of 8), pixels."""
+def load_crops(photos: Sequence[Photo], views: Sequence[View], points_mm: Points3) -> list[Crop]:
+    """Full-size grey crop of each photo round `points_mm`."""
 
-    def crop(k: int) -> tuple[int, int, np.ndarray]:
+    def crop(k: int) -> Crop:
         xy = views[k].project(points_mm)
         xy = xy[views[k].camera.contains(xy)]
         if not len(xy):
@@ -57,9 +59,7 @@ def load_crops(
     return in_parallel(crop, range(len(views)))
 
 
-def prepare(
-    crops: Sequence[tuple[int, int, np.ndarray]], views: Sequence[View], halvings: int
-) -> Imagery:
+def prepare(crops: Sequence[Crop], views: Sequence[View], halvings: int) -> Imagery:
     """Halve the crops `halvings` times, pixel centres kept, and filter them for interpolation."""
     table = np.zeros((len(crops), 5), np.int64)
     parts: list[np.ndarray] = []

@@ -9,20 +9,34 @@ Method  multi-photo least-squares matching, coarse to fine: a small patch per ve
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64, Int32
 
-from limbgram.measuring.imagery import load_crops, prepare
-from limbgram.measuring.rounds import MatchingOptions, Sight, look, match_jointly, match_patches
+from limbgram.geometry.arrays import Faces
+from limbgram.geometry.camera import View
+from limbgram.measuring.imagery import Crop, load_crops, prepare
+from limbgram.measuring.rounds import (
+    MatchingOptions,
+    Sight,
+    look,
+    match_guessed,
+    match_jointly,
+    match_patches,
+)
 from limbgram.measuring.visibility import best_views, incidence_cosines
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.brim import BrimOptions, level_brim
 from limbgram.surface.repair.trimming import cut_back
+from limbgram.surface.topology import with_faces
 
+_RINGS_ROUND = 6
+"""Rings round a fill whose bend it goes on with."""
 _GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
 
@@ -40,6 +54,12 @@ class MeasureOptions:
     rim_rings: int = 8
     """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
 
+    brim: BrimOptions = field(default_factory=BrimOptions)
+    """What counts as a notch of the open end, to be closed."""
+
+    brim_rounds: int = 3
+    """Rounds in which a closed notch is measured from its rim inwards."""
+
     matching: MatchingOptions = field(default_factory=MatchingOptions)
 
 
@@ -52,24 +72,71 @@ def measure(
     """Measure the surface at the full resolution of the photos."""
     scene = metric.scene
     views = scene.views
-    crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
     matching = options.matching
-    cosines = incidence_cosines(mesh, views, _GRAZING_DEG)
-    unseen = (cosines > 0).sum(axis=1) < 2
-    cosines[cosines < np.cos(np.radians(matching.max_incidence_deg))] = 0
-    seen_by = best_views(cosines, matching.max_views)  # moves are too small to change what is seen
+    crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
+    seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     believed = np.zeros(len(mesh), bool)
     for halvings in track(options.patch_halvings):
         imagery = prepare(crops, views, halvings)
         sight = look(mesh, imagery, views, seen_by)
         moves, believed = match_patches(mesh, imagery, sight, matching)
         mesh = _moved(mesh, moves, sight, matching)
+    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), crops, views, options)
+    seen_by, unseen = _seen_by(mesh, views, matching)
     imagery = prepare(crops, views, 0)
     for _ in track(range(options.joint_rounds)):
         sight = look(mesh, imagery, views, seen_by)
         mesh = _moved(mesh, match_jointly(mesh, imagery, sight, matching), sight, matching)
-    filled = unseen if mesh.filled is None else unseen | mesh.filled
-    return cut_back(replace(mesh, filled=filled), ~believed, options.rim_rings)
+    return replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+
+
+def _seen_by(
+    mesh: Mesh, views: Sequence[View], options: MatchingOptions
+) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
+    """The photos that measure each vertex, and which vertices fewer than two photos see."""
+    cosines = incidence_cosines(mesh, views, _GRAZING_DEG)
+    unseen = (cosines > 0).sum(axis=1) < 2
+    squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
+    few = squarely.sum(axis=1, keepdims=True) < options.least_views
+    steeply = few & (cosines >= np.cos(np.radians(options.steep_incidence_deg)))
+    cosines[~(squarely | steeply)] = 0
+    return best_views(cosines, options.max_views), unseen
+
+
+def _with_even_brim(
+    mesh: Mesh, crops: Sequence[Crop], views: Sequence[View], options: MeasureOptions
+) -> Mesh:
+    """The brim's notches closed, and of what closes them measured what the photos show."""
+    whole = level_brim(mesh, options.brim)
+    if whole is mesh or whole.filled is None:
+        return mesh
+    matching, guessed = options.matching, whole.filled
+    faces = whole.faces[_near(guessed, whole.faces)[whole.faces].all(axis=1)]
+    chosen = np.unique(faces)
+    part = with_faces(whole, faces)
+    imagery = prepare(crops, views, options.patch_halvings[-1])
+    good = np.zeros(len(part), bool)
+    for _ in track(range(options.brim_rounds)):
+        seen_by, _ = _seen_by(whole, views, matching)
+        sight = look(part, imagery, views, seen_by[chosen])
+        moves, good = match_guessed(part, imagery, sight, guessed[chosen], matching)
+        part = _moved(part, moves, sight, matching)
+        whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
+    return replace(whole, filled=_put(guessed, chosen[good], np.False_))
+
+
+def _near(chosen: Bool[np.ndarray, " n"], faces: Faces) -> Bool[np.ndarray, " n"]:
+    """The chosen vertices and some rings round them."""
+    near = chosen.copy()
+    for _ in range(_RINGS_ROUND):
+        near[faces[near[faces].any(axis=1)]] = True
+    return near
+
+
+def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.ndarray:
+    changed = values.copy()
+    changed[idx] = new
+    return changed
 
 
 def _moved(

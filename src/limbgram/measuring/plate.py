@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float64
-from scipy.sparse.linalg import cg
 
 from limbgram.geometry.arrays import Points3
+from limbgram.measuring.solver import solve
 from limbgram.surface.mesh import Mesh
 
 _LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
@@ -84,22 +84,7 @@ def settle(
     curvature = np.einsum("ij,ij->i", normals, plate.laplacian @ mesh.vertices_mm)
     bending = plate.laplacian.T @ stiffness
     system = (data + bending @ plate.laplacian).tocsr()
-    return _solve(system, right - bending @ curvature, right / np.maximum(weights, 1e-12))
-
-
-def _solve(
-    system: sp.csr_matrix, right: Float64[np.ndarray, " n"], start: Float64[np.ndarray, " n"]
-) -> Float64[np.ndarray, " n"]:
-    """Conjugate gradients with diagonal preconditioning, to a thousandth of the right side."""
-    solution, _ = cg(
-        system,
-        right,
-        x0=start,
-        rtol=1e-3,
-        maxiter=200,
-        M=sp.diags(np.reciprocal(system.diagonal().astype(np.float64))),
-    )
-    return solution
+    return solve(system, right - bending @ curvature, right / np.maximum(weights, 1e-12))
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:

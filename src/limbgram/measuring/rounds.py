@@ -6,7 +6,7 @@ Fails   SurfaceError: hardly a vertex looks alike in two photos.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,6 +22,8 @@ from limbgram.surface.mesh import Mesh
 
 _UNMEASURED_PX = 1.0
 """What is believed of the given surface where nothing was measured: one pixel, in sigma."""
+_HELD_PX, _LOOSE_PX = 0.02, 20.0
+"""The same where the surface stays as it is, and where it was only guessed."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
 _FACE_POINTS = (
@@ -37,7 +39,13 @@ class MatchingOptions:
     """Photos per vertex, the most frontal ones."""
 
     max_incidence_deg: float = 65.0
-    """Photos that see a vertex at a flatter angle than this are left out."""
+    """Photos that see a vertex at a flatter angle than this are left out, unless"""
+
+    least_views: int = 3
+    """fewer photos than this see it so squarely: then steeper ones are taken, up to"""
+
+    steep_incidence_deg: float = 78.0
+    """this angle."""
 
     min_correlation: float = 0.6
     """Mean correlation between the photos below which a patch is not believed."""
@@ -96,6 +104,40 @@ def match_patches(
 
     Also tells which patches were believed.
     """
+    offsets_mm, formal_mm, good = _patches(mesh, imagery, sight, options)
+    if good.mean() < 0.05:
+        raise SurfaceError(
+            f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
+            "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
+            "of the placed photos; paint more densely and photograph again."
+        )
+    sigma_mm = np.where(good, formal_mm, _UNMEASURED_PX * sight.pixel_mm)
+    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+
+
+def match_guessed(
+    mesh: Mesh,
+    imagery: Imagery,
+    sight: Sight,
+    guessed: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """A patch for each guessed vertex; the rest of the surface stays where it is.
+
+    Guessed vertices without a believed patch follow the plate through their neighbours, so that
+    a fill is measured from its rim inwards round by round.
+    """
+    only = replace(sight, seen_by=np.where(guessed[:, None], sight.seen_by, np.int32(-1)))
+    offsets_mm, formal_mm, good = _patches(mesh, imagery, only, options)
+    believed_px = np.where(guessed, _LOOSE_PX, _HELD_PX)
+    sigma_mm = np.where(good, formal_mm, believed_px * sight.pixel_mm)
+    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+
+
+def _patches(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Offset of every vertex's patch, its formal sigma, and whether it is believed."""
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
         imagery.coefficients,
@@ -111,12 +153,22 @@ def match_patches(
         state,
     )
     good = _believed(report, state[:, 0], sight.pixel_mm, options)
-    sigma = np.where(
-        good, np.maximum(report[:, 1], 0.02 * sight.pixel_mm), _UNMEASURED_PX * sight.pixel_mm
-    )
+    return state[:, 0], np.maximum(report[:, 1], _HELD_PX * sight.pixel_mm), good
+
+
+def _through(
+    mesh: Mesh,
+    sight: Sight,
+    offsets_mm: Float64[np.ndarray, " n"],
+    sigma_mm: Float64[np.ndarray, " n"],
+    good: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> Float64[np.ndarray, " n"]:
+    """Moves of the plate through the believed offsets."""
     length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
-    right = np.where(good, state[:, 0], 0.0) / sigma**2
-    return settle(mesh, sight.plate, sp.csr_matrix(sp.diags(1 / sigma**2)), right, length_mm), good
+    right = np.where(good, offsets_mm, 0.0) / sigma_mm**2
+    data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
+    return settle(mesh, sight.plate, data, right, length_mm)
 
 
 def match_jointly(
@@ -183,18 +235,11 @@ def _believed(
     options: MatchingOptions,
 ) -> Bool[np.ndarray, " n"]:
     """Patches that converged, correlate and stayed near."""
-    good = (
+    return (
         (report[:, 0] == MEASURED)
         & (report[:, 3] >= options.min_correlation)
         & (np.abs(offsets_mm) < options.max_move_px * pixel_mm)
     )
-    if good.mean() < 0.05:
-        raise SurfaceError(
-            f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
-            "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
-            "of the placed photos; paint more densely and photograph again."
-        )
-    return good
 
 
 def _pixel_mm(mesh: Mesh, views: Sequence[View], photo: np.ndarray) -> Float64[np.ndarray, " n"]:

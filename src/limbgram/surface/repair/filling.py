@@ -26,8 +26,16 @@ _BENDS = 2
 _ROUNDS = 3
 
 
-def fill_holes(vertices: Points3, faces: Faces, holes: list[Int32[np.ndarray, " l"]]) -> Mesh:
-    """Close holes, each a loop along the half-edges of the faces round it; marks new vertices."""
+def fill_holes(
+    vertices: Points3,
+    faces: Faces,
+    holes: list[Int32[np.ndarray, " l"]],
+    edge_mm: float | None = None,
+) -> Mesh:
+    """Close holes, each a loop along the half-edges of the faces round it; marks new vertices.
+
+    edge_mm: length of the new edges; None: as long as the mesh's own.
+    """
     neighbours = _neighbours(vertices, faces)
     small = [loop for loop in holes if len(loop) <= _SMALL]
     large = [loop for loop in holes if len(loop) > _SMALL]
@@ -41,7 +49,7 @@ def fill_holes(vertices: Points3, faces: Faces, holes: list[Int32[np.ndarray, " 
     edge = float(np.median(np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)))
     for _ in range(_BENDS):
         for _ in range(_ROUNDS):
-            work = even_out(work, edge)
+            work = even_out(work, edge_mm or edge)
         work = _bend(work, _STIFFNESS_EDGES * edge)
     return _put_back(vertices, faces[away], work)
 

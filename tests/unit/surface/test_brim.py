@@ -1,0 +1,75 @@
+"""Brims made even: a notch of known shape is closed as marked fill, and nothing else changes."""
+
+import numpy as np
+import pytest
+
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.brim import BrimOptions, level_brim
+from limbgram.surface.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
+
+RADIUS_MM, HEIGHT_MM, STEP_MM = 40.0, 70.0, 1.5
+NOTCH_DEG, NOTCH_MM = 35.0, 14.0
+
+
+def _beaker(notch_mm: float) -> Mesh:
+    """A tube round z, closed at its top, with a notch cut into its open lower end."""
+    around = int(2 * np.pi * RADIUS_MM / STEP_MM)
+    rows = int(HEIGHT_MM / STEP_MM)
+    angle, level = np.meshgrid(2 * np.pi * np.arange(around) / around, np.arange(rows) * STEP_MM)
+    wall = np.stack([RADIUS_MM * np.cos(angle), RADIUS_MM * np.sin(angle), level], -1)
+    first = np.arange(around * (rows - 1)).reshape(rows - 1, around)
+    right = np.roll(first, -1, axis=1)
+    quads = np.stack([first, right, right + around, first + around], -1).reshape(-1, 4)
+    top = around * (rows - 1) + np.arange(around)
+    lid = np.stack([top, np.roll(top, -1), np.full(around, around * rows)], 1)
+    vertices = np.concatenate([wall.reshape(-1, 3), [[0, 0, HEIGHT_MM]]])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], lid])
+    middle = vertices[faces].mean(1)
+    turned = np.degrees(np.abs(np.arctan2(middle[:, 1], middle[:, 0])))
+    faces = faces[~((turned < NOTCH_DEG) & (middle[:, 2] < notch_mm))]
+    used, compact = np.unique(faces, return_inverse=True)
+    filled = np.zeros(len(used), np.bool_)
+    return Mesh(
+        vertices_mm=vertices[used], faces=compact.reshape(-1, 3).astype(np.int32), filled=filled
+    )
+
+
+def test_a_notch_is_closed_along_the_wall_and_marked() -> None:
+    ragged = _beaker(NOTCH_MM)
+    even = level_brim(ragged)
+    assert is_edge_manifold(even.faces)
+    assert is_vertex_manifold(even.faces)
+    (brim,) = boundary_loops(even.faces)
+    assert even.filled is not None
+    new = even.vertices_mm[even.filled]
+    radius_mm = np.hypot(new[:, 0], new[:, 1])
+    assert np.abs(radius_mm - RADIUS_MM).max() < 0.25 * NOTCH_MM
+    assert new[:, 2].min() < 0.25 * NOTCH_MM
+    assert even.vertices_mm[brim, 2].max() < 0.35 * NOTCH_MM
+    assert np.degrees(np.abs(np.arctan2(new[:, 1], new[:, 0]))).max() < NOTCH_DEG + 2
+    kept = even.vertices_mm[~even.filled]
+    np.testing.assert_array_equal(kept, ragged.vertices_mm)
+
+
+def test_an_even_brim_stays() -> None:
+    even = _beaker(0.0)
+    assert level_brim(even) is even
+
+
+def test_too_large_a_guess_is_not_made() -> None:
+    ragged = _beaker(NOTCH_MM)
+    assert level_brim(ragged, BrimOptions(most_share=0.01)) is ragged
+
+
+def test_a_closed_surface_stays(closed_cube: Mesh) -> None:
+    assert level_brim(closed_cube) is closed_cube
+
+
+@pytest.fixture
+def closed_cube() -> Mesh:
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    quads = np.array(
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    return Mesh(vertices_mm=corners, faces=faces)
