@@ -65,10 +65,10 @@ def _cross(triangles, boxes, corners, found):
 
 @njit(cache=True, nogil=True)
 def _apart(one, two):
+    gap = -np.inf
     for axis in range(3):
-        if one[axis] > two[axis + 3] or two[axis] > one[axis + 3]:
-            return True
-    return False
+        gap = max(gap, one[axis] - two[axis + 3], two[axis] - one[axis + 3])
+    return gap > 0
 
 
 @njit(cache=True, nogil=True)

@@ -1,1 +1,6 @@
-"""Edits: one function an operation, mesh to mesh."""
+"""Edits: the shape adjusted; each is a function that takes a Limb and its parameters."""
+
+from limbgram.shape.edits.editing import EDITS, Edit, do_edit, name_of
+from limbgram.shape.edits.offset import offset
+
+__all__ = ["EDITS", "Edit", "do_edit", "name_of", "offset"]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Int64
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
@@ -73,5 +73,5 @@ def _added(before: Mesh, after: Mesh, find: Finder, moved_mm: float) -> Points3:
         return middles
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
-    distance = np.asarray(cKDTree(known).query(middles)[0])
+    distance = np.asarray(KDTree(known).query(middles)[0])
     return middles[distance > _NEAR * size + moved_mm]

@@ -91,9 +91,7 @@ def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: fl
     return changed
 
 
-def _across(
-    limb: Limb, step: Float64[np.ndarray, "n 3"], what: str
-) -> Float64[np.ndarray, "n 3"]:
+def _across(limb: Limb, step: Float64[np.ndarray, "n 3"], what: str) -> Float64[np.ndarray, "n 3"]:
     """Displacements in the limb frame, without their part along the axis, in the mesh's frame."""
     x_axis, y_axis, _ = axes_in_mesh(limb, what)
     return step[:, :1] * x_axis + step[:, 1:2] * y_axis

@@ -38,7 +38,7 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
     outer = (areas * normal).sum(1) > 0
     faces: list[np.ndarray] = []
     for number in np.flatnonzero(outer):
-        holes = [k for k in np.flatnonzero(~outer) if _home(drawn, outer, int(k)) == number]
+        holes = [k for k in np.flatnonzero(~outer).tolist() if _home(drawn, outer, k) == number]
         path = _joined(drawn, int(number), holes)
         ring = np.concatenate(rings)[path]
         corners = np.concatenate(drawn)[path]
@@ -58,9 +58,7 @@ def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
 
 def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
     """The smallest outer ring round a hole."""
-    around = [
-        int(k) for k in np.flatnonzero(outer) if _is_inside(drawn[hole][0], drawn[int(k)])
-    ]
+    around = [int(k) for k in np.flatnonzero(outer) if _is_inside(drawn[hole][0], drawn[int(k)])]
     return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
 
 

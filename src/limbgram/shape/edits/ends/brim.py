@@ -71,7 +71,9 @@ def extension(limb: Limb, edit: Extension) -> Limb:
         [start[:, 0] + out * slope[:, 0], start[:, 1] + out * slope[:, 1], start[:, 2] + up], axis=2
     )
     count = len(loop)
-    number = np.concatenate([loop[None], len(limb.mesh) + np.arange(rows * count).reshape(rows, -1)])
+    number = np.concatenate(
+        [loop[None], len(limb.mesh) + np.arange(rows * count).reshape(rows, -1)]
+    )
     here, ahead = number, np.roll(number, -1, axis=1)
     # The old faces run along the loop; the new ones below each row run against it.
     one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)

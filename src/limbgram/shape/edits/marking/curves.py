@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.interpolate import CubicSpline
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
@@ -27,7 +27,7 @@ _LEAST_STEPS = 120
 _JUMP = 4.0
 """Steps of the line may grow by this where it is brought to the surface."""
 _FARTHEST = 0.25
-"""The spline may leave the surface by this share of the curve's extent before it is brought to it."""
+"""Share of the curve's extent by which the spline may leave the surface that it is brought to."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,10 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     jumps = np.linalg.norm(np.roll(closest.points_mm, -1, axis=0) - closest.points_mm, axis=1)
     step = walked[-1] / steps
     if closest.distances_mm.max() > reach or jumps.max() > _JUMP * step:
-        worst = int(np.argmax(jumps)) if jumps.max() > _JUMP * step else int(
-            np.argmax(closest.distances_mm)
+        worst = (
+            int(np.argmax(jumps))
+            if jumps.max() > _JUMP * step
+            else int(np.argmax(closest.distances_mm))
         )
         segment = int(np.searchsorted(knots, even[worst], side="right"))
         raise EditError(
@@ -148,7 +150,7 @@ def _densified(curve: Curve) -> Points3:
 def _signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
     """Distance to the polyline, signed by its side on the surface."""
     line, count = curve.points_mm, len(curve.points_mm)
-    nearest = np.asarray(cKDTree(line).query(points)[1])
+    nearest = np.asarray(KDTree(line).query(points)[1])
     distance = np.full(len(points), np.inf)
     signed = np.empty(len(points))
     for first in (nearest - 1, nearest):
@@ -171,5 +173,7 @@ def _tangents(curve: Curve) -> Points3:
 
 
 def _smoothed(normals: Points3) -> Points3:
-    around = sum((np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals))
+    around = sum(
+        (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
+    )
     return around / np.maximum(np.linalg.norm(around, axis=1, keepdims=True), 1e-30)

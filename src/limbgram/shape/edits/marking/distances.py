@@ -16,7 +16,9 @@ _MOST_ROUNDS = 5000
 _SETTLED_MM = 1e-9
 
 
-def distances_from_point(mesh: Mesh, point_mm: Vector3, limit_mm: float) -> Float64[np.ndarray, " n"]:
+def distances_from_point(
+    mesh: Mesh, point_mm: Vector3, limit_mm: float
+) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex from a point on the surface; infinite beyond the limit."""
     face = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(point_mm[None]).faces[0]
     straight = np.linalg.norm(mesh.vertices_mm - point_mm, axis=1)

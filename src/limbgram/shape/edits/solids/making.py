@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.guard import require_sound
@@ -181,4 +181,4 @@ def _twice(values: np.ndarray | None) -> np.ndarray | None:
 
 
 def _nearest(candidates: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return np.asarray(cKDTree(candidates).query(points)[1])
+    return np.asarray(KDTree(candidates).query(points)[1])

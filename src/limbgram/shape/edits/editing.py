@@ -1,0 +1,94 @@
+"""Editing: every edit there is, and the one function that does any of them.
+
+Edits stand in a recipe under the name of their class in small letters: BuildUp is "build-up".
+"""
+
+import re
+from typing import get_args
+
+from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline, plane_cut, trimline
+from limbgram.shape.edits.ends.brim import Extension, Flare, extension, flare
+from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
+from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction
+from limbgram.shape.edits.presets import Liner, SockPly, liner, sock_ply
+from limbgram.shape.edits.regional import BuildUp, Relief, build_up, relief
+from limbgram.shape.edits.smoothing import Smoothing, smoothing
+from limbgram.shape.edits.solids.making import (
+    Fill,
+    Mirror,
+    Offset,
+    Wall,
+    fill,
+    mirror,
+    offset_whole,
+    wall,
+)
+from limbgram.shape.limb import Limb
+
+Edit = (
+    BuildUp
+    | Relief
+    | Reduction
+    | Increase
+    | Liner
+    | SockPly
+    | Offset
+    | Smoothing
+    | Extension
+    | Flare
+    | DistalEnd
+    | PlaneCut
+    | Trimline
+    | Fill
+    | Wall
+    | Mirror
+)
+
+
+def name_of(edit: type[Edit]) -> str:
+    return re.sub(r"(?<!^)([A-Z])", r"-\1", edit.__name__).lower()
+
+
+EDITS: dict[str, type[Edit]] = {name_of(kind): kind for kind in get_args(Edit)}
+"""The kinds of edit by the names that recipes use."""
+
+
+def do_edit(limb: Limb, edit: Edit) -> Limb:
+    """The limb after an edit.
+
+    Raises:
+        EditError: the edit makes no sense on this limb, or would spoil its surface.
+    """
+    match edit:
+        case BuildUp():
+            return build_up(limb, edit)
+        case Relief():
+            return relief(limb, edit)
+        case Reduction():
+            return reduction(limb, edit)
+        case Increase():
+            return increase(limb, edit)
+        case Liner():
+            return liner(limb, edit)
+        case SockPly():
+            return sock_ply(limb, edit)
+        case Offset():
+            return offset_whole(limb, edit)
+        case Smoothing():
+            return smoothing(limb, edit)
+        case Extension():
+            return extension(limb, edit)
+        case Flare():
+            return flare(limb, edit)
+        case DistalEnd():
+            return distal_end(limb, edit)
+        case PlaneCut():
+            return plane_cut(limb, edit)
+        case Trimline():
+            return trimline(limb, edit)
+        case Fill():
+            return fill(limb, edit)
+        case Wall():
+            return wall(limb, edit)
+        case Mirror():
+            return mirror(limb, edit)

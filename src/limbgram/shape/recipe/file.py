@@ -1,0 +1,197 @@
+"""The recipe's file: TOML that a person can read, write and correct.
+
+    format = "limbgram recipe"
+    version = 1
+    name = "first fitting"
+    scan_sha256 = "..."
+
+    [[edit]]
+    do = "relief"
+    at = "patellar tendon"
+    depth_mm = 5.0
+    falloff_mm = 18.0
+
+    [[edit]]
+    do = "smoothing"
+    on = false
+    passes = 8
+
+Places are landmarks by name, or [x, y, z] in millimetres in the frame that the edit names. Names
+and parameters that are not known are errors that list what is.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+
+from limbgram.errors import OptionsError, ShapeFileError
+from limbgram.shape.edits.editing import EDITS, Edit, name_of
+from limbgram.shape.recipe.recipe import Entry, Recipe
+
+_FORMAT, _VERSION = "limbgram recipe", 1
+_LARGEST_BYTES = 4_000_000
+_MOST_EDITS = 1000
+_HEADER = {"format", "version", "name", "scan_sha256", "edit"}
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Read a recipe's file.
+
+    Raises:
+        ShapeFileError: it cannot be read, or is no recipe.
+        OptionsError: an edit or parameter that is not known.
+    """
+    try:
+        if path.stat().st_size > _LARGEST_BYTES:
+            raise ShapeFileError(f"{path.name} is too large for a recipe.")
+        return parse_recipe(path.read_text("utf-8"), path.name)
+    except OSError as error:
+        raise ShapeFileError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except UnicodeDecodeError as error:
+        raise ShapeFileError(f"{path.name} is no recipe: it is not a text in UTF-8.") from error
+
+
+def parse_recipe(text: str, name: str) -> Recipe:
+    """A recipe from its text."""
+    try:
+        tree = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
+    if tree.get("format") != _FORMAT or tree.get("version") != _VERSION:
+        raise ShapeFileError(
+            f'{name} is no recipe: it must begin with format = "{_FORMAT}" and version = '
+            f"{_VERSION}."
+        )
+    unknown = sorted(set(tree) - _HEADER)
+    if unknown:
+        raise OptionsError(
+            f"{name} says {', '.join(unknown)} before its edits; allowed are "
+            f"{', '.join(sorted(_HEADER - {'edit'}))}."
+        )
+    for key in ("name", "scan_sha256"):
+        if not isinstance(tree.get(key, ""), str):
+            raise OptionsError(f"{name}: {key} must be a text in quotes.")
+    listed = tree.get("edit", [])
+    if not isinstance(listed, list) or len(cast(list[Any], listed)) > _MOST_EDITS:
+        raise OptionsError(f"{name}: edits are written as [[edit]], at most {_MOST_EDITS} of them.")
+    entries = tuple(
+        _entry(part, f"Edit {number} of {name}")
+        for number, part in enumerate(cast(list[Any], listed), start=1)
+    )
+    return Recipe(
+        name=tree.get("name", ""), scan_sha256=tree.get("scan_sha256", ""), entries=entries
+    )
+
+
+def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
+    """An edit from its name and parameters.
+
+    Raises:
+        OptionsError: a name or parameter that is not known, missing, or of the wrong kind.
+    """
+    made = EDITS.get(kind)
+    if made is None:
+        raise OptionsError(f'{what}: there is no edit "{kind}". There are: {", ".join(EDITS)}.')
+    hints = get_type_hints(made)
+    allowed = {field.name: field for field in fields(made)}
+    unknown = [key for key in parameters if key not in allowed]
+    if unknown:
+        raise OptionsError(
+            f"{what}: {kind} has no parameter {', '.join(unknown)}. It has: {', '.join(allowed)}."
+        )
+    missing = [k for k, f in allowed.items() if f.default is MISSING and k not in parameters]
+    if missing:
+        raise OptionsError(f"{what}: {kind} needs {', '.join(missing)}.")
+    values = {
+        key: _value(hints[key], value, f"{what}: {key} of {kind}")
+        for key, value in parameters.items()
+    }
+    return made(**values)
+
+
+def encode_recipe(recipe: Recipe) -> bytes:
+    """The recipe's file; reading it gives an equal recipe."""
+    lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}", f"name = {_text(recipe.name)}"]
+    if recipe.scan_sha256:
+        lines.append(f"scan_sha256 = {_text(recipe.scan_sha256)}")
+    for entry in recipe.entries:
+        lines += ["", "[[edit]]", f"do = {_text(name_of(type(entry.edit)))}"]
+        lines += [] if entry.on else ["on = false"]
+        for field in fields(entry.edit):
+            value = getattr(entry.edit, field.name)
+            if value is not None and value != field.default:
+                lines.append(f"{field.name} = {_written(value)}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _entry(part: Any, what: str) -> Entry:
+    if not isinstance(part, dict):
+        raise OptionsError(f"{what} is not written as [[edit]].")
+    tree = dict(cast(dict[str, Any], part))
+    kind, on = tree.pop("do", ""), tree.pop("on", True)
+    if not isinstance(on, bool):
+        raise OptionsError(f"{what}: on must be true or false.")
+    return Entry(edit=make_edit(str(kind), tree, what), on=on)
+
+
+def _value(hint: Any, value: Any, what: str) -> Any:
+    """A value as a parameter's type wants it."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        if value in parts:
+            return value
+        raise OptionsError(f"{what} must be one of {', '.join(map(str, parts))}, not {value!r}.")
+    if origin in (Union, UnionType):
+        return _one_of(parts, value, what)
+    if origin is tuple:
+        return _sequence(parts, value, what)
+    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
+        if abs(value) < 1e6:
+            return float(value)
+    elif isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
+        return value
+    kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+    raise OptionsError(f"{what} must be {kinds.get(hint, hint)}, not {value!r}.")
+
+
+def _one_of(parts: tuple[Any, ...], value: Any, what: str) -> Any:
+    """A value that may be of several types: a text, a list of coordinates, a number."""
+    for part in parts:
+        if part is NoneType:
+            continue
+        if (get_origin(part) is tuple) == isinstance(value, list | tuple) and (
+            isinstance(value, str) == (part is str)
+        ):
+            return _value(part, value, what)
+    wanted = "a landmark's name in quotes, or [x, y, z]" if str in parts else "a number"
+    raise OptionsError(f"{what} must be {wanted}, not {value!r}.")
+
+
+def _sequence(parts: tuple[Any, ...], value: Any, what: str) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise OptionsError(f"{what} must be a list in brackets, not {value!r}.")
+    listed = cast("list[Any] | tuple[Any, ...]", value)
+    if len(parts) == 2 and parts[1] is Ellipsis:
+        return tuple(_value(parts[0], item, what) for item in listed)
+    if len(listed) != len(parts):
+        raise OptionsError(f"{what} must have {len(parts)} numbers, not {len(listed)}.")
+    return tuple(_value(part, item, what) for part, item in zip(parts, listed, strict=True))
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(_written(part) for part in cast(tuple[Any, ...], value))}]"
+    return repr(value)
+
+
+def _text(value: str) -> str:
+    """A text in quotes; control characters escaped as TOML asks."""
+    plain = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in plain) + '"'

@@ -1,0 +1,160 @@
+"""The ledger: what each edit did to volume, girths and surface, in figures.
+
+Girths are taken at levels that stay the same for the whole recipe, so lines can be compared.
+Displacement is the distance of the new surface from the old one, positive outwards.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.shape.edits.marking.neighbours import roughness_mm
+from limbgram.shape.edits.marking.places import moved_by
+from limbgram.shape.limb import Limb
+from limbgram.surface.closest import TriangleTree
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.sections import cut
+from limbgram.surface.topology import volume_mm3
+
+_LEVELS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures:
+    """A shape in figures."""
+
+    volume_ml: float
+    """Of the closed shape; an open brim counts as closed by a cone from its middle."""
+    girths_mm: tuple[float | None, ...]
+    """Round the largest section at each level; None where no plane section is whole."""
+    roughness_mm: float
+    """How far vertices stand out from their surroundings (RMS)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Displacement:
+    """How far a surface lies from an earlier one, positive outwards."""
+
+    largest_mm: float
+    """The one furthest from 0, with its sign."""
+    mean_mm: float
+    """Over the new surface, each vertex by its area: the bias of the edit."""
+    mean_size_mm: float
+    """The same without signs."""
+    moved_share: float
+    """Part of the new surface's area that moved."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One edit's entry."""
+
+    number: int
+    edit: str
+    """The edit in one line."""
+    before: Figures
+    after: Figures
+    displacement: Displacement | None
+    """None for a mirror, which moves everything."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ledger:
+    """What a recipe did."""
+
+    levels_mm: tuple[float, ...]
+    """Heights of the girths: along the limb's axis, or the mesh's z where it is not aligned."""
+    lines: tuple[Line, ...]
+
+
+def choose_levels(limb: Limb) -> tuple[float, ...]:
+    """Even heights over the limb."""
+    heights = _upright(limb).vertices_mm[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    return tuple(low + (high - low) * (k + 0.5) / _LEVELS for k in range(_LEVELS))
+
+
+def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
+    """Volume, girths and roughness."""
+    longest: dict[float, float] = {}
+    for section in cut(_upright(limb), levels_mm):
+        if section.closed:
+            known = longest.get(section.offset_mm, 0.0)
+            longest[section.offset_mm] = max(known, section.length_mm)
+    return Figures(
+        volume_ml=volume_mm3(limb.mesh) / 1000,
+        girths_mm=tuple(longest.get(level) for level in levels_mm),
+        roughness_mm=roughness_mm(limb.mesh),
+    )
+
+
+def displacement_between(old: Mesh, new: Mesh) -> Displacement:
+    """How far the new surface lies from the old."""
+    distance = np.zeros(len(new))
+    moved = _changed(old, new)
+    if moved.any():
+        closest = TriangleTree.of(old.vertices_mm, old.faces).closest(new.vertices_mm[moved])
+        away = new.vertices_mm[moved] - closest.points_mm
+        side = (away * old.face_normals()[closest.faces]).sum(1)
+        distance[moved] = np.where(side < 0, -1.0, 1.0) * closest.distances_mm
+    distance[np.abs(distance) < 1e-9] = 0.0
+    area = _vertex_area(new)
+    whole = float(area.sum())
+    return Displacement(
+        largest_mm=float(distance[int(np.argmax(np.abs(distance)))]),
+        mean_mm=float((distance * area).sum()) / whole,
+        mean_size_mm=float((np.abs(distance) * area).sum()) / whole,
+        moved_share=float(area[distance != 0].sum()) / whole,
+    )
+
+
+def lines_of(ledger: Ledger) -> tuple[str, ...]:
+    """The ledger for people, two lines an edit."""
+    texts: list[str] = []
+    for line in ledger.lines:
+        old, new = line.before, line.after
+        change = new.volume_ml - old.volume_ml
+        share = change / old.volume_ml * 100 if old.volume_ml else 0.0
+        texts.append(f"{line.number}. {line.edit}")
+        parts = [f"volume {new.volume_ml:.1f} mL ({change:+.2f} mL, {share:+.3f} %)"]
+        if line.displacement is not None:
+            d = line.displacement
+            parts.append(f"largest {d.largest_mm:+.2f} mm, mean {d.mean_mm:+.4f} mm")
+        if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
+            parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
+        texts.append("   " + "; ".join(parts))
+        texts.append("   girths " + _girths(ledger.levels_mm, old, new))
+    return tuple(texts)
+
+
+def _girths(levels_mm: tuple[float, ...], old: Figures, new: Figures) -> str:
+    parts: list[str] = []
+    for level, before, after in zip(levels_mm, old.girths_mm, new.girths_mm, strict=True):
+        if after is None:
+            parts.append(f"{level:.0f}: -")
+        elif before is None:
+            parts.append(f"{level:.0f}: {after:.1f}")
+        else:
+            parts.append(f"{level:.0f}: {after:.1f} ({after - before:+.1f})")
+    return ", ".join(parts) + " mm"
+
+
+def _upright(limb: Limb) -> Mesh:
+    if limb.frame is None:
+        return limb.mesh
+    motion = limb.frame.limb_from_mesh
+    return limb.mesh.with_vertices(moved_by(motion, limb.mesh.vertices_mm))
+
+
+def _changed(old: Mesh, new: Mesh) -> np.ndarray:
+    """Vertices that do not stand where the old mesh had one of the same number."""
+    shared = min(len(old), len(new))
+    changed = np.ones(len(new), np.bool_)
+    changed[:shared] = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).any(1)
+    return changed
+
+
+def _vertex_area(mesh: Mesh) -> Float64[np.ndarray, " n"]:
+    areas = np.linalg.norm(mesh.face_normals(), axis=1) / 6
+    return np.bincount(mesh.faces.ravel(), np.repeat(areas, 3), len(mesh))
