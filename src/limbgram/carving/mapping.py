@@ -18,6 +18,8 @@ from limbgram.surface.mesh import Mesh
 
 _ABOVE_DISC_MM = 1e-6
 """A flat distal disc is cut this far above it."""
+_POINT_MM = 0.05
+"""A first slice with all radii below this is the point where the axis pierces the surface."""
 _STEP_MM = 0.001
 """Heights are multiples of this, as files hold them."""
 _FINE_STEPS = 101
@@ -75,7 +77,8 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
     cut_at[0] += _ABOVE_DISC_MM
     cast = cast_radii(mesh, thetas, cut_at)
     radii = cast.radii_mm.copy()
-    if (cast.crossings[0] != 1).any() and options.from_mm is None:
+    pointed = (cast.crossings[0] != 1).any() or np.nanmax(radii[0]) < _POINT_MM
+    if pointed and options.from_mm is None:
         radii[0] = 0.0
     bad = np.isnan(radii)
     _refuse_if_many(cast, bad, first_mm + rises, options)

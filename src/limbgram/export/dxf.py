@@ -31,10 +31,10 @@ def write_dxf(
 
     def encode(stream: BinaryIO) -> None:
         layers = (f"SURFACE_{unit}", f"SECTIONS_{unit}")
-        stream.write(_opening(scale.unit, layers))
+        stream.write(opening_tags(scale.unit, layers))
         stream.writelines(_faces(mesh, layers[0]))
-        stream.writelines(_polyline(section, layers[1]) for section in sections)
-        stream.write(_tags((0, "ENDSEC"), (0, "EOF")))
+        stream.writelines(polyline_tags(section, layers[1]) for section in sections)
+        stream.write(encoded_tags((0, "ENDSEC"), (0, "EOF")))
 
     def check(written: Path) -> None:
         read = _read(written)
@@ -49,7 +49,8 @@ def write_dxf(
     return write_file(path, encode, check)
 
 
-def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
+def opening_tags(unit: str, layers: tuple[str, ...]) -> bytes:
+    """Header, layers, and the beginning of the entities."""
     tags: list[tuple[int, str]] = [
         (999, f"limbgram, unit: {unit}"),
         (0, "SECTION"),
@@ -65,10 +66,10 @@ def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
     ]
     for colour, layer in enumerate(layers, 1):
         tags += [(0, "LAYER"), (2, layer), (70, "0"), (62, str(colour)), (6, "CONTINUOUS")]
-    return _tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
+    return encoded_tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
 
 
-def _tags(*tags: tuple[int, str]) -> bytes:
+def encoded_tags(*tags: tuple[int, str]) -> bytes:
     return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
 
 
@@ -81,7 +82,8 @@ def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
         yield (face * len(corners) % tuple(corners.ravel())).encode("ascii")
 
 
-def _polyline(section: Section, layer: str) -> bytes:
+def polyline_tags(section: Section, layer: str) -> bytes:
+    """A section as a 3D polyline, closed where the section is."""
     flags = _THREE_D + (_CLOSED if section.closed else 0)
     head = f"0\nPOLYLINE\n8\n{layer}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{flags}\n"
     vertex = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_THREE_D_VERTEX}\n"
