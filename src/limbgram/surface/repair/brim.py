@@ -51,10 +51,11 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     areas = [loop_area(mesh.vertices_mm[loop]) for loop in loops]
     brim = loops[int(np.argmax([np.linalg.norm(area) for area in areas]))]
     upward, level_mm, edge_mm = _level(mesh.vertices_mm[brim], mesh.vertices_mm, options.level)
-    if (mesh.vertices_mm[brim] @ upward).max() < level_mm + options.notch_edges * edge_mm:
+    notch_mm = level_mm + options.notch_edges * edge_mm
+    if (mesh.vertices_mm[brim] @ upward).max() < notch_mm:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
-    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, options)]
+    opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, options)]
     opened = settle(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * _area(result)
@@ -87,9 +88,14 @@ def _level(brim: Points3, body: Points3, share: float) -> tuple[Vector3, float, 
 
 
 def _opening(
-    mesh: Mesh, capped: Mesh, upward: Vector3, level_mm: float, options: BrimOptions
+    mesh: Mesh,
+    capped: Mesh,
+    upward: Vector3,
+    level_mm: float,
+    notch_mm: float,
+    options: BrimOptions,
 ) -> Bool[np.ndarray, " f"]:
-    """Faces of the cap that are taken out again: one connected part of it."""
+    """Faces of the cap that are taken out again: one connected part, and scraps at the rim."""
     new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
@@ -100,6 +106,11 @@ def _opening(
     out = np.zeros(len(new), np.bool_)
     if len(going):
         out[going[labels == np.bincount(labels).argmax()]] = True
+    staying = np.flatnonzero(new & ~out)
+    part = face_components(capped.faces[staying])
+    highest = np.full(part.max(initial=-1) + 1, -np.inf)
+    np.maximum.at(highest, part, heights[staying])
+    out[staying[highest[part] < notch_mm]] = True
     return out
 
 
