@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import ContextVar, copy_context
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from limbgram.errors import Cancelled
@@ -20,6 +21,9 @@ from limbgram.errors import Cancelled
 P = ParamSpec("P")
 T = TypeVar("T")
 S = TypeVar("S")
+
+_STATM = Path("/proc/self/statm")
+_WATCH_STEP_S = 0.05
 
 Listener = Callable[[str, int, int], None]
 """Called with the stage's name, steps done and steps in all."""
@@ -33,6 +37,7 @@ class Timing:
     wall_s: float
     cpu_s: float
     peak_mb: float
+    """Most resident memory while it ran; see PeakWatch."""
 
 
 @dataclass
@@ -47,17 +52,14 @@ class Run:
     def __call__(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         self._stage = getattr(stage, "__name__", "stage").replace("_", " ")
         self.report(0, 0)
-        wall, cpu = time.perf_counter(), cpu_seconds()
+        wall, cpu, memory = time.perf_counter(), cpu_seconds(), PeakWatch()
         token = _current.set(self)
         try:
             return stage(*args, **kwargs)
         finally:
             _current.reset(token)
-            self.timings.append(
-                Timing(
-                    self._stage, time.perf_counter() - wall, cpu_seconds() - cpu, peak_megabytes()
-                )
-            )
+            wall_s, cpu_s = time.perf_counter() - wall, cpu_seconds() - cpu
+            self.timings.append(Timing(self._stage, wall_s, cpu_s, memory.stop()))
 
     def cancel(self) -> None:
         """Ask the work to stop at its next step; safe from another thread or a signal handler."""
@@ -115,6 +117,47 @@ def cpu_seconds() -> float:
     """Processor time of this process and its ended children."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
+
+
+@dataclass
+class PeakWatch:
+    """Most resident memory of this process from now on, MB.
+
+    Exact where it exceeds all that was before, which the system keeps. Below that it is what a
+    thread sees that looks twenty times a second; only Linux tells it. Elsewhere it is the most
+    so far, and NaN on Windows.
+    """
+
+    _before_mb: float = field(default_factory=lambda: peak_megabytes())
+    _seen_mb: float = field(default_factory=lambda: resident_megabytes())
+    _ended: threading.Event = field(default_factory=threading.Event)
+    _thread: threading.Thread | None = None
+
+    def __post_init__(self) -> None:
+        if _STATM.exists():
+            self._thread = threading.Thread(target=self._watch, daemon=True)
+            self._thread.start()
+
+    def stop(self) -> float:
+        """End watching; the peak."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+        most_mb = peak_megabytes()
+        exact = self._thread is None or most_mb > self._before_mb
+        return most_mb if exact else max(self._seen_mb, resident_megabytes())
+
+    def _watch(self) -> None:
+        while not self._ended.wait(_WATCH_STEP_S):
+            self._seen_mb = max(self._seen_mb, resident_megabytes())
+
+
+def resident_megabytes() -> float:
+    """Resident memory of this process now; NaN where the system does not tell."""
+    if not _STATM.exists():
+        return float("nan")
+    pages = int(_STATM.read_text("ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def peak_megabytes() -> float:

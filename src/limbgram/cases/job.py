@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from limbgram.calibration import Calibration
+from limbgram.cases.assessing import evidence_of, write_accuracy
 from limbgram.cases.camera_file import read_camera
 from limbgram.cases.deliverables import deliver
 from limbgram.cases.folder import CaseFolder, take_in, written_whole
@@ -14,6 +15,7 @@ from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import write_json
 from limbgram.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
 from limbgram.report import Pictures, draw, page_of, summarise
+from limbgram.report.accuracy import assess
 from limbgram.scale import KnownDistance
 from limbgram.targets import Board
 
@@ -56,6 +58,9 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
     done = reconstruct(capture, job.options, run)
     drawn = run(draw, done.photos, done.features, done.pairs, done.metric, done.cloud, done.mesh)
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled)
+    # Looked at before the summary is written, so that its time stands there too.
+    assessment = run.unkept(assess, evidence_of(case, done))
+    write_accuracy(case, assessment)
     _write_report(case, done, drawn, run)
     return done
 

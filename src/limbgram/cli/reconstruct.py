@@ -107,19 +107,32 @@ def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...
         f"  {photo['name']}: {photo['reason']}" for photo in summary["photos"] if photo["reason"]
     ]
     aside = [f"  {part['name']}: {part['reason']}" for part in summary["set_aside"]]
-    stages = [
-        f"  {stage_title(stage['stage']):<26}{stage['wall_s']:8.1f} s {stage['cpu_s']:8.1f} CPU s"
-        f"{stage['peak_mb'] or 0:8.0f} MB{'   taken from the last run' * stage['reused']}"
-        for stage in summary["stages"]
-    ]
     return (
         summary["verdict"],
         *missing,
         *aside,
         f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",
-        *(stages if profile else ()),
+        *(profile_lines(summary["stages"]) if profile else ()),
         f"Look at it: {case.page}",
+        f"How accurate it is: {case.accuracy('html')}",
         f"Files for other programs: {case.deliverables}",
+    )
+
+
+def profile_lines(stages: list[Any]) -> tuple[str, ...]:
+    """What each stage cost; a stage taken from the last run tells what it cost then."""
+    rows = [
+        f"  {stage_title(stage['stage']):<26}{stage['wall_s']:9.2f}{stage['cpu_s']:9.2f}"
+        + (f"{stage['peak_mb']:9.0f}" if stage["peak_mb"] is not None else f"{'?':>9}")
+        + "   taken from the last run" * stage["reused"]
+        for stage in stages
+    ]
+    wall_s, cpu_s = (sum(stage[key] for stage in stages) for key in ("wall_s", "cpu_s"))
+    peaks = [stage["peak_mb"] for stage in stages if stage["peak_mb"] is not None]
+    return (
+        f"  {'stage':<26}{'wall s':>9}{'CPU s':>9}{'peak MB':>9}",
+        *rows,
+        f"  {'All':<26}{wall_s:9.2f}{cpu_s:9.2f}" + (f"{max(peaks):9.0f}" if peaks else ""),
     )
 
 

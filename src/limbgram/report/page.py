@@ -46,6 +46,8 @@ _STAGES = {
     "measure": "Measure the surface",
     "draw": "Pictures",
     "deliver": "Files",
+    "assess": "Accuracy",
+    "assess case": "Accuracy",
     "calibrate": "Calibrate the camera",
     "make capture": "Photograph a synthetic limb",
 }
@@ -61,6 +63,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
     sections = (
         f"<h1>{escape(title)}</h1>",
         f'<p class="verdict{_doubt(summary)}">{escape(summary["verdict"])}</p>',
+        '<p><a href="accuracy.html">How accurate is it, and what limits it?</a></p>',
         f'<p class="use">{escape(summary["intended_use"])}</p>',
         *(_figure(picture) for picture in drawn.pictures),
         "<h2>Known lengths</h2>",
@@ -172,4 +175,4 @@ def _stages(stages: Sequence[dict[str, Any]]) -> str:
     ]
     wall_s, cpu_s = (sum(stage[kind] for stage in stages) for kind in ("wall_s", "cpu_s"))
     rows.append(("All", f"{wall_s:.1f}", f"{cpu_s:.1f}", "", ""))
-    return table(("stage", "#seconds", "#CPU seconds", "#peak MB so far", ""), rows)
+    return table(("stage", "#seconds", "#CPU seconds", "#peak MB", ""), rows)

@@ -8,7 +8,9 @@ import typer
 
 from limbgram.cases.assessing import assess_case
 from limbgram.cases.folder import CaseFolder
+from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.run import Run
 
 _SHOWN = 5
 
@@ -43,7 +45,8 @@ def accuracy_command(
     lengths, cameras, completeness, uncertainty, and what to do for a better result.
     """
     folder = CaseFolder(case)
-    tree = assess_case(folder, truth, align.value)
+    with display(as_json) as shown:
+        tree = Run(listener=shown.listen)(assess_case, folder, truth, align.value)
     return Reply(accuracy_lines(folder, tree), tree)
 
 

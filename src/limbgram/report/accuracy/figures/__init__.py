@@ -1,8 +1,8 @@
 """Figures: what each product says about accuracy, one file a subject, plain values for JSON."""
 
 from limbgram.report.accuracy.figures.images import image_figures
-from limbgram.report.accuracy.figures.lens import camera_figures
 from limbgram.report.accuracy.figures.lengths import length_figures
+from limbgram.report.accuracy.figures.lens import camera_figures
 from limbgram.report.accuracy.figures.network import network_figures
 from limbgram.report.accuracy.figures.residuals import residual_figures
 from limbgram.report.accuracy.figures.surface import surface_figures

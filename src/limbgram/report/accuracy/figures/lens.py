@@ -9,8 +9,8 @@ from limbgram.calibration.cameras import Calibration
 from limbgram.geometry.camera import PARAMETERS, Camera
 from limbgram.report.accuracy.evidence import Evidence, Json
 
-UNITS = dict.fromkeys(("fx", "fy", "cx", "cy", "skew"), "px")
-"""Of lens parameters; the others have none."""
+IN_PIXELS = ("fx", "fy", "cx", "cy", "skew")
+"""Lens parameters with a unit; the others have none."""
 
 
 def camera_figures(evidence: Evidence) -> list[Json]:
@@ -40,7 +40,7 @@ def _camera(
         "parameters": [
             {
                 "name": name,
-                "unit": UNITS.get(name, ""),
+                "unit": "px" if name in IN_PIXELS else "",
                 "value": float(after[k]),
                 "sigma": float(sigmas[k]),
                 "calibrated": float(before[k]),

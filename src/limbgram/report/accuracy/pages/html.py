@@ -26,12 +26,15 @@ from limbgram.report.pictures import Picture
 _STYLE = """
 :root { color-scheme: light; --green: #2f7d4f; --amber: #a8690a; --red: #b8403a; }
 body { font: 15px/1.5 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif;
-  color: #22303a; background: #fff; max-width: 66rem; margin: 1.4rem auto 4rem; padding: 0 1.2rem; }
+  color: #22303a; background: #fff; max-width: 66rem; margin: 1.4rem auto 4rem;
+  padding: 0 1.2rem; }
 h1 { font-size: 1.35rem; margin: 0 0 .6rem; } h2 { font-size: 1.12rem; margin: 2.4rem 0 .4rem;
-  border-top: 1px solid #dde4e8; padding-top: 1rem; } h3 { font-size: .98rem; margin: 1.2rem 0 .2rem; }
+  border-top: 1px solid #dde4e8; padding-top: 1rem; }
+h3 { font-size: .98rem; margin: 1.2rem 0 .2rem; }
 .light { display: flex; gap: 1rem; align-items: flex-start; padding: .9rem 1.1rem;
   border-left: .5rem solid; font-size: 1.16rem; margin: 0 0 1rem; }
-.light b { flex: none; color: #fff; border-radius: .3rem; padding: .05rem .6rem; letter-spacing: .04em; }
+.light b { flex: none; color: #fff; border-radius: .3rem; padding: .05rem .6rem;
+  letter-spacing: .04em; }
 .green { border-color: var(--green); background: #f0f7f2; } .green b { background: var(--green); }
 .amber { border-color: var(--amber); background: #fdf6ea; } .amber b { background: var(--amber); }
 .red { border-color: var(--red); background: #fbf0ef; } .red b { background: var(--red); }

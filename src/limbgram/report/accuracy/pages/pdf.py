@@ -17,6 +17,7 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Rectangle
+from matplotlib.transforms import Bbox
 
 from limbgram.report.accuracy.pages.svg import SURE_SIGMAS
 from limbgram.report.accuracy.pages.words import MEANING, cards
@@ -95,7 +96,7 @@ def _findings(figure: Figure, found: Sequence[dict[str, str]], top: float) -> fl
 
 
 def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
-    height = 0.02 * (len(judged) + 1)
+    height = 0.0165 * (len(judged) + 1)
     axes = figure.add_axes((0.07, 0.28 - height, 0.86, height))
     axes.set_axis_off()
     rows = [
@@ -114,7 +115,7 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
         colWidths=(0.46, 0.16, 0.14, 0.14, 0.10),
         cellLoc="left",
         colLoc="left",
-        bbox=(0.0, 0.0, 1.0, 1.0),
+        bbox=Bbox.unit(),
         edges="horizontal",
     )
     shown.auto_set_font_size(False)
@@ -242,7 +243,8 @@ def _key_figures(axes: Axes, tree: Tree) -> None:
     lines = [
         f"{network['points']:,} points, {network['observations']:,} image points",
         f"redundancy {network['redundancy']:,}, mean {network['redundancy_share']:.2f}",
-        f"sigma0 {network['sigma0_px'] or 0:.4f} px, robust {network['sigma0_robust_px'] or 0:.4f} px",
+        f"sigma0 {network['sigma0_px'] or 0:.4f} px, "
+        f"robust {network['sigma0_robust_px'] or 0:.4f} px",
         f"beyond three sigmas {residuals['beyond_3_sigma_share'] or 0:.2%} (Gaussian 0.27 %)",
         f"rays {network['rays']['mean']:.2f} a point; {network['rays']['two_share']:.0%} with two",
         "",

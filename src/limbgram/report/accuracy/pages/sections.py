@@ -46,8 +46,12 @@ def against_truth(tree: Tree) -> Iterator[str]:
         shown.append(_honesty(truth["sigma"]))
     yield f'<div class="two">{"".join(shown)}</div>'
     rows = [
-        tuple(f"{one[key]:.2f}" for key in ("height_mm", "measured_mm", "true_mm"))
-        + (f"{one['error_mm']:+.3f}",)
+        (
+            f"{one['height_mm']:.1f}",
+            f"{one['measured_mm']:.2f}",
+            f"{one['true_mm']:.2f}",
+            f"{one['error_mm']:+.3f}",
+        )
         for one in truth["girths"]
     ]
     yield "<h3>Girths of sections (taut tape)</h3>"

@@ -112,7 +112,7 @@ def vectors(grid: Any, title: str) -> str:
             f'<rect x="{left:.1f}" y="{top:.1f}" width="{size:.1f}" height="{size:.1f}" '
             f'fill="{ORANGE}" fill-opacity="{shade:.3f}" stroke="{GRID}"/>'
         )
-        if x is not None:
+        if x is not None and rms is not None:
             cx, cy = left + size / 2, top + size / 2
             sure = math.hypot(x, y) > SURE_SIGMAS * rms / math.sqrt(seen)
             parts.append(_arrow(cx, cy, cx + stretch * x, cy + stretch * y, sure=sure))
@@ -189,18 +189,18 @@ class _Plot:
             f'<line x1="{_LEFT}" x2="{self.width - _RIGHT}" y1="{base}" y2="{base}" '
             f'stroke="{FAINT}"/>'
         ]
-        for tick in _ticks(*self.x_range):
-            parts.append(
-                f'<text x="{self.x(tick):.1f}" y="{base + 15:.1f}" text-anchor="middle" '
-                f'fill="{FAINT}">{tick:g}</text>'
-            )
-        for tick in _ticks(*self.y_range):
-            parts.append(
-                f'<line x1="{_LEFT}" x2="{self.width - _RIGHT}" y1="{self.y(tick):.1f}" '
-                f'y2="{self.y(tick):.1f}" stroke="{GRID}"/>'
-                f'<text x="{_LEFT - 5}" y="{self.y(tick) + 4:.1f}" text-anchor="end" '
-                f'fill="{FAINT}">{tick:g}</text>'
-            )
+        parts += [
+            f'<text x="{self.x(tick):.1f}" y="{base + 15:.1f}" text-anchor="middle" '
+            f'fill="{FAINT}">{tick:g}</text>'
+            for tick in _ticks(*self.x_range)
+        ]
+        parts += [
+            f'<line x1="{_LEFT}" x2="{self.width - _RIGHT}" y1="{self.y(tick):.1f}" '
+            f'y2="{self.y(tick):.1f}" stroke="{GRID}"/>'
+            f'<text x="{_LEFT - 5}" y="{self.y(tick) + 4:.1f}" text-anchor="end" '
+            f'fill="{FAINT}">{tick:g}</text>'
+            for tick in _ticks(*self.y_range)
+        ]
         middle = (_LEFT + self.width - _RIGHT) / 2
         parts.append(
             f'<text x="{middle}" y="{self.height - 6}" text-anchor="middle">{escape(unit)}</text>'

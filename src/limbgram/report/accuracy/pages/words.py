@@ -6,9 +6,9 @@ from typing import Any
 from limbgram.report.accuracy.glossary import LENGTH, SHARE, TERMS, Term, value_at
 
 MEANING = (
-    "Green: finer than a socket's fit can show. Amber: usable, with the doubt that is named. Red: a "
-    "girth or volume may be wrong by a ply of sock or more, or the size is not known; do not make "
-    "anything from it unchecked."
+    "Green: finer than a socket's fit can show. Amber: usable, with the doubt that is named. Red: "
+    "a girth or volume may be wrong by a ply of sock or more, or the size is not known; make "
+    "nothing from it unchecked."
 )
 
 
