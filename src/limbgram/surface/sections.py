@@ -52,7 +52,9 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
     heights = mesh.vertices_mm @ normal
     edges = find_edges(mesh.faces)
     face_edges = edges.of_half_edge.reshape(-1, 3)
-    low, high = heights[mesh.faces].min(1), heights[mesh.faces].max(1)
+    first, second, third = (heights[mesh.faces[:, k]] for k in range(3))
+    low = np.minimum(np.minimum(first, second), third)
+    high = np.maximum(np.maximum(first, second), third)
     sections: list[Section] = []
     for offset_mm in offsets_mm:
         crossed = np.flatnonzero((low < offset_mm) & (high >= offset_mm))

@@ -10,7 +10,7 @@ Fails   MeasureError: no direction is longer than the others, or too few whole s
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64, Int32, Int64
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3, Vector3
@@ -18,7 +18,7 @@ from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges
 
 _ROUNDS = 100
-_STILL = 1e-12
+_STILL = 1e-11
 _TURN_OF_WEIGHT = 1.5
 """Residuals beyond so many typical ones lose weight (Huber)."""
 
@@ -56,10 +56,10 @@ def fit_axis(mesh: Mesh, options: AxisOptions = DEFAULTS) -> Axis:
     Raises:
         MeasureError: the shape has no long axis, or too little whole wall to fit one.
     """
-    direction = _first_direction(mesh, options)
-    axis = axis_along(mesh, direction, options)
+    border = boundary_half_edges(mesh.faces)
+    axis = _along(mesh, border, _first_direction(mesh, options), options)
     for _ in range(_ROUNDS):
-        middles = _middles(mesh, axis.direction, options)
+        middles = _middles(mesh, border, axis.direction, options)
         after = _line_through(middles)
         still = np.linalg.norm(np.cross(after.direction, axis.direction)) < _STILL
         axis = after
@@ -70,8 +70,14 @@ def fit_axis(mesh: Mesh, options: AxisOptions = DEFAULTS) -> Axis:
 
 def axis_along(mesh: Mesh, direction: Vector3, options: AxisOptions = DEFAULTS) -> Axis:
     """The line of a stated direction through the middle of the sections across it."""
+    return _along(mesh, boundary_half_edges(mesh.faces), direction, options)
+
+
+def _along(
+    mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3, options: AxisOptions
+) -> Axis:
     unit = direction / np.linalg.norm(direction)
-    middles = _middles(mesh, unit, options)
+    middles = _middles(mesh, border, unit, options)
     point = np.median(middles, axis=0)
     off = (middles - point) - np.outer((middles - point) @ unit, unit)
     return Axis(point_mm=point, direction=unit, spread_mm=_rms(off))
@@ -90,17 +96,20 @@ def _first_direction(mesh: Mesh, options: AxisOptions) -> Vector3:
     return directions[:, 0]
 
 
-def _middles(mesh: Mesh, direction: Vector3, options: AxisOptions) -> Points3:
+def _middles(
+    mesh: Mesh, border: Int32[np.ndarray, "b 2"], direction: Vector3, options: AxisOptions
+) -> Points3:
     """Centroids of the cuts across a direction, where they do not run into an open edge."""
     along = mesh.vertices_mm @ direction
-    border = np.sort(along[boundary_half_edges(mesh.faces)], axis=1)
-    low, high = _whole_span(border, (float(along.min()), float(along.max())))
+    rim = np.sort(along[border], axis=1)
+    low, high = _whole_span(rim, (float(along.min()), float(along.max())))
     fringe = options.fringe * (high - low)
     corners = along[mesh.faces]
-    lowest, highest = corners.min(1), corners.max(1)
+    lowest = np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
+    highest = np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
     middles: list[Vector3] = []
     for offset in np.linspace(low + fringe, high - fringe, options.sections):
-        if ((border[:, 0] < offset) & (border[:, 1] >= offset)).any():
+        if ((rim[:, 0] < offset) & (rim[:, 1] >= offset)).any():
             continue
         crossed = np.flatnonzero((lowest < offset) & (highest >= offset))
         middles.append(_centroid(mesh, crossed, corners[crossed] - offset, direction))

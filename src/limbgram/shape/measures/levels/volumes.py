@@ -20,14 +20,16 @@ DISTAL_END, PROXIMAL_END = -np.inf, np.inf
 """Heights that stand for the ends of a closed surface."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Volumes:
     """Volumes of one mesh in the limb frame; prepared once for many heights."""
 
     sigmas: Sigmas
     heights: Float64[np.ndarray, "f 3"]
-    half_normals: Float64[np.ndarray, "f 3"]
-    """Area along the outward normal."""
+    lowest: Float64[np.ndarray, " f"]
+    highest: Float64[np.ndarray, " f"]
+    lifts: Float64[np.ndarray, "f 3"]
+    """Volume that a face gains while a corner's vertex goes a millimetre along its normal."""
     flux: Float64[np.ndarray, "f 3"]
     """Through a face where a corner's barycentric coordinate would be 1 all over it."""
     tops: Float64[np.ndarray, " f"]
@@ -41,14 +43,24 @@ class Volumes:
     def of(cls, sigmas: Sigmas) -> "Volumes":
         mesh = sigmas.mesh
         heights = mesh.vertices_mm[:, 2][mesh.faces]
+        lowest = np.minimum(np.minimum(heights[:, 0], heights[:, 1]), heights[:, 2])
+        highest = np.maximum(np.maximum(heights[:, 0], heights[:, 1]), heights[:, 2])
         flat = (mesh.vertices_mm[:, :2] - mesh.vertices_mm[:, :2].mean(0))[mesh.faces]
         half_normals = mesh.face_normals() / 2
         flux = 0.5 * np.einsum("fkd,fd->fk", flat, half_normals[:, :2])
-        tops = heights.max(1)
-        order = np.argsort(tops, kind="stable")
-        sums = np.concatenate([[0.0], np.cumsum(flux.sum(1)[order] / 3)])
+        order = np.argsort(highest, kind="stable")
         border = mesh.vertices_mm[:, 2][boundary_half_edges(mesh.faces)]
-        return cls(sigmas, heights, half_normals, flux, tops[order], sums, np.sort(border, axis=1))
+        return cls(
+            sigmas=sigmas,
+            heights=heights,
+            lowest=lowest,
+            highest=highest,
+            lifts=np.einsum("fkd,fd->fk", sigmas.normals[mesh.faces], half_normals),
+            flux=flux,
+            tops=highest[order],
+            sums=np.concatenate([[0.0], np.cumsum(flux.sum(1)[order] / 3)]),
+            border=np.sort(border, axis=1),
+        )
 
     def between(self, low_mm: float, high_mm: float) -> Figure:
         """Volume between two heights, mm3; negative where they are swapped or faces are inside out.
@@ -64,24 +76,22 @@ class Volumes:
 
     def gradient(self, low_mm: float, high_mm: float) -> Float64[np.ndarray, " n"]:
         """Change of the volume for a millimetre of each vertex along its normal."""
-        mesh = self.sigmas.mesh
-        parts = parts_below(self.heights, high_mm) - parts_below(self.heights, low_mm)
-        total = np.zeros(len(mesh.vertices_mm))
-        for k in range(3):
-            ids = mesh.faces[:, k]
-            change = (self.sigmas.normals[ids] * self.half_normals).sum(1) * parts[:, k]
-            total += np.bincount(ids, change, len(total))
-        return total
+        faces = self.sigmas.mesh.faces
+        low, high = min(low_mm, high_mm), max(low_mm, high_mm)
+        within = np.flatnonzero((self.highest > low) & (self.lowest < high))
+        heights = self.heights[within]
+        parts = parts_below(heights, high_mm) - parts_below(heights, low_mm)
+        changes = (parts * self.lifts[within]).ravel()
+        return np.bincount(faces[within].ravel(), changes, len(self.sigmas.mesh.vertices_mm))
 
     def _below(self, height_mm: float) -> float:
-        low = self.heights.min(1)
-        crossed = np.flatnonzero((low < height_mm) & (self.heights.max(1) > height_mm))
+        crossed = np.flatnonzero((self.lowest < height_mm) & (self.highest > height_mm))
         parts = parts_below(self.heights[crossed], height_mm)
         whole = self.sums[np.searchsorted(self.tops, height_mm, side="right")]
         return float(whole) + float((parts * self.flux[crossed]).sum())
 
     def _require_whole(self, low_mm: float, high_mm: float) -> None:
-        ends = float(self.heights.min()), float(self.heights.max())
+        ends = float(self.lowest.min()), float(self.tops[-1])
         for height in (low_mm, high_mm):
             if np.isnan(height) or (np.isfinite(height) and not ends[0] <= height <= ends[1]):
                 raise MeasureError(
@@ -108,7 +118,7 @@ def parts_below(
     if not np.isfinite(height_mm):
         return np.full(heights.shape, 1 / 3 if height_mm > 0 else 0.0)
     below = heights <= height_mm
-    count = below.sum(1)
+    count = below[:, 0].astype(np.int8) + below[:, 1] + below[:, 2]
     parts = np.where((count == 3)[:, None], 1 / 3, np.zeros(heights.shape))
     for lone_below in (True, False):
         rows = np.flatnonzero(count == (1 if lone_below else 2))
