@@ -93,6 +93,17 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
     )
 
 
+def highest_whole_mm(mesh: Mesh) -> float:
+    """The highest level at which the surface goes all round the z axis.
+
+    Raises:
+        CarveError: there is none, or the limb leaves the axis above it.
+    """
+    thetas = 360.0 / DEFAULTS.spokes * np.arange(DEFAULTS.spokes)
+    low_mm = float(mesh.vertices_mm[:, 2].min())
+    return _last(mesh, thetas, low_mm, DEFAULTS)
+
+
 def _check(options: MapOptions) -> None:
     if not (3 <= options.spokes <= 3600 and 0 <= options.distal_slices <= 100):
         raise OptionsError(

@@ -1,0 +1,174 @@
+"""The toolpath: roughing in layers, then one finishing pass that follows the surface.
+
+In      a mesh in the limb frame; tool, blank, wanted ridges.
+Out     a Toolpath: strips of places of the ball's centre, joined by straight moves of X, A and Z.
+Method  the ball stops where it touches the surface (contact.py). Neighbouring ways lie as far
+        apart on the offset surface as the ridges allow, along the steepest profile; places on a
+        way so close that straight moves keep within the tolerance.
+Fails   CarveError: blank or tool too small, or no height at which the surface goes all round.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.carving.contact import ContactField, sampled
+from limbgram.carving.mapping import highest_whole_mm
+from limbgram.carving.setup import (
+    DEFAULTS,
+    Blank,
+    CarveOptions,
+    check_options,
+    check_reach,
+    fit_blank,
+)
+from limbgram.errors import OptionsError
+from limbgram.surface.mesh import Mesh
+
+_PROFILES = 120
+"""Profiles along the axis that tell how far apart the ways may lie."""
+_STEEPEST = 98
+"""Percentile of the profiles that counts: a fold of the scan must not set the pace."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strip:
+    """Cutting without a break: a straight move of all axes from each place to the next."""
+
+    x_mm: Float64[np.ndarray, " k"]
+    """Along the axis, from the limb frame's origin towards proximal."""
+    a_deg: Float64[np.ndarray, " k"]
+    """Of the tool round the work, counter-clockwise seen from proximal, 0 at the front."""
+    centre_mm: Float64[np.ndarray, " k"]
+    """Radius of the ball's centre."""
+    name: str
+    """Of the pass it belongs to."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Toolpath:
+    """What the carver does, and with what."""
+
+    strips: tuple[Strip, ...]
+    blank: Blank
+    options: CarveOptions
+    rings: int
+    """Ways of the finishing pass along the axis."""
+    low_mm: float
+    """Distal end of the shape."""
+
+
+def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolpath:
+    """Plan how to carve a shape from a cylinder."""
+    check_options(options)
+    ball = options.ball_mm
+    low_mm = float(mesh_in_limb.vertices_mm[:, 2].min())
+    high_mm = _end(mesh_in_limb, options)
+    below = mesh_in_limb.vertices_mm[mesh_in_limb.vertices_mm[:, 2] <= high_mm]
+    blank = fit_blank(options, float(np.hypot(below[:, 0], below[:, 1]).max()), low_mm, high_mm)
+    # Between samples a ball sinks by c^2 / (2 R), c being the way to the nearest of them.
+    sinking = options.tolerance_mm
+    spacing_mm = np.sqrt(3 * 2 * ball * sinking)
+    field = ContactField.of(sampled(mesh_in_limb, spacing_mm))
+    finishing = _Way(field, options, ball + sinking)
+    rings_mm = finishing.rings(low_mm - ball, high_mm)
+    strips = [*_roughing(_Way(field, options, ball + options.rough_allowance_mm), blank, low_mm)]
+    strips.append(_finishing(finishing, rings_mm, blank))
+    lowest_mm = min(float(strip.centre_mm.min()) for strip in strips) - ball
+    check_reach(options, blank, lowest_mm)
+    return Toolpath(
+        strips=tuple(strips), blank=blank, options=options, rings=len(rings_mm), low_mm=low_mm
+    )
+
+
+def _end(mesh: Mesh, options: CarveOptions) -> float:
+    whole_mm = highest_whole_mm(mesh)
+    if options.to_mm is None:
+        return whole_mm
+    low_mm = float(mesh.vertices_mm[:, 2].min())
+    if not low_mm < options.to_mm <= whole_mm:
+        raise OptionsError(
+            f"Carving cannot end at {options.to_mm:g} mm: the surface goes all round between "
+            f"{low_mm:.1f} and {whole_mm:.1f} mm. Choose a height between."
+        )
+    return options.to_mm
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Where a ball of some radius may go over the surface."""
+
+    field: ContactField
+    options: CarveOptions
+    ball_mm: float
+
+    def stops(
+        self, x_mm: Float64[np.ndarray, " k"], a_deg: Float64[np.ndarray, " k"]
+    ) -> Float64[np.ndarray, " k"]:
+        return self.field.stops_mm(x_mm, np.radians(a_deg), self.ball_mm, self.options.floor_mm)
+
+    def rings(self, from_mm: float, to_mm: float) -> Float64[np.ndarray, " r"]:
+        """Places along the axis between which the ball's centre moves by the step-over."""
+        count = int((to_mm - from_mm) / (self.options.ball_mm / 16)) + 2
+        x_mm = np.linspace(from_mm, to_mm, count)
+        angles = 360.0 / _PROFILES * np.arange(_PROFILES)
+        grid_x, grid_a = np.meshgrid(x_mm, angles, indexing="ij")
+        stops = self.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape)
+        rise = np.percentile(np.abs(np.diff(stops, axis=0)), _STEEPEST, axis=1)
+        way = np.append(0, np.cumsum(np.hypot(np.diff(x_mm), rise)))
+        steps = int(np.ceil(way[-1] / self.options.stepover_mm))
+        return np.interp(np.linspace(0, way[-1], steps + 1), way, x_mm)
+
+
+def _finishing(way: _Way, rings_mm: Float64[np.ndarray, " r"], blank: Blank) -> Strip:
+    count = _places_round(way.options, blank.radius_mm + way.ball_mm, way.options.tolerance_mm)
+    return _strip(way, rings_mm, count, 0.0, "finishing")
+
+
+def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[Strip]:
+    """Layers from the blank's outside to the axis; ways where nothing is left to cut are left
+    out."""
+    options = way.options
+    ball = options.ball_mm
+    apart_mm = options.rough_stepover * options.tool_diameter_mm
+    steps = int(np.ceil((blank.to_mm - (low_mm - ball)) / apart_mm)) + 1
+    rings_mm = np.linspace(low_mm - ball, blank.to_mm, steps)
+    count = _places_round(options, blank.radius_mm + ball, options.rough_allowance_mm / 4)
+    angles = 360.0 / count * np.arange(count)
+    grid_x, grid_a = np.meshgrid(rings_mm, angles, indexing="ij")
+    lowest = way.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape).min(1)
+    layers = int(np.ceil(blank.radius_mm / options.rough_depth_mm))
+    strips: list[Strip] = []
+    for layer in range(1, layers + 1):
+        level_mm = blank.radius_mm - layer * options.rough_depth_mm + ball
+        needed = np.flatnonzero(lowest < level_mm + options.rough_depth_mm)
+        for run in np.split(needed, np.flatnonzero(np.diff(needed) > 1) + 1):
+            if len(run):
+                name = f"roughing {layer} of {layers}"
+                strips.append(_strip(way, rings_mm[run], count, max(level_mm, 0.0), name))
+    return strips
+
+
+def _places_round(options: CarveOptions, radius_mm: float, tolerance_mm: float) -> int:
+    """Places on one turn: a straight move over a bend of the ball's radius leaves it by d^2 / 8R,
+    and over the turn itself no more."""
+    step_mm = np.sqrt(8 * options.ball_mm * tolerance_mm)
+    return max(36, int(np.ceil(2 * np.pi * radius_mm / step_mm)))
+
+
+def _strip(
+    way: _Way, rings_mm: Float64[np.ndarray, " r"], count: int, level_mm: float, name: str
+) -> Strip:
+    """One strip over all rings, no nearer to the axis than a level."""
+    if way.options.pattern == "helix":
+        # A full turn at either end, a ring's distance a turn between.
+        turn = np.arange((len(rings_mm) + 1) * count + 1) / count
+        x_mm = np.interp(turn - 1, np.arange(len(rings_mm)), rings_mm)
+        a_deg = 360.0 * turn
+    else:
+        turn = np.linspace(0, 360, count + 1)
+        ways = [turn if k % 2 == 0 else turn[::-1] for k in range(len(rings_mm))]
+        a_deg, x_mm = np.concatenate(ways), np.repeat(rings_mm, count + 1)
+    stops = way.stops(x_mm, a_deg)
+    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=np.maximum(stops, level_mm), name=name)
