@@ -26,6 +26,8 @@ class Cast:
     """NaN where the ray does not cross once."""
     outermost_mm: Float64[np.ndarray, "m n"]
     """Where it crosses last; 0 where it does not."""
+    beneath_mm: Float64[np.ndarray, "m n"]
+    """Where it crosses before that; 0 where it does not."""
     crossings: Int64[np.ndarray, "m n"]
     girths_mm: Float64[np.ndarray, " m"]
     """Length of the section at each height, all its parts."""
@@ -56,12 +58,15 @@ def cast_radii(
     place = cuts.plane[segment] * rays + ray
     crossings = np.bincount(place, minlength=planes * rays)
     total = np.bincount(place, radii, planes * rays)
-    outermost = np.zeros(planes * rays)
-    np.maximum.at(outermost, place, radii)
+    ranked = np.append(radii[np.lexsort((radii, place))], 0.0)
+    last = np.cumsum(crossings) - 1
+    outermost = np.where(crossings > 0, ranked[last], 0.0)
+    beneath = np.where(crossings > 1, ranked[last - 1], 0.0)
     lengths = np.linalg.norm(cuts.end_mm - cuts.start_mm, axis=1)
     return Cast(
         np.where(crossings == 1, total, np.nan).reshape(planes, rays),
         outermost.reshape(planes, rays),
+        beneath.reshape(planes, rays),
         crossings.reshape(planes, rays),
         np.bincount(cuts.plane, lengths, planes),
     )

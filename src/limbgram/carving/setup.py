@@ -115,9 +115,7 @@ class Blank:
         return self.to_mm - self.from_mm
 
 
-def fit_blank(
-    options: CarveOptions, radius_mm: float, low_mm: float, high_mm: float
-) -> Blank:
+def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: float) -> Blank:
     """The blank for a shape of this radius between these heights, or why the given one is none."""
     needed_mm = high_mm - low_mm + options.beyond_tip_mm
     diameter_mm = options.blank_diameter_mm or 10 * math.ceil((2 * radius_mm + 2) / 10)

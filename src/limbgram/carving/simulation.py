@@ -93,17 +93,10 @@ def check_carving(moves: Moves, blank: Blank, ball_mm: float, mesh_in_limb: Mesh
     thetas = (-carved.a_deg) % 360
     order = np.argsort(thetas)
     cast = cast_radii(mesh_in_limb, thetas[order], carved.x_mm)
-    wanted, once = np.empty_like(carved.radii_mm), np.empty_like(carved.radii_mm, np.bool_)
-    wanted[:, order], once[:, order] = cast.outermost_mm, cast.crossings == 1
+    back = np.argsort(order)
+    wanted = cast.outermost_mm[:, back]
     there = wanted > 0
-    row, column = np.nonzero(there)
-    angles = np.radians(carved.a_deg[column])
-    reached = np.where(once, np.minimum(carved.radii_mm, carved.hollows_mm), carved.radii_mm)
-    radii = np.where(reached < wanted, reached, carved.radii_mm)[there]
-    points = np.column_stack([-radii * np.sin(angles), radii * np.cos(angles), carved.x_mm[row]])
-    tree = TriangleTree.of(mesh_in_limb.vertices_mm, mesh_in_limb.faces)
-    away = tree.closest(points).distances_mm
-    signed = np.where(radii < wanted[there], -away, away)
+    signed = _left_mm(carved, wanted, cast.beneath_mm[:, back], mesh_in_limb)[there]
     area = wanted[there] / wanted[there].sum()
     left = np.maximum(signed, 0)
     ranked = np.argsort(left)
@@ -116,6 +109,28 @@ def check_carving(moves: Moves, blank: Blank, ball_mm: float, mesh_in_limb: Mesh
         rapid_hits=_rapid_hits(moves, blank),
         minutes=moves.minutes,
     )
+
+
+def _left_mm(
+    carved: Carved,
+    wanted_mm: Float64[np.ndarray, "m n"],
+    beneath_mm: Float64[np.ndarray, "m n"],
+    mesh: Mesh,
+) -> Float64[np.ndarray, "m n"]:
+    """Distance of the carved from the wanted surface, negative where it lies deeper.
+
+    Where a ray meets the shape from a to b and all of that is gone, the middle of it tells how
+    deep the cut was.
+    """
+    through = np.minimum(carved.radii_mm, carved.hollows_mm)
+    reached = np.where((beneath_mm == 0) & (through < wanted_mm), through, carved.radii_mm)
+    radii = np.where(reached < beneath_mm, (beneath_mm + wanted_mm) / 2, reached)
+    angles = np.radians(carved.a_deg)
+    x, y = -radii * np.sin(angles), radii * np.cos(angles)
+    points = np.stack([x, y, np.broadcast_to(carved.x_mm[:, None], x.shape)], axis=-1)
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    away = tree.closest(points.reshape(-1, 3)).distances_mm.reshape(x.shape)
+    return np.where(radii < wanted_mm, -away, away)
 
 
 def _rapid_hits(moves: Moves, blank: Blank) -> int:

@@ -15,8 +15,9 @@ from typing import BinaryIO
 import numpy as np
 from jaxtyping import Float64
 
+from limbgram.carving.setup import CarveOptions
 from limbgram.carving.simulation import CarveCheck, Moves, check_carving
-from limbgram.carving.toolpath import CarveOptions, Strip, Toolpath, plan_toolpath
+from limbgram.carving.toolpath import Strip, Toolpath, plan_toolpath
 from limbgram.errors import CarveError
 from limbgram.export.writing import require, write_file
 from limbgram.shape.limb import Limb
