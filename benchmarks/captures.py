@@ -1,10 +1,13 @@
-"""Whole runs, photos to STL, on captures with and without truth; results as one JSON file.
+"""Whole runs, photos to STL, on captures with and without truth: JSON, a table and a plot.
 
     python benchmarks/captures.py DATA --judge "python evaluate.py" -o benchmarks/results/all.json
+    python benchmarks/captures.py --sweep all paper --rivals -o benchmarks/results/sweep.json
 
-DATA holds rendered/SET (images, calibration, truth) and photos/{flowerpot,skull}. Everything runs
-through the command line, each set from nothing in a new folder, calibration from the set's own
-board photos. The judge scores deliverables/surface.stl against the truth after a rigid alignment.
+DATA holds rendered/SET (images, calibration, truth) and photos/{flowerpot,skull}; a sweep makes
+its captures with the project's own generator (sweep.py). Everything runs through the command
+line, each set from nothing in a new folder, calibration from the set's own board photos.
+`limbgram accuracy --truth` compares with the truth; a judge, where one is given, scores
+deliverables/surface.stl as well. OUT.md and OUT.png are written beside OUT.json (tables.py).
 """
 
 import argparse
@@ -16,6 +19,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,29 +30,76 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.geometry.similarity import fit_similarity
+from rivals import installed
+from sweep import parse_settings
+from tables import write_tables
 
 HERE = Path(__file__).parent
+LIMBGRAM = str(Path(sys.executable).with_name("limbgram"))
 LIBRARIES = ("limbgram", "numpy", "numba", "opencv-python-headless", "pycolmap", "scipy")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", type=Path)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("data", type=Path, nargs="*")
     parser.add_argument("--judge", help="command that scores: RESULT SET --align rigid ...")
     parser.add_argument("--sets", nargs="*", help="only these, by folder name")
-    parser.add_argument("--keep", type=Path, help="keep the case folders here")
+    parser.add_argument(
+        "--sweep", nargs="*", default=[], help="PHOTOSxMEGAPIXELS such as 8x1, 'all', 'paper'"
+    )
+    parser.add_argument("--seed", type=int, default=11, help="of the sweep's captures")
+    parser.add_argument("--rivals", action="store_true", help="run rivals that are installed")
+    parser.add_argument("--keep", type=Path, help="keep captures and case folders here")
     parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
     results: dict[str, Any] = {"machine": machine(), "sets": {}}
+    chosen.out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         folder = chosen.keep or Path(scratch)
-        for source in sorted([*chosen.data.glob("rendered/*"), *chosen.data.glob("photos/*")]):
-            if chosen.sets and source.name not in chosen.sets:
-                continue
+        for source, known in jobs(chosen, folder):
             sys.stderr.write(f"{source.name}\n")
-            results["sets"][source.name] = one_set(source, folder / source.name, chosen.judge)
-            chosen.out.parent.mkdir(parents=True, exist_ok=True)
+            result = known | one_set(source, folder / source.name, chosen.judge)
+            camera = folder / source.name / "camera.json"
+            if chosen.rivals and camera.exists():
+                result["rivals"] = against_rivals(source, camera, folder / f"{source.name}_rivals")
+            results["sets"][source.name] = result
             chosen.out.write_text(json.dumps(results, indent=1) + "\n")
+            write_tables(results, chosen.out)
+
+
+def jobs(chosen: argparse.Namespace, folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Captures to run, and what is known of them; those of a sweep are made when asked for."""
+    for data in chosen.data:
+        for source in sorted([*data.glob("rendered/*"), *data.glob("photos/*")]):
+            if not chosen.sets or source.name in chosen.sets:
+                yield source, {"photos": count_photos(source)}
+    for setting in parse_settings(chosen.sweep, chosen.seed):
+        source = folder / "captures" / setting.name
+        source.parent.mkdir(parents=True, exist_ok=True)
+        made = {}
+        if not source.exists():
+            options = ["--photos", str(setting.photos), "--megapixels", str(setting.megapixels)]
+            options += ["--distance", str(setting.distance_mm), "--seed", str(setting.seed)]
+            made = timed([sys.executable, str(HERE / "sweep.py"), str(source), *options])
+        yield source, {"photos": setting.photos, "setting": asdict(setting), "made": made}
+
+
+def count_photos(source: Path) -> int:
+    return sum(file.is_file() for file in (source / "images").iterdir())
+
+
+def against_rivals(source: Path, camera: Path, folder: Path) -> dict[str, Any]:
+    """Every installed rival in a process of its own, its poses against the truth."""
+    found: dict[str, Any] = {}
+    for rival in installed():
+        out = folder / rival
+        command = [sys.executable, str(HERE / "rivals.py"), rival]
+        found[rival] = timed([*command, str(source / "images"), str(camera), str(out)])
+        if (out / "poses.json").exists():
+            found[rival]["poses"] = against_known(out / "poses.json", source)
+    return found
 
 
 def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
@@ -59,34 +111,41 @@ def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
     if (source / "calibration").is_dir():
         camera = case / "camera.json"
         board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
-        result["calibrate"] = timed(["calibrate", str(source / "calibration"), *board])
+        result["calibrate"] = timed([LIMBGRAM, "calibrate", str(source / "calibration"), *board])
         command += ["--camera", str(camera)]
     elif picks := list(HERE.glob(f"{source.name}_picks.json")):
         command += ["--known-distance", str(picks[0]), "--no-board"]
     else:
         command += ["--unscaled", "--no-board"]
-    result["reconstruct"] = timed(command)
+    result["reconstruct"] = timed([LIMBGRAM, *command])
     summary = case / "case" / "summary.json"
     if summary.exists():
         result["summary"] = json.loads(summary.read_text())
     named = "poses.json" if (source / "calibration").is_dir() or picks else "poses-unitless.json"
     poses = case / "case" / "deliverables" / named
-    if poses.exists() and (reference := list(source.glob("reference_poses*.txt"))):
-        result["poses"] = against_reference(poses, reference[0])
+    if poses.exists():
+        result["poses"] = against_known(poses, source)
+        result["accuracy"] = accuracy(case / "case", source)
     if judge and poses.exists() and (source / "truth").is_dir():
         result["score"] = score(judge, case / "case" / "deliverables", source, case / "score.json")
     return result
 
 
-def timed(arguments: list[str]) -> dict[str, Any]:
-    """Run limbgram; wall and CPU seconds of it and its children, largest peak of one process."""
+def accuracy(case: Path, source: Path) -> dict[str, Any]:
+    """What `limbgram accuracy` says, against the truth where the capture has one."""
+    command = [LIMBGRAM, "accuracy", str(case), "--json"]
+    if (source / "truth").is_dir():
+        command += ["--truth", str(source)]
+    said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
+    tree: dict[str, Any] = json.loads(said.stdout)
+    return {name: tree[name] for name in ("headline", "light", "criteria", "expected", "truth")}
+
+
+def timed(command: list[str]) -> dict[str, Any]:
+    """Run a program; wall and CPU seconds of it and its children, largest peak of one process."""
     start = time.perf_counter()
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(
-            [Path(sys.executable).with_name("limbgram"), *arguments],
-            stdout=subprocess.DEVNULL,
-            stderr=log,
-        )
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
         _, status, usage = os.wait4(process.pid, 0)
         log.seek(0)
         words = log.read().decode(errors="replace")
@@ -116,20 +175,37 @@ def score(judge: str, deliverables: Path, source: Path, out: Path) -> dict[str, 
     }
 
 
-def against_reference(poses: Path, reference: Path) -> dict[str, Any]:
-    """Camera centres and directions against reference poses, after a similarity."""
-    ours = {
-        Path(pose["name"]).stem: Rigid(np.array(pose["R"]), np.array(pose["t"]))
-        for pose in json.loads(poses.read_text())["images"]
+def against_known(poses: Path, source: Path) -> dict[str, Any] | None:
+    """Poses against the truth of a capture, or against reference poses; None without either."""
+    if (source / "truth" / "cameras.json").exists():
+        return against_poses(read_poses(poses), read_poses(source / "truth" / "cameras.json"))
+    reference = list(source.glob("reference_poses*.txt"))
+    return against_poses(read_poses(poses), read_reference(reference[0])) if reference else None
+
+
+def read_poses(path: Path) -> dict[str, Rigid]:
+    """camera_from_world by the photo's name without its ending."""
+    return {
+        Path(pose["name"]).stem: Rigid(np.array(pose["R"]), np.array(pose["t"], float))
+        for pose in json.loads(path.read_text())["images"]
     }
-    theirs: dict[str, Rigid] = {}
-    for line in reference.read_text().splitlines():
+
+
+def read_reference(path: Path) -> dict[str, Rigid]:
+    """The same from lines of name, quaternion (w first) and translation."""
+    found: dict[str, Rigid] = {}
+    for line in path.read_text().splitlines():
         if not line or line.startswith("#"):
             continue
         name, *numbers = line.split()
         w, x, y, z, *translation = map(float, numbers)
         rotation = Rotation.from_quat([x, y, z, w]).as_matrix()
-        theirs[Path(name).stem] = Rigid(rotation, np.array(translation))
+        found[Path(name).stem] = Rigid(rotation, np.array(translation))
+    return found
+
+
+def against_poses(ours: dict[str, Rigid], theirs: dict[str, Rigid]) -> dict[str, Any]:
+    """Camera centres and directions, after a similarity."""
     names = sorted(ours.keys() & theirs.keys())
     centres = np.array([ours[name].centre for name in names])
     known = np.array([theirs[name].centre for name in names])
@@ -157,6 +233,7 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),
+        "memory_gb": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30,
         "python": platform.python_version(),
         "versions": {name: version(name) for name in LIBRARIES},
         "commit": commit.stdout.strip(),

@@ -22,6 +22,7 @@ _STILL_MM = 1e-5
 """A step that moves no sample farther ends the alignment."""
 _FAR_MM = 3.0
 """Samples farther away take no part in the alignment."""
+_FEWEST_NEAR = 30
 _TRIAL_SAMPLES = 1_000
 _TRIAL_ROUNDS = 10
 _TRIAL_FAR_MM = 60.0
@@ -149,6 +150,8 @@ def _towards(
     """One point-to-plane step (Chen and Medioni 1992), and the scale error that it leaves."""
     found = tree.closest(points_mm)
     near = (found.distances_mm < far_mm) & truth.seen[truth.faces[found.faces]].all(1)
+    if near.sum() < _FEWEST_NEAR:
+        return Rigid.identity(), float("nan")
     points, normals = points_mm[near], face_normals[found.faces[near]]
     off = np.einsum("nc,nc->n", points - found.points_mm[near], normals)
     middle = points.mean(0)

@@ -63,6 +63,7 @@ SURFACE_RMS = _Limit("surface_rms", "Surface: RMS error", "mm", 0.3, 0.5)
 FILLED = _Limit("filled", "Surface filled in, not measured", "%", 5.0, 25.0)
 LEFT_OUT = _Limit("left_out", "Surface measured but left out", "%", 5.0, 25.0)
 MISSING = _Limit("photos_missing", "Photos that could not be placed", "%", 10.0, 50.0)
+GAP = _Limit("gap", "Widest gap between photos, seen from the limb", "deg", 60.0, 150.0)
 MEAN = _Limit("surface_mean", "Surface: mean radial error (MRE)", "mm", 0.10, 0.25)
 SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
 GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
@@ -207,6 +208,8 @@ def _against_truth(truth: Json) -> tuple[Criterion, ...]:
 
 def _completeness(figures: Json) -> tuple[Criterion, ...]:
     surface, images = figures["surface"], figures["images"]
+    ring = figures["network"]["ring"]
+    gap = math.nan if ring is None else ring["largest_gap_deg"]
     filled, left_out = 100 * surface["filled_share"], 100 * surface["left_out_share"]
     missing = images["photos"] - images["placed"]
     return (
@@ -215,5 +218,11 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
         MISSING.judge(
             100 * missing / max(images["photos"], 1),
             f"{missing} of {images['photos']} photos could not be placed.",
+        ),
+        GAP.judge(
+            gap,
+            f"No photo looks from {gap:.0f} degrees in a row: that side is not measured."
+            if gap > GAP.green
+            else f"The widest gap between photos is {gap:.0f} degrees.",
         ),
     )

@@ -159,7 +159,7 @@ def _geometry(figures: Json) -> Iterator[Finding]:
     if ring is not None and ring["largest_gap_deg"] > _WIDE_GAP_DEG:
         gaping = ring["largest_gap_deg"] > _GAPING_DEG
         yield Finding(
-            "worth doing" if gaping else "note",
+            "serious" if gaping else "note",
             f"The widest gap between photos, seen from the limb, is "
             f"{ring['largest_gap_deg']:.0f} degrees.",
             "Take photos in steps of 20 degrees or less all the way round.",

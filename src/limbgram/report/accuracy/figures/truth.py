@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.stats import rankdata
 
+from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3
 from limbgram.geometry.rigid import Rigid
 from limbgram.report.accuracy.evidence import Json
@@ -61,6 +62,11 @@ def truth_figures(
     placed = mesh.with_vertices(pose.apply(mesh.vertices_mm))
     all_mm, seen = signed_mm(placed.vertices_mm, truth)
     compared = seen & measured_vertices(mesh)
+    if not compared.any():
+        raise MeasureError(
+            "No part of the measured surface lies near the truth. Is it the truth of this limb, "
+            "in millimetres? Without cameras in common the alignment starts from the shapes alone."
+        )
     off_mm = all_mm[compared]
     missed_mm = (
         TriangleTree.of(placed.vertices_mm, placed.faces)
@@ -107,7 +113,6 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
     known = np.isfinite(sigma_mm) & (sigma_mm > 0)
     error, sigma = off_mm[known], sigma_mm[known].astype(np.float64)
     ratio = error / sigma
-    size = np.abs(error)
     order = np.argsort(sigma, kind="stable")
     parts = [part for part in np.array_split(order, _SIGMA_BINS) if len(part)]
     return {
@@ -116,7 +121,7 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
         "rms_spread": _rms(ratio),
         "within_sigma_share": float(np.mean(np.abs(ratio) <= 1)),
         "within_95_share": float(np.mean(np.abs(ratio) <= _TWO_SIDED_95)),
-        "rank_correlation": float(np.corrcoef(rankdata(size), rankdata(sigma))[0, 1]),
+        "rank_correlation": _rank_correlation(np.abs(error), sigma),
         "by_sigma": [
             {"sigma_mm": float(np.median(sigma[part])), "rms_error_mm": _rms(error[part])}
             for part in parts
@@ -139,6 +144,13 @@ def _aligned(
             fit = by_surface(samples, truth, start)
             return fit.truth_from_world, fit.scale_error
     return pose, by_surface(samples, truth, pose).scale_error
+
+
+def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]) -> float:
+    """Spearman's; NaN where one of the two does not vary."""
+    if np.ptp(first) == 0 or np.ptp(second) == 0:
+        return float("nan")
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
 
 
 def _rms(values: Float64[np.ndarray, " n"]) -> float:

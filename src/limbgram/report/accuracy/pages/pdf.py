@@ -1,7 +1,7 @@
 """The PDF: two pages to file or print, the first for everybody, the second for those who measure.
 
 In      the tree of an assessment, and pictures of the surface (PNG).
-Out     the bytes of a PDF (A4); the same tree gives the same bytes.
+Out     the bytes of a PDF (A4).
 """
 
 import io

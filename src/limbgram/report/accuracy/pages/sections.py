@@ -69,7 +69,7 @@ def _honesty(sigma: Tree) -> str:
         ),
         f"Error over sigma: robust spread {sigma['robust_spread']:.2f} (1 is honest), "
         f"{sigma['within_95_share']:.1%} inside the 95 % interval, rank correlation "
-        f"{sigma['rank_correlation']:.2f}.",
+        f"{_text(sigma['rank_correlation'], '.2f') or 'not known'}.",
     )
 
 

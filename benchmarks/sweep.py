@@ -1,0 +1,82 @@
+"""Captures of the project's own generator, by number of photos and resolution, and the paper's.
+
+    python benchmarks/sweep.py FOLDER --photos 15 --megapixels 4 --seed 11
+
+makes one capture; `captures.py --sweep` makes and runs many. The paper's set-up: 15 photos of
+4752 x 3168 px with a 50 mm lens on a sensor 22.3 mm wide, from 2 m.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+from limbgram.synthetic import CaptureOptions, make_capture
+from limbgram.synthetic.photographer import Lens
+
+PHOTOS = (8, 15, 30, 60)
+MEGAPIXELS = (1.0, 4.0, 15.0)
+_PAPER_MEGAPIXELS = 4752 * 3168 / 1e6
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One point of a sweep."""
+
+    photos: int
+    megapixels: float
+    seed: int
+    distance_mm: float = 1500.0
+
+    @property
+    def name(self) -> str:
+        far = "" if self.distance_mm == 1500.0 else f"_d{self.distance_mm:.0f}"
+        return f"synthetic_p{self.photos}_mp{self.megapixels:g}{far}_s{self.seed}"
+
+    @property
+    def options(self) -> CaptureOptions:
+        """Photos on one ring up to 20, on two up to 40, on three beyond."""
+        width_px = 2 * round((self.megapixels * 1.5e6) ** 0.5 / 2)
+        return CaptureOptions(
+            photos=self.photos,
+            rings=1 if self.photos <= 20 else 2 if self.photos <= 40 else 3,
+            width_px=width_px,
+            height_px=round(width_px * 2 / 3),
+            seed=self.seed,
+            distance_mm=self.distance_mm,
+            lens=Lens(focal_mm=50.0, sensor_width_mm=22.3),
+        )
+
+
+def paper(seed: int) -> Setting:
+    """The paper's set-up."""
+    return Setting(15, round(_PAPER_MEGAPIXELS, 3), seed, 2000.0)
+
+
+def parse_settings(texts: list[str], seed: int) -> list[Setting]:
+    """Settings such as 8x1 (photos x megapixels), `paper`, or `all` for the whole sweep."""
+    found: list[Setting] = []
+    for text in texts:
+        if text == "all":
+            found += [Setting(n, mp, seed) for mp in MEGAPIXELS for n in PHOTOS]
+        elif text == "paper":
+            found.append(paper(seed))
+        else:
+            photos, megapixels = text.split("x")
+            found.append(Setting(int(photos), float(megapixels), seed))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--photos", type=int, default=15)
+    parser.add_argument("--megapixels", type=float, default=4.0)
+    parser.add_argument("--distance", type=float, default=1500.0, help="mm")
+    parser.add_argument("--seed", type=int, default=11)
+    chosen = parser.parse_args()
+    setting = Setting(chosen.photos, chosen.megapixels, chosen.seed, chosen.distance)
+    make_capture(chosen.folder, setting.options)
+
+
+if __name__ == "__main__":
+    main()

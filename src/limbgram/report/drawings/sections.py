@@ -1,0 +1,104 @@
+"""Drawing of a limb's levels: where they lie on it, and all sections over each other."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
+from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.shape.frame import in_limb_frame
+from limbgram.shape.measures import Measures, Row
+from limbgram.surface.mesh import Mesh
+
+_HEIGHT_PX = 560
+_MOST_LABELS = 24
+_MARGIN = 1.06
+_COLOURS = "viridis"
+_TOWARDS = {90: "to the patient's left, mm", 0: "forwards, mm", 180: "backwards, mm"}
+"""What lies to the right in a view, by its azimuth."""
+
+
+def sections_drawing(measures: Measures) -> Drawing:
+    """The limb from the front and from its outer side with its levels, and the sections."""
+    mesh = in_limb_frame(measures.limb)
+    frame = measures.limb.frame
+    outer_deg = 180 if frame is not None and frame.side == "left" else 0
+    size = np.ptp(mesh.vertices_mm, axis=0)
+    widths = (float(size[0]), float(size[1]), 1.2 * float(size[:2].max()))
+    height_in = 6.5
+    figure = blank(min(14.0, 1.8 + height_in * sum(widths) / float(size[2])), height_in)
+    front, beside, above = figure.subplots(1, 3, width_ratios=widths)
+    rows = [row for row in measures.rows if row.level is not None]
+    _side(front, mesh, rows, 90)
+    front.set_title("front", fontsize=9, color=FAINT)
+    _side(beside, mesh, rows, outer_deg)
+    side = "patient's left" if outer_deg else "patient's right"
+    beside.set_title(f"from the {side}; girth by tape, mm", fontsize=9, color=FAINT)
+    _label(beside, rows)
+    _sections(above, rows)
+    return Drawing(
+        figure,
+        f"{len(rows)} levels. Heights count from {measures.reference or 'the distal end'}; the "
+        "sections are seen from the proximal end, front upwards, the patient's right to the right.",
+    )
+
+
+def _side(axes: Axes, mesh: Mesh, rows: list[Row], azimuth_deg: float) -> None:
+    """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    picture_from_limb = looking_along(azimuth_deg)
+    span = _MARGIN * (high - low)
+    width_mm = float(np.abs(picture_from_limb[0] @ span))
+    pixel_mm = float(span[2]) / _HEIGHT_PX
+    frame = Frame(
+        picture_from_world=picture_from_limb,
+        middle_mm=(low + high) / 2,
+        pixel_mm=pixel_mm,
+        width_px=max(1, int(width_mm / pixel_mm)),
+        height_px=_HEIGHT_PX,
+    )
+    middle = picture_from_limb[0] @ frame.middle_mm
+    half = frame.width_px * pixel_mm / 2
+    z = (frame.middle_mm[2] - float(span[2]) / 2, frame.middle_mm[2] + float(span[2]) / 2)
+    axes.imshow(shade(mesh, frame), extent=(middle - half, middle + half, *z))
+    lines: list[np.ndarray] = []
+    for row in rows:
+        if row.level is not None:
+            across = row.level.points_mm @ picture_from_limb[0, :2]
+            ends = [float(across.min()), float(across.max())]
+            lines.append(np.column_stack([ends, [row.height_mm] * 2]))
+    axes.add_collection(LineCollection(lines, colors=BLUE, linewidths=0.7))
+    plain(axes).set_xlabel(_TOWARDS[azimuth_deg], fontsize=8, color=INK)
+
+
+def _label(axes: Axes, rows: list[Row]) -> None:
+    """Girths beside the levels, as many as can be read."""
+    right = axes.get_xlim()[1]
+    for row in rows[:: max(1, -(-len(rows) // _MOST_LABELS))]:
+        girth = row.figures["tape_mm"]
+        if girth is not None:
+            text = f"{row.from_reference_mm:.0f}: {girth.value:.1f}"
+            axes.text(right, row.height_mm, text, fontsize=6.5, color=INK, va="center")
+
+
+def _sections(axes: Axes, rows: list[Row]) -> None:
+    """All outlines over each other, coloured by height."""
+    lines: list[np.ndarray] = []
+    heights: list[float] = []
+    for row in rows:
+        if row.level is None:
+            continue
+        points = row.level.points_mm
+        for loop in range(len(row.level.depth)):
+            ring = points[row.level.loop == loop]
+            lines.append(np.concatenate([ring, ring[:1]]))
+            heights.append(row.from_reference_mm)
+    drawn = LineCollection(lines, array=np.array(heights), cmap=_COLOURS, linewidths=0.9)
+    axes.add_collection(drawn)
+    axes.plot([0], [0], "+", color=ORANGE, ms=9)
+    axes.set_aspect("equal")
+    axes.autoscale()
+    plain(axes).set_title("sections, front upwards", fontsize=9, color=FAINT)
+    bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.6)
+    bar.set_label("height, mm", fontsize=8, color=INK)
+    bar.ax.tick_params(labelsize=7, colors=INK)

@@ -1,0 +1,94 @@
+"""Lights, first line and advice follow the figures, at their limits exactly."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from limbgram.report.accuracy import Evidence, assess
+from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95
+from limbgram.scale.metric import Scale
+
+
+def tree_of(evidence: Evidence) -> dict[str, Any]:
+    return assess(evidence).tree
+
+
+def with_check(evidence: Evidence, error: float) -> Evidence:
+    control, check = evidence.metric.scale.lengths
+    lengths = (control, replace(check, measured_mm=check.known_mm * (1 + error)))
+    scale = replace(evidence.metric.scale, lengths=lengths)
+    return replace(evidence, metric=replace(evidence.metric, scale=scale))
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "light"),
+    [
+        (SCALE, 0.1, "green"),
+        (SCALE, 0.1001, "amber"),
+        (SCALE, 0.3, "amber"),
+        (SCALE, 0.3001, "red"),
+        (SURFACE_P95, 0.6, "green"),
+        (SURFACE_P95, 1.01, "red"),
+        (GAP, float("nan"), "amber"),
+    ],
+)
+def test_lights_change_at_their_limits(limit: Any, value: float, light: str) -> None:
+    assert limit.judge(value, "").light == light
+
+
+def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
+    tree = tree_of(with_sigmas)
+    assert tree["light"] == "green"
+    assert tree["headline"].startswith("GREEN: 0.20 mm.")  # 1.96 * 0.1
+    assert "0.050 %" in tree["headline"]
+    assert tree["expected"]["basis"] == "vertex sigmas"
+    assert {one["part"]: round(one["sigma_mm"], 3) for one in tree["expected"]["budget"]} == {
+        "image measurement": 0.08,
+        "cameras and lens": 0.0,
+        "scale, at the far end": 0.06,
+    }
+
+
+@pytest.mark.parametrize(("error", "light"), [(0.002, "amber"), (-0.004, "red")])
+def test_a_check_length_that_is_off_sets_the_light_and_is_named(
+    with_sigmas: Evidence, error: float, light: str
+) -> None:
+    tree = tree_of(with_check(with_sigmas, error))
+    assert tree["light"] == light
+    assert f"A-B is off by {100 * abs(error):.3f} %" in tree["headline"]
+    assert tree["findings"][0]["gravity"] == "serious"
+
+
+def test_without_a_check_it_is_never_green(with_sigmas: Evidence) -> None:
+    scale = replace(with_sigmas.metric.scale, lengths=with_sigmas.metric.scale.lengths[:1])
+    tree = tree_of(replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale)))
+    assert tree["light"] == "amber"
+    assert "No length" in tree["headline"]
+    assert any("second length" in one["what"] for one in tree["findings"])
+
+
+def test_without_scale_there_are_no_millimetres(evidence: Evidence) -> None:
+    scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+    tree = tree_of(replace(evidence, metric=replace(evidence.metric, scale=scale)))
+    assert tree["headline"].startswith("RED: no millimetres.")
+    assert tree["unit"] == "scene units"
+
+
+def test_a_side_without_photos_is_red_however_sure_the_rest_is(with_sigmas: Evidence) -> None:
+    scene = with_sigmas.metric.scene
+    assert scene.ring is not None
+    half = replace(scene, ring=replace(scene.ring, largest_gap_deg=190.0))
+    tree = tree_of(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=half)))
+    assert tree["light"] == "red"
+    assert "190 degrees" in tree["headline"]
+
+
+def test_advice_names_what_is_wrong_and_nothing_else(with_sigmas: Evidence) -> None:
+    said = " ".join(one["what"] for one in tree_of(with_sigmas)["findings"])
+    assert "largest part of the expected error is image measurement: 0.080 mm" in said
+    for absent in ("board", "EXIF", "filled", "pattern", "soft", "base is small"):
+        assert absent not in said
+    camera = replace(with_sigmas.cameras.calibrations[0], source="exif")
+    guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(camera,)))
+    assert any("EXIF" in one["what"] for one in tree_of(guessed)["findings"])

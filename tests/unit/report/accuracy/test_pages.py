@@ -1,0 +1,103 @@
+"""The page and the PDF hold what the tree says, and nothing from outside."""
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from limbgram.report.accuracy import Evidence, KnownTruth, assess
+from limbgram.report.accuracy.glossary import TERMS, value_at
+from limbgram.report.accuracy.pages import accuracy_page, accuracy_pdf, accuracy_pictures
+from limbgram.report.accuracy.pages.svg import Series, histogram
+from limbgram.report.alignment import Truth
+
+VOID = {"meta", "img", "br"}
+
+
+class Reader(HTMLParser):
+    """Tags in balance, and every address that is asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: set[str] = set()
+        self.addresses: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def with_truth(evidence: Evidence) -> KnownTruth:
+    mesh = evidence.mesh
+    truth = Truth(
+        vertices_mm=mesh.vertices_mm,
+        faces=mesh.faces,
+        seen=np.ones(len(mesh), bool),
+        centres_mm=np.zeros((0, 3)),
+    )
+    return KnownTruth(name="itself", truth=truth, centres_mm=np.zeros((0, 3)), alignment="frame")
+
+
+def test_the_tree_is_plain_json_and_says_what_its_figures_are(with_sigmas: Evidence) -> None:
+    tree = assess(with_sigmas).tree
+    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
+    assert tree["schema"] == "limbgram-accuracy/1"
+    assert {term.path for term in TERMS} == set(tree["glossary"])
+
+
+def test_every_term_of_the_glossary_leads_somewhere(with_sigmas: Evidence) -> None:
+    tree = assess(with_sigmas, with_truth(with_sigmas)).tree
+    unknown = {
+        "images.noise_grey",  # no files
+        "truth.camera_rms_mm",  # no cameras
+        "truth.sigma.rank_correlation",  # all sigmas are equal
+    }
+    for term in TERMS:
+        assert (value_at(tree, term.path) is None) == (term.path in unknown), term.path
+
+
+@pytest.mark.parametrize("compared", [False, True])
+def test_the_page_is_whole_and_asks_nothing_of_the_network(
+    with_sigmas: Evidence, compared: bool
+) -> None:
+    named = replace(with_sigmas, name="<b>tube</b>")
+    assessment = assess(named, with_truth(named) if compared else None)
+    page = accuracy_page(assessment.tree, accuracy_pictures(named, assessment))
+    reader = Reader()
+    reader.feed(page)
+    assert reader.open == []
+    assert "script" not in reader.tags
+    assert all(address.startswith("data:") for address in reader.addresses)
+    assert len(reader.addresses) == (2 if compared else 1)
+    assert "<b>tube" not in page
+    assert assessment.tree["headline"].partition(": ")[2] in page
+    for finding in assessment.tree["findings"]:
+        assert finding["remedy"].split("`")[0] in page
+
+
+def test_the_pdf_has_two_pages(evidence: Evidence) -> None:
+    assessment = assess(evidence)
+    pictures = accuracy_pictures(evidence, assessment)
+    pdf = accuracy_pdf(assessment.tree, pictures)
+    assert len(re.findall(rb"/Type /Page\b", pdf)) == 2
+    assert pdf.endswith(b"%%EOF\n")
+
+
+def test_a_histogram_draws_each_step_where_it_is() -> None:
+    svg = histogram([0.0, 1.0, 2.0], [Series("a", [1.0, 3.0], "#000")], "mm", "steps")
+    points = re.search(r'points="([^"]+)"', svg)
+    assert points is not None
+    xy = np.array([pair.split(",") for pair in points[1].split()], float)
+    base = xy[0, 1]
+    assert xy[1, 1] < base
+    assert (base - xy[3, 1]) / (base - xy[1, 1]) == pytest.approx(3, rel=0.01)
+    assert xy[-1, 0] - xy[2, 0] == pytest.approx(xy[2, 0] - xy[0, 0], abs=0.2)
