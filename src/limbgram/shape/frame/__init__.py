@@ -12,7 +12,7 @@ from limbgram.shape.frame.landmarks import (
     with_landmarks,
 )
 from limbgram.shape.frame.marks import Mark, MarkOptions, find_marks
-from limbgram.shape.frame.posture import in_limb_frame, with_vertices_in_limb
+from limbgram.shape.frame.posture import frame_of, in_limb_frame, with_vertices_in_limb
 
 __all__ = [
     "KINDS",
@@ -29,6 +29,7 @@ __all__ = [
     "axis_along",
     "find_marks",
     "fit_axis",
+    "frame_of",
     "in_limb_frame",
     "landmark",
     "with_landmarks",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.shape.frame.landmarks import landmark
-from limbgram.shape.frame.posture import in_limb_frame
+from limbgram.shape.frame.posture import frame_of, in_limb_frame
 from limbgram.shape.limb import Limb
 from limbgram.shape.measures.lengths import Length, Place, length_between
 from limbgram.shape.measures.levels.bodies import outer_bodies
@@ -23,6 +23,8 @@ from limbgram.shape.measures.sock import without_sock
 from limbgram.shape.measures.tape import TapeCheck, TapeReading, check_reading
 
 _MOST_LEVELS = 5000
+_TOUCHING_MM = 1e-6
+"""Levels of even spacing that lie as near to an end of the limb only touch it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,9 +125,7 @@ def _reference_mm(limb: Limb, name: str | None) -> float:
 
 def _place(limb: Limb, name: str) -> Place:
     mark = landmark(limb, name)
-    if limb.frame is None:
-        raise MeasureError("The limb is not aligned. Run `limbgram align` first.")
-    return Place(name, limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0])
+    return Place(name, frame_of(limb).limb_from_mesh.apply(mark.position_mm[None])[0])
 
 
 def _heights(sigmas: Sigmas, zero: float, options: MeasureOptions) -> list[float]:
@@ -137,7 +137,7 @@ def _heights(sigmas: Sigmas, zero: float, options: MeasureOptions) -> list[float
     if not options.spacing_mm > 0:
         raise OptionsError(f"A spacing of {options.spacing_mm:g} mm has no levels. Give, say, 10.")
     z = sigmas.mesh.vertices_mm[:, 2]
-    low, high = (float(end) - zero for end in (z.min(), z.max()))
+    low, high = float(z.min()) - zero + _TOUCHING_MM, float(z.max()) - zero - _TOUCHING_MM
     first, last = math.floor(low / options.spacing_mm) + 1, math.ceil(high / options.spacing_mm) - 1
     if not 0 <= last - first < _MOST_LEVELS:
         raise OptionsError(

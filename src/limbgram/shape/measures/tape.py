@@ -7,17 +7,19 @@ stay as they are beyond the first and the last; heights do not change.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 
 from limbgram.errors import MeasureError, OptionsError
-from limbgram.geometry.arrays import Points2
-from limbgram.shape.frame.posture import in_limb_frame, with_vertices_in_limb
+from limbgram.geometry.arrays import Points2, Points3
+from limbgram.shape.frame.landmarks import with_landmarks
+from limbgram.shape.frame.posture import frame_of, in_limb_frame, with_vertices_in_limb
 from limbgram.shape.limb import Limb
+from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.shape.measures.levels.cutting import Level, level_at
 from limbgram.shape.measures.levels.figures import Figure, area_mm2, tape_mm
-from limbgram.surface.mesh import Mesh
 
 _ROUNDS = 30
 _AGREES = 1e-9
@@ -117,12 +119,14 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
     heights = heights[order]
     wanted = np.array([readings[k].girth_mm for k in order])
     start = in_limb_frame(limb)
-    levels = [level_at(start, float(height)) for height in heights]
+    skin = outer_bodies(start).mesh
+    levels = [level_at(skin, float(height)) for height in heights]
     middles = np.stack([_middle(level) for level in levels])
     before = np.array([tape_mm(level).value for level in levels])
     factors = wanted / before
     for _ in range(_ROUNDS):
-        scaled = _scaled(start, heights, middles, factors)
+        scaling = _Scaling(heights, middles, factors)
+        scaled = skin.with_vertices(scaling.apply(skin.vertices_mm))
         found = np.array([tape_mm(level_at(scaled, float(h))).value for h in heights])
         if np.abs(found / wanted - 1).max() < _AGREES:
             break
@@ -132,21 +136,41 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
             "The shape cannot be made to agree with all readings: they ask for jumps over less "
             "than a triangle's height. Leave out readings that lie close together."
         )
-    moved = np.linalg.norm(scaled.vertices_mm - start.vertices_mm, axis=1).max()
     changes = [
         TapeChange(height_mm=float(h), before_mm=float(b), after_mm=float(a), factor=float(f))
-        for h, b, a, f in zip(heights, before, found, factors)
+        for h, b, a, f in zip(heights, before, found, scaling.factors)
     ]
-    fitted = with_vertices_in_limb(limb, scaled.vertices_mm)
+    vertices = scaling.apply(start.vertices_mm)
+    moved = np.linalg.norm(vertices - start.vertices_mm, axis=1).max()
+    fitted = _with_landmarks_moved(with_vertices_in_limb(limb, vertices), scaling)
     return TapeFit(limb=fitted, changes=tuple(changes), largest_mm=float(moved))
 
 
-def _scaled(mesh: Mesh, heights: np.ndarray, middles: Points2, factors: np.ndarray) -> Mesh:
-    z = mesh.vertices_mm[:, 2]
-    factor = np.interp(z, heights, factors)
-    middle = np.column_stack([np.interp(z, heights, middles[:, axis]) for axis in range(2)])
-    across = middle + factor[:, None] * (mesh.vertices_mm[:, :2] - middle)
-    return mesh.with_vertices(np.column_stack([across, z]))
+@dataclass(frozen=True)
+class _Scaling:
+    """Factors and fixed places at heights; between them both run straight."""
+
+    heights_mm: Float64[np.ndarray, " k"]
+    middles_mm: Points2
+    factors: Float64[np.ndarray, " k"]
+
+    def apply(self, places_mm: Points3) -> Points3:
+        z = places_mm[:, 2]
+        factor = np.interp(z, self.heights_mm, self.factors)[:, None]
+        middle = np.column_stack(
+            [np.interp(z, self.heights_mm, self.middles_mm[:, axis]) for axis in range(2)]
+        )
+        return np.column_stack([middle + factor * (places_mm[:, :2] - middle), z])
+
+
+def _with_landmarks_moved(limb: Limb, scaling: _Scaling) -> Limb:
+    if not limb.landmarks:
+        return limb
+    motion = frame_of(limb).limb_from_mesh
+    places = motion.apply(np.stack([mark.position_mm for mark in limb.landmarks]))
+    places = motion.inverse.apply(scaling.apply(places))
+    marks = [replace(mark, position_mm=place.copy()) for mark, place in zip(limb.landmarks, places)]
+    return with_landmarks(limb, marks)
 
 
 def _middle(level: Level) -> np.ndarray:

@@ -1,0 +1,186 @@
+"""`limbgram align`: landmarks, side and axes of a shape, kept beside it."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.workbench.stating import (
+    Unit,
+    asks_for_marks,
+    direction,
+    landmarks_of,
+    pair_of,
+    unit_of,
+)
+from limbgram.errors import OptionsError
+from limbgram.export.workshop.limb_file import write_limb_file
+from limbgram.shape.frame import (
+    NAMES,
+    AlignOptions,
+    Mark,
+    align,
+    find_marks,
+    frame_of,
+    with_landmarks,
+)
+from limbgram.shape.limb import Limb
+from limbgram.shape.reading import read_limb
+from limbgram.shape.reading.sidecar import limb_file_beside
+
+
+class SideName(StrEnum):
+    """Side of the patient."""
+
+    LEFT = "left"
+    RIGHT = "right"
+    NONE = "none"
+
+
+class KindName(StrEnum):
+    """Kind of limb, for the names of its landmarks."""
+
+    TRANSTIBIAL = "transtibial"
+    TRANSFEMORAL = "transfemoral"
+    FOOT = "foot"
+    TORSO = "torso"
+
+
+@answered
+def align_command(
+    shape: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
+    side: Annotated[
+        SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
+    ] = None,
+    kind: Annotated[
+        KindName | None, typer.Option(help="What the names of the landmarks mean.")
+    ] = None,
+    landmark: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=X,Y,Z in mm in the frame of the shape, or NAME=#2 for a painted mark. "
+            "Repeat it; it is moved to the nearest place on the surface."
+        ),
+    ] = None,
+    axis: Annotated[
+        str | None, typer.Option(help="Long axis, pointing proximally, instead of the fit: +z.")
+    ] = None,
+    proximal: Annotated[
+        str | None, typer.Option(help="Roughly towards the body, if nothing else tells: +z.")
+    ] = None,
+    anterior: Annotated[
+        str | None, typer.Option(help="Roughly forwards, instead of landmarks: +y or 0.2,-1,0.")
+    ] = None,
+    plumb: Annotated[
+        str | None,
+        typer.Option(help="UPPER:LOWER landmarks to lie one above the other in the side view."),
+    ] = None,
+    flexion: Annotated[
+        float, typer.Option(help="Turn further, degrees; positive takes the top backwards.")
+    ] = 0.0,
+    marks: Annotated[
+        bool, typer.Option("--marks", help="Only list the painted marks that are seen.")
+    ] = False,
+    names: Annotated[
+        bool, typer.Option("--names", help="Only list the landmark names of --kind.")
+    ] = False,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Give a shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal.
+
+    The shape's file stays as it is; landmarks, side and axes are kept in NAME.limb.json beside it.
+    """
+    if names:
+        return _names(kind)
+    used = unit_of(shape, unit)
+    limb = read_limb(shape, used.asked)
+    seen = find_marks(limb.mesh) if marks or asks_for_marks(landmark or []) else ()
+    if marks:
+        return _marks(seen)
+    if side is None:
+        raise OptionsError("The side is never guessed. Say --side left, --side right or none.")
+    options = AlignOptions(
+        side=side.value,
+        kind=None if kind is None else kind.value,
+        axis=direction(axis, "--axis"),
+        proximal=direction(proximal, "--proximal"),
+        anterior=direction(anterior, "--anterior"),
+        plumb=None if plumb is None else pair_of(plumb, "--plumb"),
+        flexion_deg=flexion,
+    )
+    aligned = align(with_landmarks(limb, landmarks_of(landmark or [], seen)), options)
+    return _kept(aligned, shape, used)
+
+
+def _kept(limb: Limb, shape: Path, unit: Unit) -> Reply:
+    """Write the limb file, and say where the limb lies now."""
+    written = write_limb_file(limb, shape, mm_per_unit=unit.mm)
+    frame = frame_of(limb)
+    motion = frame.limb_from_mesh
+    size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
+    places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
+    lines = [
+        *(f"Note: {note}." for note in limb.notes),
+        f"Side: {frame.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
+        f"side, {size[1]:.1f} mm from front to back.",
+        *(
+            f"  {name:<28} right {x:7.1f}   anterior {y:7.1f}   proximal {z:7.1f} mm"
+            for name, (x, y, z) in places.items()
+        ),
+        f"Written: {written}",
+    ]
+    content: dict[str, Any] = {
+        "side": frame.side,
+        "limb_from_mesh": {
+            "rotation": motion.rotation.tolist(),
+            "translation_mm": motion.translation.tolist(),
+        },
+        "size_mm": size.tolist(),
+        "landmarks": [
+            {"name": name, "in_limb_mm": place.tolist()} for name, place in places.items()
+        ],
+        "notes": list(limb.notes),
+        "written": str(limb_file_beside(shape)),
+    }
+    return Reply(tuple(lines), content)
+
+
+def _names(kind: KindName | None) -> Reply:
+    chosen = {name: rows for name, rows in NAMES.items() if kind is None or name == kind.value}
+    lines = [
+        line
+        for name, rows in chosen.items()
+        for line in (f"{name}:", *(f"  {row.name:<32}{row.facing}" for row in rows))
+    ]
+    content = {
+        name: [{"name": row.name, "facing": row.facing, "level": row.level} for row in rows]
+        for name, rows in chosen.items()
+    }
+    return Reply(tuple(lines), content)
+
+
+def _marks(seen: tuple[Mark, ...]) -> Reply:
+    lines = [
+        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {tuple(map(int, mark.colour))}, at "
+        + ",".join(f"{value:.1f}" for value in mark.position_mm)
+        for number, mark in enumerate(seen, 1)
+    ]
+    content = [
+        {
+            "number": number,
+            "position_mm": mark.position_mm.tolist(),
+            "colour": mark.colour.tolist(),
+            "diameter_mm": mark.diameter_mm,
+        }
+        for number, mark in enumerate(seen, 1)
+    ]
+    return Reply(
+        tuple(lines) or ("No painted mark is seen: none is round, of one strong colour and size.",),
+        {"marks": content},
+    )

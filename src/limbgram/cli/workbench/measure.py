@@ -1,0 +1,229 @@
+"""`limbgram measure`: the table of girths, widths, areas, volumes and lengths of a shape."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.workbench.stating import pair_of, reading_of, span_of, unit_of
+from limbgram.errors import OptionsError
+from limbgram.export.workshop.limb_file import write_limb
+from limbgram.export.writing import require, write_file
+from limbgram.geometry.rigid import Rigid
+from limbgram.report.drawings.sections import sections_drawing
+from limbgram.report.pictures import png
+from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.measures import (
+    Figure,
+    MeasureOptions,
+    Measures,
+    Row,
+    TapeCheck,
+    TapeFit,
+    fit_to_tape,
+    measure,
+)
+from limbgram.shape.measures.table import csv_text, in_ml, tree
+from limbgram.shape.reading import read_limb
+
+_SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
+_HEADING = (
+    f"{'height':>8}{'tape':>10}{'contour':>10}{'ML':>9}{'AP':>9}{'area cm2':>10}{'mL below':>10}"
+)
+
+
+@answered
+def measure_command(
+    shape: Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")],
+    every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 10.0,
+    height: Annotated[
+        list[float] | None, typer.Option(help="Only at this height, mm. Repeat it.")
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            help="Landmark from which heights count, upwards.",
+            show_default="the distal end",
+        ),
+    ] = None,
+    volume: Annotated[
+        list[str] | None, typer.Option(help="Volume between two heights: 20:150, end:150.")
+    ] = None,
+    length: Annotated[
+        list[str] | None,
+        typer.Option(help='Between two landmarks, over the surface too: "patella:tibia end".'),
+    ] = None,
+    sock: Annotated[
+        float | None,
+        typer.Option(
+            help="Thickness of the sock in the scan, mm, taken off first.",
+            show_default="nothing is taken off",
+        ),
+    ] = None,
+    tape: Annotated[
+        list[str] | None, typer.Option(help="A girth that was read: HEIGHT=GIRTH, mm. Repeat it.")
+    ] = None,
+    fit: Annotated[
+        Path | None, typer.Option(help="Write the shape made to agree with the tape readings.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
+    unaligned: Annotated[
+        bool, typer.Option("--unaligned", help="Measure across the z of the file as it lies.")
+    ] = False,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Measure a shape by level: girth as a taut tape and along the contour, widths, area, volume.
+
+    A height that has no answer stands in the table with the reason. Run `limbgram align` first.
+    """
+    if fit is not None and not tape:
+        raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
+    limb = read_limb(shape, unit_of(shape, unit).asked)
+    if unaligned:
+        limb = replace(limb, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"))
+    options = MeasureOptions(
+        spacing_mm=every,
+        heights_mm=tuple(height) if height else None,
+        reference=reference,
+        sock_mm=sock,
+        volumes_mm=tuple(span_of(text) for text in volume or ()),
+        lengths=tuple(pair_of(text, "--length") for text in length or ()),
+        tape=tuple(reading_of(text) for text in tape or ()),
+    )
+    measures = measure(limb, options)
+    fitted = (
+        None if fit is None else fit_to_tape(measures.limb, options.tape, measures.reference_mm)
+    )
+    written = _write(measures, fitted, (csv, picture, fit))
+    return Reply(
+        (*_lines(limb, measures), *_fit_lines(fitted), *(f"Written: {path}" for path in written)),
+        {**tree(measures), "fit": _fit_tree(fitted), "written": [str(path) for path in written]},
+    )
+
+
+def _write(
+    measures: Measures, fitted: TapeFit | None, paths: tuple[Path | None, Path | None, Path | None]
+) -> list[Path]:
+    table, picture, fit = paths
+    written: list[Path] = []
+    if table is not None:
+        written.append(_write_bytes(table, csv_text(measures).encode()))
+    if picture is not None:
+        written.append(_write_bytes(picture, png(sections_drawing(measures).figure).tobytes()))
+    if fit is not None and fitted is not None:
+        written.append(write_limb(fitted.limb, fit))
+    return written
+
+
+def _write_bytes(path: Path, content: bytes) -> Path:
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content)
+
+    def check(written: Path) -> None:
+        require(written.read_bytes() == content, f"{path.name}: other bytes")
+
+    return write_file(path, encode, check)
+
+
+def _lines(limb: Limb, measures: Measures) -> list[str]:
+    sock = measures.limb.sock_mm
+    return [
+        *(f"Note: {note}." for note in limb.notes),
+        *(
+            [f"Note: {measures.bodies_left_out} bodies inside the limb were not measured."]
+            if measures.bodies_left_out
+            else []
+        ),
+        f"Heights in mm from {measures.reference or 'the distal end'}; lengths in mm. "
+        + (f"{sock:g} mm of sock are off." if sock else "No sock was taken off."),
+        _HEADING,
+        *(_row_line(row) for row in measures.rows),
+        *(
+            f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
+            f"{_text(in_ml(row.volume_mm3), 2)} mL"
+            for row in measures.volumes
+        ),
+        *(
+            f"{length.start} to {length.end}: {_text(length.along_axis, 2)} mm along the axis, "
+            f"{_text(length.straight, 2)} straight, "
+            f"{_text(length.over_surface, 2)} over the surface"
+            for length in measures.lengths
+        ),
+        *(_tape_line(check, measures.reference_mm) for check in measures.tape),
+    ]
+
+
+def _row_line(row: Row) -> str:
+    start = f"{row.from_reference_mm:8.1f}"
+    if row.level is None:
+        return f"{start}  {row.reason}"
+    area, volume = row.figures["area_mm2"], row.figures["volume_below_mm3"]
+    widths = (10, 10, 9, 9)
+    cells = [f"{_value(row.figures[name]):>{width}}" for name, width in zip(_SHOWN, widths)]
+    cells.append("" if area is None else f"{area.value / 100:10.2f}")
+    cells.append(f"{'-':>10}" if volume is None else f"{volume.value / 1000:10.1f}")
+    tape = row.figures["tape_mm"]
+    spread = "" if tape is None or tape.sigma is None else f"   tape ± {tape.sigma:.2f}"
+    parts = f"   {row.loops} loops" if row.loops > 1 else ""
+    return start + "".join(cells) + spread + parts
+
+
+def _tape_line(check: TapeCheck, reference_mm: float) -> str:
+    share = check.difference_mm / check.read_mm
+    verdict = "CONFLICT" if check.conflict else "agrees"
+    return (
+        f"Tape at {check.height_mm - reference_mm:.1f} mm: read {check.read_mm:.1f}, the shape has "
+        f"{_text(check.measured, 1)} ({check.difference_mm:+z.1f} mm, {share:+z.1%}): {verdict}"
+    )
+
+
+def _fit_lines(fitted: TapeFit | None) -> list[str]:
+    if fitted is None:
+        return []
+    return [
+        *(
+            f"Fitted at {change.height_mm:.1f} mm: girth {change.before_mm:.1f} to "
+            f"{change.after_mm:.1f} mm, scaled by {change.factor:.4f}"
+            for change in fitted.changes
+        ),
+        f"The farthest point moved by {fitted.largest_mm:.2f} mm; beyond the first and the last "
+        "reading the shape was scaled as there.",
+    ]
+
+
+def _fit_tree(fitted: TapeFit | None) -> dict[str, Any] | None:
+    if fitted is None:
+        return None
+    return {
+        "largest_move_mm": fitted.largest_mm,
+        "changes": [
+            {
+                "height_mm": change.height_mm,
+                "before_mm": change.before_mm,
+                "after_mm": change.after_mm,
+                "factor": change.factor,
+            }
+            for change in fitted.changes
+        ],
+    }
+
+
+def _end(height_mm: float) -> str:
+    return f"{height_mm:g} mm" if math.isfinite(height_mm) else "the end"
+
+
+def _value(figure: Figure | None) -> str:
+    return "-" if figure is None else f"{figure.value:.1f}"
+
+
+def _text(figure: Figure, decimals: int) -> str:
+    spread = "" if figure.sigma is None else f" ± {figure.sigma:.{decimals}f}"
+    return f"{figure.value:.{decimals}f}{spread}"

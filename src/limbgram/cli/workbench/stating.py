@@ -1,0 +1,136 @@
+"""Stating: directions, landmarks, pairs and readings as they are typed on a command line."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from limbgram.errors import OptionsError
+from limbgram.geometry.arrays import Vector3
+from limbgram.shape.frame import Mark
+from limbgram.shape.limb import Landmark
+from limbgram.shape.measures import TapeReading
+from limbgram.shape.reading import mm_per_unit_of
+from limbgram.shape.reading.sidecar import hash_of, limb_file_beside, read_record
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_END = "end"
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What one unit of a shape's file is."""
+
+    asked: float | None
+    """As typed; None where the file is to tell."""
+    mm: float
+
+
+def unit_of(path: Path, typed: str | None) -> Unit:
+    """The unit as typed, else as the limb file says, else millimetres (GLB: metres)."""
+    if typed is not None:
+        return Unit(mm_per_unit_of(typed), mm_per_unit_of(typed))
+    if path.is_file():
+        record = read_record(limb_file_beside(path), path, hash_of(path.read_bytes()))
+        if record is not None:
+            return Unit(None, record.mm_per_unit)
+    return Unit(None, 1000.0 if path.suffix.lower() == ".glb" else 1.0)
+
+
+def direction(text: str | None, option: str) -> Vector3 | None:
+    """A direction such as +z, -y or 0.2,-1,0."""
+    if text is None:
+        return None
+    if len(text) == 2 and text[0] in "+-" and text[1].lower() in _AXES:
+        unit = np.zeros(3)
+        unit[_AXES[text[1].lower()]] = 1.0 if text[0] == "+" else -1.0
+        return unit
+    numbers = _numbers(text, 3)
+    if numbers is None or not any(numbers):
+        raise OptionsError(
+            f"{text!r} is no direction for {option}. Write +x, -x, +y, -y, +z or -z, or three "
+            "numbers such as 0.2,-1,0, in the frame of the shape's file."
+        )
+    return np.array(numbers)
+
+
+def landmarks_of(texts: Sequence[str], marks: Sequence[Mark]) -> tuple[Landmark, ...]:
+    """Landmarks as NAME=X,Y,Z in mm, or NAME=#2 for the second mark that was seen."""
+    return tuple(_landmark(text, marks) for text in texts)
+
+
+def asks_for_marks(texts: Sequence[str]) -> bool:
+    return any(text.rpartition("=")[2].startswith("#") for text in texts)
+
+
+def pair_of(text: str, option: str) -> tuple[str, str]:
+    """Two names with a colon between them."""
+    first, colon, second = text.partition(":")
+    if not colon or not first.strip() or not second.strip():
+        raise OptionsError(
+            f"{text!r} names no two landmarks for {option}. Write both with a colon between them, "
+            'such as "tibial tubercle:tibia end".'
+        )
+    return first.strip(), second.strip()
+
+
+def span_of(text: str) -> tuple[float, float]:
+    """Two heights in mm with a colon between them; `end` stands for the limb's end."""
+    low, _, high = text.partition(":")
+    ends = (
+        -math.inf if low.strip() == _END else _number(low),
+        math.inf if high.strip() == _END else _number(high),
+    )
+    if any(map(math.isnan, ends)) or not ends[0] < ends[1]:
+        raise OptionsError(
+            f"{text!r} are no two heights. Write the lower and the upper one in millimetres, such "
+            "as 20:150; `end:150` counts from the distal end, `20:end` to the proximal one."
+        )
+    return ends
+
+
+def reading_of(text: str) -> TapeReading:
+    """A girth as HEIGHT=GIRTH in mm."""
+    height, _, girth = text.partition("=")
+    if math.isnan(_number(height)) or math.isnan(_number(girth)):
+        raise OptionsError(
+            f"{text!r} is no tape reading. Write the height and the girth in millimetres, such as "
+            "60=312.5."
+        )
+    return TapeReading(height_mm=_number(height), girth_mm=_number(girth))
+
+
+def _landmark(text: str, marks: Sequence[Mark]) -> Landmark:
+    name, _, place = text.rpartition("=")
+    name = name.strip()
+    if place.startswith("#") and name:
+        number = int(place[1:]) if place[1:].isdigit() else 0
+        if not 1 <= number <= len(marks):
+            raise OptionsError(
+                f"{text!r} names no mark: {len(marks)} were seen on the shape. List them by "
+                "--marks."
+            )
+        return Landmark(name=name, position_mm=marks[number - 1].position_mm)
+    numbers = _numbers(place, 3)
+    if not name or numbers is None:
+        raise OptionsError(
+            f"{text!r} is no landmark. Write its name and place in millimetres in the frame of the "
+            'shape, such as "fibula head=41.5,-12,250", or "fibula head=#2" for a painted mark.'
+        )
+    return Landmark(name=name, position_mm=np.array(numbers))
+
+
+def _numbers(text: str, count: int) -> list[float] | None:
+    numbers = [_number(part) for part in text.split(",")]
+    return numbers if len(numbers) == count and not any(map(math.isnan, numbers)) else None
+
+
+def _number(text: str) -> float:
+    """A finite number, or NaN."""
+    try:
+        value = float(text)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan

@@ -1,0 +1,83 @@
+"""Aligning and measuring foreign scans, checked against other ways to the same figures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape.frame import AlignOptions, align, in_limb_frame
+from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.measures import MeasureOptions, length_mm, measure, shortest_path
+from limbgram.shape.reading import read_limb
+
+SHAPES = [
+    ("ampscan/stl_file.stl", 1.0),
+    ("ampscan/stl_file_2.stl", 1.0),
+    ("ampscan/Example.AOP", 1.0),
+    ("openlimb_TT/Full Size Mean_Limb_Shape.stl", 1.0),
+    ("openlimb_TT/Full Size Mean_Skin_Shape.stl", 1.0),
+    ("openlimb_TT/102m.stl", 383.0),
+    ("find_template_foot/template.obj", 1000.0),
+    ("homebrew_socket/socket.STL", 1.0),
+]
+
+
+@pytest.mark.parametrize(("name", "mm_per_unit"), SHAPES)
+def test_every_shape_is_aligned_alike_wherever_it_lies(
+    data_folder: Path, name: str, mm_per_unit: float
+) -> None:
+    limb = read_limb(data_folder / "shapes" / name, mm_per_unit)
+    up, front = np.array([0.0, 0.1, 1]), np.array([0.2, -1, 0.1])
+    pose = Rigid.from_rotation_vector(np.array([0.8, 0.3, -1.1]), np.array([400.0, -90, 33]))
+    moved = Limb(mesh=limb.mesh.with_vertices(pose.apply(limb.mesh.vertices_mm)))
+    here = align(limb, AlignOptions(side="right", proximal=up, anterior=front))
+    there = align(
+        moved,
+        AlignOptions(side="right", proximal=pose.rotation @ up, anterior=pose.rotation @ front),
+    )
+    np.testing.assert_allclose(
+        in_limb_frame(there).vertices_mm, in_limb_frame(here).vertices_mm, atol=1e-4
+    )
+    table = measure(here, MeasureOptions(heights_mm=tuple(np.linspace(2, 240, 240))))
+    assert len(table.rows) == 240
+    assert all((row.level is not None) or row.reason for row in table.rows)
+    for row in table.rows:
+        tape, contour = row.figures["tape_mm"], row.figures["contour_mm"]
+        if tape is not None and contour is not None and row.loops == 1:
+            assert tape.value <= contour.value * (1 + 1e-12)
+
+
+def test_a_real_limb_measured_by_another_program(data_folder: Path) -> None:
+    """Section lengths by trimesh, and the volume by many areas."""
+    path = data_folder / "shapes" / "ampscan" / "stl_file.stl"
+    limb = read_limb(path)
+    limb = Limb(mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"))
+    heights = (-180.0, -91.3, 0.4, 20.0)
+    table = measure(limb, MeasureOptions(heights_mm=heights, volumes_mm=((-150, 20),)))
+    other = trimesh.load_mesh(path)
+    for row in table.rows:
+        contour = row.figures["contour_mm"]
+        assert contour is not None
+        cut = other.section([0, 0, 1], [0, 0, row.height_mm])
+        assert contour.value == pytest.approx(cut.length, rel=1e-6)
+    cuts = np.linspace(-150, 20, 681)
+    areas = [
+        row.figures["area_mm2"]
+        for row in measure(limb, MeasureOptions(heights_mm=tuple(cuts))).rows
+    ]
+    by_slices = np.trapezoid([figure.value for figure in areas if figure is not None], cuts)
+    assert len(areas) == 681
+    assert table.volumes[0].volume_mm3.value == pytest.approx(by_slices, rel=1e-5)
+
+
+def test_a_way_over_a_real_limb_is_as_long_there_as_back(data_folder: Path) -> None:
+    limb = read_limb(data_folder / "shapes" / "ampscan" / "stl_file_2.stl")
+    rng = np.random.default_rng(6)
+    vertices = limb.mesh.vertices_mm
+    for start, end in rng.integers(0, len(vertices), (8, 2)):
+        way = length_mm(shortest_path(limb.mesh, vertices[start], vertices[end]))
+        back = length_mm(shortest_path(limb.mesh, vertices[end], vertices[start]))
+        assert way == pytest.approx(back, rel=1e-6)
+        assert way >= np.linalg.norm(vertices[start] - vertices[end])
