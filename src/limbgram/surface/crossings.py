@@ -5,7 +5,7 @@ angle between neighbours and are not looked for here. Touching is not crossing.
 """
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Int64
 from numba import njit
 
 from limbgram.geometry.arrays import Faces, Points3
@@ -17,29 +17,38 @@ _TOUCH = 1e-9
 """Depth below which triangles only touch, as a share of their size."""
 
 
-def find_crossings(vertices_mm: Points3, faces: Faces) -> Int64[np.ndarray, "k 2"]:
-    """Pairs of faces that pass through each other, the lower number first, in rising order."""
-    if not len(faces):
+def find_crossings(
+    vertices_mm: Points3, faces: Faces, concerned: Bool[np.ndarray, " f"] | None = None
+) -> Int64[np.ndarray, "k 2"]:
+    """Pairs of faces that pass through each other, the lower number first, in rising order.
+
+    Args:
+        concerned: Only pairs with one of these faces; None asks for all pairs.
+    """
+    if not len(faces) or (concerned is not None and not concerned.any()):
         return np.empty((0, 2), np.int64)
     tree = TriangleTree.of(vertices_mm, faces)
     corners = np.ascontiguousarray(faces[tree.order])
+    asked = np.ones(len(faces), np.bool_) if concerned is None else concerned[tree.order]
     room = np.empty((max(64, len(faces) // 8), 2), np.int64)
-    count = _cross(tree.triangles, tree.boxes, corners, room)
+    count = _cross(tree.triangles, tree.boxes, corners, asked, room)
     if count > len(room):
         room = np.empty((count, 2), np.int64)
-        _cross(tree.triangles, tree.boxes, corners, room)
+        _cross(tree.triangles, tree.boxes, corners, asked, room)
     pairs = np.sort(tree.order[room[:count]], axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 @njit(cache=True, nogil=True)
-def _cross(triangles, boxes, corners, found):
+def _cross(triangles, boxes, corners, asked, found):
     """Fill in crossing pairs as far as there is room; returns how many there are."""
     leaves = boxes.shape[0] // 2
     stack = np.empty(64, np.int64)
     own = np.empty(6)
     count = 0
     for t in range(triangles.shape[0]):
+        if not asked[t]:
+            continue
         for axis in range(3):
             a, b, c = triangles[t, 0, axis], triangles[t, 1, axis], triangles[t, 2, axis]
             own[axis], own[axis + 3] = min(a, b, c), max(a, b, c)
@@ -55,7 +64,9 @@ def _cross(triangles, boxes, corners, found):
                 depth += 2
                 continue
             first = (node - leaves) * _LEAF
-            for other in range(max(first, t + 1), min(first + _LEAF, triangles.shape[0])):
+            for other in range(first, min(first + _LEAF, triangles.shape[0])):
+                if asked[other] and other <= t:
+                    continue
                 if _pass_through(triangles[t], triangles[other], corners[t], corners[other]):
                     if count < found.shape[0]:
                         found[count, 0], found[count, 1] = t, other

@@ -6,7 +6,7 @@ A scan may come with such places of its own. An edit is refused for those it add
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Int64
 from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
@@ -20,7 +20,7 @@ _FOLDED = -0.9986
 _NEAR = 2.0
 """Places of the scan's own reach this far, in sizes of the triangles there."""
 
-Finder = Callable[[Mesh], Int64[np.ndarray, "k 2"]]
+Finder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
 
 
 def require_sound(what: str, before: Mesh, after: Mesh) -> None:
@@ -32,14 +32,15 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
     if not np.isfinite(after.vertices_mm).all():
         raise EditError(f"{what} has no answer here: its coordinates would not be numbers.")
     same_faces = np.array_equal(before.faces, after.faces)
+    moved = _moved_faces(before, after)
     if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
         raise EditError(
             f"{what} would leave a surface that branches, or touches itself in a point. Move what "
             "it works on a little."
         )
-    moved = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same_faces else 0.0
+    step_mm = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same_faces else 0.0
     for happening, find in (("fold over", find_folds), ("pass through each other", _crossings)):
-        places = _added(before, after, find, moved)
+        places = _added(before, after, find, moved, step_mm)
         if len(places):
             x, y, z = places[0]
             raise EditError(
@@ -49,29 +50,39 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
             )
 
 
-def find_folds(mesh: Mesh) -> Int64[np.ndarray, "k 2"]:
-    """Neighbouring faces that lie on each other or nearly so."""
+def find_folds(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
+    """Neighbouring faces that lie on each other or nearly so, one of them concerned."""
     normals = mesh.face_normals()
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     sides = find_edges(mesh.faces).faces()
-    sides = sides[sides[:, 1] >= 0]
+    sides = sides[(sides[:, 1] >= 0) & concerned[sides].any(1)]
     return sides[(normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLDED].astype(np.int64)
 
 
-def _crossings(mesh: Mesh) -> Int64[np.ndarray, "k 2"]:
-    return find_crossings(mesh.vertices_mm, mesh.faces)
+def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
+    return find_crossings(mesh.vertices_mm, mesh.faces, concerned)
 
 
-def _added(before: Mesh, after: Mesh, find: Finder, moved_mm: float) -> Points3:
+def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
+    """Faces with a corner that does not stand where the vertex of its number stood."""
+    shared = min(len(before), len(after))
+    moved = np.ones(len(after), np.bool_)
+    moved[:shared] = (before.vertices_mm[:shared] != after.vertices_mm[:shared]).any(1)
+    return np.asarray(moved[after.faces].any(1))
+
+
+def _added(
+    before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"], step_mm: float
+) -> Points3:
     """Middles of the pairs found after, without those near a pair found before."""
-    pairs = find(after)
+    pairs = find(after, moved)
     if not len(pairs):
         return np.empty((0, 3))
     corners = after.vertices_mm[after.faces[pairs]].reshape(-1, 6, 3)
-    middles, own = corners.mean(1), find(before)
+    middles, own = corners.mean(1), find(before, np.ones(len(before.faces), np.bool_))
     if not len(own):
         return middles
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
     known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
     distance = np.asarray(KDTree(known).query(middles)[0])
-    return middles[distance > _NEAR * size + moved_mm]
+    return middles[distance > _NEAR * size + step_mm]

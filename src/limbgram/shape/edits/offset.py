@@ -34,6 +34,17 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     Raises:
         EditError: the surface would fold or cut through itself.
     """
+    moved = offset_unchecked(mesh, distance_mm)
+    require_sound(f"The offset by {distance_mm:g} mm", mesh, moved)
+    return moved
+
+
+def offset_unchecked(mesh: Mesh, distance_mm: float) -> Mesh:
+    """The offset for an edit that looks for crossings itself, with what else it adds.
+
+    Raises:
+        EditError: the surface would turn inside out somewhere.
+    """
     if not np.isfinite(distance_mm):
         raise EditError("An offset needs a distance in millimetres that is a number.")
     if distance_mm == 0.0:
@@ -47,9 +58,7 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
             f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
             "the surface bends more tightly than that. Offset by less, or smooth the surface first."
         )
-    moved = mesh.with_vertices(mesh.vertices_mm + moves)
-    require_sound(what, mesh, moved)
-    return moved
+    return mesh.with_vertices(mesh.vertices_mm + moves)
 
 
 def unit_offsets(mesh: Mesh) -> Points3:

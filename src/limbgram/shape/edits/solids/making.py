@@ -10,12 +10,12 @@ from limbgram.errors import EditError
 from limbgram.shape.edits.guard import require_sound
 from limbgram.shape.edits.marking.growth import with_added
 from limbgram.shape.edits.marking.places import displaced, frame_of, moved_by
-from limbgram.shape.edits.offset import offset
+from limbgram.shape.edits.offset import offset, offset_unchecked
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import find_openings
-from limbgram.surface.topology import boundary_half_edges, boundary_loops, face_components
+from limbgram.surface.topology import boundary_half_edges, face_components
 
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
@@ -103,18 +103,17 @@ def wall(limb: Limb, edit: Wall) -> Limb:
     if edit.thickness_mm <= 0:
         raise EditError(f'{what} needs a thickness above 0 mm; its side is said by "side".')
     mesh = limb.mesh
-    if len(np.unique(face_components(mesh.faces)[_open_faces(mesh)])) != 1 + int(
-        face_components(mesh.faces).max()
-    ):
+    border = boundary_half_edges(mesh.faces)
+    parts = face_components(mesh.faces)
+    if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
         raise EditError(
             f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
             "closed. Cut it open by a plane or a trimline first."
         )
     sign = 1.0 if edit.side == "outward" else -1.0
-    other = offset(mesh, sign * edit.thickness_mm)
+    other = offset_unchecked(mesh, sign * edit.thickness_mm)
     outer, inner = (other, mesh) if sign > 0 else (mesh, other)
     count = len(mesh)
-    border = boundary_half_edges(mesh.faces)
     a, b = border[:, 0], border[:, 1]
     rim = np.concatenate(
         [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
@@ -168,11 +167,10 @@ def mirror(limb: Limb, edit: Mirror) -> Limb:
     return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
 
 
-def _open_faces(mesh: Mesh) -> np.ndarray:
+def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
     """Faces with a vertex on an open edge."""
     rim = np.zeros(len(mesh), np.bool_)
-    for loop in boundary_loops(mesh.faces):
-        rim[loop] = True
+    rim[border] = True
     return np.asarray(rim[mesh.faces].any(1))
 
 
