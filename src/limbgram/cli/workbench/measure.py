@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
+import numpy as np
 import typer
 
 from limbgram.cli.replies import Reply, answered
@@ -73,7 +74,8 @@ def measure_command(
     csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
     unaligned: Annotated[
-        bool, typer.Option("--unaligned", help="Measure across the z of the file as it lies.")
+        bool,
+        typer.Option("--unaligned", help="Measure across the file's z, from its lowest point."),
     ] = False,
     unit: Annotated[
         str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
@@ -88,7 +90,8 @@ def measure_command(
         raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
     limb = read_limb(shape, unit_of(shape, unit).asked)
     if unaligned:
-        limb = replace(limb, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"))
+        up = Rigid(np.eye(3), np.array([0.0, 0.0, -float(limb.mesh.vertices_mm[:, 2].min())]))
+        limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
     options = MeasureOptions(
         spacing_mm=every,
         heights_mm=tuple(height) if height else None,

@@ -43,7 +43,7 @@ def sections_drawing(measures: Measures) -> Drawing:
     )
 
 
-def _side(axes: Axes, mesh: Mesh, rows: list[Row], azimuth_deg: float) -> None:
+def _side(axes: Axes, mesh: Mesh, rows: list[Row], azimuth_deg: int) -> None:
     """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     picture_from_limb = looking_along(azimuth_deg)

@@ -59,7 +59,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
         if options.axis is None
         else axis_along(limb.mesh, options.axis, options.fit)
     )
-    up = axis.direction if options.axis is not None else _proximal(limb, axis, options)
+    up = _proximal(limb, axis, options)
     frame = _frame(limb, axis.point_mm, _turned_about(up, limb, axis, options))
     angle = _flexion_rad(limb, frame, options)
     if angle:
@@ -71,14 +71,13 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
 
 def _proximal(limb: Limb, axis: Axis, options: AlignOptions) -> Vector3:
     """The axis's direction, pointing to the body."""
-    sense = 0.0
-    if options.proximal is not None:
-        sense = float(options.proximal @ axis.direction)
+    stated = options.proximal if options.axis is None else axis.direction
+    sense = 0.0 if stated is None else float(stated @ axis.direction)
     rise = _rise_of_landmarks(limb, axis, options)
     if sense * rise < 0:
         raise MeasureError(
-            "The landmarks lie the other way up than --proximal says. Check which is wrong; the "
-            "template of names orders them from distal to proximal."
+            "The landmarks lie the other way up than --axis or --proximal says. Check which is "
+            "wrong; the template of names orders them from distal to proximal."
         )
     sense = sense or rise
     if not sense:

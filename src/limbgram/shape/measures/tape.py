@@ -2,7 +2,8 @@
 
 A reading differs where it is off by more than a millimetre or a per cent. Fitting scales the shape
 about the middles of its sections, by factors that run straight from one reading to the next and
-stay as they are beyond the first and the last; heights do not change.
+stay as they are beyond the first and the last; heights do not change. The fitted shape carries no
+sigmas any more.
 """
 
 import math
@@ -142,7 +143,7 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
     ]
     vertices = scaling.apply(start.vertices_mm)
     moved = np.linalg.norm(vertices - start.vertices_mm, axis=1).max()
-    fitted = _with_landmarks_moved(with_vertices_in_limb(limb, vertices), scaling)
+    fitted = _with_landmarks_moved(_unmeasured(with_vertices_in_limb(limb, vertices)), scaling)
     return TapeFit(limb=fitted, changes=tuple(changes), largest_mm=float(moved))
 
 
@@ -171,6 +172,12 @@ def _with_landmarks_moved(limb: Limb, scaling: _Scaling) -> Limb:
     places = motion.inverse.apply(scaling.apply(places))
     marks = [replace(mark, position_mm=place.copy()) for mark, place in zip(limb.landmarks, places)]
     return with_landmarks(limb, marks)
+
+
+def _unmeasured(limb: Limb) -> Limb:
+    """The limb without sigmas: they told of the surface that the photos measured."""
+    mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None)
+    return limb.with_mesh(mesh)
 
 
 def _middle(level: Level) -> np.ndarray:

@@ -158,3 +158,8 @@ def test_a_name_of_no_template_turns_nothing(stump: Limb) -> None:
     odd = Landmark(name="scar", position_mm=np.array([0.0, -51.0, 150]))
     aligned = align(replace(stump, landmarks=(*stump.landmarks, odd)), RIGHT)
     np.testing.assert_allclose(in_limb(aligned), stump.mesh.vertices_mm, atol=1e-6)
+
+
+def test_landmarks_contradict_a_stated_axis_too(stump: Limb) -> None:
+    with pytest.raises(MeasureError, match="other way up"):
+        align(stump, replace(RIGHT, axis=np.array([0.0, 0, -1])))

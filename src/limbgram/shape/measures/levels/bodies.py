@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int32
+from jaxtyping import Int64
 
 from limbgram.geometry.arrays import Faces, Vector3
 from limbgram.surface.mesh import Mesh
@@ -29,30 +29,42 @@ def outer_bodies(mesh: Mesh) -> Outside:
     pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
         return Outside(mesh, 0)
-    order = np.argsort(-np.bincount(pieces), kind="stable")[:_MOST_TESTED]
-    inner = [piece for piece in order if _is_inside_another(mesh, pieces, order, int(piece))]
-    kept = ~np.isin(pieces, inner)
-    return Outside(with_faces(mesh, mesh.faces[kept]), len(inner)) if inner else Outside(mesh, 0)
+    sizes = np.bincount(pieces)
+    largest = np.argsort(-sizes, kind="stable")[:_MOST_TESTED]
+    by_piece = np.argsort(pieces, kind="stable")
+    starts = np.cumsum(sizes) - sizes
+    bodies = [_Body.of(mesh, by_piece[starts[k] : starts[k] + sizes[k]]) for k in largest]
+    inner = [body for body in bodies if _is_inside_another(mesh, body, bodies)]
+    if not inner:
+        return Outside(mesh, 0)
+    left_out = np.concatenate([body.face_ids for body in inner])
+    return Outside(with_faces(mesh, np.delete(mesh.faces, left_out, axis=0)), len(inner))
 
 
-def _is_inside_another(
-    mesh: Mesh, pieces: Int32[np.ndarray, " f"], others: np.ndarray, piece: int
-) -> bool:
-    own = mesh.faces[pieces == piece]
+@dataclass(frozen=True)
+class _Body:
+    face_ids: Int64[np.ndarray, " k"]
+    low_mm: Vector3
+    high_mm: Vector3
+
+    @classmethod
+    def of(cls, mesh: Mesh, face_ids: Int64[np.ndarray, " k"]) -> "_Body":
+        corners = mesh.vertices_mm[mesh.faces[face_ids].ravel()]
+        return cls(face_ids, corners.min(0), corners.max(0))
+
+
+def _is_inside_another(mesh: Mesh, body: _Body, others: list[_Body]) -> bool:
+    own = mesh.faces[body.face_ids]
     if _signed_volume(mesh, own) <= 0:
         return False
-    corners = mesh.vertices_mm[np.unique(own)]
-    for other in others:
-        if other == piece:
-            continue
-        faces = mesh.faces[pieces == other]
-        around = mesh.vertices_mm[np.unique(faces)]
-        within: Bool[np.ndarray, " 3"] = (corners.min(0) >= around.min(0)) & (
-            corners.max(0) <= around.max(0)
-        )
-        if within.all() and _winding(mesh, faces, corners.mean(0)) > 0.5:
-            return True
-    return False
+    place_mm = mesh.vertices_mm[own[0, 0]]
+    return any(
+        (body.low_mm >= other.low_mm).all()
+        and (body.high_mm <= other.high_mm).all()
+        and _winding(mesh, mesh.faces[other.face_ids], place_mm) > 0.5
+        for other in others
+        if other is not body
+    )
 
 
 def _signed_volume(mesh: Mesh, faces: Faces) -> float:
