@@ -6,9 +6,11 @@ from limbgram.cli.calibrate import calibrate_command
 from limbgram.cli.demo import demo_command
 from limbgram.cli.make_capture import make_capture_command
 from limbgram.cli.quality.accuracy import accuracy_command
+from limbgram.cli.quality.warm_up import warm_up_command
 from limbgram.cli.reconstruct import reconstruct_command
 from limbgram.cli.workbench.align import align_command
 from limbgram.cli.workbench.edit import edit_app
+from limbgram.cli.workbench.export import export_command
 from limbgram.cli.workbench.measure import measure_command
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
@@ -44,6 +46,8 @@ app.command("accuracy")(accuracy_command)
 app.command("calibrate")(calibrate_command)
 app.command("demo")(demo_command)
 app.command("make-capture")(make_capture_command)
+app.command("warm-up")(warm_up_command)
 app.command("align")(align_command)
 app.command("measure")(measure_command)
+app.command("export")(export_command)
 app.add_typer(edit_app, name="edit")
