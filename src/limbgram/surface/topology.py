@@ -43,9 +43,9 @@ def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
 def find_edges(faces: Faces) -> Edges:
     directed = half_edges(faces).astype(np.int64)
     base = int(faces.max(initial=0)) + 1
-    keys, of_half_edge, uses = np.unique(
-        directed.min(1) * base + directed.max(1), return_inverse=True, return_counts=True
-    )
+    low = np.minimum(directed[:, 0], directed[:, 1])
+    high = np.maximum(directed[:, 0], directed[:, 1])
+    keys, of_half_edge, uses = np.unique(low * base + high, return_inverse=True, return_counts=True)
     ends = np.column_stack([keys // base, keys % base]).astype(np.int32)
     return Edges(ends, of_half_edge.astype(np.int64), uses.astype(np.int64))
 
