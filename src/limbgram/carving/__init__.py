@@ -1,5 +1,19 @@
 """Carving: the shape as a carver takes it, and the proof that it carves it."""
 
 from limbgram.carving.mapping import MapOptions, Mapped, map_radii
+from limbgram.carving.setup import CarveOptions
+from limbgram.carving.simulation import CarveCheck, Moves, check_carving, simulate
+from limbgram.carving.toolpath import Toolpath, plan_toolpath
 
-__all__ = ["MapOptions", "Mapped", "map_radii"]
+__all__ = [
+    "CarveCheck",
+    "CarveOptions",
+    "MapOptions",
+    "Mapped",
+    "Moves",
+    "Toolpath",
+    "check_carving",
+    "map_radii",
+    "plan_toolpath",
+    "simulate",
+]

@@ -66,6 +66,8 @@ class AopReport:
     girth_change: float
     """Mean, as a fraction."""
     mapped: Mapped
+    held: AopReading
+    """The file as it was read back."""
 
 
 def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopReport:
@@ -211,4 +213,5 @@ def _report(path: Path, mesh: Mesh, mapped: Mapped, held: AopReading) -> AopRepo
         girth_change_mm=float(changes[np.abs(changes).argmax()]),
         girth_change=float((changes / kept).mean()),
         mapped=mapped,
+        held=held,
     )

@@ -1,5 +1,6 @@
 """A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
 
+import json
 import math
 from pathlib import Path
 from typing import BinaryIO
@@ -40,6 +41,7 @@ def write_limb(limb: Limb, path: Path) -> Path:
             f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
             "endings; PLY keeps colours and uncertainty."
         )
+    _keep_off(path)
     written = write(limb.mesh, path, MILLIMETRES)
     write_limb_file(limb, written, mm_per_unit=1000.0 if path.suffix.lower() == ".glb" else 1.0)
     return written
@@ -54,6 +56,7 @@ def write_limb_file(limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0) ->
     Raises:
         ExportError: that file does not hold this limb's mesh.
     """
+    _keep_off(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
     held = read_mesh(mesh_path, mm_per_unit)
     if not _same_surface(held, limb.mesh):
@@ -80,6 +83,22 @@ def write_limb_file(limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0) ->
         require(again == written.read_bytes(), f"{path.name}: another record")
 
     return write_file(path, encode, check)
+
+
+def _keep_off(mesh_path: Path) -> None:
+    """A limb file of another shape with the same stem must not be lost."""
+    path = limb_file_beside(mesh_path)
+    if not path.is_file():
+        return
+    try:
+        owner = json.loads(path.read_bytes())["mesh"]["file"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if owner != mesh_path.name and (mesh_path.parent / str(owner)).is_file():
+        raise ExportError(
+            f"{path.name} holds the landmarks and axes of {owner} and would be overwritten. "
+            f"Choose another name than {mesh_path.name}."
+        )
 
 
 def _same_surface(one: Mesh, other: Mesh) -> bool:

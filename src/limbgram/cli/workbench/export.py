@@ -1,0 +1,201 @@
+"""`limbgram export`: a shape for printers, CAD programs and carvers."""
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from limbgram.carving import CarveOptions, MapOptions
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.workbench.align import SideName
+from limbgram.cli.workbench.exporting import (
+    aop_reply,
+    drawn,
+    dxf_reply,
+    gcode_reply,
+    given,
+    mesh_reply,
+)
+from limbgram.errors import OptionsError
+from limbgram.export.workshop import AopOptions, admit, in_limb_frame
+from limbgram.shape.reading import mm_per_unit_of, read_limb
+
+
+class FormatName(StrEnum):
+    """Kinds of file that are written."""
+
+    STL = "stl"
+    DXF = "dxf"
+    AOP = "aop"
+    GCODE = "gcode"
+    PLY = "ply"
+    OBJ = "obj"
+    GLB = "glb"
+
+
+class ProfileName(StrEnum):
+    """Whose AOP files to write."""
+
+    MM = "mm"
+    OMEGA = "omega"
+    AMPSCAN = "ampscan"
+
+
+class LineEndName(StrEnum):
+    """How lines end."""
+
+    LF = "lf"
+    CR = "cr"
+    CRLF = "crlf"
+
+
+class PatternName(StrEnum):
+    """How the finishing pass goes round."""
+
+    HELIX = "helix"
+    RINGS = "rings"
+
+
+class TurnName(StrEnum):
+    """What turns counter-clockwise when A grows."""
+
+    TOOL = "tool"
+    WORK = "work"
+
+
+_TYPED = {
+    "spokes_listed": "list-spokes",
+    "slices_listed": "even-slices",
+    "line_end": "line-end",
+    "from_mm": "from-mm",
+    "to_mm": "to-mm",
+    "distal_slices": "distal-slices",
+    "tool_diameter_mm": "tool",
+    "tool_reach_mm": "reach",
+    "blank_diameter_mm": "blank",
+    "blank_length_mm": "blank-length",
+    "spigot_mm": "spigot",
+    "scallop_mm": "scallop",
+    "feed_mm_min": "feed",
+    "a_turns": "a-turns",
+}
+"""Options as they are typed, where the library calls them otherwise."""
+
+
+@answered
+def export_command(
+    shape: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
+    to: Annotated[FormatName, typer.Option(help="Kind of file.")],
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", help="File to write; SHAPE-aop.aop and the like if not given.")
+    ] = None,
+    side: Annotated[
+        SideName | None,
+        typer.Option(help="Side of the patient, confirmed; aop and gcode demand it."),
+    ] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the shape's file: mm, cm, m, inch, or so many mm.")
+    ] = None,
+    spacing: Annotated[
+        float | None, typer.Option(help="aop: between slices; dxf: between sections; mm.")
+    ] = None,
+    from_mm: Annotated[float | None, typer.Option(help="aop: height of the first slice.")] = None,
+    to_mm: Annotated[float | None, typer.Option(help="aop, gcode: height of the last.")] = None,
+    spokes: Annotated[int | None, typer.Option(help="aop: radii round a slice.")] = None,
+    distal_slices: Annotated[
+        int | None, typer.Option(help="aop: more slices at the rounded tip.")
+    ] = None,
+    profile: Annotated[ProfileName | None, typer.Option(help="aop: whose habits.")] = None,
+    line_end: Annotated[LineEndName | None, typer.Option(help="aop: end of lines.")] = None,
+    list_spokes: Annotated[
+        bool, typer.Option("--list-spokes", help="aop: every angle one by one.")
+    ] = False,
+    even_slices: Annotated[
+        bool, typer.Option("--even-slices", help="aop: the spacing in place of every height.")
+    ] = False,
+    polyface: Annotated[
+        bool, typer.Option("--polyface", help="dxf: joined meshes, not single faces.")
+    ] = False,
+    tool: Annotated[float | None, typer.Option(help="gcode: diameter of the ball end, mm.")] = None,
+    reach: Annotated[float | None, typer.Option(help="gcode: tool's tip to holder, mm.")] = None,
+    blank: Annotated[float | None, typer.Option(help="gcode: diameter of the blank, mm.")] = None,
+    blank_length: Annotated[float | None, typer.Option(help="gcode: length of it, mm.")] = None,
+    spigot: Annotated[
+        float | None, typer.Option(help="gcode: radius left for a tailstock, mm.")
+    ] = None,
+    scallop: Annotated[float | None, typer.Option(help="gcode: height of ridges, mm.")] = None,
+    feed: Annotated[float | None, typer.Option(help="gcode: mm/min over the surface.")] = None,
+    pattern: Annotated[PatternName | None, typer.Option(help="gcode: way of finishing.")] = None,
+    a_turns: Annotated[
+        TurnName | None,
+        typer.Option(help="gcode: what turns counter-clockwise, seen from proximal, as A grows."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Write a shape for other programs and machines, in millimetres, and read the file back.
+
+    An aligned shape is written in its limb frame: +Z proximal, +Y anterior, +X the patient's
+    right. For a carver (aop, gcode) the shape must be aligned and its side confirmed; a picture
+    beside the file shows what it holds, to be compared with the patient.
+    """
+    for_aop = given(
+        spokes=spokes,
+        profile=None if profile is None else profile.value,
+        line_end=None if line_end is None else line_end.value,
+        from_mm=from_mm,
+        distal_slices=distal_slices,
+        spokes_listed=list_spokes or None,
+        slices_listed=False if even_slices else None,
+    )
+    for_gcode = given(
+        tool_diameter_mm=tool,
+        tool_reach_mm=reach,
+        blank_diameter_mm=blank,
+        blank_length_mm=blank_length,
+        spigot_mm=spigot,
+        scallop_mm=scallop,
+        feed_mm_min=feed,
+        pattern=None if pattern is None else pattern.value,
+        a_turns=None if a_turns is None else a_turns.value,
+    )
+    _refuse_others(to, "aop", for_aop)
+    _refuse_others(to, "gcode", for_gcode)
+    _refuse_others(to, "dxf", given(polyface=polyface or None))
+    _refuse_others(to, "aop gcode", given(to_mm=to_mm))
+    _refuse_others(to, "aop dxf", given(spacing=spacing))
+    path = out or shape.with_name(f"{shape.stem}-{to.value}.{to.value}")
+    if path.suffix.lower() != f".{to.value}" and to is not FormatName.GCODE:
+        raise OptionsError(f"{path.name} does not end in .{to.value}: programs go by the ending.")
+    if path.resolve() == shape.resolve():
+        raise OptionsError("The shape itself would be overwritten. Give another file with --out.")
+    limb = read_limb(shape, None if unit is None else mm_per_unit_of(unit))
+    confirmed = None if side is None else side.value
+    match to:
+        case FormatName.AOP:
+            reply = aop_reply(admit(limb, confirmed), path, _aop(for_aop, spacing, to_mm))
+        case FormatName.GCODE:
+            options = replace(CarveOptions(), **for_gcode, **given(to_mm=to_mm))
+            reply = gcode_reply(admit(limb, confirmed), path, options)
+        case FormatName.DXF:
+            reply = dxf_reply(in_limb_frame(limb), path, spacing or 10.0, polyface=polyface)
+        case _:
+            reply = mesh_reply(in_limb_frame(limb), path)
+    return drawn(reply, limb)
+
+
+def _aop(values: dict[str, Any], spacing: float | None, to_mm: float | None) -> AopOptions:
+    ours = {"spokes", "from_mm", "distal_slices"}
+    of_map = {name: value for name, value in values.items() if name in ours}
+    of_map |= given(spacing_mm=spacing, to_mm=to_mm)
+    others = {name: value for name, value in values.items() if name not in ours}
+    return replace(AopOptions(), map=replace(MapOptions(), **of_map), **others)
+
+
+def _refuse_others(to: FormatName, formats: str, values: dict[str, Any]) -> None:
+    """An option that the format does not know must not be passed over."""
+    if values and to.value not in formats.split():
+        names = ", ".join(f"--{_TYPED.get(name, name)}" for name in values)
+        wanted = " or ".join(formats.split())
+        raise OptionsError(f"{names}: for {wanted} only, and you write {to.value}. Leave it out.")

@@ -1,0 +1,166 @@
+"""What each kind of export answers."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from PIL import Image
+
+from limbgram.carving import CarveOptions
+from limbgram.cli.replies import Reply
+from limbgram.export.dxf import write_dxf
+from limbgram.export.workshop import (
+    AopOptions,
+    write_aop,
+    write_gcode,
+    write_limb,
+    write_polyface_dxf,
+)
+from limbgram.export.workshop.limb_file import MILLIMETRES
+from limbgram.export.writing import require, write_file
+from limbgram.report.pictures import png
+from limbgram.report.shape.mirrorcheck import mirror_check
+from limbgram.shape.limb import Landmark, Limb, Side
+from limbgram.surface.mesh import Mesh
+
+_LOOK = "Compare the picture with the patient before carving."
+
+
+def given(**values: Any) -> dict[str, Any]:
+    """The values that were typed."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
+    report = write_aop(limb, path, options)
+    mapped = report.mapped
+    picture = _picture(
+        path, report.held.radius_map.surface(), report.held.landmarks, report.held.frame.side
+    )
+    lines = (
+        f"Written: {path} (mm; {report.spokes} spokes x {report.slices} slices, "
+        f"{report.height_mm:.1f} mm high; profile {options.profile}; read back and compared)",
+        f"What the format costs: surface within {report.max_mm:.2f} mm (RMS {report.rms_mm:.3f}), "
+        f"volume {report.volume_change:+.2%}, girth {report.girth_change:+.2%} "
+        f"(at most {report.girth_change_mm:+.2f} mm)",
+        f"Left out: {mapped.distal_cut_mm:.1f} mm below the first slice, "
+        f"{mapped.proximal_cut_mm:.1f} mm above the last; {mapped.rays_mended} of {mapped.rays:,} "
+        "radii were taken from their neighbours",
+        f"Mirror check: {picture}. {_LOOK}",
+    )
+    content = {
+        "written": str(path),
+        "unit": "mm",
+        "side": report.held.frame.side,
+        "profile": options.profile,
+        "spokes": report.spokes,
+        "slices": report.slices,
+        "height_mm": report.height_mm,
+        "max_mm": report.max_mm,
+        "rms_mm": report.rms_mm,
+        "volume_ml": report.volume_ml,
+        "volume_change": report.volume_change,
+        "girth_change": report.girth_change,
+        "girth_change_mm": report.girth_change_mm,
+        "distal_cut_mm": mapped.distal_cut_mm,
+        "proximal_cut_mm": mapped.proximal_cut_mm,
+        "rays_mended": mapped.rays_mended,
+        "mirror_check": str(picture),
+    }
+    return Reply(lines, content)
+
+
+def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
+    report = write_gcode(limb, path, options)
+    check, blank = report.check, report.toolpath.blank
+    side: Side = "none" if limb.frame is None else limb.frame.side
+    picture = _picture(path, check.carved.surface(), limb.landmarks, side)
+    lines = (
+        f"Written: {path} (mm; {report.lines:,} lines, about {check.minutes:.0f} min of cutting; "
+        "read back and compared)",
+        f"Blank: diameter {2 * blank.radius_mm:.0f} mm, X {blank.from_mm:.1f} to "
+        f"{blank.to_mm:.1f} mm; tool: ball end {options.tool_diameter_mm:g} mm; A turns the "
+        f"{options.a_turns}",
+        f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
+        f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
+        f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
+        f"Mirror check: {picture}. {_LOOK}",
+    )
+    content = {
+        "written": str(path),
+        "unit": "mm",
+        "side": side,
+        "shape_sha256": report.shape_sha256,
+        "lines": report.lines,
+        "minutes": check.minutes,
+        "blank_diameter_mm": 2 * blank.radius_mm,
+        "blank_from_mm": blank.from_mm,
+        "blank_to_mm": blank.to_mm,
+        "a_turns": options.a_turns,
+        "gouge_mm": check.gouge_mm,
+        "scallop_mm": check.scallop_mm,
+        "left_mm": check.left_mm,
+        "left_share": check.left_share,
+        "rapid_hits": check.rapid_hits,
+        "mirror_check": str(picture),
+    }
+    return Reply(lines, content)
+
+
+def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
+    if not polyface:
+        write_dxf(limb.mesh, path, MILLIMETRES, spacing_mm=spacing_mm)
+        lines = [f"Written: {path} (mm; read back and compared)"]
+        return Reply((*lines, _axes(limb)), {"written": str(path), "unit": "mm"})
+    report = write_polyface_dxf(limb.mesh, path, spacing_mm=spacing_mm)
+    lines = [f"Written: {path} (mm; {report.sections} sections; read back and compared)"]
+    if report.meshes > 1:
+        lines.append(
+            f"The surface was split into {report.meshes} polyface meshes that touch: the format "
+            "counts to 32,767."
+        )
+    content = {
+        "written": str(path),
+        "unit": "mm",
+        "meshes": report.meshes,
+        "sections": report.sections,
+    }
+    return Reply((*lines, _axes(limb)), content)
+
+
+def mesh_reply(limb: Limb, path: Path) -> Reply:
+    write_limb(limb, path)
+    unit = "m" if path.suffix.lower() == ".glb" else "mm"
+    lines = (f"Written: {path} ({unit}; read back and compared)", _axes(limb))
+    return Reply(lines, {"written": str(path), "unit": unit})
+
+
+def drawn(reply: Reply, limb: Limb) -> Reply:
+    """The reply with what was odd about the shape's file."""
+    notes = tuple(f"Note: {note}." for note in limb.notes)
+    return replace(
+        reply, lines=notes + reply.lines, content={**reply.content, "notes": list(limb.notes)}
+    )
+
+
+def _axes(limb: Limb) -> str:
+    if limb.frame is None:
+        return "The shape is not aligned: the file has the axes of the shape's own file."
+    return "Axes: +Z proximal, +Y anterior, +X the patient's right; origin distal."
+
+
+def _picture(path: Path, mesh: Mesh, landmarks: tuple[Landmark, ...], side: Side) -> Path:
+    """Draw the mirror check beside the file."""
+    drawing = mirror_check(mesh, landmarks, side, path.name)
+    content = png(drawing.figure)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content.tobytes())
+
+    def check(written: Path) -> None:
+        with Image.open(written, formats=["PNG"]) as picture:
+            shown = np.asarray(picture)
+        require(shown.ndim == 3 and shown.size > 0, "no picture")
+
+    return write_file(path.with_name(f"{path.stem}-mirror-check.png"), encode, check)

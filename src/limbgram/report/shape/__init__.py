@@ -1,0 +1,1 @@
+"""Report of the workbench: pictures of a shape for the record."""
