@@ -18,7 +18,7 @@ from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges
 
 _ROUNDS = 100
-_STILL = 1e-11
+_STILL = 1e-9
 _TURN_OF_WEIGHT = 1.5
 """Residuals beyond so many typical ones lose weight (Huber)."""
 
