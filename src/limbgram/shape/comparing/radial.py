@@ -62,8 +62,7 @@ def radial_errors(
     high = min(brim_height_mm(mesh) for mesh in meshes) - brim_mm
     rings = max(math.floor((high - low) / options.spacing_mm), 0)
     heights = low + (np.arange(rings) + 0.5) * options.spacing_mm
-    angles = 360.0 * np.arange(options.spokes) / options.spokes
-    one, two = (spoke_radii(mesh, heights, angles) for mesh in meshes)
+    one, two = (spoke_radii(mesh, heights, options.spokes) for mesh in meshes)
     clear = (one.facing > _GRAZING) & (two.facing > _GRAZING)
     errors = np.where(clear, two.radii_mm - one.radii_mm, np.nan)
     known = errors[np.isfinite(errors)]
@@ -75,7 +74,7 @@ def radial_errors(
     low_quartile, high_quartile = np.quantile(known, [0.25, 0.75])
     return RadialErrors(
         heights_mm=heights,
-        angles_deg=angles,
+        angles_deg=360.0 * np.arange(options.spokes) / options.spokes,
         errors_mm=errors,
         mre_mm=float(known.mean()),
         iqr_mm=float(high_quartile - low_quartile),
@@ -93,16 +92,13 @@ class Spokes:
     """Cosine between spoke and normal there, positive outwards; 0 without any."""
 
 
-def spoke_radii(
-    mesh_in_limb: Mesh,
-    heights_mm: Float64[np.ndarray, " h"],
-    angles_deg: Float64[np.ndarray, " a"],
-) -> Spokes:
-    """Cross rings of spokes, evenly spaced both ways, with a shape, exactly."""
+def spoke_radii(mesh_in_limb: Mesh, heights_mm: Float64[np.ndarray, " h"], spokes: int) -> Spokes:
+    """Cross rings of spokes at rising heights with a shape, exactly; the first points forwards."""
     corners = mesh_in_limb.vertices_mm[mesh_in_limb.faces]
-    near = _near(corners, heights_mm, len(angles_deg))
+    near = _near(corners, heights_mm, spokes)
     face, ring, spoke = near.face, near.ring, near.spoke
-    ways = np.column_stack([np.sin(np.radians(angles_deg)), np.cos(np.radians(angles_deg))])
+    turns = 2 * np.pi * np.arange(spokes) / spokes
+    ways = np.column_stack([np.sin(turns), np.cos(turns)])
     a, way = corners[face, 0], np.column_stack([ways[spoke], np.zeros(len(spoke))])
     one, two = corners[face, 1] - a, corners[face, 2] - a
     across = np.cross(way, two)
@@ -118,7 +114,7 @@ def spoke_radii(
     # Outermost crossing of each spoke: the last one in order of its radius.
     hits = np.flatnonzero(hit)
     hits = hits[np.argsort(radius[hits], kind="stable")]
-    radii = np.full((len(heights_mm), len(angles_deg)), np.nan)
+    radii = np.full((len(heights_mm), spokes), np.nan)
     facing = np.zeros(radii.shape)
     radii[ring[hits], spoke[hits]] = radius[hits]
     normal = np.cross(one[hits], two[hits])

@@ -19,7 +19,9 @@ from limbgram.shape.comparing.counterparts import Counterparts, Ground
 _TUKEY = 4.685
 """Residuals beyond this many standard deviations count nothing."""
 _SMALLEST_SCALE_MM = 1e-7
-_FEWEST = 12
+FEWEST = 12
+"""Places without which there is no pose."""
+_SLIGHT = 1e-4
 _SINGULAR = 1e-8
 _NEARLY_STILL_MM = 0.05
 """From here on it stays settled which places have a counterpart: else those at brims flicker."""
@@ -51,8 +53,8 @@ class IcpOptions:
     """When to stop, and what counts as far."""
 
     tolerance_mm: float = 1e-4
-    """Settled once a round moves the places by less."""
-    max_rounds: int = 150
+    """Settled once a round moves the places by less, or by a ten-thousandth of their distances."""
+    max_rounds: int = 60
     cap_mm: float = 10.0
     """Largest distance that a place adds to the cost by which poses are ranked."""
 
@@ -61,19 +63,21 @@ def settle(points_mm: Points3, ground: Ground, start: Rigid, options: IcpOptions
     """Move the places onto the ground from a start."""
     pose, rounds, moved_mm = start, 0, np.inf
     scale_mm, valid = np.inf, np.ones(len(points_mm), bool)
-    while rounds < options.max_rounds and moved_mm > options.tolerance_mm:
+    tolerance_mm = options.tolerance_mm
+    while rounds < options.max_rounds and moved_mm > tolerance_mm:
         placed = pose.apply(points_mm)
         found = ground.counterparts(placed)
         if moved_mm > _NEARLY_STILL_MM:
             valid = _valid(found)
         scale_mm = min(scale_mm, _scale_mm(found, valid))
         weights = _weights(found, valid, scale_mm)
-        if np.count_nonzero(weights) < _FEWEST:
+        if np.count_nonzero(weights) < FEWEST:
             break
+        tolerance_mm = max(options.tolerance_mm, _SLIGHT * scale_mm)
         step = _step(placed, found, weights)
         moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
         pose, rounds = _orthonormal(step @ pose), rounds + 1
-    settled = rounds > 0 and moved_mm <= options.tolerance_mm
+    settled = rounds > 0 and moved_mm <= tolerance_mm
     return _fit(points_mm, ground, pose, rounds, settled, options)
 
 

@@ -17,7 +17,7 @@ from limbgram.geometry.arrays import Points3
 from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.geometry.similarity import fit_similarity
 from limbgram.shape.comparing.counterparts import Ground, measured_faces
-from limbgram.shape.comparing.registration.icp import Fit, IcpOptions, settle
+from limbgram.shape.comparing.registration.icp import FEWEST, Fit, IcpOptions, settle
 from limbgram.shape.comparing.registration.starts import possible_starts
 from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
@@ -28,11 +28,13 @@ WAYS: tuple[Way, ...] = get_args(Way)
 _FEWEST_LANDMARKS = 3
 _SPREAD_MM = 5.0
 """Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
-_COARSE, _MIDDLE, _FINE = 600, 4000, 20_000
+_COARSE, _MIDDLE, _FINE = 300, 1500, 10_000
 """Places on the second surface while starts are tried, while the best compete, and at last."""
-_KEPT = 4
+_KEPT = 3
 _RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 _LEAST_USED = 0.2
+_FAR_MM = 5.0
+"""Surfaces that stay this far apart, root mean square, are hardly one limb."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,15 +128,15 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     start = _told_start(first, second)
     fine_mm = _places(second, _FINE, options)
     notes: list[str] = []
-    if start is None:
+    fit = None if start is None else settle(fine_mm, ground, start, options.icp)
+    if fit is None or fit.used_share < _LEAST_USED:
         best, rival = _tried_starts(first, second, ground, options)
-        start = best.first_from_second
+        fit = settle(fine_mm, ground, best.first_from_second, options.icp)
         if rival:
             notes.append(
                 "Another pose fits nearly as well: mark landmarks on both shapes, or look at the "
                 "picture whether the sides are right."
             )
-    fit = settle(fine_mm, ground, start, options.icp)
     if not fit.used_share >= _LEAST_USED:
         raise MeasureError(
             f"Only {fit.used_share:.0%} of {second.name or 'the second shape'} finds a place on "
@@ -143,6 +145,11 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         )
     if not fit.converged:
         notes.append(f"The alignment had not settled after {fit.rounds} rounds.")
+    if fit.rms_mm > _FAR_MM:
+        notes.append(
+            f"Even laid on each other the shapes are {fit.rms_mm:.1f} mm apart (RMS). If they "
+            "should be one limb, a unit, a side or the pose is wrong: look at the picture."
+        )
     notes += [
         f"The shapes do not tell about {motion}: figures that depend on it are arbitrary."
         for motion in fit.undetermined
@@ -172,7 +179,7 @@ def _tried_starts(
 ) -> tuple[Fit, bool]:
     """The best fit of many starts, and whether another one does nearly as well."""
     coarse_mm, middle_mm = _places(second, _COARSE, options), _places(second, _MIDDLE, options)
-    quick = IcpOptions(tolerance_mm=0.05, max_rounds=12, cap_mm=options.icp.cap_mm)
+    quick = IcpOptions(tolerance_mm=0.05, max_rounds=10, cap_mm=options.icp.cap_mm)
     starts = possible_starts(_places(first, _MIDDLE, options), middle_mm)
     fits = sorted(
         (settle(coarse_mm, ground, start, quick) for start in starts),
@@ -182,7 +189,7 @@ def _tried_starts(
     for fit in fits:
         if len(apart) < _KEPT and all(_turned(fit, other) for other in apart):
             apart.append(fit)
-    longer = IcpOptions(tolerance_mm=0.005, max_rounds=40, cap_mm=options.icp.cap_mm)
+    longer = IcpOptions(tolerance_mm=0.01, max_rounds=40, cap_mm=options.icp.cap_mm)
     better = sorted(
         (settle(middle_mm, ground, fit.first_from_second, longer) for fit in apart),
         key=lambda fit: fit.cost_mm,
@@ -202,4 +209,10 @@ def _turned(one: Fit, other: Fit) -> bool:
 def _places(limb: Limb, count: int, options: RegistrationOptions) -> Points3:
     """Evenly spread places that were measured and lie away from the brim."""
     samples = sample_evenly(limb.mesh, count)
-    return samples.points_mm[measured_faces(limb.mesh, options.brim_mm)[samples.faces]]
+    kept = measured_faces(limb.mesh, options.brim_mm)[samples.faces]
+    if np.count_nonzero(kept) < FEWEST:
+        raise MeasureError(
+            f"{limb.name or 'A shape'} has no measured surface farther than {options.brim_mm:g} mm "
+            "from its open edges. Leave less of the brim out, or fill its holes."
+        )
+    return samples.points_mm[kept]

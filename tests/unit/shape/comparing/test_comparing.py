@@ -1,0 +1,182 @@
+"""Radial errors, levels and verdicts of shapes whose differences are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape.comparing import (
+    CompareOptions,
+    RegistrationOptions,
+    compare,
+    verdict,
+)
+from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
+from limbgram.shape.comparing.radial import radial_errors, spoke_radii
+
+AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
+FACET_MM = 0.02
+
+
+def straight(z: np.ndarray, a: np.ndarray) -> np.ndarray:
+    return 50.0 + 0 * z * a
+
+
+def test_spokes_read_the_radius_where_front_and_right_are(make_limb) -> None:
+    uneven = make_limb(spokes=360, rows=200)
+    heights, angles = np.arange(60.0, 200, 10), np.arange(0.0, 360, 15)
+    spokes = spoke_radii(uneven.mesh, heights, 24)
+    corner = uneven.mesh.vertices_mm
+    for k, angle in enumerate(np.radians(angles)):
+        near = np.abs(np.arctan2(corner[:, 0], corner[:, 1]) - angle + 2 * np.pi) % (2 * np.pi)
+        rib = corner[np.minimum(near, 2 * np.pi - near) < 1e-6]
+        rib = rib[np.argsort(rib[:, 2])]
+        expected = np.interp(heights, rib[:, 2], np.hypot(rib[:, 0], rib[:, 1]))
+        np.testing.assert_allclose(spokes.radii_mm[:, k], expected, atol=1e-6)
+    assert (spokes.facing > 0.9).all()
+
+
+def test_spokes_cross_every_face_round_the_axis_once(make_limb) -> None:
+    """Low in the dome the faces are narrow and one vertex lies on the axis."""
+    spokes = spoke_radii(make_limb().mesh, np.array([0.05, 1.0, 5.0]), 212)
+    assert np.isfinite(spokes.radii_mm).all()
+    missing = spoke_radii(make_limb().mesh, np.array([-1.0, 300.0]), 4)
+    assert np.isnan(missing.radii_mm).all()
+
+
+def test_a_wider_wall_is_its_own_radial_error(make_limb) -> None:
+    first, second = make_limb(straight), make_limb(lambda z, a: straight(z, a) + 0.3 * (z > 45))
+    found = radial_errors(first.mesh, second.mesh, 5.0)
+    wall = found.errors_mm[found.heights_mm > 50]
+    np.testing.assert_allclose(wall[np.isfinite(wall)], 0.3, atol=1e-3)
+    assert np.isfinite(wall).mean() > 0.9
+
+
+def test_a_shift_is_shape_and_not_size(make_limb) -> None:
+    """Shifted by e the errors are e cos(angle) - (e sin(angle))^2 / 2 r: quartiles +-e / sqrt2."""
+    first = make_limb(straight, spokes=707)
+    second = first.mesh.with_vertices(first.mesh.vertices_mm + np.array([0.6, 0, 0]))
+    found = radial_errors(first.mesh, second, 5.0)
+    wall = found.errors_mm[(found.heights_mm > 50) & (found.heights_mm < 210)]
+    assert wall.mean() == pytest.approx(-(0.6**2) / (4 * 50), abs=1e-3)
+    spread = np.quantile(wall, 0.75) - np.quantile(wall, 0.25)
+    assert spread == pytest.approx(2 * 0.6 / np.sqrt(2), rel=0.03)
+    right = wall[:, np.argmin(np.abs(found.angles_deg - 90))]
+    np.testing.assert_allclose(right, 0.6, atol=1e-2)
+
+
+def test_shapes_beside_the_axis_have_no_radial_error(make_limb) -> None:
+    first = make_limb(straight)
+    aside = first.mesh.with_vertices(first.mesh.vertices_mm + np.array([0, 0, 900.0]))
+    with pytest.raises(MeasureError, match="spokes"):
+        radial_errors(first.mesh, aside, 5.0)
+
+
+def test_one_ply_of_volume_is_one_ply(make_limb) -> None:
+    first = make_limb(straight)
+    vertices = first.mesh.vertices_mm * [np.sqrt(1.011), np.sqrt(1.011), 1]
+    heights = shared_heights_mm(first.mesh, first.mesh, 20.0)
+    assert heights == (20, 40, 60, 80, 100, 120, 140, 160, 180, 200)
+    found = changes_by_level(first.mesh, first.mesh.with_vertices(vertices), heights)
+    assert found.plies == pytest.approx(1.0, abs=1e-9)
+    assert found.from_mm is None
+    assert found.to_mm == 200
+    for level in found.levels:
+        assert level.measures["tape_mm"].share == pytest.approx(np.sqrt(1.011) - 1, abs=1e-9)
+        assert level.measures["area_mm2"].share == pytest.approx(0.011, abs=1e-9)
+        assert level.below.share == pytest.approx(0.011, abs=1e-9)
+    whole = sum(level.below.difference for level in found.levels)
+    assert whole == pytest.approx(found.volume.difference)
+
+
+def test_sigmas_of_both_scans_make_that_of_the_change(make_limb) -> None:
+    first = make_limb(straight)
+    known = replace(first.mesh, sigma_mm=np.full(len(first.mesh), 0.1, np.float32))
+    change = changes_by_level(known, known, (100.0, 150.0)).volume
+    assert change.sigma == pytest.approx(np.hypot(change.first.sigma, change.second.sigma))
+    assert change.sigma > 0
+    assert changes_by_level(known, first.mesh, (100.0, 150.0)).volume.sigma is None
+
+
+def test_a_hole_is_said_and_not_passed_over(make_limb) -> None:
+    first = make_limb(straight)
+    holed = replace(first.mesh, faces=np.delete(first.mesh.faces, 3000, axis=0))
+    low, high = sorted(holed.vertices_mm[first.mesh.faces[3000]][:, 2])[::2]
+    heights = (low - 10, (low + high) / 2, high + 10)
+    found = changes_by_level(first.mesh, holed, heights)
+    assert found.volume is None
+    assert "open" in found.reason
+    assert [level.reason is None for level in found.levels] == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("bulge_mm", "one_side_mm", "grade"),
+    [
+        (0.05, 0.0, "alike"),
+        (0.6, 0.0, "size differs"),
+        (0.0, 1.2, "shape differs"),
+        (0.6, 1.2, "size and shape differ"),
+    ],
+)
+def test_the_verdict_follows_the_limits(make_limb, bulge_mm, one_side_mm, grade) -> None:
+    first = make_limb(straight)
+    second = make_limb(lambda z, a: 50.0 + bulge_mm + one_side_mm * np.sin(a) + 0 * z)
+    found = compare(first, second, AS_IS)
+    assert verdict(found).grade == grade
+    assert found.alignment.sentence in verdict(found).sentence
+    assert not found.notes
+
+
+def test_swapping_the_shapes_turns_every_sign(make_limb, limb) -> None:
+    other = make_limb(lambda z, a: 47 + 0.05 * z + np.sin(a))
+    there, back = compare(limb, other, AS_IS), compare(other, limb, AS_IS)
+    assert there.radial.mre_mm == pytest.approx(-back.radial.mre_mm)
+    assert there.levels.volume.difference == pytest.approx(-back.levels.volume.difference)
+    np.testing.assert_array_equal(
+        there.deviation.on_first.difference_mm, -back.deviation.on_second.difference_mm
+    )
+
+
+def test_a_larger_second_is_called_larger(make_limb) -> None:
+    second = make_limb(lambda z, a: 50.5 + 0 * z * a)
+    found = verdict(compare(make_limb(straight), second, AS_IS)).sentence
+    assert "larger" in found
+    assert "smaller" not in found
+    assert "mean radial error +0." in found
+    assert "2.0% larger" in found.replace("(2.0%)", "2.0%")
+
+
+def test_by_volume_both_hold_the_same_below_the_brim(limb) -> None:
+    thinner = limb.with_mesh(
+        limb.mesh.with_vertices(limb.mesh.vertices_mm * np.array([0.99, 0.99, 1.0]))
+    )
+    by_volume = CompareOptions(registration=RegistrationOptions(way="volume"), spacing_mm=10)
+    found = compare(limb, thinner, by_volume)
+    assert found.alignment.way == "volume"
+    assert "same volume below" in found.alignment.sentence
+    top = found.levels.levels[-1].height_mm
+    assert top > 190
+    assert abs(found.levels.volume.share) < 0.004 < 1 - 0.99**2
+
+
+def test_an_unaligned_first_shape_is_compared_along_its_fitted_axis(limb, move) -> None:
+    lying = move(limb, Rigid.from_rotation_vector(np.array([0.9, 0.4, -1.1]), np.ones(3) * 50))
+    found = compare(lying, lying, AS_IS)
+    assert not found.axes.anatomical
+    assert any("fitted long axis" in note for note in found.notes)
+    assert found.first_in_limb.vertices_mm[:, 2].min() == pytest.approx(0.0, abs=0.5)
+    assert found.levels.levels[0].measures["tape_mm"].first.value > 200
+
+
+def test_different_socks_are_pointed_out(limb) -> None:
+    found = compare(limb, replace(limb, sock_mm=0.3), AS_IS)
+    assert any("0.3 mm off the second" in note for note in found.notes)
+
+
+def test_options_that_cannot_be_are_refused(limb) -> None:
+    with pytest.raises(OptionsError, match="apart"):
+        compare(limb, limb, CompareOptions(spacing_mm=0.0))
+    with pytest.raises(OptionsError, match="brim"):
+        compare(limb, limb, CompareOptions(registration=RegistrationOptions(brim_mm=-1.0)))
