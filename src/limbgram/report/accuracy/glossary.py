@@ -117,6 +117,11 @@ TERMS = (
          "Angle without a photo, seen from the object, in the plane that fits the cameras best."),
     Term("network.ring.weakest_bridge_points", "Weakest bridge", "points",
          "Fewest scene points that join the photos on both sides of a place in the ring."),
+    Term("poses.centre_median", "Sigma of a camera's place, median", LENGTH,
+         "All three coordinates together, from the covariance of the adjustment; what moves the "
+         "whole scene carries nothing."),
+    Term("poses.centre_largest", "Sigma of a camera's place, largest", LENGTH, "Likewise."),
+    Term("poses.rotation_median_deg", "Sigma of a camera's turn, median", "deg", "Likewise."),
     Term("images.pixel", "Pixel on the object", LENGTH, "Median over photos: distance / f in px."),
     Term("images.distance", "Distance", LENGTH, "Median over photos, along the optical axis."),
     Term("images.edge_width_px", "Edge width", "px",

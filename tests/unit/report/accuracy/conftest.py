@@ -129,12 +129,14 @@ def evidence(make_scene: MakeScene) -> Evidence:
 
 @pytest.fixture
 def with_sigmas(evidence: Evidence) -> Evidence:
-    """Sigma 0.1 mm everywhere, 0.06 mm of it shared."""
+    """Sigma 0.1 mm everywhere, 0.06 mm of it shared; poses with a covariance."""
     count = len(evidence.mesh)
+    covariance = 1e-4 * np.eye(6 * PHOTOS + 10)
+    scene = replace(evidence.metric.scene, camera_covariance=covariance)
     mesh = replace(
         evidence.mesh,
         sigma_mm=np.full(count, 0.1, np.float32),
         shared_mm=np.full((count, 1), 0.06, np.float32),
         correlation_mm=2.0,
     )
-    return replace(evidence, mesh=mesh)
+    return replace(evidence, mesh=mesh, metric=replace(evidence.metric, scene=scene))

@@ -14,6 +14,7 @@ from limbgram.report.accuracy.figures import (
     image_figures,
     length_figures,
     network_figures,
+    pose_figures,
     residual_figures,
     surface_figures,
 )
@@ -150,6 +151,24 @@ def test_lens_sigmas_and_correlation(evidence: Evidence) -> None:
     assert lens["correlations"]["order"] == ["fx", "fy"]
     assert lens["correlations"]["matrix"][0][1] == pytest.approx(0.5)
     assert lens["parameters"][5]["held"] is True
+
+
+def test_sigmas_of_poses_follow_from_their_covariance(make_scene: MakeScene) -> None:
+    scene, count = make_scene(), 6 * PHOTOS + 10
+    assert pose_figures(scene) is None
+    shifts, turns = np.zeros(count), np.zeros(count)
+    shifts[3 : 6 * PHOTOS : 6] = 0.2**2  # along the camera's own x
+    turns[0 : 6 * PHOTOS : 6] = 0.001**2  # about the camera's own x
+    shifted_only = pose_figures(replace(scene, camera_covariance=np.diag(shifts)))
+    turned_only = pose_figures(replace(scene, camera_covariance=np.diag(turns)))
+    assert shifted_only is not None
+    assert turned_only is not None
+    assert shifted_only["centre_median"] == pytest.approx(0.2)
+    assert shifted_only["rotation_median_deg"] == 0
+    # The cameras look at the world's middle from 900 mm: so far is its origin along z or beside.
+    arm_mm = np.hypot(*scene.view(0).camera_from_world.translation[1:])
+    assert turned_only["centre_median"] == pytest.approx(0.001 * arm_mm, rel=1e-6)
+    assert turned_only["rotation_median_deg"] == pytest.approx(np.degrees(0.001))
 
 
 def test_photos_that_are_gone_leave_the_noise_unknown(evidence: Evidence) -> None:

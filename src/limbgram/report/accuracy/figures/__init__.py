@@ -2,7 +2,7 @@
 
 from limbgram.report.accuracy.figures.images import image_figures
 from limbgram.report.accuracy.figures.lengths import length_figures
-from limbgram.report.accuracy.figures.lens import camera_figures
+from limbgram.report.accuracy.figures.lens import camera_figures, pose_figures
 from limbgram.report.accuracy.figures.network import network_figures
 from limbgram.report.accuracy.figures.residuals import residual_figures
 from limbgram.report.accuracy.figures.surface import surface_figures
@@ -13,6 +13,7 @@ __all__ = [
     "image_figures",
     "length_figures",
     "network_figures",
+    "pose_figures",
     "residual_figures",
     "surface_figures",
     "truth_figures",

@@ -1,4 +1,4 @@
-"""Cameras: every lens parameter before and after the adjustment, its sigma, and correlations."""
+"""Cameras: every lens parameter before and after the adjustment with its sigma; sigmas of poses."""
 
 from typing import Any
 
@@ -7,6 +7,8 @@ from jaxtyping import Float64
 
 from limbgram.calibration.cameras import Calibration
 from limbgram.geometry.camera import PARAMETERS, Camera
+from limbgram.geometry.projection import POSE_SIZE
+from limbgram.mapping.scene import Scene
 from limbgram.report.accuracy.evidence import Evidence, Json
 
 IN_PIXELS = ("fx", "fy", "cx", "cy", "skew")
@@ -72,3 +74,39 @@ def _correlations(covariance: Float64[np.ndarray, "10 10"] | None) -> Any:
     sigmas = _sigmas(covariance)[free]
     matrix = covariance[np.ix_(free, free)] / np.outer(sigmas, sigmas)
     return {"order": [PARAMETERS[k] for k in free], "matrix": matrix.tolist()}
+
+
+def pose_figures(scene: Scene) -> Json | None:
+    """Sigma of every photo's place and turn; None where the scene keeps no covariance of them.
+
+    Of all three coordinates together (root of the trace), in the frame of the points' own
+    average: what moves or turns the whole scene carries nothing.
+    """
+    covariance = scene.camera_covariance
+    if covariance is None:
+        return None
+    rows: list[Json] = []
+    for k, view in enumerate(scene.views):
+        part = slice(POSE_SIZE * k, POSE_SIZE * (k + 1))
+        pose = covariance[part, part]
+        x, y, z = view.camera_from_world.translation
+        crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        # C = -R' t; a turn w and a shift d of t move it by -R' (t x w + d).
+        moved = -view.camera_from_world.rotation.T @ np.hstack([crossed, np.eye(3)])
+        rows.append(
+            {
+                "name": view.name,
+                "centre": _root_trace(moved @ pose @ moved.T),
+                "rotation_deg": float(np.degrees(_root_trace(pose[:3, :3]))),
+            }
+        )
+    return {
+        "centre_median": float(np.median([row["centre"] for row in rows])),
+        "centre_largest": max(row["centre"] for row in rows),
+        "rotation_median_deg": float(np.median([row["rotation_deg"] for row in rows])),
+        "by_photo": rows,
+    }
+
+
+def _root_trace(covariance: Float64[np.ndarray, "3 3"]) -> float:
+    return float(np.sqrt(max(np.trace(covariance), 0.0)))

@@ -9,14 +9,17 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
+from limbgram.report.accuracy.pages.adjustment import (
+    camera_section,
+    network_section,
+    pose_section,
+    residual_section,
+)
 from limbgram.report.accuracy.pages.sections import (
     against_truth,
-    camera_section,
     glossary_section,
     image_section,
     length_section,
-    network_section,
-    residual_section,
     sigma_section,
 )
 from limbgram.report.accuracy.pages.words import MEANING, cards
@@ -76,6 +79,7 @@ def accuracy_page(tree: dict[str, Any], pictures: Sequence[Picture]) -> str:
         *residual_section(tree),
         *network_section(tree),
         *camera_section(tree),
+        *pose_section(tree),
         *image_section(tree),
         *glossary_section(tree),
     )

@@ -31,6 +31,11 @@ def chart(width: int, height: int, title: str, body: str) -> str:
     )
 
 
+def figure(svg: str, caption: str) -> str:
+    """A chart with the sentence that explains it."""
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
 def histogram(
     edges: Sequence[float], series: Sequence[Series], unit: str, title: str, width: int = 460
 ) -> str:

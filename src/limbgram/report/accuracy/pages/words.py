@@ -69,6 +69,11 @@ def number(value: float | None, unit: str) -> str:
     return "not known" if value is None else f"{value:.3g} {unit}"
 
 
+def text_of(value: float | None, form: str) -> str:
+    """A figure in a format; empty where it is not known."""
+    return "" if value is None else format(value, form)
+
+
 def shown_terms(tree: dict[str, Any]) -> tuple[Shown, ...]:
     """Every figure of the glossary that this tree has."""
     found = ((term, value_at(tree, term.path)) for term in TERMS)
