@@ -14,7 +14,7 @@ from limbgram.surface.closest import TriangleTree
 _LEAF = 4
 """Triangles in a leaf of the tree."""
 _TOUCH = 1e-9
-"""Depth below which triangles only touch, as a share of their size."""
+"""Depth and length below which triangles only touch, as a share of their size."""
 
 
 def find_crossings(
@@ -84,47 +84,90 @@ def _apart(one, two):
 
 @njit(cache=True, nogil=True)
 def _pass_through(one, two, corners_one, corners_two):
-    """Whether an edge of either triangle pierces the other; edges at shared corners only touch."""
+    """Whether two triangles share more than they touch in (Moeller 1997).
+
+    Each must have corners on both sides of the other's plane, and the pieces of the planes' common
+    line that they cover must overlap. A shared corner counts as lying in both planes.
+    """
     shared = 0
     for i in range(3):
         for j in range(3):
             shared += corners_one[i] == corners_two[j]
     if shared >= 2:
         return False
-    return _pierces(one, corners_one, two, corners_two) or _pierces(
-        two, corners_two, one, corners_one
-    )
+    size = 0.0
+    for axis in range(3):
+        low = min(one[0, axis], one[1, axis], one[2, axis])
+        high = max(one[0, axis], one[1, axis], one[2, axis])
+        low = min(low, two[0, axis], two[1, axis], two[2, axis])
+        size = max(size, max(high, two[0, axis], two[1, axis], two[2, axis]) - low)
+    least = _TOUCH * size
+    normal_one, normal_two = np.empty(3), np.empty(3)
+    heights_one, heights_two = np.empty(3), np.empty(3)
+    _unit_normal(one, normal_one)
+    _unit_normal(two, normal_two)
+    if not _straddles(one, corners_one, two, corners_two, normal_two, least, heights_one):
+        return False
+    if not _straddles(two, corners_two, one, corners_one, normal_one, least, heights_two):
+        return False
+    along = np.empty(3)
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        along[axis] = normal_one[i] * normal_two[j] - normal_one[j] * normal_two[i]
+    length = np.sqrt(along[0] ** 2 + along[1] ** 2 + along[2] ** 2)
+    if length == 0.0:
+        return False
+    for axis in range(3):
+        along[axis] /= length
+    low_one, high_one = _covered(one, one[0], along, heights_one)
+    low_two, high_two = _covered(two, one[0], along, heights_two)
+    return min(high_one, high_two) - max(low_one, low_two) > least
 
 
 @njit(cache=True, nogil=True)
-def _pierces(edges, corners_edges, triangle, corners):
-    a, b, c = triangle[0], triangle[1], triangle[2]
+def _unit_normal(triangle, normal):
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        normal[axis] = (triangle[1, i] - triangle[0, i]) * (triangle[2, j] - triangle[0, j]) - (
+            triangle[1, j] - triangle[0, j]
+        ) * (triangle[2, i] - triangle[0, i])
+    length = max(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-300)
+    for axis in range(3):
+        normal[axis] /= length
+
+
+@njit(cache=True, nogil=True)
+def _straddles(triangle, corners, other, other_corners, normal, least, heights):
+    """Fill in the heights of corners above the other's plane; whether they lie to both sides."""
+    above = below = False
+    for k in range(3):
+        height = 0.0
+        for axis in range(3):
+            height += normal[axis] * (triangle[k, axis] - other[0, axis])
+        for j in range(3):
+            if corners[k] == other_corners[j]:
+                height = 0.0
+        if abs(height) <= least:
+            height = 0.0
+        heights[k] = height
+        above = above or height > 0
+        below = below or height < 0
+    return above and below
+
+
+@njit(cache=True, nogil=True)
+def _covered(triangle, origin, along, heights):
+    """The piece of a line in the plane of height 0 that a triangle covers."""
+    low, high = np.inf, -np.inf
     for k in range(3):
         n = (k + 1) % 3
-        touching = False
-        for j in range(3):
-            touching = touching or corners_edges[k] == corners[j] or corners_edges[n] == corners[j]
-        if touching:
-            continue
-        p, q = edges[k], edges[n]
-        size = 0.0
+        here = ahead = 0.0
         for axis in range(3):
-            low = min(a[axis], b[axis], c[axis], p[axis], q[axis])
-            size = max(size, max(a[axis], b[axis], c[axis], p[axis], q[axis]) - low)
-        least = _TOUCH * size * size * size
-        over, under = _volume(a, b, c, p), _volume(a, b, c, q)
-        if over * under >= 0 or min(abs(over), abs(under)) <= least:
-            continue
-        first, second, third = _volume(p, q, a, b), _volume(p, q, b, c), _volume(p, q, c, a)
-        if min(first, second, third) > least or max(first, second, third) < -least:
-            return True
-    return False
-
-
-@njit(cache=True, nogil=True)
-def _volume(a, b, c, d):
-    """Six times the signed volume of a tetrahedron."""
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    wx, wy, wz = d[0] - a[0], d[1] - a[1], d[2] - a[2]
-    return ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
+            here += along[axis] * (triangle[k, axis] - origin[axis])
+            ahead += along[axis] * (triangle[n, axis] - origin[axis])
+        if heights[k] == 0.0:
+            low, high = min(low, here), max(high, here)
+        if heights[k] * heights[n] < 0:
+            at = here + (ahead - here) * heights[k] / (heights[k] - heights[n])
+            low, high = min(low, at), max(high, at)
+    return low, high

@@ -1,0 +1,127 @@
+"""Ends, walls, filling, mirroring: against volumes and places known beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.errors import EditError
+from limbgram.shape.edits.cutting.trimming import PlaneCut, plane_cut
+from limbgram.shape.edits.ends.brim import Extension, Flare, extension, flare
+from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
+from limbgram.shape.edits.solids.making import (
+    Fill,
+    Mirror,
+    Offset,
+    Wall,
+    fill,
+    mirror,
+    offset_whole,
+    wall,
+)
+from limbgram.shape.limb import Limb
+from limbgram.surface.topology import boundary_loops, volume_mm3, with_faces
+
+RADIUS_MM, TOP_MM, SPOKES = 40.0, 160.0, 72
+
+POLYGON_AREA = SPOKES / 2 * np.sin(2 * np.pi / SPOKES) * RADIUS_MM**2
+
+
+def in_limb(limb: Limb) -> np.ndarray:
+    assert limb.frame is not None
+    return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+
+
+def test_an_extension_goes_on_as_the_tube_does(limb: Limb) -> None:
+    longer = extension(limb, Extension(length_mm=25))
+    points = in_limb(longer)
+    assert points[:, 2].max() == pytest.approx(TOP_MM + 25, abs=1e-9)
+    new = points[len(limb.mesh) :]
+    np.testing.assert_allclose(np.hypot(new[:, 0], new[:, 1]), RADIUS_MM, atol=0.05)
+    gained = volume_mm3(longer.mesh) - volume_mm3(limb.mesh)
+    assert gained == pytest.approx(25 * POLYGON_AREA, rel=2e-3)
+    assert longer.mesh.filled is not None
+    assert longer.mesh.filled.sum() == len(new)
+
+
+def test_an_extension_levels_a_slanting_brim(limb: Limb) -> None:
+    slanting = plane_cut(limb, PlaneCut(height_mm=110, forward_deg=25))
+    level = extension(slanting, Extension(length_mm=10))
+    (rim,) = boundary_loops(level.mesh.faces)
+    top = in_limb(slanting)[:, 2].max() + 10
+    np.testing.assert_allclose(in_limb(level)[rim, 2], top, atol=1e-9)
+
+
+def test_a_flare_opens_the_brim_by_its_depth(limb: Limb) -> None:
+    bent = flare(limb, Flare(depth_mm=6, height_mm=20))
+    points = in_limb(bent)
+    radius = np.hypot(points[:, 0], points[:, 1])
+    rim = points[:, 2] > TOP_MM - 1e-6
+    assert radius[rim].max() == pytest.approx(RADIUS_MM + 6, abs=1e-6)
+    expected = RADIUS_MM + 6 * np.clip(1 - (TOP_MM - points[:, 2]) / 20, 0, 1) ** 2
+    tube = points[:, 2] > RADIUS_MM
+    np.testing.assert_allclose(radius[tube], expected[tube], atol=0.06)
+
+
+def test_the_distal_end_gets_longer_and_rounder(limb: Limb) -> None:
+    longer = distal_end(limb, DistalEnd(height_mm=30, lengthen_mm=8))
+    assert in_limb(longer)[:, 2].min() == pytest.approx(-8, abs=1e-9)
+    above = in_limb(limb)[:, 2] >= 30
+    np.testing.assert_allclose(
+        longer.mesh.vertices_mm[above], limb.mesh.vertices_mm[above], atol=1e-9
+    )
+    square = plane_cut(limb, PlaneCut(height_mm=50, keep="proximal", capped=True))
+    points = in_limb(distal_end(square, DistalEnd(height_mm=40, roundness=1.0)))
+    low = 50.0
+    ends = points[points[:, 2] < low + 40 - 0.31 * 40]
+    onto = (
+        np.hypot(ends[:, 0], ends[:, 1]) ** 2 / RADIUS_MM**2 + ((low + 40 - ends[:, 2]) / 40) ** 2
+    )
+    np.testing.assert_allclose(onto, 1, atol=0.03)
+
+
+@pytest.mark.parametrize(("side", "sign"), [("outward", 1), ("inward", -1)])
+def test_a_wall_is_watertight_and_of_the_right_volume(limb: Limb, side: str, sign: int) -> None:
+    solid = wall(limb, Wall(thickness_mm=4, side=side))  # pyright: ignore
+    assert not boundary_loops(solid.mesh.faces)
+    other = offset_whole(limb, Offset(distance_mm=4.0 * sign))
+    shell = sign * (volume_mm3(other.mesh) - volume_mm3(limb.mesh))
+    assert volume_mm3(solid.mesh) == pytest.approx(shell, rel=1e-3)
+    r, s = RADIUS_MM, RADIUS_MM + 4 * sign
+    true = sign * np.pi * (2 / 3 * (s**3 - r**3) + 120 * (s**2 - r**2))
+    assert volume_mm3(solid.mesh) == pytest.approx(true, rel=5e-3)
+    with pytest.raises(EditError, match="closed"):
+        wall(solid, Wall(thickness_mm=1))
+
+
+def test_holes_are_filled_and_the_brim_only_if_asked(limb: Limb) -> None:
+    middle = limb.mesh.vertices_mm[limb.mesh.faces].mean(1)
+    away = np.linalg.norm(middle - limb.landmarks[0].position_mm, axis=1) > 8
+    torn = limb.with_mesh(with_faces(limb.mesh, limb.mesh.faces[away]))
+    mended = fill(torn, Fill())
+    assert len(boundary_loops(torn.mesh.faces)) == 2
+    assert len(boundary_loops(mended.mesh.faces)) == 1
+    assert volume_mm3(mended.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-3)
+    assert not boundary_loops(fill(torn, Fill(brim=True)).mesh.faces)
+    with pytest.raises(EditError, match="no hole"):
+        fill(limb, Fill())
+
+
+def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) -> None:
+    with pytest.raises(EditError, match='confirmed_side = "left"'):
+        mirror(limb, Mirror(confirmed_side="right"))
+    other = mirror(limb, Mirror(confirmed_side="left"))
+    assert other.frame is not None
+    assert other.frame.side == "left"
+    np.testing.assert_allclose(in_limb(other), in_limb(limb) * [-1, 1, 1], atol=1e-9)
+    marks = other.frame.limb_from_mesh.apply(
+        np.stack([mark.position_mm for mark in other.landmarks])
+    )
+    np.testing.assert_allclose(marks, [[0, RADIUS_MM, 100], [-RADIUS_MM, 0, 100]], atol=1e-9)
+    assert volume_mm3(other.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-12)
+    again = mirror(other, Mirror(confirmed_side="right"))
+    np.testing.assert_allclose(again.mesh.vertices_mm, limb.mesh.vertices_mm, atol=1e-9)
+    assert limb.frame is not None
+    unsure = replace(limb, frame=replace(limb.frame, side="none"))
+    with pytest.raises(EditError, match="nobody has said"):
+        mirror(unsure, Mirror(confirmed_side="left"))

@@ -1,0 +1,95 @@
+"""`limbgram edit`: a recipe made, changed and applied; the same bytes on any number of threads."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+
+RUN = CliRunner()
+
+
+def edit(*words: str | Path, code: int = 0) -> str:
+    result = RUN.invoke(app, ["edit", *map(str, words)])
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+@pytest.fixture
+def scan(tmp_path: Path) -> Path:
+    path = tmp_path / "scan.stl"
+    trimesh.creation.capsule(height=100, radius=40, count=(48, 48)).export(path)
+    return path
+
+
+def test_a_recipe_from_its_beginning_to_a_new_shape(scan: Path, tmp_path: Path) -> None:
+    recipe, out = tmp_path / "first.toml", tmp_path / "out.ply"
+    edit("new", recipe, "--for", scan)
+    edit("new", recipe, code=2)
+    edit("add", recipe, "smoothing", "passes=2")
+    edit("add", recipe, "offset", "distance_mm=-0.5")
+    edit(
+        "add", recipe, "relief", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15"
+    )
+    assert '"first", 3 edits' in edit("move", recipe, "2", "1")
+    edit("off", recipe, "2")
+    assert "smoothing (off)" in edit("show", recipe)
+    answer = json.loads(edit("apply", scan, recipe, "-o", out, "--json"))
+    lines = answer["ledger"]["lines"]
+    assert [line["number"] for line in lines] == [1, 3]
+    assert lines[0]["displacement"]["mean_mm"] == pytest.approx(-0.5, abs=0.01)
+    assert lines[1]["displacement"]["largest_mm"] == pytest.approx(-3, abs=0.05)
+    assert trimesh.load(out).is_watertight
+    assert "recipes do the same" in edit("diff", recipe, recipe)
+
+
+def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
+    recipe, out = tmp_path / "deep.toml", tmp_path / "out.ply"
+    edit("new", recipe)
+    edit("add", recipe, "offset", "distance_mm=-60")
+    assert "Edit 1 (offset" in edit("apply", scan, recipe, "-o", out, code=4)
+    edit("apply", scan, recipe, "-o", scan, code=2)
+    assert not out.exists()
+    edit("add", recipe, "nothing", code=2)
+    edit("add", recipe, "offset", "distance_mm", code=2)
+    edit("kinds", "nothing", code=2)
+    assert "Outwards; negative inwards." in edit("kinds", "offset")
+
+
+def test_another_scan_needs_a_word(scan: Path, tmp_path: Path) -> None:
+    recipe, other = tmp_path / "a.toml", tmp_path / "other.stl"
+    edit("new", recipe, "--for", scan)
+    trimesh.creation.capsule(height=90, radius=40).export(other)
+    edit("apply", other, recipe, "-o", tmp_path / "out.ply", code=2)
+    edit("apply", other, recipe, "-o", tmp_path / "out.ply", "--other-scan")
+
+
+def test_replay_gives_the_same_bytes_on_any_number_of_threads(scan: Path, tmp_path: Path) -> None:
+    recipe = tmp_path / "a.toml"
+    edit("new", recipe)
+    edit(
+        "add", recipe, "relief", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15"
+    )
+    edit("add", recipe, "smoothing", "passes=5")
+    edit("add", recipe, "offset", "distance_mm=2")
+    found: set[str] = set()
+    for threads in ("1", "2"):
+        out = tmp_path / f"out{threads}.ply"
+        names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+        command = [sys.executable, "-c", "from limbgram.cli.main import app; app()"]
+        command += ["edit", "apply", str(scan), str(recipe), "-o", str(out)]
+        subprocess.run(
+            command,
+            check=True,
+            capture_output=True,
+            env={**os.environ, **dict.fromkeys(names, threads)},
+        )
+        found.add(hashlib.sha256(out.read_bytes()).hexdigest())
+    assert len(found) == 1

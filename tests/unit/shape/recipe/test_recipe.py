@@ -1,0 +1,136 @@
+"""Recipes: read, changed, compared; what is not known is an error that lists what is."""
+
+from pathlib import Path
+
+import pytest
+
+from limbgram.errors import OptionsError, ShapeFileError
+from limbgram.shape.edits import EDITS
+from limbgram.shape.edits.regional import Relief
+from limbgram.shape.edits.smoothing import Smoothing
+from limbgram.shape.edits.solids.making import Offset
+from limbgram.shape.recipe import (
+    Entry,
+    Recipe,
+    added,
+    differences,
+    encode_recipe,
+    make_edit,
+    moved,
+    parse_recipe,
+    read_recipe,
+    removed,
+    require_scan,
+    switched,
+    undone,
+)
+
+TEXT = """
+format = "limbgram recipe"
+version = 1
+name = "first fitting"
+
+[[edit]]
+do = "relief"
+at = "patellar tendon"
+depth_mm = 5
+falloff_mm = 18.0
+
+[[edit]]
+do = "smoothing"
+on = false
+passes = 8
+leave = ["fibula head", [1, 2.5, 3]]
+"""
+FIRST = Entry(edit=Relief(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0))
+SECOND = Entry(
+    edit=Smoothing(passes=8, leave=("fibula head", (1.0, 2.5, 3.0))),
+    on=False,
+)
+RECIPE = Recipe(name="first fitting", entries=(FIRST, SECOND))
+
+
+def test_a_written_recipe_is_read_as_meant() -> None:
+    assert parse_recipe(TEXT, "a.toml") == RECIPE
+    assert parse_recipe(encode_recipe(RECIPE).decode(), "b.toml") == RECIPE
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ('do = "relief"', 'do = "relif"', "relief, reduction"),
+        ("depth_mm = 5", "deph_mm = 5", "depth_mm, falloff_mm"),
+        ("depth_mm = 5", "", "needs depth_mm"),
+        ("depth_mm = 5", 'depth_mm = "5"', "a number"),
+        ("depth_mm = 5", "depth_mm = nan", "a number"),
+        ("depth_mm = 5", "depth_mm = true", "a number"),
+        ("passes = 8", "passes = 8.5", "a whole number"),
+        ("on = false", 'on = "no"', "true or false"),
+        ("[1, 2.5, 3]", "[1, 2.5]", "3 numbers"),
+        ("[1, 2.5, 3]", "7", "landmark's name"),
+        ('name = "first fitting"', 'title = "x"', "allowed are"),
+    ],
+)
+def test_what_is_not_known_is_told(old: str, new: str, reason: str) -> None:
+    with pytest.raises(OptionsError, match=reason):
+        parse_recipe(TEXT.replace(old, new), "a.toml")
+
+
+@pytest.mark.parametrize("text", ["", "format =", "format = 'x'\nversion = 1", "version = 2"])
+def test_what_is_no_recipe_is_refused(text: str) -> None:
+    with pytest.raises(ShapeFileError, match=r"a\.toml"):
+        parse_recipe(text, "a.toml")
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ShapeFileError, match="cannot be read"):
+        read_recipe(tmp_path / "none.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ShapeFileError, match="UTF-8"):
+        read_recipe(tmp_path / "binary.toml")
+
+
+def test_changes_leave_the_old_recipe_and_do_what_they_say() -> None:
+    more = added(RECIPE, Offset(distance_mm=-0.3))
+    third = more.entries[2]
+    assert more.entries == (FIRST, SECOND, third)
+    assert moved(more, 3, 1).entries == (third, FIRST, SECOND)
+    assert moved(more, 1, 3).entries == (SECOND, third, FIRST)
+    assert removed(more, 2).entries == (FIRST, third)
+    assert undone(more) == RECIPE
+    assert undone(more, 3).entries == ()
+    assert switched(RECIPE, 2, on=True).entries[1].on
+    assert added(RECIPE, Offset(distance_mm=1.0), 1).entries[1:] == RECIPE.entries
+    assert RECIPE.entries == (FIRST, SECOND)
+    for wrong in (0, 3):
+        with pytest.raises(OptionsError, match="1 to 2"):
+            switched(RECIPE, wrong, on=True)
+    with pytest.raises(OptionsError, match="cannot be undone"):
+        undone(RECIPE, 3)
+
+
+def test_differences_say_what_changed_and_nothing_else() -> None:
+    assert differences(RECIPE, RECIPE) == ()
+    deeper = make_edit(
+        "relief", {"at": "patellar tendon", "depth_mm": 6, "falloff_mm": 18}, "the test"
+    )
+    changed = Recipe(name="first fitting", entries=(Entry(edit=deeper), SECOND))
+    assert differences(RECIPE, changed) == ("~ 1. relief: depth_mm 5 -> 6",)
+    assert differences(RECIPE, switched(RECIPE, 2, on=True)) == ("~ 2. smoothing: switched on",)
+    (line,) = differences(RECIPE, added(RECIPE, Offset(distance_mm=-0.3)))
+    assert line == "+ 3. offset: distance_mm = -0.3"
+    (line,) = differences(RECIPE, removed(RECIPE, 1))
+    assert line.startswith("- 1. relief")
+
+
+def test_a_recipe_for_another_scan_is_refused() -> None:
+    made = Recipe(name="x", scan_sha256="a" * 64)
+    require_scan(made, "a" * 64, "scan.ply")
+    require_scan(Recipe(name="x"), "b" * 64, "scan.ply")
+    with pytest.raises(OptionsError, match="another file"):
+        require_scan(made, "b" * 64, "scan.ply")
+
+
+def test_every_kind_of_edit_has_a_name_for_people() -> None:
+    assert {"build-up", "relief", "plane-cut", "sock-ply", "mirror"} <= set(EDITS)
+    assert len(EDITS) == len(set(EDITS.values())) == 16
