@@ -7,14 +7,14 @@ has it the other way round: the build-up gives room there, the relief gives load
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.guard import require_sound
-from limbgram.shape.edits.marking.curves import draw_curve, find_sides, inside
+from limbgram.shape.edits.marking.curves import draw_curve, find_sides, fine_along, inside
 from limbgram.shape.edits.marking.distances import distances_from, distances_from_point
-from limbgram.shape.edits.marking.fineness import refine_where
-from limbgram.shape.edits.marking.neighbours import calm_normals
+from limbgram.shape.edits.marking.fineness import refine_under, refine_where
+from limbgram.shape.edits.marking.neighbours import calm_normals_on
 from limbgram.shape.edits.marking.places import (
     FrameName,
     Place,
@@ -94,6 +94,7 @@ def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
         )
     if (edit.at is None) == (not edit.within):
         raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
+    given = limb.mesh
     limb, weight = (
         _in_a_region(limb, edit, what)
         if edit.at is None
@@ -103,7 +104,7 @@ def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
     if largest <= 0:
         raise EditError(f"{what} reaches no vertex of the surface. Draw a larger region.")
     step = sign * edit.depth_mm * (weight / largest)[:, None]
-    changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals(limb.mesh))
+    changed = displaced(limb, limb.mesh.vertices_mm + step * calm_normals_on(limb.mesh, given))
     require_sound(what, limb.mesh, changed.mesh)
     return changed
 
@@ -120,9 +121,14 @@ def _round_a_place(
     """The limb fine enough, and the share of the depth at each vertex."""
     point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
     reach = edit.flat_mm + edit.falloff_mm
-    corners = limb.mesh.vertices_mm[limb.mesh.faces]
-    close = np.linalg.norm(corners - point, axis=2).min(1) < reach
-    limb = limb.with_mesh(refine_where(limb.mesh, close, _edge_mm(edit)))
+
+    def close(mesh: Mesh) -> Bool[np.ndarray, " f"]:
+        corners = mesh.vertices_mm[mesh.faces]
+        middle = corners.mean(1)
+        size = np.linalg.norm(corners - middle[:, None], axis=2).max(1)
+        return np.linalg.norm(middle - point, axis=1) < reach + size
+
+    limb = limb.with_mesh(refine_under(limb.mesh, close, _edge_mm(edit)))
     distance = distances_from_point(limb.mesh, point, reach)
     return limb, fading((distance - edit.flat_mm) / edit.falloff_mm)
 
@@ -133,9 +139,9 @@ def _in_a_region(
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
     curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-    coarse = inside(limb.mesh, find_sides(limb.mesh, curve, what))
-    chosen = np.asarray(coarse[limb.mesh.faces].any(1))
-    mesh: Mesh = refine_where(limb.mesh, chosen, _edge_mm(edit))
+    mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
+    coarse = inside(mesh, find_sides(mesh, curve, what))
+    mesh = refine_where(mesh, np.asarray(coarse[mesh.faces].any(1)), _edge_mm(edit))
     sides = find_sides(mesh, curve, what)
     within = inside(mesh, sides)
     start = np.where(within, np.abs(sides.signed_mm), np.inf)

@@ -11,8 +11,7 @@ from limbgram.shape.edits.cutting.capping import cap
 from limbgram.shape.edits.cutting.splitting import keep_positive
 from limbgram.shape.edits.guard import require_sound
 from limbgram.shape.edits.marking.axis import middles_mm
-from limbgram.shape.edits.marking.curves import Curve, draw_curve, find_sides
-from limbgram.shape.edits.marking.fineness import refine_where
+from limbgram.shape.edits.marking.curves import draw_curve, find_sides, fine_along
 from limbgram.shape.edits.marking.places import (
     FrameName,
     Place,
@@ -22,7 +21,6 @@ from limbgram.shape.edits.marking.places import (
     position_mm,
 )
 from limbgram.shape.limb import Limb
-from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 
 Part = Literal["distal", "proximal"]
@@ -98,7 +96,7 @@ def trimline(limb: Limb, edit: Trimline) -> Limb:
     what = "The trimline"
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.through])
     curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-    fine = _fine_along(limb.mesh, curve)
+    fine = fine_along(limb.mesh, curve, _EDGE_MM)
     sides = find_sides(fine, curve, what)
     heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
     left_is_kept = _is_kept(fine, sides.left, heights, edit.keep)
@@ -106,14 +104,6 @@ def trimline(limb: Limb, edit: Trimline) -> Limb:
     cut = keep_positive(fine, apart if left_is_kept else -apart)
     require_sound(what, limb.mesh, cut.mesh)
     return limb.with_mesh(cut.mesh)
-
-
-def _fine_along(mesh: Mesh, curve: Curve) -> Mesh:
-    """The mesh with short edges under the curve."""
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
-    chosen = np.zeros(len(mesh.faces), np.bool_)
-    chosen[tree.closest(curve.points_mm).faces] = True
-    return refine_where(mesh, chosen, _EDGE_MM)
 
 
 def _is_kept(

@@ -18,6 +18,7 @@ from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
+from limbgram.shape.edits.marking.fineness import refine_under
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges
@@ -123,6 +124,19 @@ def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
             "inside the brim."
         )
     return Sides((lefts > 0)[part], signed)
+
+
+def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
+    """The mesh with short edges under a curve."""
+    points = _densified(curve)
+
+    def under(work: Mesh) -> Bool[np.ndarray, " f"]:
+        chosen = np.zeros(len(work.faces), np.bool_)
+        tree = TriangleTree.of(work.vertices_mm, work.faces)
+        chosen[tree.closest(points).faces] = True
+        return chosen
+
+    return refine_under(mesh, under, edge_mm)
 
 
 def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:

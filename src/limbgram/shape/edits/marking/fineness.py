@@ -1,15 +1,17 @@
 """Fineness: edges split where an edit needs finer triangles; the surface itself stays as it is."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from limbgram.geometry.arrays import Faces
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import Edges, find_edges
 
-_MOST_ROUNDS = 12
+_MOST_ROUNDS = 16
+Under = Callable[[Mesh], Bool[np.ndarray, " f"]]
+"""Tells which faces of a mesh must be fine."""
 
 
 @dataclass(frozen=True)
@@ -22,29 +24,47 @@ class Division:
 
 
 def refine_where(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Mesh:
-    """Halve edges of the chosen faces until none is longer than `edge_mm`.
+    """Halve edges of the chosen faces, and of what they become, until none is longer."""
+    for _ in range(_MOST_ROUNDS):
+        division = _halved(mesh, chosen, edge_mm)
+        if division is None:
+            break
+        mesh, chosen = division.mesh, chosen[division.parents]
+    return mesh
+
+
+def refine_under(mesh: Mesh, under: Under, edge_mm: float) -> Mesh:
+    """Halve edges of the faces that `under` finds, asked anew each time, until none is longer."""
+    for _ in range(_MOST_ROUNDS):
+        division = _halved(mesh, under(mesh), edge_mm)
+        if division is None:
+            break
+        mesh = division.mesh
+    return mesh
+
+
+def _halved(mesh: Mesh, chosen: Bool[np.ndarray, " f"], edge_mm: float) -> Division | None:
+    """One round of halving; None where no edge is too long.
 
     With a face's edge its longest edge is split too, so that no triangle becomes thin.
     """
-    for _ in range(_MOST_ROUNDS):
-        edges = find_edges(mesh.faces)
-        ends = mesh.vertices_mm[edges.ends]
-        lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-        face_edges = edges.of_half_edge.reshape(-1, 3)
-        wanted = np.zeros(len(lengths), np.bool_)
-        wanted[face_edges[chosen]] = True
-        split = wanted & (lengths > edge_mm)
-        if not split.any():
+    corners = mesh.vertices_mm[mesh.faces[chosen]]
+    if np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(initial=0.0) <= edge_mm:
+        return None
+    edges = find_edges(mesh.faces)
+    ends = mesh.vertices_mm[edges.ends]
+    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+    face_edges = edges.of_half_edge.reshape(-1, 3)
+    split = np.zeros(len(lengths), np.bool_)
+    split[face_edges[chosen]] = True
+    split &= lengths > edge_mm
+    longest = np.take_along_axis(face_edges, lengths[face_edges].argmax(1)[:, None], 1)[:, 0]
+    while True:
+        more = longest[split[face_edges].any(1)]
+        if split[more].all():
             break
-        longest = np.take_along_axis(face_edges, lengths[face_edges].argmax(1)[:, None], 1)[:, 0]
-        while True:
-            more = longest[split[face_edges].any(1)]
-            if split[more].all():
-                break
-            split[more] = True
-        division = divide(mesh, edges, split, np.full(len(lengths), 0.5))
-        mesh, chosen = division.mesh, chosen[division.parents]
-    return mesh
+        split[more] = True
+    return divide(mesh, edges, split, np.full(len(lengths), 0.5))
 
 
 def divide(
@@ -125,9 +145,3 @@ def _with_points_on_edges(
         sigma_mm=grown(mesh.sigma_mm),
         shared_mm=grown(mesh.shared_mm),
     )
-
-
-def longest_edge_mm(mesh: Mesh, faces: Faces) -> float:
-    """Length of the longest edge of some of the mesh's faces."""
-    corners = mesh.vertices_mm[faces]
-    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(initial=0.0))

@@ -5,6 +5,8 @@ from jaxtyping import Bool, Float64
 from scipy.sparse import csr_array, diags_array
 
 from limbgram.geometry.arrays import Points3
+from limbgram.shape.edits.marking.places import corner_shares
+from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges, find_edges
 
@@ -30,6 +32,23 @@ def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
     for _ in range(rounds):
         normals = 0.5 * (normals + mean @ normals)
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+
+
+def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
+    """Normals of a mesh at the vertices of what refinement made of it.
+
+    They turn evenly over each old triangle; the refined mesh's own would turn all at its creases.
+    """
+    normals = calm_normals(mesh)
+    added = refined.vertices_mm[len(mesh) :]
+    if not len(added):
+        return normals
+    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
+    corners = mesh.faces[closest.faces]
+    shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
+    between = (shares[:, :, None] * normals[corners]).sum(1)
+    between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-30)
+    return np.concatenate([normals, between])
 
 
 def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:

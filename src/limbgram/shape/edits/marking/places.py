@@ -109,7 +109,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
         return replace(limb, mesh=new)
     points = np.stack([mark.position_mm for mark in limb.landmarks])
     closest = TriangleTree.of(old.vertices_mm, old.faces).closest(points)
-    shares = _shares(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
+    shares = corner_shares(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
     moves = (vertices_mm - old.vertices_mm)[old.faces[closest.faces]]
     near = closest.distances_mm <= _FARTHEST_MM
     shifts = (shares[:, :, None] * moves).sum(1) * near[:, None]
@@ -120,7 +120,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     return replace(limb, mesh=new, landmarks=marks)
 
 
-def _shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
+def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
     """Weights of three corners that give points in their planes."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)

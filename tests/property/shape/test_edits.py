@@ -1,0 +1,176 @@
+"""Any edit that is not refused leaves a manifold, and its ledger tells what a look would find."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from limbgram.errors import EditError
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape.edits import Edit, do_edit
+from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline
+from limbgram.shape.edits.ends.brim import Extension, Flare
+from limbgram.shape.edits.ends.distal import DistalEnd
+from limbgram.shape.edits.percent import Increase, Reduction
+from limbgram.shape.edits.presets import Liner, SockPly
+from limbgram.shape.edits.regional import BuildUp, Relief
+from limbgram.shape.edits.smoothing import Smoothing
+from limbgram.shape.edits.solids.making import Fill, Mirror, Offset, Wall
+from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.recipe import Entry, Recipe, encode_recipe, parse_recipe, replay
+from limbgram.surface.crossings import find_crossings
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import (
+    boundary_loops,
+    is_edge_manifold,
+    is_vertex_manifold,
+    volume_mm3,
+    with_faces,
+)
+
+BASE = trimesh.creation.capsule(height=120, radius=40, count=(28, 28)).subdivide()
+BASE.apply_translation((0, 0, -BASE.bounds[0, 2] - 40))
+
+
+def bumpy(seed: int) -> Limb:
+    """A capsule open at its top, with bumps of some millimetres."""
+    rng = np.random.default_rng(seed)
+    points, faces = np.array(BASE.vertices), np.array(BASE.faces, np.int32)
+    centres = rng.uniform([-40, -40, 0], [40, 40, 120], (6, 3))
+    near = np.exp(-(np.linalg.norm(points[:, None] - centres, axis=2) ** 2) / 300)
+    bumps = (near * rng.uniform(-3, 3, 6)).sum(1)
+    whole = Mesh(vertices_mm=points, faces=faces)
+    whole = whole.with_vertices(points + bumps[:, None] * whole.vertex_normals())
+    motion = Rigid.from_rotation_vector(rng.normal(size=3), rng.normal(size=3) * 50)
+    opened = with_faces(whole, faces[points[faces][:, :, 2].max(1) < 125])
+    return Limb(
+        mesh=opened.with_vertices(motion.inverse.apply(opened.vertices_mm)),
+        frame=LimbFrame(limb_from_mesh=motion, side="left"),
+    )
+
+
+def place(turn: float, height: float) -> tuple[float, float, float]:
+    return (40 * float(np.sin(turn)), 40 * float(np.cos(turn)), height)
+
+
+turns = st.floats(0, 6.28)
+heights = st.floats(20, 90)
+places = st.builds(place, turns, heights)
+amounts = st.floats(0.5, 6)
+rings = st.builds(
+    lambda turn, height, width: tuple(
+        place(turn + width * float(np.cos(a)), height + 30 * width * float(np.sin(a)))
+        for a in 2 * np.pi * np.arange(8) / 8
+    ),
+    turns,
+    heights,
+    st.floats(0.3, 0.6),
+)
+lines = st.builds(
+    lambda height, rise: tuple(
+        place(float(a), height + rise * float(np.cos(2 * a)))
+        for a in 2 * np.pi * np.arange(14) / 14
+    ),
+    heights,
+    st.floats(0, 15),
+)
+levels = {"heights_mm": st.just((10.0, 90.0)), "of": st.sampled_from(["girth", "volume"])}
+per_cent = st.tuples(st.floats(0, 10), st.floats(0, 10))
+names = st.sampled_from(["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"])
+EDIT = st.one_of(
+    st.builds(BuildUp, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
+    st.builds(Relief, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
+    st.builds(Reduction, per_cent=per_cent, **levels),
+    st.builds(Increase, per_cent=per_cent, **levels),
+    st.builds(Liner, name=names, share=st.floats(0, 1)),
+    st.builds(SockPly, plies=st.floats(-5, 5)),
+    st.builds(Offset, distance_mm=st.floats(-3, 3)),
+    st.builds(Smoothing, passes=st.integers(1, 6), leave=st.tuples(places)),
+    st.builds(Extension, length_mm=st.floats(1, 40)),
+    st.builds(Flare, depth_mm=amounts, height_mm=st.floats(8, 30)),
+    st.builds(
+        DistalEnd,
+        height_mm=st.floats(15, 50),
+        lengthen_mm=st.floats(-5, 15),
+        roundness=st.floats(0, 1),
+    ),
+    st.builds(
+        PlaneCut,
+        height_mm=st.floats(10, 70),
+        forward_deg=st.floats(-20, 20),
+        right_deg=st.floats(-20, 20),
+        keep=st.sampled_from(["distal", "proximal"]),
+        capped=st.booleans(),
+    ),
+    st.builds(Trimline, through=lines, keep=st.sampled_from(["distal", "proximal"])),
+    st.just(Fill(brim=True)),
+    st.builds(Wall, thickness_mm=amounts, side=st.sampled_from(["outward", "inward"])),
+    st.just(Mirror(confirmed_side="right")),
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 20), edit=EDIT)
+def test_manifold_in_manifold_out(seed: int, edit: Edit) -> None:
+    limb = bumpy(seed)
+    try:
+        after = do_edit(limb, edit).mesh
+    except EditError:
+        return  # how often that happens is looked at below
+    assert is_edge_manifold(after.faces)
+    assert is_vertex_manifold(after.faces)
+    assert np.isfinite(after.vertices_mm).all()
+    assert not len(find_crossings(after.vertices_mm, after.faces))
+    assert volume_mm3(after) > 0
+    if isinstance(edit, Fill | Wall):
+        assert not boundary_loops(after.faces)
+    if after.filled is not None:
+        assert len(after.filled) == len(after)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        BuildUp(at=place(1, 60), depth_mm=5, falloff_mm=20),
+        Relief(within=tuple(place(0.4 * np.cos(a), 60 + 12 * np.sin(a)) for a in range(6)),
+               depth_mm=4, falloff_mm=10),
+        Offset(distance_mm=-2),
+        Trimline(through=tuple(place(a, 70 + 10 * float(np.cos(2 * a))) for a in range(6))),
+        Wall(thickness_mm=4),
+        Extension(length_mm=20),
+        PlaneCut(height_mm=60, forward_deg=10, capped=True),
+    ],
+    ids=lambda edit: type(edit).__name__,
+)  # fmt: skip
+def test_edits_of_every_day_are_not_refused(edit: Edit) -> None:
+    for seed in range(4):
+        do_edit(bumpy(seed), edit)
+
+
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 20), edits=st.lists(EDIT, min_size=1, max_size=3))
+def test_the_ledger_tells_what_a_look_finds_and_replay_repeats(
+    seed: int, edits: list[Edit]
+) -> None:
+    recipe = Recipe(name="any", entries=tuple(Entry(edit=edit) for edit in edits))
+    assert parse_recipe(encode_recipe(recipe).decode(), "any") == recipe
+    limb = bumpy(seed)
+    try:
+        first = replay(recipe, limb)
+    except EditError:
+        return
+    step = limb
+    for line, edit in zip(first.ledger.lines, edits, strict=True):
+        assert line.before.volume_ml == pytest.approx(volume_mm3(step.mesh) / 1000, abs=1e-9)
+        after = do_edit(step, edit)
+        assert line.after.volume_ml == pytest.approx(volume_mm3(after.mesh) / 1000, abs=1e-9)
+        if line.displacement is not None and len(after.mesh) == len(step.mesh):
+            ways = np.linalg.norm(after.mesh.vertices_mm - step.mesh.vertices_mm, axis=1)
+            assert abs(line.displacement.largest_mm) <= ways.max() + 1e-9
+            assert abs(line.displacement.mean_mm) <= line.displacement.mean_size_mm + 1e-12
+        step = after
+    again = replay(recipe, limb)
+    assert again.limb.mesh.vertices_mm.tobytes() == first.limb.mesh.vertices_mm.tobytes()
+    assert again.limb.mesh.faces.tobytes() == first.limb.mesh.faces.tobytes()
+    assert again.ledger == first.ledger
