@@ -9,6 +9,7 @@ from limbgram.cli.quality.accuracy import accuracy_command
 from limbgram.cli.quality.warm_up import warm_up_command
 from limbgram.cli.reconstruct import reconstruct_command
 from limbgram.cli.workbench.align import align_command
+from limbgram.cli.workbench.compare import compare_command
 from limbgram.cli.workbench.edit import edit_app
 from limbgram.cli.workbench.export import export_command
 from limbgram.cli.workbench.measure import measure_command
@@ -49,5 +50,6 @@ app.command("make-capture")(make_capture_command)
 app.command("warm-up")(warm_up_command)
 app.command("align")(align_command)
 app.command("measure")(measure_command)
+app.command("compare")(compare_command)
 app.command("export")(export_command)
 app.add_typer(edit_app, name="edit")

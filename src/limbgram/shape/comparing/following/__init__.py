@@ -6,6 +6,7 @@ from limbgram.shape.comparing.following.repeatability import (
     bland_altman,
     repeatability,
 )
+from limbgram.shape.comparing.following.repeats import Repeats, repeats
 from limbgram.shape.comparing.following.series import (
     FollowOptions,
     Series,
@@ -18,6 +19,7 @@ __all__ = [
     "BlandAltman",
     "FollowOptions",
     "Repeatability",
+    "Repeats",
     "Series",
     "Trend",
     "Visit",
@@ -25,4 +27,5 @@ __all__ = [
     "fit_trend",
     "follow",
     "repeatability",
+    "repeats",
 ]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import norm, t
+from scipy.stats import norm
 
 _COVERAGE = 0.95
 
@@ -36,24 +36,21 @@ def fit_trend(
     """The line through two values or more on two days or more.
 
     Where the values scatter more than their sigmas say, the slope's sigma grows in proportion
-    (Birge 1932), and Student's factor stands for the normal one.
+    (Birge 1932).
     """
     weeks = (days - days.min()) / 7.0
     columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
     covariance = np.linalg.inv(columns.T @ columns)
     line = covariance @ columns.T @ (values / sigmas)
     sigma = float(np.sqrt(covariance[1, 1]))
-    freedom = len(values) - 2
-    factor = float(norm.ppf(0.5 + _COVERAGE / 2))
     scatter = None
-    if freedom > 0:
+    if len(values) > 2:
         residuals = (values - line[0] - line[1] * weeks) / sigmas
-        scatter = float(np.sqrt(residuals @ residuals / freedom))
-        scattered = scatter * float(t.ppf(0.5 + _COVERAGE / 2, freedom))
-        factor = max(factor, scattered) if scatter > 1 else factor
+        scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
+    reach = float(norm.ppf(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
     return Trend(
         per_week=float(line[1]),
-        per_week_95=factor * sigma,
+        per_week_95=reach * sigma,
         at_start=float(line[0]),
         scatter=scatter,
     )

@@ -1,0 +1,124 @@
+"""Differences: a comparison of two shapes in pictures, from four sides, on one fixed scale.
+
+The colours change at the clinical limits, 0.25 and 0.40 mm, and then double, so that pictures of
+different visits can be laid side by side.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure, SubFigure
+
+from limbgram.report.drawings.drawing import FAINT, INK, Drawing, blank
+from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.shape.comparing.comparing import Comparison
+from limbgram.shape.comparing.telling.verdict import IQR_LIMIT_MM, MRE_LIMIT_MM
+from limbgram.surface.mesh import Mesh
+
+_EDGES_MM = (MRE_LIMIT_MM, IQR_LIMIT_MM, 0.8, 1.6, 3.2, 6.4)
+_OUTSIDE = ("#fbe3d2", "#f6bd98", "#e88a63", "#cf5246", "#a51f33", "#67001f")
+_INSIDE = ("#dbe9f3", "#aed0e6", "#77aed3", "#3f86bd", "#22609d", "#0b2f5f")
+_ALIKE = "#f3f2ee"
+_ANGLES_DEG = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
+_TURNED = ("#f3f2ee", "#fdf0c4", "#f7d275", "#e8a33d", "#c2691d", "#7d3a0b")
+_UNKNOWN = np.array([150.0, 150.0, 150.0])
+_SIDES = ((90, "front"), (0, "patient's right"), (270, "back"), (180, "patient's left"))
+_HEIGHT_PX = 430
+
+
+def difference_pictures(comparison: Comparison) -> Drawing:
+    """The first shape in the colours of the signed difference, and of the turn of its normals."""
+    mesh, on_first = comparison.first_in_limb, comparison.deviation.on_first
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    tall = (high[2] - low[2]) / np.hypot(*(high - low)[:2])
+    figure = blank(10.5, 2 * (10.5 / 4 * float(np.clip(tall, 0.4, 3.0)) + 0.75))
+    rows: Any = figure.subfigures(2, 1)
+    bands = ListedColormap((*reversed(_INSIDE[:-1]), _ALIKE, *_OUTSIDE[:-1]))
+    bands = bands.with_extremes(under=_INSIDE[-1], over=_OUTSIDE[-1])
+    edges = (*(-edge for edge in reversed(_EDGES_MM)), *_EDGES_MM)
+    _row(
+        rows[0],
+        comparison,
+        on_first.difference_mm,
+        ScalarMappable(BoundaryNorm(edges, bands.N), bands),
+        edges,
+        "difference, mm: red where the second lies outside, blue inside",
+    )
+    turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
+    _row(
+        rows[1],
+        comparison,
+        on_first.normal_angle_deg,
+        ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned),
+        _ANGLES_DEG,
+        "surface-normal-angle error, degrees",
+    )
+    return Drawing(figure, _caption(comparison))
+
+
+def paint_of(values: Float64[np.ndarray, " n"], colours: ScalarMappable) -> np.ndarray:
+    """Colour of each vertex, 0 to 255; grey where there is no figure."""
+    known = np.isfinite(values)
+    paint = 255.0 * np.asarray(colours.to_rgba(np.where(known, values, 0.0)))[:, :3]
+    paint[~known] = _UNKNOWN
+    return paint
+
+
+def _row(
+    figure: Figure | SubFigure,
+    comparison: Comparison,
+    values: Float64[np.ndarray, " n"],
+    colours: ScalarMappable,
+    edges: Sequence[float],
+    label: str,
+) -> None:
+    mesh, panels = comparison.first_in_limb, figure.subplots(1, len(_SIDES))
+    paint = paint_of(values, colours)
+    for axes, (azimuth_deg, side) in zip(panels, _SIDES):
+        axes.imshow(shade(mesh, _frame(mesh, azimuth_deg), paint))
+        axes.set_axis_off()
+        title = side if comparison.axes.anatomical else f"{azimuth_deg}°"
+        axes.set_title(title, fontsize=9, color=FAINT)
+    bar = figure.colorbar(
+        colours,
+        ax=list(panels),
+        orientation="horizontal",
+        fraction=0.04,
+        aspect=60,
+        pad=0.01,
+        spacing="uniform",
+        extend="both" if edges[0] < 0 else "max",
+    )
+    bar.set_ticks(edges)
+    bar.minorticks_off()
+    bar.ax.xaxis.set_major_formatter("{x:g}")
+    bar.set_label(label, fontsize=8, color=INK)
+    bar.ax.tick_params(labelsize=8)
+
+
+def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    width_mm = 1.04 * float(np.hypot(*(high - low)[:2]))
+    height_mm = 1.02 * float(high[2] - low[2])
+    pixel_mm = max(width_mm, height_mm) / _HEIGHT_PX
+    return Frame(
+        picture_from_world=looking_along(azimuth_deg),
+        middle_mm=(low + high) / 2,
+        pixel_mm=pixel_mm,
+        width_px=int(width_mm / pixel_mm),
+        height_px=int(height_mm / pixel_mm),
+    )
+
+
+def _caption(comparison: Comparison) -> str:
+    figures = comparison.deviation.on_first.figures
+    return (
+        f"{comparison.names[1]} against {comparison.names[0]}, drawn on the latter; mean "
+        f"{figures.mean_mm:+.2f} mm, {figures.rms_mm:.2f} mm RMS, 95 % within "
+        f"{figures.p95_mm:.2f} mm. Grey: no counterpart (brim, or filled in). Alignment: "
+        f"{comparison.alignment.sentence}."
+    )
