@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,26 +25,44 @@ from limbgram.surface.topology import (
     is_edge_manifold,
     is_vertex_manifold,
     volume_mm3,
-    with_faces,
 )
 
-BASE = trimesh.creation.capsule(height=120, radius=40, count=(28, 28)).subdivide()
-BASE.apply_translation((0, 0, -BASE.bounds[0, 2] - 40))
+SPOKES = 36
+
+
+def stump() -> Mesh:
+    """Half a sphere of 40 mm below height 0, and a tube from there to 125 mm, open at its top."""
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    rows = [(40 * np.sin(p), -40 * np.cos(p)) for p in np.linspace(0, np.pi / 2, 10)[1:]]
+    rows += [(40.0, z) for z in np.linspace(0, 125, 19)[1:]]
+    rings = [
+        np.column_stack([r * np.cos(angle), r * np.sin(angle), 0 * angle + z]) for r, z in rows
+    ]
+    here = 1 + np.arange(SPOKES)
+    ahead = np.roll(here, -1)
+    faces = [np.column_stack([0 * here, ahead, here])]
+    for row in range(len(rows) - 1):
+        a, b = here + row * SPOKES, ahead + row * SPOKES
+        faces += [np.column_stack([a, b, b + SPOKES]), np.column_stack([a, b + SPOKES, a + SPOKES])]
+    return Mesh(
+        vertices_mm=np.concatenate([[[0.0, 0.0, -40.0]], *rings]),
+        faces=np.concatenate(faces).astype(np.int32),
+    )
+
+
+BASE = stump()
 
 
 def bumpy(seed: int) -> Limb:
-    """A capsule open at its top, with bumps of some millimetres."""
+    """The stump with bumps of some millimetres, in a mesh frame of its own."""
     rng = np.random.default_rng(seed)
-    points, faces = np.array(BASE.vertices), np.array(BASE.faces, np.int32)
     centres = rng.uniform([-40, -40, 0], [40, 40, 120], (6, 3))
-    near = np.exp(-(np.linalg.norm(points[:, None] - centres, axis=2) ** 2) / 300)
-    bumps = (near * rng.uniform(-3, 3, 6)).sum(1)
-    whole = Mesh(vertices_mm=points, faces=faces)
-    whole = whole.with_vertices(points + bumps[:, None] * whole.vertex_normals())
+    away = np.linalg.norm(BASE.vertices_mm[:, None] - centres, axis=2)
+    bumps = (np.exp(-(away**2) / 300) * rng.uniform(-3, 3, 6)).sum(1)
+    points = BASE.vertices_mm + bumps[:, None] * BASE.vertex_normals()
     motion = Rigid.from_rotation_vector(rng.normal(size=3), rng.normal(size=3) * 50)
-    opened = with_faces(whole, faces[points[faces][:, :, 2].max(1) < 125])
     return Limb(
-        mesh=opened.with_vertices(motion.inverse.apply(opened.vertices_mm)),
+        mesh=BASE.with_vertices(motion.inverse.apply(points)),
         frame=LimbFrame(limb_from_mesh=motion, side="left"),
     )
 
