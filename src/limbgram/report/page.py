@@ -4,12 +4,12 @@ In      the summary (report.summary) and the pictures.
 Out     HTML text.
 """
 
-import base64
 from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from limbgram.report.pictures import Picture, Pictures
+from limbgram.report.document.html import document, shown, table
+from limbgram.report.pictures import Pictures
 from limbgram.report.summary import MOST_LEFT_OUT
 
 _STYLE = """
@@ -65,7 +65,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
         f'<p class="verdict{_doubt(summary)}">{escape(summary["verdict"])}</p>',
         '<p><a href="accuracy.html">How accurate is it, and what limits it?</a></p>',
         f'<p class="use">{escape(summary["intended_use"])}</p>',
-        *(_figure(picture) for picture in drawn.pictures),
+        *(shown(picture) for picture in drawn.pictures),
         "<h2>Known lengths</h2>",
         _lengths(summary),
         "<h2>Photos</h2>",
@@ -74,33 +74,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
         "<h2>Stages</h2>",
         _stages(summary["stages"]),
     )
-    body = "\n".join(sections)
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta http-equiv="Content-Security-Policy" '
-        "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n"
-        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n"
-        f"<body>\n{body}\n</body>\n</html>\n"
-    )
-
-
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]], bad: Sequence[bool] = ()) -> str:
-    """An HTML table; heads that begin with # stand over columns of numbers."""
-    numeric = [head.startswith("#") for head in heads]
-    kinds = [' class="n"' if right else "" for right in numeric]
-    top = "".join(
-        f"<th{kind}>{escape(head.lstrip('#'))}</th>"
-        for kind, head in zip(kinds, heads, strict=True)
-    )
-    lines = [f"<tr>{top}</tr>"]
-    for idx, row in enumerate(rows):
-        cells = "".join(
-            f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, row, strict=True)
-        )
-        marked = ' class="bad"' if idx < len(bad) and bad[idx] else ""
-        lines.append(f"<tr{marked}>{cells}</tr>")
-    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+    return document(title, sections, _STYLE)
 
 
 def _doubt(summary: dict[str, Any]) -> str:
@@ -109,15 +83,6 @@ def _doubt(summary: dict[str, Any]) -> str:
     complete = all(photo["placed"] for photo in summary["photos"])
     whole = summary["mesh"]["left_out_share"] <= MOST_LEFT_OUT
     return "" if summary["unit"] == "mm" and checked and complete and whole else " doubt"
-
-
-def _figure(picture: Picture) -> str:
-    data = base64.b64encode(picture.png.tobytes()).decode()
-    return (
-        f"<h2>{escape(picture.title)}</h2>\n<figure>"
-        f'<img alt="{escape(picture.title)}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
-    )
 
 
 def _lengths(summary: dict[str, Any]) -> str:

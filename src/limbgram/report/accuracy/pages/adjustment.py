@@ -16,7 +16,7 @@ from limbgram.report.accuracy.pages.svg import (
     vectors,
 )
 from limbgram.report.accuracy.pages.words import text_of
-from limbgram.report.page import table
+from limbgram.report.document.html import table
 
 Tree = dict[str, Any]
 

@@ -13,7 +13,6 @@ import matplotlib.image as mpimg
 import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Rectangle
@@ -21,10 +20,10 @@ from matplotlib.transforms import Bbox
 
 from limbgram.report.accuracy.pages.svg import SURE_SIGMAS
 from limbgram.report.accuracy.pages.words import MEANING, cards
+from limbgram.report.document.paper import PAGE_IN, RULE, pdf_of
 from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, RED, plain
 from limbgram.report.pictures import Picture
 
-_PAGE_IN = (8.27, 11.69)
 _LIGHTS = {"green": GREEN, "amber": "#a8690a", "red": RED}
 _WRAP = 104
 _SHOWN_FINDINGS = 6
@@ -34,16 +33,11 @@ Tree = dict[str, Any]
 
 def accuracy_pdf(tree: Tree, pictures: Sequence[Picture]) -> bytes:
     """The assessment as a PDF of two pages."""
-    file = io.BytesIO()
-    with PdfPages(file, metadata={"CreationDate": None, "Creator": "limbgram"}) as pages:
-        for figure in (_first(tree, pictures), _second(tree)):
-            FigureCanvasPdf(figure)
-            pages.savefig(figure)
-    return file.getvalue()
+    return pdf_of((_first(tree, pictures), _second(tree)))
 
 
 def _first(tree: Tree, pictures: Sequence[Picture]) -> Figure:
-    figure = Figure(figsize=_PAGE_IN, facecolor="white")
+    figure = Figure(figsize=PAGE_IN, facecolor="white")
     _banner(figure, tree)
     for idx, card in enumerate(cards(tree)):
         x = 0.07 + 0.225 * idx
@@ -122,7 +116,7 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
     shown.set_fontsize(7.5)
     for (row, column), cell in shown.get_celld().items():
         cell.PAD = 0.01
-        cell.set_edgecolor("#dde4e8")
+        cell.set_edgecolor(RULE)
         if row == 0:
             cell.set_text_props(weight="bold")
         elif column == 4:
@@ -130,7 +124,7 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
 
 
 def _second(tree: Tree) -> Figure:
-    figure = Figure(figsize=_PAGE_IN, facecolor="white")
+    figure = Figure(figsize=PAGE_IN, facecolor="white")
     figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.05, 0.04, 0.9, 0.93), hspace=0.06))
     figure.suptitle(f"{tree['case']}: residuals, network, cameras", fontsize=11, color=INK)
     panels = figure.subplots(4, 2)

@@ -13,7 +13,7 @@ from limbgram.report.accuracy.pages.svg import (
     histogram,
 )
 from limbgram.report.accuracy.pages.words import shown_terms, text_of
-from limbgram.report.page import table
+from limbgram.report.document.html import table
 
 Tree = dict[str, Any]
 

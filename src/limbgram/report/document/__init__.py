@@ -1,0 +1,1 @@
+"""Document: what every page and sheet of limbgram has in common."""
