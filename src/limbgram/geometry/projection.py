@@ -76,6 +76,20 @@ def project_and_differentiate(
     return depth
 
 
+@njit(cache=True, nogil=True)
+def differentiate_all(
+    view: np.ndarray,
+    points: np.ndarray,
+    by_point: np.ndarray,
+    by_pose: np.ndarray,
+    by_lens: np.ndarray,
+) -> None:
+    """Fill the derivatives of every point's pixel: (n, 2, 3), (n, 2, 6) and (n, 2, 10)."""
+    xy = np.empty(2)
+    for k in range(len(points)):
+        project_and_differentiate(view, points[k], xy, by_point[k], by_pose[k], by_lens[k])
+
+
 @njit(cache=True, nogil=True, inline="always")
 def _by_distortion(
     by_lens: np.ndarray, column: int, dx: float, dy: float, fx: float, fy: float, skew: float

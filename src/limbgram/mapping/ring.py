@@ -98,7 +98,10 @@ def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
         outlier_sigmas=options.outlier_sigmas,
     )
     return replace(
-        adjusted.scene, sigma_px=adjusted.sigma_px, lens_covariance=adjusted.lens_covariance
+        adjusted.scene,
+        sigma_px=adjusted.sigma_px,
+        lens_covariance=adjusted.lens_covariance,
+        camera_covariance=adjusted.covariance,
     )
 
 

@@ -7,6 +7,7 @@ from jaxtyping import Float64, Int32
 
 from limbgram.geometry.arrays import Points2, Points3
 from limbgram.geometry.camera import Camera, View
+from limbgram.geometry.projection import POSE_SIZE
 from limbgram.geometry.rigid import Rigid
 from limbgram.geometry.similarity import Similarity
 
@@ -67,6 +68,10 @@ class Scene:
     """Standard deviation of a measured coordinate, robustly from the residuals."""
     lens_covariance: Float64[np.ndarray, "c 10 10"] | None = None
     """Of every camera's lens after the adjustment (PARAMETERS); zero where held."""
+    camera_covariance: Float64[np.ndarray, "u u"] | None = None
+    """Of all that was adjusted beside the points: six numbers a placed photo (turn in its own
+    frame, rad; shift of its translation, scene units; see geometry.projection), then ten a lens.
+    The seven directions of the world's own frame carry nothing."""
     ring: Ring | None = None
 
     @property
@@ -103,4 +108,23 @@ class Scene:
                 for pose in self.camera_from_world
             ),
             points_in_world=new_from_world.apply(self.points_in_world),
+            camera_covariance=self._moved_covariance(new_from_world),
         )
+
+    def _moved_covariance(self, new_from_world: Similarity) -> Float64[np.ndarray, "u u"] | None:
+        """The covariance for the same photos in another world frame.
+
+        A photo's turn w pivots on the world's origin. With another origin the same move has
+        another shift: d_new = scale d - w x (R_new translation).
+        """
+        if self.camera_covariance is None:
+            return None
+        step = np.eye(len(self.camera_covariance))
+        for k, view in enumerate(self.views):
+            pose = new_from_world.move_camera(view.camera_from_world)
+            x, y, z = pose.rotation @ new_from_world.translation
+            turns = slice(POSE_SIZE * k, POSE_SIZE * k + 3)
+            shifts = slice(POSE_SIZE * k + 3, POSE_SIZE * (k + 1))
+            step[shifts, shifts] *= new_from_world.scale
+            step[shifts, turns] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        return step @ self.camera_covariance @ step.T

@@ -27,6 +27,8 @@ f4 = np.float32
 
 _GAIN_PRIOR = 25.0
 """Grey variance by which gains are drawn towards the means' ratio: steadies plain windows."""
+_LEAST_CURVATURE = 0.1
+"""A robust cost may bend the other way where nothing fits; a solution there has no sigma."""
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
@@ -74,19 +76,25 @@ def assemble(
     points      (s, 3) barycentric sample points of a face
     noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
     robust      residuals beyond this many sigmas count less
-    Returns (f, 6) upper triangle 00 01 02 11 12 22, and (f, 3) right side.
+    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right side; (f, photos) what each photo
+    by itself adds to the sum of the right side; (f,) the curvature of the robust cost as a share
+    of the matrix: residuals beyond `robust` hold the surface less than their weight says.
     """
     count = len(faces)
     photos = len(views)
     shift = 0.5 * factor - 0.5
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
+    pull = np.zeros((count, photos), np.float32)
+    curvature = np.ones(count)
     for block in prange((count + 255) // 256):
+        photo_of = np.empty(photos, np.int64)
         grey = np.empty(photos, np.float32)
         change = np.empty(photos, np.float32)
         scale = np.empty(photos, np.float32)
         for f in range(block * 256, min(count, block * 256 + 256)):
             i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
+            held = bent = 0.0
             for s in range(len(points)):
                 a, b, c = points[s, 0], points[s, 1], points[s, 2]
                 x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
@@ -122,6 +130,7 @@ def assemble(
                     sum_ag += scale[used] * grey[used]
                     sum_ah += scale[used] * change[used]
                     steep += along_x * along_x + along_y * along_y
+                    photo_of[used] = k
                     used += 1
                 if used < 2:
                     continue
@@ -135,7 +144,14 @@ def assemble(
                     rr += residual * residual
                 variance = noise_grey * noise_grey + noise_px * noise_px * steep / used
                 chi2 = rr / variance
-                weight = 1 / (variance * (1 + chi2 / ((used - 1) * robust * robust)))
+                limit = (used - 1) * robust * robust
+                weight = 1 / (variance * (1 + chi2 / limit))
+                for k in range(used):
+                    residual = grey[k] - scale[k] * texture
+                    slope = change[k] - scale[k] * texture_change
+                    pull[f, photo_of[k]] -= weight * residual * slope
+                held += weight * hh
+                bent += weight * hh - 2 * weight * weight * hr * hr / limit
                 hh *= weight
                 hr *= weight
                 matrix[f, 0] += a * a * hh
@@ -147,4 +163,6 @@ def assemble(
                 right[f, 0] += a * hr
                 right[f, 1] += b * hr
                 right[f, 2] += c * hr
-    return matrix, right
+            if held > 0:
+                curvature[f] = min(max(bent / held, _LEAST_CURVATURE), 1.0)
+    return matrix, right, pull, curvature

@@ -19,13 +19,16 @@ from limbgram.geometry.arrays import Faces
 from limbgram.geometry.camera import View
 from limbgram.measuring.imagery import Crop, load_crops, prepare
 from limbgram.measuring.rounds import (
+    JointEquations,
     MatchingOptions,
     Sight,
+    joint_equations,
     look,
     match_guessed,
     match_jointly,
     match_patches,
 )
+from limbgram.measuring.uncertainty import with_sigma
 from limbgram.measuring.visibility import best_views, incidence_cosines
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
@@ -84,10 +87,14 @@ def measure(
     mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), crops, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     imagery = prepare(crops, views, 0)
+    found: tuple[Sight, JointEquations] | None = None
     for _ in track(range(options.joint_rounds)):
         sight = look(mesh, imagery, views, seen_by)
-        mesh = _moved(mesh, match_jointly(mesh, imagery, sight, matching), sight, matching)
-    return replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+        equations = joint_equations(mesh, imagery, sight, matching)
+        mesh = _moved(mesh, match_jointly(mesh, sight, equations), sight, matching)
+        found = sight, equations
+    mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+    return mesh if found is None else with_sigma(mesh, *found, metric)
 
 
 def _seen_by(

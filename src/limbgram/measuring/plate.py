@@ -77,14 +77,23 @@ def settle(
         data: (n, n) normal matrix of the measurements, 1/mm^2.
         right: its right side, 1/mm.
     """
-    normals = mesh.vertex_normals()
     weights = data.diagonal()
-    density = float(np.median(weights / plate.area_mm2))
-    stiffness = sp.diags(np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2))
-    curvature = np.einsum("ij,ij->i", normals, plate.laplacian @ mesh.vertices_mm)
-    bending = plate.laplacian.T @ stiffness
+    bending = bending_of(plate, weights, length_mm)
     system = (data + bending @ plate.laplacian).tocsr()
-    return solve(system, right - bending @ curvature, right / np.maximum(weights, 1e-12))
+    force = bending @ curvature_of(mesh, plate)
+    return solve(system, right - force, right / np.maximum(weights, 1e-12))
+
+
+def bending_of(plate: Plate, weights: Float64[np.ndarray, " n"], length_mm: float) -> sp.csr_matrix:
+    """(n, n) force on each vertex by the curvature of the surface; see `settle`."""
+    density = float(np.median(weights / plate.area_mm2))
+    stiffness = np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
+    return sp.csr_matrix(plate.laplacian.T @ sp.diags(stiffness))
+
+
+def curvature_of(mesh: Mesh, plate: Plate) -> Float64[np.ndarray, " n"]:
+    """Twice the mean curvature along the normal, 1/mm; negative where the surface is convex."""
+    return np.einsum("ij,ij->i", mesh.vertex_normals(), plate.laplacian @ mesh.vertices_mm)
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Bool, Float32, Float64, Int32
+from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.errors import SurfaceError
+from limbgram.geometry.arrays import Faces
 from limbgram.geometry.camera import View
 from limbgram.measuring.imagery import Imagery
 from limbgram.measuring.joint import assemble, local_gains
@@ -171,10 +172,35 @@ def _through(
     return settle(mesh, sight.plate, data, right, length_mm)
 
 
-def match_jointly(
+@dataclass(frozen=True, kw_only=True)
+class JointEquations:
+    """The normal equations of all vertices at once, without the plate."""
+
+    data: sp.csr_matrix
+    """(n, n), 1/mm^2."""
+    matrix: Float64[np.ndarray, "f 6"]
+    """What each face adds to `data`."""
+    curvature: Float64[np.ndarray, " f"]
+    """How much of `matrix` the robust cost really bends by."""
+    right: Float64[np.ndarray, " n"]
+    """1/mm."""
+    pull: Float32[np.ndarray, "f k"]
+    """What each photo adds to the right side, by face."""
+    photos: Int64[np.ndarray, " n"]
+    """Photos that measured each vertex."""
+    length_mm: float
+    """Below this length the plate rules."""
+
+
+def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+    """Moves of all vertices at once."""
+    return settle(mesh, sight.plate, equations.data, equations.right, equations.length_mm)
+
+
+def joint_equations(
     mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
-) -> Float64[np.ndarray, " n"]:
-    """All vertices at once, by samples on the faces."""
+) -> JointEquations:
+    """What the photos say about all vertices at once, by samples on the faces."""
     gain = np.zeros((len(mesh), len(imagery.views)), np.float32)
     mean = np.zeros_like(gain)
     local_gains(
@@ -190,7 +216,7 @@ def match_jointly(
         gain,
         mean,
     )
-    matrix, right = assemble(
+    matrix, right, pull, curvature = assemble(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
@@ -205,16 +231,23 @@ def match_jointly(
         options.noise_px,
         options.robust_sigmas,
     )
-    anchor = 1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2
-    data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + sp.diags(anchor))
-    length_mm = options.joint_plate_px * float(np.median(sight.pixel_mm))
-    return settle(
-        mesh,
-        sight.plate,
-        data,
-        np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
-        length_mm,
+    anchor = sp.diags(1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2)
+    return JointEquations(
+        data=sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor),
+        matrix=matrix,
+        curvature=curvature,
+        right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
+        pull=pull,
+        photos=(gain > 0).sum(1),
+        length_mm=options.joint_plate_px * float(np.median(sight.pixel_mm)),
     )
+
+
+def softened(equations: JointEquations, faces: Faces) -> sp.csr_matrix:
+    """The data's matrix as the robust cost really bends: what errors are solved with."""
+    count = len(equations.right)
+    less = equations.matrix * (1 - equations.curvature[:, None])
+    return sp.csr_matrix(equations.data - _sparse(less, faces, count))
 
 
 def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:

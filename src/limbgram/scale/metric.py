@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from jaxtyping import Float64
+
 from limbgram.geometry.arrays import Vector3
 from limbgram.mapping.scene import Scene
 from limbgram.photos.photo import SetAside
@@ -38,6 +41,9 @@ class Scale:
     photos share (the lens), nor an error of the board's print or of a typed length, which only
     another length can tell.
     """
+    by_cameras: Float64[np.ndarray, " u"] | None = None
+    """How much larger, as a fraction, the scene would be for one unit of each number of
+    `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""
     lengths: tuple[LengthCheck, ...] = ()
     set_aside: tuple[SetAside, ...] = ()
     """Boards, markers or distances that were not used, and why."""

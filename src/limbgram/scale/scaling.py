@@ -8,19 +8,20 @@ Fails   ScaleError: a source that cannot be measured, or lengths that contradict
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from limbgram.geometry.arrays import Matrix3, Vector3
-from limbgram.geometry.similarity import Similarity
+from limbgram.geometry.similarity import Similarity, fit_similarity
 from limbgram.mapping.scene import Scene
 from limbgram.scale.distances import KnownDistance, measure_distances
 from limbgram.scale.frame import centre_of_object, common_up, find_floor, rotation_to_z
 from limbgram.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.scale.plate import Plate, find_plate
 from limbgram.scale.ruler import Ruler
+from limbgram.scale.sensitivity import scale_by_cameras
 from limbgram.scale.sight import Aim, aim_of
 from limbgram.scale.verdict import check_lengths, check_plate
 from limbgram.targets.detections import BoardDetections
@@ -74,7 +75,8 @@ def to_millimetres(
     check_lengths(scale, options.max_disagreement)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if plate is not None:
-        return _on_plate(scene, aim, plate, mm_per_unit, scale)
+        metric = _on_plate(scene, aim, plate, mm_per_unit, scale)
+        return _with_sensitivity(metric, plate, detections)
     return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
 
 
@@ -98,6 +100,20 @@ def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Sc
         ),
         set_aside=tuple(one for ruler in rulers for one in ruler.set_aside),
     )
+
+
+def _with_sensitivity(
+    metric: MetricScene, plate: Plate, detections: BoardDetections | None
+) -> MetricScene:
+    """The same scene, knowing how its scale hangs on its cameras."""
+    if detections is None:
+        return metric
+    outline = np.array(metric.board_corners_mm)
+    world_from_board = fit_similarity(plate.outline_mm, outline, with_scale=False)
+    by_cameras = scale_by_cameras(
+        metric.scene, detections, world_from_board.apply(detections.corners_mm)
+    )
+    return replace(metric, scale=replace(metric.scale, by_cameras=by_cameras))
 
 
 def _on_plate(

@@ -43,8 +43,16 @@ class Adjusted:
     scene: Scene
     sigma_px: float
     """Standard deviation of a measured coordinate, robustly from the residuals."""
-    lens_covariance: Float64[np.ndarray, "c 10 10"]
-    """Of every camera's lens after the adjustment; zero where held."""
+    covariance: Float64[np.ndarray, "u u"]
+    """Of placed photos and lenses together, zero where held; see Scene.camera_covariance."""
+
+    @property
+    def lens_covariance(self) -> Float64[np.ndarray, "c 10 10"]:
+        """Of every camera's lens after the adjustment; zero where held."""
+        cameras = len(self.scene.cameras)
+        first = len(self.covariance) - LENS_SIZE * cameras
+        rows = [slice(first + LENS_SIZE * k, first + LENS_SIZE * (k + 1)) for k in range(cameras)]
+        return np.array([self.covariance[part, part] for part in rows])
 
 
 def adjust(
@@ -65,7 +73,7 @@ def adjust(
         sigma_px = bundle.sigma_px(scene)
         bundle = bundle.without_outliers(scene, outlier_sigmas * sigma_px)
     equations = _Equations.at(bundle, prior, sigma_px, 0.0)
-    return Adjusted(bundle.scene(scene), sigma_px, equations.lens_covariance(bundle, prior))
+    return Adjusted(bundle.scene(scene), sigma_px, equations.covariance())
 
 
 @dataclass(frozen=True)
@@ -143,6 +151,8 @@ class _Equations:
     free: Bool[np.ndarray, " u"]
     sigma_px: float
     damping: float
+    lens_size: int
+    """Unknowns of the lenses, which come last."""
 
     @classmethod
     def at(cls, bundle: Bundle, prior: _Prior, sigma_px: float, damping: float) -> "_Equations":
@@ -170,7 +180,7 @@ class _Equations:
         right[lens] += prior.information @ prior.offset(bundle)
         diagonal[lens] += np.diag(prior.information)
         normal[np.arange(size), np.arange(size)] += damping * diagonal
-        return cls(normal, right, free, sigma_px, damping)
+        return cls(normal, right, free, sigma_px, damping, len(prior.packed))
 
     def solved(self, bundle: Bundle) -> Bundle:
         """The bundle after the step that solves these equations."""
@@ -193,18 +203,32 @@ class _Equations:
         )
         return bundle.moved(step, points)
 
-    def lens_covariance(self, bundle: Bundle, prior: _Prior) -> Float64[np.ndarray, "c 10 10"]:
-        """Of the lenses, all else free: seven directions of the world's frame carry nothing."""
-        covariance = np.zeros((len(self.right), len(self.right)))
-        scale = 1.0 / np.sqrt(np.diag(self.normal)[self.free])
-        scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
-        values, vectors = np.linalg.eigh(scaled)
-        known = slice(_GAUGE_FREEDOM, None)
-        inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
-        covariance[np.ix_(self.free, self.free)] = inverse * np.outer(scale, scale)
-        first = POSE_SIZE * len(bundle.views)
-        rows = [
-            slice(first + LENS_SIZE * idx, first + LENS_SIZE * (idx + 1))
-            for idx in range(len(prior.packed) // LENS_SIZE)
-        ]
-        return np.array([covariance[part, part] for part in rows])
+    def covariance(self) -> Float64[np.ndarray, "u u"]:
+        """Of photos and lenses: seven directions of the world's frame carry nothing.
+
+        Lenses as these equations have them. Photos follow their lenses, and scatter about that
+        as measurements independent of each other make them: that residuals tell less than they
+        seem to (_SHARED_ERROR) is seen in lenses, which all photos share, not in single photos.
+        """
+        size = len(self.right)
+        photos, lenses = self.free.copy(), self.free.copy()
+        photos[size - self.lens_size :] = lenses[: size - self.lens_size] = False
+        covariance = np.zeros((size, size))
+        inverse = _pseudo_inverse(self.normal[np.ix_(self.free, self.free)])
+        covariance[np.ix_(self.free, self.free)] = inverse
+        of_lenses = covariance[np.ix_(lenses, lenses)]
+        own = _pseudo_inverse(self.normal[np.ix_(photos, photos)])
+        follow = -own @ self.normal[np.ix_(photos, lenses)]
+        covariance[np.ix_(photos, lenses)] = follow @ of_lenses
+        covariance[np.ix_(lenses, photos)] = (follow @ of_lenses).T
+        covariance[np.ix_(photos, photos)] = own / _SHARED_ERROR**2 + follow @ of_lenses @ follow.T
+        return covariance
+
+
+def _pseudo_inverse(normal: Float64[np.ndarray, "m m"]) -> Float64[np.ndarray, "m m"]:
+    """Inverse less the seven directions of the world's own frame."""
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+    known = slice(_GAUGE_FREEDOM, None)
+    inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+    return inverse * np.outer(scale, scale)

@@ -1,0 +1,30 @@
+"""Sigma: one standard deviation along the normal for every measured vertex.
+
+The sum of local errors (noise, lost detail) and of shared ones (cameras, scale). It speaks of the
+shape: where the surface as a whole lies in the world is not part of it.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from limbgram.measuring.rounds import JointEquations, Sight
+from limbgram.measuring.uncertainty.local import local_errors
+from limbgram.measuring.uncertainty.shared import shared_errors
+from limbgram.scale.metric import MetricScene
+from limbgram.surface.mesh import Mesh
+
+
+def with_sigma(mesh: Mesh, sight: Sight, equations: JointEquations, metric: MetricScene) -> Mesh:
+    """The mesh with its sigmas; NaN at filled vertices."""
+    local = local_errors(mesh, sight, equations)
+    filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
+    measured = ~filled & (equations.photos > 1)
+    shared = shared_errors(mesh, sight.axes, sight.seen_by, measured, metric)
+    variance = local.variance_mm2 + shared.rest_mm2 + (shared.modes_mm**2).sum(1)
+    return replace(
+        mesh,
+        sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
+        shared_mm=shared.modes_mm.astype(np.float32),
+        correlation_mm=local.reach_mm,
+    )

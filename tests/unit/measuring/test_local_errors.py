@@ -1,0 +1,127 @@
+"""The noise of photos that disagree, on a linear problem whose errors are drawn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from limbgram.measuring.plate import bending_of, plate_of, quadrics, tangent_axes
+from limbgram.measuring.rounds import JointEquations, Sight
+from limbgram.measuring.solver import solve
+from limbgram.measuring.uncertainty.local import local_errors
+from limbgram.surface.mesh import Mesh
+
+SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
+LENGTH_MM = 0.8
+NOISE_MM = 0.08
+"""Of what one photo says about the offset of one face."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    mesh: Mesh
+    sight: Sight
+    equations: JointEquations
+    errors_mm: np.ndarray
+
+
+def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
+    """A flat surface (or one with waves of that amplitude) measured by photos that err alike."""
+    mesh = _sheet()
+    random = np.random.default_rng(seed)
+    count = len(mesh.faces)
+    shared, own = random.normal(size=(count, 1)), random.normal(size=(count, PHOTOS))
+    noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
+    true_mm = wave_mm * _waves(mesh.vertices_mm, random)
+    plate = plate_of(mesh)
+    weight = 1 / NOISE_MM**2
+    spread = sp.csr_matrix(
+        (np.full(3 * count, 1 / 3), (np.repeat(np.arange(count), 3), mesh.faces.ravel())),
+        (count, len(mesh)),
+    )
+    data = sp.csr_matrix(PHOTOS * weight * spread.T @ spread + 1e-3 * sp.eye(len(mesh)))
+    told = noise + (spread @ true_mm)[:, None]
+    right = weight * spread.T @ told.sum(1)
+    system = sp.csr_matrix(data + bending_of(plate, data.diagonal(), LENGTH_MM) @ plate.laplacian)
+    moved_mm = solve(system, right, np.zeros(len(mesh)))
+    left = told - (spread @ moved_mm)[:, None]
+    matrix = np.tile(PHOTOS * weight / 9, (count, 6))
+    lifted = mesh.vertices_mm + moved_mm[:, None] * [0.0, 0.0, 1.0]
+    mesh = mesh.with_vertices(lifted)
+    axes = tangent_axes(np.tile([0.0, 0.0, 1.0], (len(mesh), 1)))
+    sight = Sight(
+        plate=plate,
+        axes=axes,
+        quadric=0 * quadrics(mesh, plate, axes),
+        seen_by=np.tile(np.arange(PHOTOS, dtype=np.int32), (len(mesh), 1)),
+        pixel_mm=np.full(len(mesh), EDGE_MM / 4.5),
+    )
+    equations = JointEquations(
+        data=data,
+        matrix=matrix,
+        curvature=np.ones(count),
+        right=weight * spread.T @ left.sum(1),
+        pull=(weight * left * np.sqrt(1 - 1 / PHOTOS)).astype(np.float32),  # texture takes one
+        photos=np.full(len(mesh), PHOTOS),
+        length_mm=LENGTH_MM,
+    )
+    return Solved(mesh, sight, equations, moved_mm - true_mm)
+
+
+def test_noise_is_told_by_how_photos_disagree() -> None:
+    ratios: list[float] = []
+    for seed in range(4):
+        found = solved(0.14, seed)
+        sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+        inside = _inside()
+        ratios.append(float(np.sqrt(np.mean((found.errors_mm / sigma)[inside] ** 2))))
+    assert 0.75 < np.mean(ratios) < 1.1
+
+
+def test_detail_that_the_plate_takes_is_told() -> None:
+    found = solved(0.14, 7, wave_mm=0.3)
+    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    inside = _inside()
+    smooth = solved(0.14, 7)
+    error, error_smooth = found.errors_mm[inside].std(), smooth.errors_mm[inside].std()
+    assert error > 1.4 * error_smooth  # the waves were lost
+    assert 0.7 < error / np.sqrt(np.mean(sigma[inside] ** 2)) < 1.4
+
+
+def test_a_vertex_of_a_single_photo_has_a_pixel() -> None:
+    found = solved(0.14, 1)
+    found.equations.photos[500] = 1
+    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    assert sigma[500] > EDGE_MM / 4.5 > 2 * np.median(sigma)
+
+
+def _sheet() -> Mesh:
+    """A rhomb of equilateral triangles."""
+    column, row = (part.ravel() for part in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))
+    at = np.arange(SIDE * SIDE).reshape(SIDE, SIDE)
+    a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[:-1, 1:], at[1:, :-1], at[1:, 1:]))
+    x, y = EDGE_MM * (column + 0.5 * row), EDGE_MM * np.sqrt(3) / 2 * row
+    return Mesh(
+        vertices_mm=np.stack([x, y, np.zeros(len(x))], 1),
+        faces=np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]).astype(np.int32),
+    )
+
+
+def _waves(points: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Waves of 4 to 16 mm, the long ones higher; standard deviation 1."""
+    lengths = np.geomspace(4.0, 16.0, 20)
+    heights = lengths**1.0
+    heights *= np.sqrt(2) / np.linalg.norm(heights)
+    total = np.zeros(len(points))
+    for length, height in zip(lengths, heights, strict=True):
+        turn, phase = random.uniform(0, 2 * np.pi, 2)
+        along = points[:, 0] * np.cos(turn) + points[:, 1] * np.sin(turn)
+        total += height * np.sin(2 * np.pi * along / length + phase)
+    return total
+
+
+def _inside() -> np.ndarray:
+    """Vertices away from the rim."""
+    place = np.arange(SIDE * SIDE)
+    column, row = place % SIDE, place // SIDE
+    return (np.minimum(column, row) > 6) & (np.maximum(column, row) < SIDE - 7)
