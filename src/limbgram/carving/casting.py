@@ -118,8 +118,9 @@ def _crossing(
     one, two = mesh.faces[face, corner], mesh.faces[face, (corner + 1) % 3]
     low, high = np.minimum(one, two), np.maximum(one, two)
     p, q = mesh.vertices_mm[low], mesh.vertices_mm[high]
-    share = (z_mm - p[:, 2]) / (q[:, 2] - p[:, 2])
-    return p[:, :2] + share[:, None] * (q - p)[:, :2]
+    share = ((z_mm - p[:, 2]) / (q[:, 2] - p[:, 2]))[:, None]
+    # In this form an edge that ends on the plane gives its very vertex, as all edges there do.
+    return (1 - share) * p[:, :2] + share * q[:, :2]
 
 
 def _angle_deg(points: Points2) -> Float64[np.ndarray, " s"]:

@@ -19,7 +19,7 @@ from limbgram.surface.mesh import Mesh
 _ABOVE_DISC_MM = 1e-6
 """A flat distal disc is cut this far above it."""
 _POINT_MM = 0.05
-"""A first slice with all radii below this is the point where the axis pierces the surface."""
+"""Nearer than this the axis has only just come in: the first slice is the point where it does."""
 _STEP_MM = 0.001
 """Heights are multiples of this, as files hold them."""
 _FINE_STEPS = 101
@@ -77,7 +77,7 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
     cut_at[0] += _ABOVE_DISC_MM
     cast = cast_radii(mesh, thetas, cut_at)
     radii = cast.radii_mm.copy()
-    pointed = (cast.crossings[0] != 1).any() or np.nanmax(radii[0]) < _POINT_MM
+    pointed = float(cast.outermost_mm[0].min()) < _POINT_MM
     if pointed and options.from_mm is None:
         radii[0] = 0.0
     bad = np.isnan(radii)

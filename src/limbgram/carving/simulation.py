@@ -84,7 +84,7 @@ def simulate(moves: Moves, blank: Blank, ball_mm: float) -> Carved:
     count = max(2, int(np.ceil(blank.length_mm / _CELL_MM)))
     x_mm = blank.from_mm + (np.arange(count) + 0.5) * blank.length_mm / count
     a_deg = 360.0 / _CELLS_ROUND * np.arange(_CELLS_ROUND)
-    radii = np.full((count, _CELLS_ROUND), blank.radius_mm)
+    radii = np.full((count, _CELLS_ROUND), float(blank.radius_mm))
     hollows = np.full_like(radii, np.inf)
     _carve(
         moves.x_mm,

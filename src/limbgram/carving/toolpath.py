@@ -30,6 +30,8 @@ _PROFILES = 120
 """Profiles along the axis that tell how far apart the ways may lie."""
 _STEEPEST = 98
 """Percentile of the profiles that counts: a fold of the scan must not set the pace."""
+_LINKS = 9
+"""Places on the way from ring to ring."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,14 +163,31 @@ def _strip(
     way: _Way, rings_mm: Float64[np.ndarray, " r"], count: int, level_mm: float, name: str
 ) -> Strip:
     """One strip over all rings, no nearer to the axis than a level."""
-    if way.options.pattern == "helix":
-        # A full turn at either end, a ring's distance a turn between.
-        turn = np.arange((len(rings_mm) + 1) * count + 1) / count
-        x_mm = np.interp(turn - 1, np.arange(len(rings_mm)), rings_mm)
-        a_deg = 360.0 * turn
-    else:
-        turn = np.linspace(0, 360, count + 1)
-        ways = [turn if k % 2 == 0 else turn[::-1] for k in range(len(rings_mm))]
-        a_deg, x_mm = np.concatenate(ways), np.repeat(rings_mm, count + 1)
-    stops = way.stops(x_mm, a_deg)
-    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=np.maximum(stops, level_mm), name=name)
+    if way.options.pattern == "rings":
+        return _rings(way, rings_mm, count, level_mm, name)
+    # A full turn at either end, a ring's distance a turn between.
+    turn = np.arange((len(rings_mm) + 1) * count + 1) / count
+    x_mm = np.interp(turn - 1, np.arange(len(rings_mm)), rings_mm)
+    stops = np.maximum(way.stops(x_mm, 360.0 * turn), level_mm)
+    return Strip(x_mm=x_mm, a_deg=360.0 * turn, centre_mm=stops, name=name)
+
+
+def _rings(
+    way: _Way, rings_mm: Float64[np.ndarray, " r"], count: int, level_mm: float, name: str
+) -> Strip:
+    """To and fro; from ring to ring over the highest place between them, for the straight way
+    would cut a bulge's corner."""
+    turn = np.linspace(0, 360, count + 1)
+    there = np.append(turn, np.full(_LINKS, 360.0))
+    back = np.append(turn[::-1], np.zeros(_LINKS))
+    a_deg = np.where((np.arange(len(rings_mm)) % 2 == 0)[:, None], there, back)
+    share = np.append(np.zeros(count + 1), np.linspace(0, 1, _LINKS))
+    x_mm = rings_mm[:, None] + np.append(np.diff(rings_mm), 0.0)[:, None] * share
+    stops = way.stops(x_mm.ravel(), a_deg.ravel()).reshape(x_mm.shape)
+    stops[:, count + 1 :] = stops[:, count + 1 :].max(1, keepdims=True)
+    return Strip(
+        x_mm=x_mm.ravel(),
+        a_deg=a_deg.ravel(),
+        centre_mm=np.maximum(stops, level_mm).ravel(),
+        name=name,
+    )

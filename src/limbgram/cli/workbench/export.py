@@ -89,7 +89,7 @@ def export_command(
     shape: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
     to: Annotated[FormatName, typer.Option(help="Kind of file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="File to write; SHAPE-aop.aop and the like if not given.")
+        Path | None, typer.Option("-o", "--out", help="File to write; else SHAPE-aop.aop or so.")
     ] = None,
     side: Annotated[
         SideName | None,

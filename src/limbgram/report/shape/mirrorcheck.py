@@ -1,6 +1,6 @@
 """The mirror check: what an exported file holds, seen as nobody can mistake it.
 
-One view from proximal, front up, and one from the front, with the patient's right marked, drawn
+Sections from proximal, front up, and the shape from the front and from the patient's right, drawn
 from what was read back. Laid beside the patient, a mirrored shape shows.
 """
 
@@ -15,7 +15,7 @@ from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut
 
 _HEIGHT_PX = 460
-_FROM_PROXIMAL = np.array([[1.0, 0, 0], [0, -1.0, 0], [0, 0, -1.0]])
+_FROM_THE_RIGHT = np.array([[0.0, 1.0, 0], [0, 0, -1.0], [-1.0, 0, 0]])
 _FROM_THE_FRONT = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
 _LEVELS = (0.2, 0.4, 0.6, 0.8)
 _COLOURS = ("#2b6ca3", "#3c8d5a", "#d9822b", "#b8403a")
@@ -24,18 +24,22 @@ _COLOURS = ("#2b6ca3", "#3c8d5a", "#d9822b", "#b8403a")
 def mirror_check(
     mesh_in_limb: Mesh, landmarks_in_limb: tuple[Landmark, ...], side: Side, title: str
 ) -> Drawing:
-    """Three panels: sections from proximal, the shape from proximal, and from the front."""
+    """Three panels: sections from proximal, the shape from the front and from the right."""
     figure = blank(10.5, 4.2)
-    sections, above, front = figure.subplots(1, 3)
+    sections, front, beside = figure.subplots(1, 3)
     _sections(sections, mesh_in_limb)
-    _view(above, mesh_in_limb, landmarks_in_limb, _FROM_PROXIMAL)
     _view(front, mesh_in_limb, landmarks_in_limb, _FROM_THE_FRONT)
-    for axes, name in ((sections, "sections from proximal"), (above, "from proximal")):
-        axes.set_title(f"{name}: front up", fontsize=9, color=FAINT)
-        _sign(axes, (0.5, 1.0), "ANTERIOR", "top")
-        _sign(axes, (1.0, 0.5), "RIGHT", "center")
-    front.set_title("from the front: proximal up", fontsize=9, color=FAINT)
-    _sign(front, (0.0, 0.5), "RIGHT", "center")
+    _view(beside, mesh_in_limb, landmarks_in_limb, _FROM_THE_RIGHT)
+    sections.set_title("sections seen from proximal", fontsize=9, color=FAINT, pad=16)
+    front.set_title("seen from the front", fontsize=9, color=FAINT, pad=16)
+    beside.set_title("seen from the patient's right", fontsize=9, color=FAINT, pad=16)
+    _sign(sections, "FRONT", (0.5, 1.0), "center", "bottom")
+    _sign(sections, "RIGHT", (1.0, 0.5), "left", "center")
+    _sign(sections, "LEFT", (0.0, 0.5), "right", "center")
+    _sign(front, "RIGHT", (0.0, 0.5), "right", "center")
+    _sign(front, "LEFT", (1.0, 0.5), "left", "center")
+    _sign(beside, "FRONT", (1.0, 0.5), "left", "center")
+    _sign(beside, "BACK", (0.0, 0.5), "right", "center")
     size = np.ptp(mesh_in_limb.vertices_mm, axis=0)
     told = "no side" if side == "none" else f"the patient's {side.upper()} side"
     figure.suptitle(
@@ -57,14 +61,13 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
         for section in cut(mesh, [low + share * (high - low)]):
             points = section.points_mm
             closed = np.concatenate([points, points[:1]]) if section.closed else points
-            label = f"{share:.0%} of the length from distal"
+            label = f"{share:.0%} of the length"
             known = axes.get_legend_handles_labels()[1]
             axes.plot(*closed[:, :2].T, color=colour, lw=1, label="" if label in known else label)
     axes.plot(0, 0, "+", color=INK)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.margins(0.12)
-    axes.legend(fontsize=6, loc="lower left", frameon=False)
+    axes.legend(fontsize=6, loc="upper center", bbox_to_anchor=(0.5, 0), ncol=4, frameon=False)
 
 
 def _view(axes: Axes, mesh: Mesh, landmarks: tuple[Landmark, ...], turn: Matrix3) -> None:
@@ -84,11 +87,9 @@ def _view(axes: Axes, mesh: Mesh, landmarks: tuple[Landmark, ...], turn: Matrix3
         axes.plot(x, y, ".", color=RED, ms=4)
         axes.text(x + 6, y, mark.name, fontsize=6, color=RED, va="center", clip_on=True)
     axes.set_axis_off()
-    axes.margins(0.12)
 
 
-def _sign(axes: Axes, place: tuple[float, float], text: str, vertical: str) -> None:
-    across = {0.0: "left", 0.5: "center", 1.0: "right"}[place[0]]
+def _sign(axes: Axes, text: str, place: tuple[float, float], across: str, along: str) -> None:
     axes.text(
         *place,
         text,
@@ -97,5 +98,5 @@ def _sign(axes: Axes, place: tuple[float, float], text: str, vertical: str) -> N
         weight="bold",
         color=RED,
         ha=across,
-        va=vertical,
+        va=along,
     )

@@ -41,9 +41,9 @@ def _text(content: bytes, name: str) -> np.ndarray:
         raise ShapeFileError(
             f"{name} is damaged: a corner is no number ({error}). Export it again."
         ) from error
-    if not len(numbers) or len(numbers) % 3:
+    if not len(numbers) or len(numbers) % 3 or b"endsolid" not in content[-1000:].lower():
         raise ShapeFileError(
-            f"{name} is no whole STL file: it has {len(numbers)} corners, which is no number of "
-            "triangles. It was probably cut off on its way: copy it again."
+            f"{name} is no whole STL file: it ends after {len(numbers)} corners without saying "
+            "that this is the end. It was probably cut off on its way: copy it again."
         )
     return numbers.reshape(-1, 3, 3)

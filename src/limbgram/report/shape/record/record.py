@@ -1,0 +1,156 @@
+"""The record: everything that is kept of a shape, as one JSON tree and pictures.
+
+In      an aligned shape; another one to compare it with, the recipe it was made by, the case of
+        its scan, as far as there are any.
+Out     a Record: a tree (SCHEMA) in mm and mL, and pictures. No name of a file, folder, recipe or
+        person is in it: see sources.
+Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs to neither shape.
+"""
+
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from limbgram.report.drawings.drawing import Drawing
+from limbgram.report.pictures import Picture, png
+from limbgram.report.shape.differences import difference_pictures
+from limbgram.report.shape.record.advice import findings
+from limbgram.report.shape.record.bias import biases
+from limbgram.report.shape.record.replaying import Replaying, replayed_on
+from limbgram.report.shape.record.sources import (
+    CaseSource,
+    RecipeSource,
+    ShapeSource,
+    in_print,
+    nameless,
+    printed_names,
+)
+from limbgram.report.shape.record.views import four_sides_of_limb
+from limbgram.report.summary import finite
+from limbgram.shape.comparing import (
+    CompareOptions,
+    Comparison,
+    RegistrationOptions,
+    compare,
+)
+from limbgram.shape.comparing.registration import Way
+from limbgram.shape.comparing.telling.trees import comparison_tree
+from limbgram.shape.frame import frame_of, in_limb_frame
+from limbgram.shape.limb import Landmark
+from limbgram.shape.measures import MeasureOptions, Measures, measure
+from limbgram.shape.measures.table import tree as measures_tree
+
+SCHEMA = "limbgram-report/1"
+INTENDED_USE = (
+    "Shape capture and computer-aided shaping of casts and limbs by qualified prosthetic and "
+    "orthotic professionals. Not for diagnosis. A professional must verify dimensions before "
+    "fabrication. Not a cleared medical device."
+)
+NAMES_NOTE = (
+    "No name is printed here: files are told by the first digits of their SHA-256, landmarks "
+    "with names of their own by numbers in the order of the limb file."
+)
+_LIBRARIES = ("limbgram", "numpy", "scipy", "numba", "trimesh")
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordOptions:
+    """What a record shows."""
+
+    spacing_mm: float = 20.0
+    """Of the levels."""
+    reference: str | None = None
+    """Landmark from which heights count; None for the distal end."""
+    way: Way | None = None
+    """How the other shape is laid on; None: as it is if the recipe leads from it to the shape,
+    else by shape."""
+
+
+DEFAULTS = RecordOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What page and PDF are made of."""
+
+    tree: Json
+    pictures: tuple[Picture, ...]
+    """The four sides first, then the differences if something was compared."""
+
+
+def record_of(
+    shape: ShapeSource,
+    against: ShapeSource | None = None,
+    recipe: RecipeSource | None = None,
+    case: CaseSource | None = None,
+    options: RecordOptions = DEFAULTS,
+) -> Record:
+    """Measure, compare and replay what is named, and put it together."""
+    frame = frame_of(shape.limb)
+    printed = printed_names(shape, against)
+    told = nameless(shape, printed)
+    other = None if against is None else nameless(against, printed)
+    reference = options.reference and printed.get(options.reference, options.reference)
+    measures = measure(
+        told.limb, MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
+    )
+    done = None if recipe is None else replayed_on(recipe, shape, against)
+    compared = None if other is None else _compare(told, other, done, options)
+    mesh = in_limb_frame(told.limb)
+    marks = tuple(
+        Landmark(name=mark.name, position_mm=place)
+        for mark, place in zip(
+            told.limb.landmarks, _places(told.limb.landmarks, frame.limb_from_mesh.apply)
+        )
+    )
+    lines = biases(measures, mesh, case, None if done is None else done.ledger)
+    tree: Json = {
+        "schema": SCHEMA,
+        "id": told.id,
+        "side": frame.side,
+        "unit": "mm",
+        "intended_use": INTENDED_USE,
+        "names": NAMES_NOTE,
+        "size_mm": np.ptp(mesh.vertices_mm, axis=0).tolist(),
+        "triangles": len(mesh.faces),
+        "notes": list(told.limb.notes),
+        "measures": measures_tree(measures),
+        "landmarks": [
+            {"name": mark.name, "in_limb_mm": mark.position_mm.tolist()} for mark in marks
+        ],
+        "comparison": None if compared is None else comparison_tree(compared),
+        "recipe": None if done is None else _recipe(done, printed),
+        "case": None if case is None else _case(case, shape, against),
+        "bias": [asdict(line) for line in lines],
+        "files": _files(shape, against, recipe, case),
+        "versions": {
+            **{name: version(name) for name in _LIBRARIES},
+            "python": platform.python_version(),
+        },
+    }
+    tree["findings"] = [asdict(found) for found in findings(tree, measures)]
+    drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, frame.side))]
+    if compared is not None:
+        drawings.append(("differences", "What differs", difference_pictures(compared)))
+    return Record(tree=finite(tree), pictures=tuple(_picture(*drawing) for drawing in drawings))
+
+
+def _compare(
+    shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
+) -> Comparison:
+    """The shape less the other one."""
+    way: Way = "as-is" if done is not None and done.leads_here else "icp"
+    return compare(
+        other.limb,
+        shape.limb,
+        CompareOptions(
+            registration=RegistrationOptions(way=options.way or way),
+            spacing_mm=options.spacing_mm,
+        ),
+    )

@@ -1,0 +1,94 @@
+"""`limbgram export`: every format from one command, and no carver's file without a sure side."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.export.workshop import write_limb
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Limb, LimbFrame
+from limbgram.shape.reading import read_limb
+from limbgram.shape.reading.aop import RadiusMap
+
+RUNNER = CliRunner()
+
+
+@pytest.fixture
+def scan(tmp_path: Path) -> Path:
+    """A short limb that lies on its side in its own file."""
+    thetas = np.arange(0, 360, 3.0)
+    radii = np.tile(30 + 4 * np.cos(np.radians(thetas - 90)), (4, 1))
+    body = RadiusMap(thetas_deg=thetas, z_mm=np.linspace(0, 60, 4), radii_mm=radii)
+    lying = Rigid.from_rotation_vector(np.array([np.pi / 2, 0, 0]), np.array([5.0, 6, 7]))
+    mesh = body.surface()
+    mesh = mesh.with_vertices(lying.inverse.apply(mesh.vertices_mm))
+    frame = LimbFrame(limb_from_mesh=lying, side="left")
+    return write_limb(Limb(mesh=mesh, frame=frame), tmp_path / "scan.ply")
+
+
+def exported(scan: Path, *words: str) -> dict[str, object]:
+    answer = RUNNER.invoke(app, ["export", str(scan), *words, "--json"])
+    assert answer.exit_code == 0, answer.output
+    return json.loads(answer.stdout)
+
+
+def refused(scan: Path, *words: str) -> str:
+    answer = RUNNER.invoke(app, ["export", str(scan), *words, "--json"])
+    assert answer.exit_code in (2, 4)
+    assert sorted(path.name for path in scan.parent.iterdir()) == ["scan.limb.json", "scan.ply"]
+    return str(json.loads(answer.stdout)["error"]["message"])
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb"])
+def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
+    content = exported(scan, "--to", kind)
+    read = read_limb(Path(str(content["written"])))
+    low, high = read.mesh.vertices_mm.min(0), read.mesh.vertices_mm.max(0)
+    np.testing.assert_allclose((low[2], high[2]), (0, 60), atol=1e-3)
+    assert high[0] == pytest.approx(34, abs=0.01)  # the patient's right
+    assert read.frame is not None
+    assert read.frame.side == "left"
+
+
+def test_aop_and_its_mirror_check(scan: Path) -> None:
+    content = exported(scan, "--to", "aop", "--side", "left", "--spokes", "120", "--line-end", "cr")
+    read = read_limb(Path(str(content["written"])))
+    assert read.mesh.vertices_mm[:, 0].max() == pytest.approx(34, abs=0.01)
+    assert content["unit"] == "mm"
+    assert content["side"] == "left"
+    assert b"\n" not in Path(str(content["written"])).read_bytes()
+    picture = Path(str(content["mirror_check"]))
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_gcode(scan: Path) -> None:
+    content = exported(scan, "--to", "gcode", "--side", "left", "--tool", "16", "--scallop", "0.2")
+    assert content["gouge_mm"] < 0.02  # type: ignore[operator]
+    assert "( SIDE: LEFT )" in Path(str(content["written"])).read_text()
+    assert Path(str(content["mirror_check"])).is_file()
+
+
+def test_dxf_in_two_forms(scan: Path) -> None:
+    assert Path(str(exported(scan, "--to", "dxf")["written"])).is_file()
+    assert exported(scan, "--to", "dxf", "--polyface", "--spacing", "25")["sections"] == 2
+
+
+@pytest.mark.parametrize("kind", ["aop", "gcode"])
+def test_no_carver_without_a_sure_side(scan: Path, kind: str) -> None:
+    assert "confirmed" in refused(scan, "--to", kind)
+    assert "not sure" in refused(scan, "--to", kind, "--side", "right")
+
+
+def test_an_option_of_another_format_is_refused(scan: Path) -> None:
+    assert "--tool: for gcode only" in refused(scan, "--to", "stl", "--tool", "3")
+    assert "--line-end: for aop only" in refused(scan, "--to", "dxf", "--line-end", "cr")
+    assert "--spacing: for aop or dxf only" in refused(scan, "--to", "ply", "--spacing", "3")
+
+
+def test_the_shape_itself_is_kept(scan: Path) -> None:
+    assert "overwritten" in refused(scan, "--to", "ply", "--out", str(scan))
+    assert "does not end in" in refused(scan, "--to", "stl", "--out", str(scan.with_name("a.ply")))

@@ -1,0 +1,77 @@
+"""What must hold before a carver gets a shape, and DXF beside it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+import trimesh
+from ezdxf.render import MeshBuilder
+
+from limbgram.errors import CarveError, OptionsError
+from limbgram.export.workshop import admit, in_limb_frame, write_polyface_dxf
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Landmark, Limb, LimbFrame
+from limbgram.surface import Mesh
+
+
+@pytest.fixture
+def limb() -> Limb:
+    box = trimesh.creation.box((100.0, 80.0, 200.0))
+    turn = Rigid.from_rotation_vector(np.array([0.0, 0, np.pi / 2]), np.array([0.0, 0, 100]))
+    return Limb(
+        mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=box.faces.astype(np.int32)),
+        landmarks=(Landmark(name="A", position_mm=np.array([50.0, 0, 0])),),
+        frame=LimbFrame(limb_from_mesh=turn, side="left"),
+    )
+
+
+def test_an_aligned_limb_of_the_confirmed_side_passes_in_its_frame(limb: Limb) -> None:
+    passed = admit(limb, "left")
+    np.testing.assert_allclose(np.ptp(passed.mesh.vertices_mm, axis=0), (80, 100, 200))
+    assert passed.mesh.vertices_mm[:, 2].min() == pytest.approx(0)
+    np.testing.assert_allclose(passed.landmarks[0].position_mm, (0, 50, 100), atol=1e-12)
+    again = in_limb_frame(passed)
+    np.testing.assert_array_equal(again.mesh.vertices_mm, passed.mesh.vertices_mm)
+
+
+def test_what_is_not_sure_does_not_pass(limb: Limb) -> None:
+    with pytest.raises(OptionsError, match="confirmed"):
+        admit(limb, None)
+    with pytest.raises(CarveError, match="'right' and the shape was aligned as 'left'"):
+        admit(limb, "right")
+    with pytest.raises(CarveError, match="not aligned"):
+        admit(replace(limb, frame=None), "left")
+    inverted = replace(limb.mesh, faces=limb.mesh.faces[:, ::-1].copy())
+    with pytest.raises(CarveError, match="inside out"):
+        admit(limb.with_mesh(inverted), "left")
+    inches = limb.mesh.with_vertices(limb.mesh.vertices_mm / 25.4)
+    with pytest.raises(CarveError, match="unit"):
+        admit(limb.with_mesh(inches), "left")
+
+
+@pytest.mark.parametrize(("subdivisions", "meshes"), [(3, 1), (6, 3)])
+def test_a_polyface_drawing_is_the_surface(tmp_path: Path, subdivisions: int, meshes: int) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=50)
+    mesh = Mesh(vertices_mm=np.asarray(ball.vertices), faces=ball.faces.astype(np.int32))
+    report = write_polyface_dxf(mesh, tmp_path / "ball.dxf", spacing_mm=20)
+    assert report.meshes == meshes  # 81,920 faces of 32,767 at most
+    assert report.sections == 5
+    if subdivisions > 3:
+        return
+    drawing = ezdxf.readfile(report.path)
+    assert not drawing.audit().errors
+    lines = drawing.modelspace().query("POLYLINE")
+    (surface,) = [line for line in lines if line.is_poly_face_mesh]
+    sections = [line for line in lines if line.is_3d_polyline]
+    assert len(sections) == 5
+    assert all(line.is_closed for line in sections)
+    found = MeshBuilder.from_polyface(surface)
+    corners = np.array([tuple(place) for place in found.vertices])[np.array(found.faces)]
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(ball.volume, rel=1e-6)
+    for line in sections:
+        points = np.array([tuple(vertex.dxf.location) for vertex in line.vertices])
+        assert np.ptp(points[:, 2]) == 0
+        np.testing.assert_allclose(np.linalg.norm(points, axis=1), 50, atol=0.5)

@@ -1,0 +1,112 @@
+"""The program as a controller reads it: units, header, safe moves, and what it carves."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.carving import CarveOptions
+from limbgram.errors import CarveError, ExportError
+from limbgram.export.workshop import gcode as program
+from limbgram.export.workshop import write_gcode
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Limb, LimbFrame
+from limbgram.shape.reading import read_limb
+from limbgram.shape.reading.aop import RadiusMap
+
+OPTIONS = CarveOptions(scallop_mm=0.2, tool_diameter_mm=16.0, rough_depth_mm=25)
+
+
+@pytest.fixture(scope="module")
+def limb() -> Limb:
+    """A short cylinder with a bump at the patient's right."""
+    thetas = np.arange(0, 360, 2.0)
+    radii = 30 + 4 * np.exp(-(((thetas - 90) / 25) ** 2))
+    body = RadiusMap(
+        thetas_deg=thetas, z_mm=np.array([0.0, 15, 30]), radii_mm=np.tile(radii, (3, 1))
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    return Limb(mesh=body.surface(), frame=frame)
+
+
+@pytest.mark.parametrize("a_turns", ["tool", "work"])
+def test_the_program_carves_the_limb(tmp_path: Path, limb: Limb, a_turns: str) -> None:
+    options = replace(OPTIONS, a_turns=a_turns)
+    report = write_gcode(limb, tmp_path / "limb.gcode", options)
+    assert report.check.gouge_mm < 0.02
+    assert report.check.rapid_hits == 0
+    text = report.path.read_text("ascii")
+    for line in ("( UNIT: MM, DEGREES )", "( SIDE: RIGHT )", report.shape_sha256):
+        assert line in text
+    assert text.endswith("M5\nM30\n")
+    # Where the tool stays farthest out is the bump: at the patient's right, A = -90 for a tool
+    # that turns counter-clockwise.
+    words = re.findall(r"^G1 X(\S+) A(\S+) Z(\S+) F", text.split("( finishing )")[1], re.M)
+    moves = np.array(words, float)
+    wall = moves[(moves[:, 0] > 10) & (moves[:, 0] < 25)]
+    farthest = wall[wall[:, 2].argmax(), 1] % 360
+    assert farthest == pytest.approx(270 if a_turns == "tool" else 90, abs=2)
+    assert wall[:, 2].max() == pytest.approx(34, abs=0.03)
+    assert wall[:, 2].min() == pytest.approx(30, abs=0.03)
+
+
+def test_it_does_not_turn_back_between_passes(tmp_path: Path, limb: Limb) -> None:
+    text = write_gcode(limb, tmp_path / "limb.gcode", OPTIONS).path.read_text()
+    angles = np.array(re.findall(r" A(-?\d\S*)", text.split("M3")[1]), float)
+    assert np.abs(np.diff(angles)).max() < 180
+
+
+def test_feed_holds_over_the_surface(tmp_path: Path, limb: Limb) -> None:
+    report = write_gcode(limb, tmp_path / "limb.gcode", replace(OPTIONS, feed_mm_min=1000))
+    strip = report.toolpath.strips[-1]
+    radius = strip.centre_mm
+    way = np.hypot(
+        np.hypot(np.diff(strip.x_mm), np.diff(radius)),
+        np.radians(np.diff(strip.a_deg)) * (radius[1:] + radius[:-1]) / 2,
+    )
+    text = report.path.read_text().split("( finishing )")[1]
+    inverse = np.array(re.findall(r"^G1 X.* F(\S+)$", text, re.M), float)
+    outer = radius[1:] > 30
+    np.testing.assert_allclose((way * inverse)[outer], 1000, rtol=1e-3)
+    turning = np.diff(strip.a_deg) * inverse
+    assert turning.max() < OPTIONS.turn_deg_min * 1.001
+
+
+def test_a_program_that_gouges_is_not_kept(
+    tmp_path: Path, limb: Limb, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = program.plan_toolpath
+
+    def too_deep(*args: object) -> object:
+        path = plan(*args)  # type: ignore[arg-type]
+        strips = tuple(replace(one, centre_mm=one.centre_mm - 0.2) for one in path.strips)
+        return replace(path, strips=strips)
+
+    monkeypatch.setattr(program, "plan_toolpath", too_deep)
+    with pytest.raises(CarveError, match=r"cuts 0\.\d+ mm into the shape"):
+        write_gcode(limb, tmp_path / "limb.gcode", OPTIONS)
+    assert not (tmp_path / "limb.gcode").exists()
+
+
+def test_foreign_words_are_not_passed_over() -> None:
+    for line in ("G2 X1", "G1 Y3", "G20"):
+        with pytest.raises(ExportError, match="the word"):
+            program.read_moves(f"G21 G90 G94\nG0 Z50\n{line}\n", OPTIONS)
+
+
+def test_only_an_aligned_limb(tmp_path: Path, limb: Limb) -> None:
+    with pytest.raises(CarveError, match="align"):
+        write_gcode(replace(limb, frame=None), tmp_path / "limb.gcode", OPTIONS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["stl_file.stl", "stl_file_2.stl"])
+def test_real_limbs_are_not_cut_into(tmp_path: Path, data_folder: Path, name: str) -> None:
+    limb = read_limb(data_folder / "shapes" / "ampscan" / name)
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
+    report = write_gcode(replace(limb, frame=frame), tmp_path / "limb.gcode", CarveOptions())
+    assert report.check.gouge_mm < 0.05
+    assert 0.03 < report.check.scallop_mm < 0.07
+    assert report.check.left_share < 0.01

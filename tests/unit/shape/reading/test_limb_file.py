@@ -1,0 +1,102 @@
+"""The limb file beside a mesh: kept whole, and never taken for that of another shape."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from limbgram.errors import ExportError, ShapeFileError
+from limbgram.export.workshop import write_limb, write_limb_file
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Landmark, Limb, LimbFrame
+from limbgram.shape.reading import read_limb
+from limbgram.surface import Mesh
+
+
+@pytest.fixture
+def limb() -> Limb:
+    box = trimesh.creation.box((100.0, 80.0, 200.0))
+    motion = Rigid.from_rotation_vector(np.array([0.1, -0.2, 0.3]), np.array([1.0, 2.0, 3.0]))
+    return Limb(
+        mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=box.faces.astype(np.int32)),
+        landmarks=(Landmark(name="Fibula Head", position_mm=np.array([50.0, 1 / 3, -7.0])),),
+        frame=LimbFrame(limb_from_mesh=motion, side="left"),
+        sock_mm=0.3,
+    )
+
+
+def test_it_keeps_everything(tmp_path: Path, limb: Limb) -> None:
+    read = read_limb(write_limb(limb, tmp_path / "scan.ply"))
+    assert read.frame is not None
+    assert limb.frame is not None
+    assert read.frame.side == "left"
+    assert read.sock_mm == 0.3
+    assert read.landmarks[0].name == "Fibula Head"
+    np.testing.assert_array_equal(read.landmarks[0].position_mm, limb.landmarks[0].position_mm)
+    ours, theirs = limb.frame.limb_from_mesh, read.frame.limb_from_mesh
+    np.testing.assert_array_equal(theirs.matrix_3x4, ours.matrix_3x4)
+
+
+def test_that_of_another_mesh_is_refused(tmp_path: Path, limb: Limb) -> None:
+    path = write_limb(limb, tmp_path / "scan.stl")
+    content = bytearray(path.read_bytes())
+    content[-3] ^= 1  # the attribute of the last triangle: the shape itself is the same
+    path.write_bytes(content)
+    with pytest.raises(ShapeFileError, match="belongs to another shape"):
+        read_limb(path)
+    (tmp_path / "scan.limb.json").unlink()
+    assert read_limb(path).frame is None
+
+
+def test_it_is_not_written_for_a_surface_that_the_file_does_not_hold(
+    tmp_path: Path, limb: Limb
+) -> None:
+    path = write_limb(limb, tmp_path / "scan.ply")
+    swollen = replace(limb, mesh=limb.mesh.with_vertices(limb.mesh.vertices_mm * 1.001))
+    with pytest.raises(ExportError, match="another surface"):
+        write_limb_file(swollen, path)
+
+
+def test_it_does_not_overwrite_that_of_a_namesake(tmp_path: Path, limb: Limb) -> None:
+    write_limb(limb, tmp_path / "scan.ply")
+    before = (tmp_path / "scan.limb.json").read_bytes()
+    with pytest.raises(ExportError, match=r"scan\.ply"):
+        write_limb(limb, tmp_path / "scan.stl")
+    assert (tmp_path / "scan.limb.json").read_bytes() == before
+    assert not (tmp_path / "scan.stl").exists()
+
+
+def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
+    path = tmp_path / "scan.stl"
+    trimesh.Trimesh(limb.mesh.vertices_mm / 25.4, limb.mesh.faces).export(path)
+    write_limb_file(replace(limb, mesh=read_limb(path, 25.4).mesh), path, mm_per_unit=25.4)
+    assert np.ptp(read_limb(path).mesh.vertices_mm[:, 2]) == pytest.approx(200.0, abs=1e-4)
+    with pytest.raises(ShapeFileError, match=r"25\.4"):
+        read_limb(path, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("format", "other"),
+        ("version", 2),
+        ("side", "upper"),
+        ("sock_mm", -1),
+        ("sock_mm", "thin"),
+        ("landmarks", [{"name": "", "position_mm": [0, 0, 0]}]),
+        ("landmarks", [{"name": "A", "position_mm": [0, 0]}]),
+        ("landmarks", None),
+        ("limb_from_mesh", {"rotation": (-np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),
+        ("limb_from_mesh", {"rotation": (2 * np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),
+        ("limb_from_mesh", {"rotation": [[1]], "translation_mm": [0, 0, 0]}),
+    ],
+)
+def test_nonsense_is_refused(tmp_path: Path, limb: Limb, key: str, value: object) -> None:
+    path = write_limb(limb, tmp_path / "scan.ply")
+    kept = tmp_path / "scan.limb.json"
+    kept.write_text(json.dumps(json.loads(kept.read_text()) | {key: value}))
+    with pytest.raises(ShapeFileError, match=r"scan\.limb\.json"):
+        read_limb(path)
