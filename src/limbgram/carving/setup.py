@@ -108,7 +108,7 @@ class Blank:
     from_mm: float
     """Free end."""
     to_mm: float
-    """Where carving ends; the chuck lies beyond."""
+    """Where carving ends; the chuck lies the tool's radius beyond, or more."""
 
     @property
     def length_mm(self) -> float:
@@ -117,7 +117,7 @@ class Blank:
 
 def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: float) -> Blank:
     """The blank for a shape of this radius between these heights, or why the given one is none."""
-    needed_mm = high_mm - low_mm + options.beyond_tip_mm
+    needed_mm = high_mm - low_mm + options.beyond_tip_mm + options.ball_mm
     diameter_mm = options.blank_diameter_mm or 10 * math.ceil((2 * radius_mm + 2) / 10)
     if diameter_mm < 2 * radius_mm:
         raise CarveError(
@@ -127,8 +127,8 @@ def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: f
     if options.blank_length_mm is not None and options.blank_length_mm < needed_mm:
         raise CarveError(
             f"A blank of {options.blank_length_mm:g} mm is too short: {needed_mm:.1f} mm are "
-            f"needed, {options.beyond_tip_mm:g} of them over the tip. Take a longer one, or end "
-            "lower."
+            f"needed, {options.beyond_tip_mm:g} of them over the tip and {options.ball_mm:g} "
+            "between the last cut and the chuck. Take a longer one, or end lower."
         )
     return Blank(radius_mm=diameter_mm / 2, from_mm=low_mm - options.beyond_tip_mm, to_mm=high_mm)
 

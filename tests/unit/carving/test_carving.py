@@ -180,7 +180,7 @@ def test_rings_do_not_wind_up() -> None:
     ("options", "says"),
     [
         (CarveOptions(blank_diameter_mm=50), "too thin: the shape needs 80.0 mm"),
-        (CarveOptions(blank_length_mm=44), "too short: 45.0 mm"),
+        (CarveOptions(blank_length_mm=50), "too short: 51.0 mm"),
         (CarveOptions(tool_reach_mm=30), "the holder would hit it"),
     ],
 )

@@ -74,7 +74,10 @@ def test_gcode(scan: Path) -> None:
 
 def test_dxf_in_two_forms(scan: Path) -> None:
     assert Path(str(exported(scan, "--to", "dxf")["written"])).is_file()
-    assert exported(scan, "--to", "dxf", "--polyface", "--spacing", "25")["sections"] == 2
+    content = exported(scan, "--to", "dxf", "--polyface", "--spacing", "25")
+    # At 25 and 50 mm, and at 0 if rounding leaves the end a little lower.
+    assert content["sections"] in (2, 3)
+    assert content["meshes"] == 1
 
 
 @pytest.mark.parametrize("kind", ["aop", "gcode"])

@@ -79,9 +79,9 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
     lines = (
         f"Written: {path} (mm; {report.lines:,} lines, about {check.minutes:.0f} min of cutting; "
         "read back and compared)",
-        f"Blank: diameter {2 * blank.radius_mm:.0f} mm, X {blank.from_mm:.1f} to "
-        f"{blank.to_mm:.1f} mm; tool: ball end {options.tool_diameter_mm:g} mm; A turns the "
-        f"{options.a_turns}",
+        f"Blank: diameter {2 * blank.radius_mm:.0f} mm, free end at X {blank.from_mm:.1f} mm, "
+        f"chuck not before X {blank.to_mm + options.ball_mm:.1f} mm; tool: ball end "
+        f"{options.tool_diameter_mm:g} mm; A turns the {options.a_turns}",
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",

@@ -10,9 +10,8 @@ import numpy as np
 from limbgram.errors import CarveError, OptionsError
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import Landmark, Limb, LimbFrame, Side
+from limbgram.shape.reading.units import LIKELY_MM
 from limbgram.surface.topology import volume_mm3
-
-_LIKELY_MM = (60.0, 1500.0)
 
 
 def admit(limb: Limb, side: Side | None) -> Limb:
@@ -46,7 +45,7 @@ def admit(limb: Limb, side: Side | None) -> Limb:
     if volume_mm3(aligned.mesh) <= 0:
         raise CarveError("The shape is inside out: it has no volume to carve. Repair it first.")
     extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
-    if not _LIKELY_MM[0] <= extent_mm <= _LIKELY_MM[1]:
+    if not LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]:
         raise CarveError(
             f"The shape is {extent_mm:.3g} mm long, which no limb is. Its unit is probably wrong: "
             "read it again with --unit, and align it again."

@@ -102,8 +102,8 @@ def _header(toolpath: Toolpath, side: str, shape_hash: str) -> str:
         "Z: radius of the tool tip, 0 on the rotary axis",
         f"A: 0 is the front, + turns {turning}",
         f"TOOL: ball end {options.tool_diameter_mm:g} mm, reach {options.tool_reach_mm:g} mm",
-        f"BLANK: diameter {2 * blank.radius_mm:g} mm, X {blank.from_mm:.1f} to {blank.to_mm:.1f}, "
-        "the chuck beyond",
+        f"BLANK: diameter {2 * blank.radius_mm:g} mm, free end at X {blank.from_mm:.1f}, "
+        f"chuck not before X {blank.to_mm + options.ball_mm:.1f}",
         f"RIDGES: {options.scallop_mm:g} mm",
     )
     return "".join(f"( {line} )\n" for line in lines) + "G21 G90 G94\n"

@@ -6,7 +6,7 @@ from limbgram.errors import OptionsError, ShapeFileError
 from limbgram.surface.mesh import Mesh
 
 _MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "in": 25.4}
-_LIKELY_MM = (60.0, 1500.0)
+LIKELY_MM = (60.0, 1500.0)
 """Extents that pass unasked: from a child's forearm to a whole leg or a torso."""
 _POSSIBLE_MM = (5.0, 5000.0)
 
@@ -36,7 +36,7 @@ def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
         ShapeFileError: too small or too large, with the units in which it would be right.
     """
     extent_mm = float((mesh.vertices_mm.max(0) - mesh.vertices_mm.min(0)).max())
-    low, high = _POSSIBLE_MM if asked else _LIKELY_MM
+    low, high = _POSSIBLE_MM if asked else LIKELY_MM
     if low <= extent_mm <= high:
         return
     size = "across in the unit that was given" if asked else "across if its unit is millimetres"
@@ -49,4 +49,4 @@ def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
 
 
 def _fits(extent_mm: float) -> bool:
-    return _LIKELY_MM[0] <= extent_mm <= _LIKELY_MM[1]
+    return LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]

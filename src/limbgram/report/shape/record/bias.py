@@ -108,7 +108,9 @@ def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
         )
     known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
     if known is None or not len(known):
-        return _unknown("surface as scanned", "the shape carries no uncertainty and no case is named")
+        return _unknown(
+            "surface as scanned", "the shape carries no uncertainty and no case is named"
+        )
     return Bias(
         step="surface as scanned",
         bias_mm=None,
@@ -191,4 +193,3 @@ def _aop(mesh: Mesh) -> Bias:
 
 def _unknown(step: str, why: str) -> Bias:
     return Bias(step=step, bias_mm=None, spread_mm=None, volume_share=None, basis=why)
-

@@ -8,13 +8,14 @@ Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs
 """
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
+from limbgram.geometry.arrays import Points3
 from limbgram.report.drawings.drawing import Drawing
 from limbgram.report.pictures import Picture, png
 from limbgram.report.shape.differences import difference_pictures
@@ -68,8 +69,8 @@ class RecordOptions:
     reference: str | None = None
     """Landmark from which heights count; None for the distal end."""
     way: Way | None = None
-    """How the other shape is laid on; None: as it is if the recipe leads from it to the shape,
-    else by shape."""
+    """How the other shape is laid on; None: limb frame on limb frame if the recipe is for it, else
+    by shape."""
 
 
 DEFAULTS = RecordOptions()
@@ -145,7 +146,7 @@ def _compare(
     shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
 ) -> Comparison:
     """The shape less the other one."""
-    way: Way = "as-is" if done is not None and done.leads_here else "icp"
+    way: Way = "as-is" if done is not None and done.apart_mm is not None else "icp"
     return compare(
         other.limb,
         shape.limb,
@@ -154,3 +155,63 @@ def _compare(
             spacing_mm=options.spacing_mm,
         ),
     )
+
+
+def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:
+    if not marks:
+        return np.empty((0, 3))
+    return to_limb(np.stack([mark.position_mm for mark in marks]))
+
+
+def _recipe(done: Replaying, printed: Mapping[str, str]) -> Json:
+    """The ledger; its edits name landmarks as the record does."""
+    return {
+        "id": done.recipe.id,
+        "scan": done.scan.id,
+        "apart_mm": done.apart_mm,
+        "levels_mm": list(done.ledger.levels_mm),
+        "lines": [
+            {**asdict(line), "edit": in_print(line.edit, printed)} for line in done.ledger.lines
+        ],
+    }
+
+
+def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> Json:
+    hashes = {source.sha256 for source in (shape, against) if source is not None}
+    lengths = case.accuracy["lengths"]
+    return {
+        "id": case.id,
+        "light": case.accuracy["light"],
+        "delivered": bool(hashes & case.files),
+        "check_lengths": len(lengths["check"]),
+        "check_worst": lengths["check_worst"],
+        "expected_p95_mm": case.accuracy["expected"]["p95_mm"],
+    }
+
+
+def _files(
+    shape: ShapeSource,
+    against: ShapeSource | None,
+    recipe: RecipeSource | None,
+    case: CaseSource | None,
+) -> list[Json]:
+    """Every file the record stands on, by hash."""
+    listed: list[Json] = []
+    for what, source in (("shape", shape), ("compared with", against)):
+        if source is None:
+            continue
+        listed.append({"what": what, "id": source.id, "kind": source.kind, "sha256": source.sha256})
+        if source.limb_file_sha256 is not None:
+            sha256 = source.limb_file_sha256
+            listed.append(
+                {"what": "its limb file", "id": source.id, "kind": "JSON", "sha256": sha256}
+            )
+    if recipe is not None:
+        listed.append({"what": "recipe", "id": recipe.id, "kind": "TOML", "sha256": recipe.sha256})
+    if case is not None:
+        listed.append({"what": "case", "id": case.id, "kind": "JSON", "sha256": case.sha256})
+    return listed
+
+
+def _picture(name: str, title: str, drawing: Drawing) -> Picture:
+    return Picture(name, title, drawing.caption, png(drawing.figure))

@@ -66,9 +66,7 @@ def _normals_at(mesh: Mesh, landmarks: Sequence[Landmark]) -> np.ndarray:
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-def _number(
-    axes: Axes, frame: Frame, landmarks: Sequence[Landmark], normals: np.ndarray
-) -> None:
+def _number(axes: Axes, frame: Frame, landmarks: Sequence[Landmark], normals: np.ndarray) -> None:
     """The numbers of the landmarks that face the viewer."""
     towards = -frame.picture_from_world[2]
     for number, (mark, normal) in enumerate(zip(landmarks, normals, strict=True), start=1):

@@ -1,0 +1,65 @@
+"""Rectification: a template unrolled, and what it did to a limb from four sides."""
+
+import numpy as np
+from jaxtyping import Float64
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+
+from limbgram.report.drawings.drawing import FAINT, INK, Drawing, blank, plain
+from limbgram.shape.templates import Template
+
+_LEAST_MM = 1.0
+
+
+def unrolled(template: Template) -> Drawing:
+    """Left the displacements over height and angle with the landmarks, right their spread."""
+    figure = blank(10.5, 4.4)
+    left, right = (plain(axes) for axes in figure.subplots(1, 2))
+    moved, spread = template.displacement_mm, template.spread_mm
+    reach = max(float(np.abs(moved).max(initial=0.0)), _LEAST_MM)
+    _map(left, template, moved, Normalize(-reach, reach), "RdBu_r", "displacement, mm")
+    if np.isfinite(spread).any():
+        most = max(float(np.nanmax(spread)), 1e-3)
+        _map(right, template, spread, Normalize(0.0, most), "YlOrRd", "spread between pairs, mm")
+    else:
+        right.set_axis_off()
+        right.text(0.5, 0.5, "one pair: no spread", color=FAINT, ha="center", fontsize=9)
+    share = float((moved != 0).mean())
+    return Drawing(
+        figure,
+        f"{template.name}: from {template.pairs} pairs, {moved.min():+.1f} to {moved.max():+.1f} "
+        f"mm along the normal, red outwards; {share:.0%} of the surface is changed.",
+    )
+
+
+def _map(
+    axes: Axes,
+    template: Template,
+    field: Float64[np.ndarray, "h a"],
+    norm: Normalize,
+    colours: str,
+    label: str,
+) -> None:
+    """The front in the middle, lateral to the right."""
+    half = field.shape[1] // 2
+    turned = np.roll(field, half, axis=1)
+    turned = np.concatenate([turned, turned[:, :1]], axis=1)
+    angles = np.linspace(-180, 180, turned.shape[1])
+    shown = axes.pcolormesh(
+        angles, template.heights, turned, norm=norm, cmap=colours, shading="gouraud"
+    )
+    for mark in template.marks:
+        axes.plot(mark.angle_deg, mark.height, "+", color=INK, ms=8)
+        axes.annotate(
+            mark.name,
+            (mark.angle_deg, mark.height),
+            (4, 4),
+            textcoords="offset points",
+            fontsize=7,
+            color=INK,
+        )
+    axes.set_xticks([-180, -90, 0, 90, 180], ["back", "medial", "front", "lateral", "back"])
+    axes.set_ylabel(f"height: 1 at {template.reference}", fontsize=8, color=INK)
+    bar = axes.figure.colorbar(shown, ax=axes, fraction=0.05, aspect=30)
+    bar.set_label(label, fontsize=8, color=INK)
+    bar.ax.tick_params(labelsize=8)
