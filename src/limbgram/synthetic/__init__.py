@@ -10,6 +10,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind
 from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.rendering.lighting import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
 
 __all__ = [
@@ -19,9 +20,11 @@ __all__ = [
     "Capture",
     "CaptureOptions",
     "Lens",
+    "Lighting",
     "LimbKind",
     "Paint",
     "PrintedBoard",
+    "Shadow",
     "SurfacePoints",
     "Truth",
     "make_capture",

@@ -24,7 +24,9 @@ from limbgram.synthetic.props.paint import bake
 from limbgram.synthetic.props.room import board_panel, make_room, make_stand
 from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
+from limbgram.synthetic.rendering.lighting import Lighting, light_of, shadow_edge
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
+from limbgram.synthetic.rendering.shading import Light
 from limbgram.synthetic.truth import Truth, stage_truth
 
 _TEXELS_PER_PIXEL = 3.0
@@ -73,16 +75,19 @@ def make_capture(folder: Path, options: CaptureOptions = DEFAULTS) -> Capture:
 def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
     """Take every photo and write the truth."""
     ring, bench = _stages(truth, options)
-    flash_mm = options.distance_mm
+    middle = truth.limb.mesh.vertices_mm.mean(0)
 
     def take(photo_idx: int) -> Bool[np.ndarray, " n"] | None:
         if photo_idx >= len(truth.views):
             view = truth.calibration_views[photo_idx - len(truth.views)]
             near_mm = float(np.linalg.norm(view.centre_in_world))
-            _take(view, bench, near_mm, folder / "calibration", photo_idx, options)
+            light = light_of(Lighting(), view.camera_from_world, near_mm, np.zeros(3))
+            _take(view, bench, light, folder / "calibration", photo_idx, options)
             return None
         view = truth.views[photo_idx]
-        _take(view, ring, flash_mm, folder / "images", photo_idx, options)
+        edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
+        light = light_of(options.lighting, view.camera_from_world, options.distance_mm, edge)
+        _take(view, ring, light, folder / "images", photo_idx, options)
         _write_mask(silhouette(view, truth.limb), folder / "truth" / "masks" / view.name)
         return seen(view, truth.limb)
 
@@ -104,11 +109,11 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
 
 
 def _take(
-    view: View, stage: Stage, flash_mm: float, folder: Path, photo_idx: int, options: CaptureOptions
+    view: View, stage: Stage, light: Light, folder: Path, photo_idx: int, options: CaptureOptions
 ) -> None:
     """Take one photo; its noise depends on the seed and its number alone."""
     rng = np.random.default_rng((options.seed, 10, photo_idx))
-    picture = softened(render(view, stage, flash_mm), options.blur_px)
+    picture = softened(render(view, stage, light), options.blur_px)
     if photo_idx in options.shaken:
         picture = shaken(picture, options.shake_px, rng.uniform(0, np.pi))
     pixels = developed(picture, options.noise, rng)

@@ -7,6 +7,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind
 from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.rendering.lighting import Lighting
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +20,10 @@ class CaptureOptions:
     paint: Paint = Paint.DABS
     coverage: float = 0.55
     """Share of the sock that paint hides."""
+    lighting: Lighting = field(default_factory=Lighting)
+    """Light on the limb; the calibration board has the usual one."""
+    fin_mm: float = 0.0
+    """Thickness of an upright fin on the limb's side, 12 mm high; 0 for none."""
     photos: int = 15
     rings: int = 1
     """Heights at which the photographer walks round, 1 to 3."""
@@ -43,6 +48,7 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
+        _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
         _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
         _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")

@@ -17,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 
 from limbgram.geometry.arrays import Faces, Points3
 from limbgram.surface.mesh import Mesh
+from limbgram.synthetic.props.fin import columns_round, fin_rise_mm
 
 _CUT_RING_MM = 3.0
 _WAVES = 48
@@ -131,8 +132,10 @@ class Limb:
     height_mm: float
 
 
-def make_limb(kind: LimbKind, seed: int, step_mm: float, base_mm: float) -> Limb:
-    """Build a limb; one seed gives one person, left or right."""
+def make_limb(
+    kind: LimbKind, seed: int, step_mm: float, base_mm: float, fin_mm: float = 0.0
+) -> Limb:
+    """Build a limb, with a fin of this thickness; one seed gives one person, left or right."""
     rng = np.random.default_rng((seed, 1))
     plan = _PLANS[kind]
     size = rng.uniform(0.94, 1.06)
@@ -140,9 +143,9 @@ def make_limb(kind: LimbKind, seed: int, step_mm: float, base_mm: float) -> Limb
     yaw = rng.uniform(0, 2 * np.pi)
     height = plan.height_mm * size * rng.uniform(0.95, 1.03)
     profile = _profile(plan, size, height, step_mm, rng)
-    columns = round(2 * np.pi * profile[:, 0].max() / step_mm)
-    angles = yaw + 2 * np.pi * np.arange(columns) / columns
-    skin = _skin(plan, profile, side * (angles - yaw), height, rng)
+    forward = columns_round(profile[:, 0].max(), step_mm, fin_mm)
+    angles = yaw + np.sort(side * forward % (2 * np.pi))
+    skin = _skin(plan, profile, side * (angles - yaw), height, rng, fin_mm)
     turn = np.stack([np.cos(angles), np.sin(angles)], -1)
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
     skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
@@ -179,6 +182,7 @@ def _skin(
     angles: Float64[np.ndarray, " c"],
     height_mm: float,
     rng: np.random.Generator,
+    fin_mm: float,
 ) -> Points3:
     """Radius, unused, height of every grid point; `angles` from anterior towards lateral."""
     radius, height = profile[:, :1], profile[:, 1:]
@@ -198,6 +202,8 @@ def _skin(
         along = (height - at) / bump.along_mm
         rise += bump.rise_mm * rng.uniform(0.8, 1.2) * np.exp(-0.5 * (around**2 + along**2))
     rise += _scar_mm(radius * np.cos(angles), height, height_mm)
+    if fin_mm > 0:
+        rise += fin_rise_mm(angles, height, radius, height_mm, fin_mm)
     rise[-1] = rise[-2].mean()
     r = radius * section + rise * outward[:, :1]
     z = height + rise * outward[:, 1:]

@@ -6,7 +6,8 @@ Method  The mesh goes through the exact lens and is rasterised on a lattice of s
         triangles are about a pixel, so that linear interpolation inside them is exact to
         0.001 px); panels are met by rays. A pixel is sampled SAMPLES x SAMPLES times where
         limb, print or an edge is in it, and once elsewhere.
-Limits  the room's lamp casts no shadow but the one painted under the limb.
+Limits  nothing casts a shadow of its own: there is the one painted under the limb, and the straight
+        edge that Light brings.
 """
 
 from dataclasses import dataclass
@@ -25,15 +26,10 @@ from limbgram.synthetic.rendering.shading import Light, Panels, Triangles
 
 SAMPLES = 4
 _BUFFER_SAMPLES = 4_000_000
-_LAMP_IN_WORLD = np.array([900.0, -700.0, 1900.0])
-_FLASH_IN_CAMERA = np.array([0.0, -90.0, 0.0])
 _STEEPEST = np.cos(np.radians(75.0))
 _OCCLUSION_MM = 2.0
 
 LinearPicture = Float32[np.ndarray, "h w 3"]
-_SRGB = np.arange(256) / 255
-LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
-"""Linear light of the 256 sRGB values."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +42,12 @@ class Stage:
     skin: UInt8[np.ndarray, "rows columns 4"] | None = None
 
 
-def render(view: View, stage: Stage, flash_mm: float) -> LinearPicture:
-    """What the camera sees; a white page that faces the flash at `flash_mm` is about 0.8."""
+def render(view: View, stage: Stage, light: Light) -> LinearPicture:
+    """What the camera sees in this light, which is in its frame."""
     camera = view.camera
     picture = np.zeros((camera.height_px, camera.width_px, 3), np.float32)
     panels = _panels(stage.panels, view.camera_from_world)
     triangles = _triangles(view, stage)
-    light = _light(view.camera_from_world, flash_mm)
     left, right = _columns(triangles, camera.width_px)
     step = max(1, _BUFFER_SAMPLES // (SAMPLES**2 * max(1, right - left)))
     for top in range(0, camera.height_px, step):
@@ -175,16 +170,3 @@ def _bounds(row: Float64[np.ndarray, "14"]) -> Float64[np.ndarray, "4"]:
         return np.array([-np.inf, -np.inf, np.inf, np.inf])
     flat = corners[:, :2] / corners[:, 2:]
     return np.concatenate([flat.min(0), flat.max(0)]) + np.array([-1e-9, -1e-9, 1e-9, 1e-9])
-
-
-def _light(camera_from_world: Rigid, flash_mm: float) -> Light:
-    return Light(
-        up=camera_from_world.rotation[:, 2].copy(),
-        lamp=camera_from_world.apply(_LAMP_IN_WORLD),
-        flash=_FLASH_IN_CAMERA,
-        ambient=0.40,
-        lamp_strength=0.28,
-        flash_strength=0.42,
-        flash_mm=flash_mm,
-        linear=LINEAR,
-    )

@@ -48,10 +48,14 @@ class Light(NamedTuple):
     up: np.ndarray
     lamp: np.ndarray
     flash: np.ndarray
+    edge: np.ndarray
+    """Normal, towards the dark, of the shadow's plane through the lamp; 0 for no shadow."""
     ambient: float
     lamp_strength: float
     flash_strength: float
     flash_mm: float
+    gloss: float
+    polish: float
     linear: np.ndarray
     """Linear light of the 256 sRGB values."""
 
@@ -120,7 +124,7 @@ def mesh_light(px, py, k, triangles, light):
     for corner in range(4):
         down, right = corner // 2, corner % 2
         share = (fv if down else 1 - fv) * (fu if right else 1 - fu)
-        gloss = shine * skin[i + down, j + right, 3] / 1000.0
+        gloss = light.gloss * shine * skin[i + down, j + right, 3] / 1000.0
         red += share * (lit * light.linear[skin[i + down, j + right, 0]] + gloss)
         green += share * (lit * light.linear[skin[i + down, j + right, 1]] + gloss)
         blue += share * (lit * light.linear[skin[i + down, j + right, 2]] + gloss)
@@ -154,12 +158,15 @@ def _lit(point, normal, light):
     up = normal[0] * light.up[0] + normal[1] * light.up[1] + normal[2] * light.up[2]
     lit = light.ambient * (0.65 + 0.35 * up)
     facing, _ = _facing(point, normal, light.lamp)
-    lit += light.lamp_strength * max(facing, 0.0)
+    beyond = 0.0
+    for axis in range(3):
+        beyond += light.edge[axis] * (point[axis] - light.lamp[axis])
+    if beyond <= 0:
+        lit += light.lamp_strength * max(facing, 0.0)
     facing, far = _facing(point, normal, light.flash)
     fall = light.flash_strength * (light.flash_mm / far) ** 2
     facing = max(facing, 0.0)
-    eighth = facing**2 * facing**2 * facing**2 * facing**2
-    return lit + fall * facing, fall * eighth * eighth * eighth
+    return lit + fall * facing, fall * facing**light.polish
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
