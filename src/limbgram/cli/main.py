@@ -13,6 +13,8 @@ from limbgram.cli.workbench.compare import compare_command
 from limbgram.cli.workbench.edit import edit_app
 from limbgram.cli.workbench.export import export_command
 from limbgram.cli.workbench.measure import measure_command
+from limbgram.cli.workbench.report import report_command
+from limbgram.cli.workbench.template import template_app
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -52,4 +54,6 @@ app.command("align")(align_command)
 app.command("measure")(measure_command)
 app.command("compare")(compare_command)
 app.command("export")(export_command)
+app.command("report")(report_command)
 app.add_typer(edit_app, name="edit")
+app.add_typer(template_app, name="template")

@@ -1,1 +1,18 @@
-"""Templates: rectifications that follow landmarks, saved or learned."""
+"""Templates: rectifications that follow landmarks, learned from pairs, applied to other limbs."""
+
+from limbgram.shape.templates.applying import Applied, apply_template
+from limbgram.shape.templates.files import encode_template, read_template
+from limbgram.shape.templates.learning import LearnOptions, Pair, learn
+from limbgram.shape.templates.template import Template, TemplateMark
+
+__all__ = [
+    "Applied",
+    "LearnOptions",
+    "Pair",
+    "Template",
+    "TemplateMark",
+    "apply_template",
+    "encode_template",
+    "learn",
+    "read_template",
+]

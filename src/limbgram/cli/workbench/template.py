@@ -1,0 +1,198 @@
+"""`limbgram template`: a rectification learned from pairs, shown, and applied to a limb."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+import numpy as np
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.workbench.compare import WayName, write_picture
+from limbgram.cli.workbench.stating import unit_of
+from limbgram.errors import OptionsError
+from limbgram.export.workshop.limb_file import write_limb
+from limbgram.export.writing import require, write_file
+from limbgram.report.shape.rectification import unrolled
+from limbgram.shape.comparing import RegistrationOptions
+from limbgram.shape.reading import read_limb
+from limbgram.shape.templates import (
+    LearnOptions,
+    Pair,
+    Template,
+    apply_template,
+    encode_template,
+    learn,
+    read_template,
+)
+from limbgram.surface.topology import volume_mm3
+
+_HELP = """Keep a rectification as a template and apply it to other limbs.
+
+Shapes before the rectification must be aligned, with landmarks of the same names on all. One pair
+keeps what was done once; several give the mean, its spread, and only what is significant.
+
+1. `limbgram template learn a.ply a-rectified.ply b.ply b-rectified.ply -o mine.json`
+2. `limbgram template show mine.json --picture mine.png`
+3. `limbgram template apply limb.ply mine.json -o rectified.ply`
+"""
+
+template_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
+
+TemplateFile = Annotated[Path, typer.Argument(help="The template's file, JSON.")]
+Json = Annotated[bool, typer.Option("--json", help="Reply as JSON.")]
+
+
+@answered
+def learn_command(
+    shapes: Annotated[
+        list[Path], typer.Argument(help="Before and after, before and after, and so on.")
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Where the template is written, JSON.")],
+    name: Annotated[
+        str, typer.Option(help="What it is called.", show_default="the file's name")
+    ] = "",
+    way: Annotated[
+        WayName, typer.Option("--align", help="How each after is laid on its before.")
+    ] = WayName.ICP,
+    reference: Annotated[
+        str | None,
+        typer.Option(help="Landmark from which heights count.", show_default="the most proximal"),
+    ] = None,
+    brim: Annotated[float, typer.Option(help="Strip along open edges left out, mm.")] = 5.0,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of all files: mm, cm, m, inch, or so many mm.")
+    ] = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Learn a template from shapes before and after the clinic's own rectifications."""
+    if len(shapes) % 2:
+        raise OptionsError(
+            f"{len(shapes)} shapes are no pairs. Name one before and one after, in turns."
+        )
+    limbs = [read_limb(shape, unit_of(shape, unit).asked) for shape in shapes]
+    pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
+    options = LearnOptions(
+        registration=RegistrationOptions(way=way.value, brim_mm=brim), reference=reference
+    )
+    template = learn(pairs, name or out.stem, options)
+    written = _write(template, out)
+    return Reply(
+        (*_lines(template), f"Written: {written}"), {**_tree(template), "written": [str(written)]}
+    )
+
+
+@answered
+def apply_command(
+    shape: Annotated[Path, typer.Argument(help="The aligned limb: STL, PLY, OBJ, GLB or AOP.")],
+    template: TemplateFile,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Where the new shape is written.")],
+    strength: Annotated[float, typer.Option(help="Factor of all displacements.")] = 1.0,
+    unit: Annotated[
+        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
+    ] = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Do to a limb what a template tells, at the limb's own landmarks."""
+    if out.resolve() == shape.resolve():
+        raise OptionsError("The new shape would take the limb's place. Choose another name.")
+    known = read_template(template)
+    limb = read_limb(shape, unit_of(shape, unit).asked)
+    applied = apply_template(limb, known, strength)
+    written = write_limb(applied.limb, out)
+    volumes_ml = [volume_mm3(mesh) / 1000 for mesh in (limb.mesh, applied.limb.mesh)]
+    change_ml, moved = volumes_ml[1] - volumes_ml[0], applied.moved_mm
+    share = change_ml / volumes_ml[0]
+    notes = (*limb.notes, *applied.notes)
+    return Reply(
+        (
+            f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+.1f} to "
+            f"{moved.max():+.1f} mm, the volume by {change_ml:+.1f} mL ({share:+.1%}).",
+            *(f"Note: {note}" for note in notes),
+            f"Written: {written}",
+        ),
+        {
+            "template": known.name,
+            "strength": strength,
+            "most_inward_mm": float(moved.min()),
+            "most_outward_mm": float(moved.max()),
+            "mean_mm": float(moved.mean()),
+            "volume_change_ml": change_ml,
+            "volume_change_share": share,
+            "notes": list(notes),
+            "written": [str(written)],
+        },
+    )
+
+
+@answered
+def show_command(
+    template: TemplateFile,
+    picture: Annotated[Path | None, typer.Option(help="Write it unrolled (PNG).")] = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Say what a template does and where."""
+    known = read_template(template)
+    written = [] if picture is None else [write_picture(unrolled(known), picture)]
+    return Reply(
+        (*_lines(known), *(f"Written: {path}" for path in written)),
+        {**_tree(known), "written": [str(path) for path in written]},
+    )
+
+
+def _write(template: Template, path: Path) -> Path:
+    if path.suffix.lower() != ".json":
+        raise OptionsError(f"{path.name} is no name for a template. Let it end in .json.")
+    content = encode_template(template)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content)
+
+    def check(written: Path) -> None:
+        again = encode_template(read_template(written))
+        require(again == content, f"{path.name}: another template")
+
+    return write_file(path, encode, check)
+
+
+def _lines(template: Template) -> Sequence[str]:
+    moved, spread = template.displacement_mm, template.spread_mm
+    share = float((moved != 0).mean())
+    told = (
+        f"between pairs it spreads by {np.nanmedian(spread):.2f} mm (median)"
+        if np.isfinite(spread).any()
+        else "one pair tells no spread: learn from three or more"
+    )
+    return (
+        f"{template.name}: {moved.min():+.1f} to {moved.max():+.1f} mm along the normal on "
+        f"{share:.0%} of the surface, from {template.pairs} pairs; {told}.",
+        f"Heights count from the rounded end (0) to {template.reference} (1).",
+        *(
+            f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+6.1f} degrees towards "
+            "lateral"
+            for mark in template.marks
+        ),
+    )
+
+
+def _tree(template: Template) -> dict[str, Any]:
+    moved, spread = template.displacement_mm, template.spread_mm
+    return {
+        "name": template.name,
+        "pairs": template.pairs,
+        "sided": template.sided,
+        "reference": template.reference,
+        "landmarks": [
+            {"name": mark.name, "height": mark.height, "angle_deg": mark.angle_deg}
+            for mark in template.marks
+        ],
+        "most_inward_mm": float(moved.min()),
+        "most_outward_mm": float(moved.max()),
+        "changed_share": float((moved != 0).mean()),
+        "median_spread_mm": float(np.nanmedian(spread)) if np.isfinite(spread).any() else None,
+    }
+
+
+template_app.command("learn")(learn_command)
+template_app.command("apply")(apply_command)
+template_app.command("show")(show_command)

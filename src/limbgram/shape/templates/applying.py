@@ -1,0 +1,100 @@
+"""Applying: a template's displacements on another limb."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial import KDTree
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.limb import Landmark, Limb
+from limbgram.shape.templates.charts import pulled_chart
+from limbgram.shape.templates.fields import read_field
+from limbgram.shape.templates.template import Template
+
+_STRONGEST = 3.0
+_LOW_SHARE = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Applied:
+    """A limb after a template."""
+
+    limb: Limb
+    moved_mm: Float64[np.ndarray, " n"]
+    """Of each vertex along its normal, positive outwards."""
+    notes: tuple[str, ...]
+
+
+def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> Applied:
+    """Do to a limb what the template tells, at its own landmarks.
+
+    Args:
+        strength: Factor of all displacements; 1 as learned.
+
+    Raises:
+        MeasureError: no frame or reference landmark, or landmarks that contradict the template.
+        EditError: the surface would fold or cross itself.
+    """
+    if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
+        raise OptionsError(
+            f"A strength of {strength:g} cannot be used. Choose more than 0 and at most "
+            f"{_STRONGEST:g}; 1 is as learned."
+        )
+    if limb.frame is not None and not template.suits(limb.frame.side):
+        raise MeasureError(
+            f"The template {template.name!r} was learned on limbs "
+            f"{'with a side' if template.sided else 'without side'}, and {limb.name or 'this limb'}"
+            f" has side {limb.frame.side!r}: what is lateral cannot be told. Align it again with "
+            "its side, or learn the template from limbs of a stated side."
+        )
+    marks = {mark.name: mark.place for mark in template.marks}
+    chart = pulled_chart(limb, template.reference, marks)
+    mesh = limb.mesh
+    in_limb = (
+        mesh.vertices_mm
+        if limb.frame is None
+        else limb.frame.limb_from_mesh.apply(mesh.vertices_mm)
+    )
+    places = chart.places(in_limb)
+    moved = strength * read_field(template.displacement_mm, template.heights, places)
+    vertices = mesh.vertices_mm + moved[:, None] * mesh.vertex_normals()
+    after = mesh.with_vertices(vertices)
+    require_sound(f"The template {template.name!r}", mesh, after)
+    landmarks = _carried(limb, vertices - mesh.vertices_mm)
+    return Applied(
+        limb=replace(limb.with_mesh(after), landmarks=landmarks),
+        moved_mm=moved,
+        notes=_notes(limb, template, places[:, 0]),
+    )
+
+
+def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
+    """Landmarks moved with the surface under them."""
+    if not limb.landmarks:
+        return ()
+    nearest = np.asarray(
+        KDTree(limb.mesh.vertices_mm).query([mark.position_mm for mark in limb.landmarks])[1]
+    )
+    return tuple(
+        replace(mark, position_mm=mark.position_mm + moved_mm[vertex])
+        for mark, vertex in zip(limb.landmarks, nearest)
+    )
+
+
+def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:
+    have = {mark.name for mark in limb.landmarks}
+    missing = [mark.name for mark in template.marks if mark.name not in have]
+    notes: list[str] = []
+    if missing:
+        notes.append(
+            f"The limb lacks {', '.join(missing)}: what belongs there lies where the others put it."
+        )
+    above = float((heights > template.heights[-1]).mean())
+    if above > _LOW_SHARE:
+        notes.append(
+            f"{above:.0%} of the limb lies above what the template knows; it is continued as at "
+            "its upper end."
+        )
+    return tuple(notes)

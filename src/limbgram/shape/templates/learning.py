@@ -1,0 +1,248 @@
+"""Learning: the clinic's own rectification, from shapes before and after it.
+
+In      pairs of Limbs: before (aligned, with landmarks) and after.
+Out     a Template.
+Method  lay the after on the before; displacement along the before's normals; all on one chart;
+        robust mean and spread over the pairs; kept where it is significant (Student's t, false
+        discoveries at most 5 %: Benjamini and Hochberg 1995) and not negligible.
+Fails   MeasureError: a pair without frame or shared landmark. OptionsError: sides mixed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.ndimage import gaussian_filter, median_filter
+from scipy.stats import t as student
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.geometry.arrays import Points3
+from limbgram.shape.comparing.comparing import lay
+from limbgram.shape.comparing.counterparts import Ground, measured_faces
+from limbgram.shape.comparing.frames import axes_of, brim_height_mm, in_limb_frame
+from limbgram.shape.comparing.registration import RegistrationOptions
+from limbgram.shape.comparing.sampling import sample_evenly
+from limbgram.shape.limb import Limb
+from limbgram.shape.templates.charts import Chart, marks_on, plain_chart, pulled_chart
+from limbgram.shape.templates.fields import Field, fit_field, node_heights
+from limbgram.shape.templates.template import Template, TemplateMark
+
+_SAMPLES = 25_000
+_STEPS = 8
+_MET_MM = 0.02
+_SETTLED_MM = 2e-3
+_STEEPEST = 0.3
+"""Least cosine between the normals of both shapes along which a displacement is taken."""
+_TOP = 1.6
+_HUBER = 1.5
+_ROUNDS = 20
+_SMALLEST_SPREAD_MM = 0.02
+_POOLED_NODES = 1.5
+_SOFT_NODES = 0.7
+_PAD = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A shape before and after a rectification."""
+
+    before: Limb
+    after: Limb
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnOptions:
+    """How pairs are laid on each other, and what is kept."""
+
+    registration: RegistrationOptions = field(default_factory=RegistrationOptions)
+    reference: str | None = None
+    """Landmark from which heights count; None takes the most proximal that all pairs have."""
+    false_share: float = 0.05
+    """Of the nodes that are kept, at most this share by chance."""
+    least_mm: float = 0.1
+    """Smaller mean displacements are not kept."""
+    farthest_mm: float = 30.0
+    """Larger displacements are no rectification."""
+
+
+DEFAULTS = LearnOptions()
+
+
+def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) -> Template:
+    """Average what was done to the limbs of several pairs, or keep what was done to one."""
+    sides = {pair.before.frame.side for pair in pairs if pair.before.frame is not None}
+    if not pairs or ("none" in sides and len(sides) > 1):
+        raise OptionsError(
+            "Some of the limbs have a side and others none, so their lateral sides cannot be "
+            "matched. Say the side of all by `limbgram align --side`."
+            if pairs
+            else "No pair is given. Name a shape before and one after the rectification."
+        )
+    reference = _reference(pairs, options.reference)
+    marks = _marks([pair.before for pair in pairs], reference)
+    places = {mark.name: mark.place for mark in marks}
+    heights = node_heights(min(_TOP, float(np.median([_top(p.before, reference) for p in pairs]))))
+    fields = np.stack([_field(pair, reference, places, heights, options) for pair in pairs])
+    known = np.isfinite(fields).sum(0)
+    mean, spread = _robust(fields)
+    kept = _significant(mean, spread, known, options)
+    return Template(
+        name=name,
+        pairs=len(pairs),
+        sided="none" not in sides,
+        reference=reference,
+        marks=marks,
+        heights=heights,
+        displacement_mm=np.nan_to_num(mean) * _softened(kept),
+        spread_mm=spread,
+        known_pairs=known,
+    )
+
+
+def displacements(pair: Pair, options: LearnOptions) -> tuple[Points3, Float64[np.ndarray, " n"]]:
+    """Places on the before, in its limb frame, and how far along its normal the after lies."""
+    before = pair.before
+    axes = axes_of(before)
+    alignment = lay(before, pair.after, axes, options.registration)
+    brim_mm = options.registration.brim_mm
+    placed = in_limb_frame(pair.after.mesh, alignment.first_from_second)
+    ground = Ground.of(placed, brim_mm)
+    samples = sample_evenly(before.mesh, _SAMPLES)
+    moved = np.zeros(len(samples.points_mm))
+    active = np.arange(len(moved))
+    for _ in range(_STEPS):
+        normals = samples.normals[active]
+        there = samples.points_mm[active] + moved[active, None] * normals
+        found = ground.counterparts(there)
+        lean = np.einsum("nc,nc->n", normals, found.flat_normals)
+        gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
+        step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
+        moved[active] += step
+        active = active[np.abs(step) > _SETTLED_MM]
+    found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
+    met = np.abs(found.signed_mm) < _MET_MM
+    own = measured_faces(before.mesh, brim_mm)[samples.faces]
+    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
+    return axes.limb_from_mesh.apply(samples.points_mm[good]), moved[good]
+
+
+def _field(
+    pair: Pair,
+    reference: str,
+    places: dict[str, Chart],
+    heights: Float64[np.ndarray, " h"],
+    options: LearnOptions,
+) -> Field:
+    chart = pulled_chart(pair.before, reference, places)
+    points, moved_mm = displacements(pair, options)
+    return fit_field(chart.places(points), moved_mm, heights)
+
+
+def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
+    if asked is not None:
+        return asked
+    heights: dict[str, list[float]] = {}
+    for pair in pairs:
+        frame = pair.before.frame
+        if frame is None:
+            raise MeasureError(
+                f"{pair.before.name or 'A limb'} has no limb frame. Run `limbgram align` on every "
+                "shape before its rectification."
+            )
+        for mark in pair.before.landmarks:
+            height = float(frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
+            heights.setdefault(mark.name, []).append(height)
+    shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}
+    if not shared:
+        raise MeasureError(
+            "The shapes before rectification share no landmark, so a template would not know "
+            "where to go on another limb. Mark the same places on all with `limbgram align`."
+        )
+    return max(shared, key=lambda name: (shared[name], name))
+
+
+def _marks(limbs: Sequence[Limb], reference: str) -> tuple[TemplateMark, ...]:
+    """Mean chart places of the landmarks that all limbs have."""
+    each = [marks_on(limb, plain_chart(limb, reference)) for limb in limbs]
+    shared = sorted(set.intersection(*(set(marks) for marks in each)))
+    marks: list[TemplateMark] = []
+    for name in shared:
+        places = np.stack([own[name] for own in each])
+        angle = np.angle(np.exp(1j * places[:, 1]).mean())
+        marks.append(
+            TemplateMark(
+                name=name,
+                height=float(places[:, 0].mean()),
+                angle_deg=float(np.degrees(angle)),
+            )
+        )
+    return tuple(marks)
+
+
+def _top(limb: Limb, reference: str) -> float:
+    """Chart height of the brim."""
+    chart = plain_chart(limb, reference)
+    brim_mm = brim_height_mm(in_limb_frame(limb.mesh, axes_of(limb).limb_from_mesh))
+    return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
+
+
+def _robust(fields: Float64[np.ndarray, "p h a"]) -> tuple[Field, Field]:
+    """Huber's mean over the pairs, and their standard deviation, pooled with near nodes."""
+    known = np.isfinite(fields)
+    count = known.sum(0)
+    filled = np.where(known, fields, 0.0)
+    centre = np.nan_to_num(np.nanmedian(np.where(count > 0, fields, 0.0), axis=0))
+    off = np.where(known, np.abs(filled - centre), np.nan)
+    scale = 1.4826 * np.nanmedian(np.where(count > 0, off, 0.0), axis=0)
+    scale = np.maximum(np.nan_to_num(scale), _SMALLEST_SPREAD_MM)
+    weights = known.astype(float)
+    for _ in range(_ROUNDS):
+        size = np.maximum(np.abs(filled - centre), 1e-12)
+        weights = np.where(known, np.minimum(1.0, _HUBER * scale / size), 0.0)
+        centre = (weights * filled).sum(0) / np.maximum(weights.sum(0), 1e-12)
+    square = (weights * (filled - centre) ** 2).sum(0) / np.maximum(weights.sum(0), 1e-12)
+    square *= count / np.maximum(count - 1, 1)
+    several = (count >= 2).astype(float)
+    pooled = _blurred(square * several, _POOLED_NODES) / np.maximum(
+        _blurred(several, _POOLED_NODES), 1e-12
+    )
+    spread = np.where(count >= 2, np.maximum(np.sqrt(pooled), _SMALLEST_SPREAD_MM), np.nan)
+    return np.where(count > 0, centre, np.nan), spread
+
+
+def _significant(
+    mean: Field, spread: Field, known: np.ndarray, options: LearnOptions
+) -> Bool[np.ndarray, "h a"]:
+    """Nodes whose mean is more than chance and more than nothing."""
+    large = np.nan_to_num(np.abs(mean)) >= options.least_mm
+    if not np.isfinite(spread).any():
+        return large
+    tested = np.isfinite(spread) & np.isfinite(mean)
+    ratio = np.abs(mean[tested]) / (spread[tested] / np.sqrt(known[tested]))
+    chance = 2 * student.sf(ratio, known[tested] - 1)
+    order = np.sort(chance)
+    limits = options.false_share * np.arange(1, len(order) + 1) / len(order)
+    passed = order[order <= limits]
+    kept = np.zeros(mean.shape, bool)
+    kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
+    kept &= large
+    return _wrapped(median_filter(_padded(kept.astype(float)), 3)) > 0
+
+
+def _softened(kept: Bool[np.ndarray, "h a"]) -> Field:
+    """1 well within what is kept, 0 well outside, and no step between."""
+    return _blurred(kept.astype(float), _SOFT_NODES)
+
+
+def _blurred(values: Field, nodes: float) -> Field:
+    return _wrapped(gaussian_filter(_padded(values), nodes))
+
+
+def _padded(values: Field) -> Field:
+    """The first row goes on below and the last above; columns go on round the limb."""
+    return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
+
+
+def _wrapped(padded: Field) -> Field:
+    return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
