@@ -10,7 +10,6 @@ from jaxtyping import Bool, Int64
 from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
-from limbgram.geometry.arrays import Points3
 from limbgram.surface.crossings import find_crossings
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges, is_edge_manifold, is_vertex_manifold
@@ -38,16 +37,24 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
             f"{what} would leave a surface that branches, or touches itself in a point. Move what "
             "it works on a little."
         )
-    step_mm = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same_faces else 0.0
-    for happening, find in (("fold over", find_folds), ("pass through each other", _crossings)):
-        places = _added(before, after, find, moved, step_mm)
-        if len(places):
-            x, y, z = places[0]
+    for happening, find in _FINDERS:
+        pairs = _added(before, after, find, moved)
+        if len(pairs):
+            x, y, z = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
             raise EditError(
-                f"{what} was not done: {len(places)} pairs of triangles would {happening}, the "
+                f"{what} was not done: {len(pairs)} pairs of triangles would {happening}, the "
                 f"first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. Do less of it, or over a wider "
                 "stretch; if the scan is rough there, smooth it first."
             )
+
+
+def spoilt_vertices(before: Mesh, after: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices after an edit of triangles for which `require_sound` would refuse it."""
+    spoilt = np.zeros(len(after), np.bool_)
+    moved = _moved_faces(before, after)
+    for _, find in _FINDERS:
+        spoilt[after.faces[_added(before, after, find, moved)]] = True
+    return spoilt
 
 
 def find_folds(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
@@ -72,17 +79,25 @@ def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
 
 
 def _added(
-    before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"], step_mm: float
-) -> Points3:
-    """Middles of the pairs found after, without those near a pair found before."""
+    before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"]
+) -> Int64[np.ndarray, "k 2"]:
+    """The pairs found after, without those near a pair found before."""
     pairs = find(after, moved)
     if not len(pairs):
-        return np.empty((0, 3))
-    corners = after.vertices_mm[after.faces[pairs]].reshape(-1, 6, 3)
-    middles, own = corners.mean(1), find(before, np.ones(len(before.faces), np.bool_))
+        return pairs
+    own = find(before, np.ones(len(before.faces), np.bool_))
     if not len(own):
-        return middles
+        return pairs
+    corners = after.vertices_mm[after.faces[pairs]].reshape(-1, 6, 3)
     size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    same = len(after) == len(before)
+    step_mm = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same else 0.0
     known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
-    distance = np.asarray(KDTree(known).query(middles)[0])
-    return middles[distance > _NEAR * size + step_mm]
+    distance = np.asarray(KDTree(known).query(corners.mean(1))[0])
+    return pairs[distance > _NEAR * size + step_mm]
+
+
+_FINDERS: tuple[tuple[str, Finder], ...] = (
+    ("fold over", find_folds),
+    ("pass through each other", _crossings),
+)

@@ -9,7 +9,7 @@ Fails   EditError: the surface would fold or cut through itself.
 """
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
@@ -23,9 +23,9 @@ _FARTHEST = 2.0
 """A vertex moves at most this many distances, so that sharp scraps do not shoot out."""
 _TURNED = 0.5
 """Faces keep their direction in an offset; this cosine (60 degrees) shows one that gives way."""
-_MOST_EASED = 0.02
+_MOST_EASED = 0.05
 """Share of the faces whose moves may be evened out; beyond it the offset is refused."""
-_EASING_ROUNDS = 30
+_EASING_ROUNDS = 60
 
 
 def offset(mesh: Mesh, distance_mm: float) -> Mesh:
@@ -39,8 +39,13 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     return moved
 
 
-def offset_unchecked(mesh: Mesh, distance_mm: float) -> Mesh:
+def offset_unchecked(
+    mesh: Mesh, distance_mm: float, ease: Bool[np.ndarray, " n"] | None = None
+) -> Mesh:
     """The offset for an edit that looks for crossings itself, with what else it adds.
+
+    Args:
+        ease: Vertices whose moves are evened out with their neighbours' in any case.
 
     Raises:
         EditError: the surface would turn inside out somewhere.
@@ -51,7 +56,7 @@ def offset_unchecked(mesh: Mesh, distance_mm: float) -> Mesh:
         return mesh
     what = f"The offset by {distance_mm:g} mm"
     moves = distance_mm * unit_offsets(mesh)
-    moves = _eased(mesh, moves)
+    moves = _eased(mesh, moves, ease)
     turned = _turning(mesh, moves) <= 0
     if turned.any():
         raise EditError(
@@ -97,13 +102,16 @@ def _turning(mesh: Mesh, moves: Points3) -> Float64[np.ndarray, " f"]:
     return (before * after).sum(1) / np.maximum(sizes, 1e-30)
 
 
-def _eased(mesh: Mesh, moves: Points3) -> Points3:
+def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
     """Moves evened out round faces that turn away, in an area that grows until none does."""
     turned = _turning(mesh, moves) < _TURNED
-    if not turned.any():
+    touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
+    if not turned.any() and not touched.any():
         return moves
     mean = averaging(mesh)
-    touched = np.zeros(len(mesh), np.bool_)
+    if ease is not None:
+        for _ in range(_EASING_ROUNDS // 4):
+            moves = np.where(touched[:, None], mean @ moves, moves)
     for _ in range(_EASING_ROUNDS):
         touched[mesh.faces[turned]] = True
         if touched[mesh.faces].all(1).mean() > _MOST_EASED:

@@ -12,7 +12,7 @@ from jaxtyping import Float64
 
 from limbgram.errors import EditError
 from limbgram.run import track
-from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.guard import require_sound, spoilt_vertices
 from limbgram.shape.edits.marking.distances import distances_from, distances_from_point
 from limbgram.shape.edits.marking.neighbours import at_brim, averaging
 from limbgram.shape.edits.marking.places import (
@@ -31,6 +31,7 @@ _SHRINK, _GROW = 0.60, -0.63
 """Waves of more than about 11 edges pass unchanged (1 / 0.60 - 1 / 0.63 = 0.08)."""
 _MOST_PASSES = 500
 _CORRECTIONS = 4
+_RETREATS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +66,15 @@ def smoothing(limb: Limb, edit: Smoothing) -> Limb:
     if not (free > 0).any():
         raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
     smooth = calmed(limb.mesh, free, edit.passes)
+    for _ in range(_RETREATS):
+        spoilt = spoilt_vertices(limb.mesh, smooth)
+        if not spoilt.any():
+            break
+        # Where triangles would fold, their surroundings stay as they are.
+        for _ in range(2):
+            spoilt[limb.mesh.faces[spoilt[limb.mesh.faces].any(1)]] = True
+        free[spoilt] = 0.0
+        smooth = calmed(limb.mesh, free, edit.passes)
     changed = displaced(limb, smooth.vertices_mm)
     require_sound(what, limb.mesh, changed.mesh)
     return changed

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
-from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.guard import require_sound, spoilt_vertices
 from limbgram.shape.edits.marking.growth import with_added
 from limbgram.shape.edits.marking.places import displaced, frame_of, moved_by
 from limbgram.shape.edits.offset import offset, offset_unchecked
@@ -17,6 +17,8 @@ from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import find_openings
 from limbgram.surface.topology import boundary_half_edges, face_components
 
+_RETRIES = 5
+"""Times that a wall is evened out where it would cut through itself, before it is refused."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
 
@@ -110,22 +112,17 @@ def wall(limb: Limb, edit: Wall) -> Limb:
             f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
             "closed. Cut it open by a plane or a trimline first."
         )
-    sign = 1.0 if edit.side == "outward" else -1.0
-    other = offset_unchecked(mesh, sign * edit.thickness_mm)
-    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
-    count = len(mesh)
-    a, b = border[:, 0], border[:, 1]
-    rim = np.concatenate(
-        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
-    )
-    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
-    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
-    solid = replace(
-        added,
-        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
-        sigma_mm=_twice(mesh.sigma_mm),
-        shared_mm=_twice(mesh.shared_mm),
-    )
+    ease = np.zeros(len(mesh), np.bool_)
+    solid = _solid(mesh, border, edit, ease)
+    for _ in range(_RETRIES):
+        spoilt = spoilt_vertices(mesh, solid)
+        if not spoilt.any():
+            return limb.with_mesh(solid)
+        # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
+        ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
+        for _ in range(2):
+            ease[mesh.faces[ease[mesh.faces].any(1)]] = True
+        solid = _solid(mesh, border, edit, ease)
     require_sound(what, mesh, solid)
     return limb.with_mesh(solid)
 
@@ -165,6 +162,26 @@ def mirror(limb: Limb, edit: Mirror) -> Limb:
     )
     framed = replace(frame, side=edit.confirmed_side)
     return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
+
+
+def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
+    """The surface and its offset, joined along the open edges."""
+    sign = 1.0 if edit.side == "outward" else -1.0
+    other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
+    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
+    count = len(mesh)
+    a, b = border[:, 0], border[:, 1]
+    rim = np.concatenate(
+        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
+    )
+    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
+    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
+    return replace(
+        added,
+        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
+        sigma_mm=_twice(mesh.sigma_mm),
+        shared_mm=_twice(mesh.shared_mm),
+    )
 
 
 def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
