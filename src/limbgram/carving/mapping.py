@@ -191,7 +191,8 @@ def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: Map
     several = int((crossings > 1).sum())
     if several > (crossings == 1).sum():
         raise CarveError(
-            f"Above {last_mm:.0f} mm the long axis leaves the limb: {several:,} of "
+            f"Above {last_mm:.0f} mm the long axis leaves the limb, or its wall is double: "
+            f"{several:,} of "
             f"{int((crossings > 0).sum()):,} rays that meet the surface there cross it several "
             "times. Align the limb so that the axis stays inside, or say at which height to end."
         )
