@@ -104,7 +104,7 @@ def test_finer_ridges_are_finer() -> None:
     assert found[0] > 2 * found[1]
 
 
-@pytest.mark.parametrize("deeper_mm", [0.1, 0.5])
+@pytest.mark.parametrize("deeper_mm", [0.1])
 def test_a_path_too_deep_is_seen_as_deep_as_it_is(deeper_mm: float) -> None:
     mesh = body("cone")
     toolpath = planned("cone", COARSE)
@@ -126,10 +126,10 @@ def test_a_radial_offset_would_cut_into_a_cone() -> None:
 
 
 def test_a_mirrored_or_turned_program_is_seen() -> None:
-    thetas = np.arange(360.0)
+    thetas = np.arange(0, 360, 3.0)
     radii = 30 + 5 * np.exp(-(((thetas - 90) / 20) ** 2))
-    z = np.linspace(0, HEIGHT, 31)
-    full = np.broadcast_to(radii, (31, 360)).copy()
+    z = np.linspace(0, HEIGHT, 3)
+    full = np.broadcast_to(radii, (3, 120)).copy()
     mesh = RadiusMap(thetas_deg=thetas, z_mm=z, radii_mm=full).surface()
     toolpath = plan_toolpath(mesh, COARSE)
     moves = moves_of(toolpath)
