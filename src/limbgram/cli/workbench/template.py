@@ -158,6 +158,7 @@ def _write(template: Template, path: Path) -> Path:
 def _lines(template: Template) -> Sequence[str]:
     moved, spread = template.displacement_mm, template.spread_mm
     share = float((moved != 0).mean())
+    count = "1 pair" if template.pairs == 1 else f"{template.pairs} pairs"
     told = (
         f"between pairs it spreads by {np.nanmedian(spread):.2f} mm (median)"
         if np.isfinite(spread).any()
@@ -165,7 +166,7 @@ def _lines(template: Template) -> Sequence[str]:
     )
     return (
         f"{template.name}: {moved.min():+.1f} to {moved.max():+.1f} mm along the normal on "
-        f"{share:.0%} of the surface, from {template.pairs} pairs; {told}.",
+        f"{share:.0%} of the surface, from {count}; {told}.",
         f"Heights count from the rounded end (0) to {template.reference} (1).",
         *(
             f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+6.1f} degrees towards "

@@ -11,6 +11,7 @@ from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, 
 from limbgram.shape.comparing.following import Series
 
 _TWO_SIDED = 1.96
+_MOST_TICKS = 12
 
 
 def course(series: Series) -> Drawing:
@@ -19,11 +20,13 @@ def course(series: Series) -> Drawing:
     left, right = (plain(axes) for axes in figure.subplots(1, 2))
     _volume(left, series)
     _girths(right, series)
+    ticks: Any = sorted(set(series.days))
     for axes in (left, right):
+        axes.set_xticks(ticks[:: -(-len(ticks) // _MOST_TICKS)])
         axes.tick_params(axis="x", rotation=30)
     return Drawing(
         figure,
-        f"{series.sentence} Bars and band: 95 %. Sigmas of the volumes: {series.sigma_source}.",
+        f"{series.sentence} Bars: 95 %. Sigmas of the volumes: {series.sigma_source}.",
     )
 
 

@@ -27,7 +27,7 @@ def unrolled(template: Template) -> Drawing:
     share = float((moved != 0).mean())
     return Drawing(
         figure,
-        f"{template.name}: from {template.pairs} pairs, {moved.min():+.1f} to {moved.max():+.1f} "
+        f"{template.name}: pairs {template.pairs}, {moved.min():+.1f} to {moved.max():+.1f} "
         f"mm along the normal, red outwards; {share:.0%} of the surface is changed.",
     )
 

@@ -14,6 +14,9 @@ from limbgram.errors import MeasureError
 from limbgram.shape.comparing.counterparts import Ground, measured_vertices, vertex_areas_mm2
 from limbgram.surface.mesh import Mesh
 
+LOCAL_LIMIT_MM = 1.0
+"""Beyond it a place counts as different, whatever the averages say."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class DistanceFigures:
@@ -25,6 +28,8 @@ class DistanceFigures:
     p95_mm: float
     """Of the absolute differences."""
     largest_mm: float
+    far_mm2: float
+    """Area that lies farther than LOCAL_LIMIT_MM from the other surface."""
     compared_share: float
     """Of the surface's area: the rest has no counterpart."""
 
@@ -95,6 +100,7 @@ def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> Differen
         rms_mm=float(np.sqrt(np.average(known**2, weights=weights))),
         p95_mm=area_quantile(np.abs(known), weights, 0.95),
         largest_mm=float(np.abs(known).max()),
+        far_mm2=float(weights[np.abs(known) > LOCAL_LIMIT_MM].sum()),
         compared_share=float(weights.sum() / areas.sum()),
     )
     return DifferenceMap(difference_mm=difference, normal_angle_deg=angle, figures=figures)

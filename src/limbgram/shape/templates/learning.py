@@ -41,6 +41,8 @@ _SMALLEST_SPREAD_MM = 0.02
 _POOLED_NODES = 1.5
 _SOFT_NODES = 0.7
 _PAD = 8
+_DECIMALS = 2
+"""Of displacements, as the file keeps them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +96,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         reference=reference,
         marks=marks,
         heights=heights,
-        displacement_mm=np.nan_to_num(mean) * _softened(kept),
+        displacement_mm=np.round(np.nan_to_num(mean) * _softened(kept), _DECIMALS) + 0.0,
         spread_mm=spread,
         known_pairs=known,
     )

@@ -129,6 +129,23 @@ def test_the_verdict_follows_the_limits(make_limb, bulge_mm, one_side_mm, grade)
     assert not found.notes
 
 
+def test_a_small_place_that_moved_by_much_is_not_called_alike(limb) -> None:
+    """A dent of 4 mm and 2 cm: the mean and the quartiles of all spokes do not see it."""
+    vertices = limb.mesh.vertices_mm
+    off = np.linalg.norm(
+        vertices - vertices[np.argmax(vertices[:, 1] - np.abs(vertices[:, 2] - 150))], axis=1
+    )
+    moved = -4 * np.exp(-((off / 10) ** 2))[:, None] * limb.mesh.vertex_normals()
+    found = compare(limb, limb.with_mesh(limb.mesh.with_vertices(vertices + moved)), AS_IS)
+    judged = verdict(found)
+    assert abs(found.radial.mre_mm) < 0.25
+    assert found.radial.iqr_mm < 0.4
+    assert judged.grade == "differs in places"
+    expected_cm2 = np.pi * np.log(4) * 10**2 / 100
+    assert found.deviation.on_first.figures.far_mm2 / 100 == pytest.approx(expected_cm2, rel=0.15)
+    assert "cm2 differ by more than 1 mm" in judged.sentence
+
+
 def test_swapping_the_shapes_turns_every_sign(make_limb, limb) -> None:
     other = make_limb(lambda z, a: 47 + 0.05 * z + np.sin(a))
     there, back = compare(limb, other, AS_IS), compare(other, limb, AS_IS)

@@ -2,18 +2,30 @@
 
 Limits: a mean radial error beyond 0.25 mm was found in every socket that had to be remade for its
 size, an interquartile range beyond 0.40 mm in many that had to be changed (Sanders et al. 2012).
+Both are blind to a small place that was moved by much, so that is looked for by its area.
 """
 
 from dataclasses import dataclass
 from typing import Literal
 
 from limbgram.shape.comparing.comparing import Comparison
+from limbgram.shape.comparing.deviation import LOCAL_LIMIT_MM
 from limbgram.shape.comparing.levels import PLY_SHARE
 
 MRE_LIMIT_MM = 0.25
 IQR_LIMIT_MM = 0.40
 
-Grade = Literal["alike", "size differs", "shape differs", "size and shape differ", "not graded"]
+_LOCAL_MM2 = 100.0
+"""Area from which places beyond the local limit count: a finger tip."""
+
+Grade = Literal[
+    "alike",
+    "differs in places",
+    "size differs",
+    "shape differs",
+    "size and shape differ",
+    "not graded",
+]
 
 
 @dataclass(frozen=True)
@@ -34,6 +46,8 @@ def verdict(comparison: Comparison) -> Verdict:
             f"{_volume(comparison)}. Not graded: no radial errors; the surfaces are "
             f"{figures.rms_mm:.2f} mm apart (RMS). Alignment: {comparison.alignment.sentence}.",
         )
+    figures = comparison.deviation.on_first.figures
+    local = figures.far_mm2 >= _LOCAL_MM2
     size, shape = abs(radial.mre_mm) > MRE_LIMIT_MM, radial.iqr_mm > IQR_LIMIT_MM
     grade: Grade = (
         "size and shape differ"
@@ -42,19 +56,28 @@ def verdict(comparison: Comparison) -> Verdict:
         if size
         else "shape differs"
         if shape
+        else "differs in places"
+        if local
         else "alike"
     )
     meaning = {
         "alike": "alike, as far as a socket's fit can tell",
+        "differs in places": "alike but for places",
         "size differs": "of another size, the same shape",
         "shape differs": "of the same size, another shape",
         "size and shape differ": "of another size and another shape",
     }[grade]
+    places = (
+        f"{figures.far_mm2 / 100:.0f} cm2 differ by more than {LOCAL_LIMIT_MM:g} mm, the most by "
+        f"{figures.largest_mm:.1f} mm. "
+        if local
+        else ""
+    )
     return Verdict(
         grade,
         f"The shapes are {meaning}: mean radial error {_signed(radial.mre_mm)} mm (limit "
         f"{MRE_LIMIT_MM:.2f}), interquartile range {radial.iqr_mm:.2f} mm (limit "
-        f"{IQR_LIMIT_MM:.2f}). {_volume(comparison)}. Alignment: "
+        f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)}. Alignment: "
         f"{comparison.alignment.sentence}.",
     )
 

@@ -1,0 +1,123 @@
+"""Pictures of comparisons, courses and templates show what changed where it changed."""
+
+from datetime import date
+
+import numpy as np
+import pytest
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from limbgram.geometry.rigid import Rigid
+from limbgram.report.pictures import png
+from limbgram.report.shape.course import course
+from limbgram.report.shape.differences import difference_pictures, paint_of
+from limbgram.report.shape.rectification import unrolled
+from limbgram.shape.comparing import CompareOptions, RegistrationOptions, compare
+from limbgram.shape.comparing.following import FollowOptions, Visit, follow
+from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.templates import Template, TemplateMark
+from limbgram.shape.templates.fields import ANGLES, node_heights
+from limbgram.surface.mesh import Mesh
+
+AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
+
+
+@pytest.fixture(scope="module")
+def stump() -> Limb:
+    """A paraboloid of revolution of 150 mm, open above, in its limb frame."""
+    rise, angles = np.linspace(0, 1, 60)[1:], 2 * np.pi * np.arange(72) / 72
+    z, a = np.meshgrid(150 * rise**2, angles, indexing="ij")
+    r = 50 * np.sqrt(z / 150)
+    wall = np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1).reshape(-1, 3)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(58), np.arange(72), indexing="ij"))
+    here, beside = i * 72 + j, i * 72 + (j + 1) % 72
+    k = np.arange(72)
+    faces = np.concatenate(
+        [
+            np.column_stack([here, beside, beside + 72]),
+            np.column_stack([here, beside + 72, here + 72]),
+            np.column_stack([(k + 1) % 72, k, np.full(72, 59 * 72)]),
+        ]
+    )
+    mesh = Mesh(vertices_mm=np.concatenate([wall, [[0.0, 0, 0]]]), faces=faces.astype(np.int32))
+    return Limb(
+        mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"), name="a.ply"
+    )
+
+
+def bulged(limb: Limb, towards: list[float], size_mm: float) -> Limb:
+    vertices = limb.mesh.vertices_mm
+    near = np.exp(-(((vertices - [*towards]) / 15) ** 2).sum(1))
+    return limb.with_mesh(
+        limb.mesh.with_vertices(vertices + size_mm * near[:, None] * limb.mesh.vertex_normals())
+    )
+
+
+def panels_of(limb: Limb, other: Limb) -> dict[str, np.ndarray]:
+    """The pictures of the difference by the name of their side."""
+    drawing = difference_pictures(compare(limb, other, AS_IS))
+    return {
+        axes.get_title(): np.asarray(axes.get_images()[0].get_array(), float)
+        for axes in drawing.figure.subfigs[0].axes
+        if axes.get_images()
+    }
+
+
+def redness(panel: np.ndarray) -> float:
+    """Sum of red over blue where something is drawn."""
+    return float(((panel[..., 0] - panel[..., 2]) * (panel[..., 3] > 0)).clip(40).sum())
+
+
+@pytest.mark.parametrize(
+    ("place", "side", "opposite"),
+    [
+        ([0, 42, 110], "front", "back"),
+        ([42, 0, 110], "patient's right", "patient's left"),
+    ],
+)
+def test_what_bulges_on_a_side_is_red_in_the_picture_of_that_side(
+    stump, place, side, opposite
+) -> None:
+    panels = panels_of(stump, bulged(stump, place, 4.0))
+    assert redness(panels[side]) == max(redness(panel) for panel in panels.values())
+    assert redness(panels[opposite]) == min(redness(panel) for panel in panels.values())
+    assert redness(panels[side]) > redness(panels[opposite])
+
+
+def test_places_without_a_figure_are_grey() -> None:
+    paint = paint_of(np.array([np.nan, 1.0]), ScalarMappable(Normalize(0, 1), "Reds"))
+    np.testing.assert_array_equal(paint[0], [150, 150, 150])
+    assert paint[1, 0] > paint[1, 2]
+
+
+def test_a_course_and_its_words(stump) -> None:
+    visits = [
+        Visit(limb=bulged(stump, [0, 42, 110], 3.0 * k), day=date(2026, 1, 1 + 7 * k))
+        for k in range(3)
+    ]
+    drawing = course(follow(visits, FollowOptions(compare=AS_IS)))
+    assert drawing.caption.startswith(("The limb", "No trend"))
+    assert len(png(drawing.figure)) > 10_000
+
+
+def test_a_template_is_drawn_front_in_the_middle() -> None:
+    heights = node_heights(1.0)
+    moved = np.zeros((len(heights), ANGLES))
+    moved[20, 0] = -5.0
+    template = Template(
+        name="dent",
+        pairs=1,
+        sided=True,
+        reference="mid patella",
+        marks=(TemplateMark(name="mid patella", height=1.0, angle_deg=0.0),),
+        heights=heights,
+        displacement_mm=moved,
+        spread_mm=np.full(moved.shape, np.nan),
+        known_pairs=np.ones(moved.shape, np.int64),
+    )
+    drawing = unrolled(template)
+    drawn = np.asarray(drawing.figure.axes[0].collections[0].get_array()).reshape(len(heights), -1)
+    row, column = np.unravel_index(int(np.argmin(drawn)), drawn.shape)
+    assert row == 20
+    assert column == ANGLES // 2
+    assert "-5.0" in drawing.caption
