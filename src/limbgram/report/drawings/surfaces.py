@@ -50,7 +50,7 @@ def sides_figure(
         axes.set_axis_off()
         axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT)
         if in_mm:
-            _scale_bar(axes, frame)
+            scale_bar(axes, frame)
     return figure
 
 
@@ -91,7 +91,8 @@ def _scatter(axes: Axes, cloud: Cloud, up: int, size: float) -> None:
     axes.set_axis_off()
 
 
-def _scale_bar(axes: Axes, frame: Frame) -> None:
+def scale_bar(axes: Axes, frame: Frame) -> None:
+    """A bar of a round length below a view."""
     length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)
     length_px = length_mm / frame.pixel_mm
     y_px = frame.height_px + 12

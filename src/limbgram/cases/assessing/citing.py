@@ -1,0 +1,40 @@
+"""Citing: what a finished case says of its own accuracy, for the record of a shape made from it."""
+
+import json
+from typing import Any
+
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.keeping.fingerprint import file_sha256
+from limbgram.errors import CaseError
+from limbgram.report.accuracy.assessment import SCHEMA
+from limbgram.report.shape.record import CaseSource
+
+
+def cited(case: CaseFolder) -> CaseSource:
+    """The case's accuracy and the hashes of what it delivered.
+
+    Raises:
+        CaseError: the folder is no case with an accuracy.json in millimetres.
+    """
+    try:
+        accuracy: dict[str, Any] = json.loads(case.accuracy("json").read_text("utf-8"))
+        record = json.loads(case.record.read_text("utf-8"))
+        schema, unit = accuracy["schema"], accuracy["unit"]
+        files = frozenset(str(file["sha256"]) for file in record["files"])
+        hash_of_record = file_sha256(case.record)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CaseError(
+            f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
+            "folder that `limbgram reconstruct` was given with -o, or run `limbgram accuracy` on it."
+        ) from error
+    if schema != SCHEMA:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
+            "accuracy` on the case again."
+        )
+    if unit != "mm":
+        raise CaseError(
+            f"The case {case.root} has no scale, so nothing in it is in millimetres. Leave --case "
+            "out, or reconstruct with a board or known distances."
+        )
+    return CaseSource(sha256=hash_of_record, accuracy=accuracy, files=files)

@@ -1,0 +1,218 @@
+"""Words: a record's tree as rows of text, for page and paper alike."""
+
+from typing import Any
+
+Tree = dict[str, Any]
+Row = tuple[str, ...]
+
+SIDES = {"left": "LEFT", "right": "RIGHT", "none": "NO SIDE"}
+MEASURE_HEADS = (
+    "#height mm", "#tape mm", "#contour mm", "#ML mm", "#AP mm", "#area cm²", "#volume below mL",
+)  # fmt: skip
+LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
+CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
+                "#volume below it mL", "#change")  # fmt: skip
+LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
+BIAS_HEADS = ("step", "#bias mm", "#spread mm", "#volume %", "where it is from")
+FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
+
+
+def title(tree: Tree) -> str:
+    return f"Record of {tree['id']}"
+
+
+def banner(tree: Tree) -> str:
+    """Side, unit and frame, in a sentence."""
+    side = tree["side"]
+    whose = "No side was given" if side == "none" else f"The patient's {side} side"
+    sock = tree["measures"]["sock_taken_off_mm"]
+    worn = f"{sock:g} mm of sock are off" if sock else "no sock was taken off"
+    return (
+        f"{whose}. All lengths are in millimetres (mm), volumes in millilitres. Aligned: +Z "
+        f"proximal, +Y anterior, +X the patient's right, origin distal; {worn}."
+    )
+
+
+def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
+    """What is asked first: question, answer, note."""
+    across, deep, long = tree["size_mm"]
+    rows = [row for row in tree["measures"]["levels"] if row["volume_below_ml"] is not None]
+    girths = [row for row in tree["measures"]["levels"] if row["tape_mm"] is not None]
+    cards = [
+        (
+            "Size",
+            f"{long:.1f} mm long",
+            f"{across:.1f} mm from side to side, {deep:.1f} mm from front to back",
+        )
+    ]
+    if rows:
+        top = rows[-1]
+        cards.append(
+            (
+                "Volume",
+                f"{_figure(top['volume_below_ml'], 1)} mL",
+                f"below {top['from_reference_mm']:g} mm, from the distal end",
+            )
+        )
+    if girths:
+        widest = max(girths, key=lambda row: row["tape_mm"]["value"])
+        cards.append(
+            (
+                "Largest tape girth",
+                f"{_figure(widest['tape_mm'], 1)} mm",
+                f"at {widest['from_reference_mm']:g} mm",
+            )
+        )
+    compared = tree["comparison"]
+    if compared is not None and compared["volume"]["ml"] is not None:
+        change = compared["volume"]["ml"]
+        cards.append(
+            (
+                "Change of volume",
+                f"{change['difference']:+.1f} mL",
+                f"{change['share']:+.2%}, like {compared['volume']['sock_plies']:+.1f} sock plies",
+            )
+        )
+    return tuple(cards)
+
+
+def measure_rows(tree: Tree) -> list[Row]:
+    """A row a level; what has no answer says why in its place."""
+    return [_measure_row(row) for row in tree["measures"]["levels"]]
+
+
+def measure_note(tree: Tree) -> str:
+    with_sigma = any(
+        row["tape_mm"] is not None and row["tape_mm"]["sigma"] is not None
+        for row in tree["measures"]["levels"]
+    )
+    spread = "± is one standard deviation. " if with_sigma else ""
+    return (
+        f"Heights count from the {tree['measures']['reference']}. Tape: what a taut tape reads; "
+        f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
+    ).strip()
+
+
+def landmark_rows(tree: Tree) -> list[Row]:
+    return [
+        (str(number), mark["name"], *(f"{value:+.1f}" for value in mark["in_limb_mm"]))
+        for number, mark in enumerate(tree["landmarks"], start=1)
+    ]
+
+
+def change_rows(tree: Tree) -> list[Row]:
+    """What differs, level by level."""
+    return [_change_row(row) for row in tree["comparison"]["levels"]]
+
+
+def ledger_rows(tree: Tree) -> list[Row]:
+    rows: list[Row] = []
+    for line in tree["recipe"]["lines"]:
+        before, after = line["before"]["volume_ml"], line["after"]["volume_ml"]
+        moved = line["displacement"]
+        rows.append(
+            (
+                str(line["number"]),
+                line["edit"],
+                f"{after:.1f}",
+                f"{after - before:+.2f}",
+                f"{100 * (after / before - 1):+.3f}" if before else "",
+                "" if moved is None else f"{moved['largest_mm']:+.2f}",
+                "" if moved is None else f"{moved['mean_mm']:+.3f}",
+            )
+        )
+    return rows
+
+
+def girth_ledger(tree: Tree) -> tuple[Row, list[Row]]:
+    """Girths after each edit, at levels that stay the same: heads and rows."""
+    recipe = tree["recipe"]
+    heads = ("#no.", *(f"#{level:.0f} mm" for level in recipe["levels_mm"]))
+    lines = recipe["lines"]
+    start = [] if not lines else [("before", *_girths(lines[0]["before"]))]
+    return heads, [*start, *((str(one["number"]), *_girths(one["after"])) for one in lines)]
+
+
+def recipe_note(tree: Tree) -> str:
+    """What the ledger is, and whether it is this shape's."""
+    recipe = tree["recipe"]
+    done = f"Computed for this record by doing {recipe['id']} to {recipe['scan']} again"
+    apart = recipe["apart_mm"]
+    if apart is None:
+        return f"{done}; the rest of this record shows the shape before these edits."
+    return f"{done}; the result and the shape of this record are {apart:.3f} mm apart at most."
+
+
+def bias_rows(tree: Tree) -> list[Row]:
+    return [
+        (
+            one["step"],
+            _number(one["bias_mm"], "+.3f"),
+            _spread(one["spread_mm"]),
+            "" if one["volume_share"] is None else f"{100 * one['volume_share']:+.3f}",
+            one["basis"],
+        )
+        for one in tree["bias"]
+    ]
+
+
+def file_rows(tree: Tree) -> list[Row]:
+    return [(one["what"], one["id"], one["kind"], one["sha256"]) for one in tree["files"]]
+
+
+def versions(tree: Tree) -> str:
+    return "Made by " + ", ".join(f"{name} {what}" for name, what in tree["versions"].items()) + "."
+
+
+def _measure_row(row: Tree) -> Row:
+    height = f"{row['from_reference_mm']:.1f}"
+    if row["tape_mm"] is None:
+        return height, row["reason"], "", "", "", "", ""
+    area, volume = row["area_mm2"], row["volume_below_ml"]
+    per = {"value": area["value"] / 100, "sigma": area["sigma"] and area["sigma"] / 100}
+    return (
+        height,
+        _figure(row["tape_mm"], 1),
+        _figure(row["contour_mm"], 1),
+        _figure(row["ml_mm"], 1),
+        _figure(row["ap_mm"], 1),
+        _figure(per, 2),
+        "-" if volume is None else _figure(volume, 1),
+    )
+
+
+def _change_row(row: Tree) -> Row:
+    height = f"{row['height_mm']:.1f}"
+    tape, below = row.get("tape_mm"), row["volume_below_ml"]
+    if tape is None:
+        return height, row["reason"] or "-", "", "", "", "", "", ""
+    return (
+        height,
+        f"{tape['second']:.1f}",
+        f"{tape['difference']:+.1f}",
+        f"{100 * tape['share']:+.2f}",
+        f"{row['ml_mm']['difference']:+.1f}",
+        f"{row['ap_mm']['difference']:+.1f}",
+        "-" if below is None else f"{below['second']:.1f}",
+        "-" if below is None else f"{below['difference']:+.1f}",
+    )
+
+
+def _girths(figures: Tree) -> Row:
+    return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures["girths_mm"])
+
+
+def _figure(figure: Tree, decimals: int) -> str:
+    sigma = figure["sigma"]
+    spread = "" if sigma is None else f" ± {sigma:.{max(decimals, 2)}f}"
+    return f"{figure['value']:.{decimals}f}{spread}"
+
+
+def _number(value: float | None, form: str) -> str:
+    return "not known" if value is None else format(value, form)
+
+
+def _spread(value: float | None) -> str:
+    if value is None:
+        return ""
+    return f"± {value:.3f}" if value >= 0.0005 else "± 0.000"
