@@ -165,3 +165,36 @@ def test_empty_depth_maps_are_refused(painted: Any, depth_maps: tuple[DepthMap, 
 def test_a_senseless_option_is_refused(painted: Any) -> None:
     with pytest.raises(OptionsError, match="sources"):
         estimate_depth(painted.photos, painted.metric, painted.region, DenseOptions(sources=0))
+
+
+def test_what_two_photos_agree_on_but_the_others_see_through_is_no_surface(
+    painted: Any, depth_maps: tuple[DepthMap, ...]
+) -> None:
+    flap_mm = 6.0
+    false = tuple(
+        _with_flap(depth_map, RADIUS_MM + flap_mm) if k in (2, 4) else depth_map
+        for k, depth_map in enumerate(depth_maps)
+    )
+    planted = [points_of(one)[0] for one in (false[2], false[4])]
+    assert min((off_mm(points) > flap_mm - 1).sum() for points in planted) > 100
+    crumbs_stay = FusionOptions(least_share=0.0)
+    cloud = fuse(painted.photos, painted.metric, false, painted.region, crumbs_stay)
+    assert np.abs(off_mm(cloud.points_mm.astype(float))).max() < flap_mm / 2
+
+
+def _with_flap(depth_map: DepthMap, x_mm: float) -> DepthMap:
+    """The map with a square of 5 mm before the cylinder, facing the arc's middle."""
+    pose = depth_map.camera_from_world
+    height, width = depth_map.depth_mm.shape
+    column, row = np.meshgrid(np.arange(width), np.arange(height))
+    xy = np.stack([column + depth_map.x0, row + depth_map.y0], -1).reshape(-1, 2).astype(float)
+    rays = depth_map.camera.rays(xy)
+    rays = rays / rays[:, 2:]
+    along = rays @ pose.rotation
+    depth_mm = (x_mm - pose.centre[0]) / along[:, 0]
+    hit = pose.centre + depth_mm[:, None] * along
+    on_flap = (np.abs(hit[:, 1:]) < 2.5).all(1).reshape(height, width)
+    depths, normals = depth_map.depth_mm.copy(), depth_map.normal_in_camera.copy()
+    depths[on_flap] = depth_mm.reshape(height, width)[on_flap]
+    normals[on_flap] = pose.rotation @ np.array([1.0, 0.0, 0.0])
+    return replace(depth_map, depth_mm=depths, normal_in_camera=normals)

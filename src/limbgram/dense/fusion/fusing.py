@@ -4,7 +4,7 @@ In      depth maps, and the photos for colour.
 Out     a Cloud.
 Method  all measured points together; evenly spaced ones among them become the cloud and move to
         the curved surface that all photos' points round them agree on; points that too few photos
-        confirm, and crumbs away from the surface, are left out.
+        confirm, that more photos see through, and crumbs away from the surface, are left out.
 Fails   DenseError: too few points agree.
 """
 
@@ -105,6 +105,7 @@ def fuse(
     points, normals = points[inside], normals[inside]
     sightings = sight(photos, metric, depth_maps, points, normals, spacing_mm / 2)
     kept = sightings.views >= min(options.least_views, len(depth_maps))
+    kept &= sightings.through <= sightings.views
     kept[kept] = _in_large_pieces(points[kept], _PIECE_REACH * spacing_mm, options.least_share)
     if kept.sum() < options.least_points:
         raise _too_few(int(kept.sum()), options)

@@ -14,12 +14,17 @@ from limbgram.photos.reading import load_colour
 from limbgram.run import in_parallel
 from limbgram.scale.metric import MetricScene
 
+_BEHIND = 4.0
+"""Something this many tolerances behind a point is another surface."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sightings:
     """By point: photos whose depth map has it, and its mean colour in them."""
 
     views: UInt8[np.ndarray, " n"]
+    through: UInt8[np.ndarray, " n"]
+    """Photos that saw something behind the point: it would have hidden that."""
     colours: UInt8[np.ndarray, "n 3"]
 
 
@@ -33,20 +38,22 @@ def sight(
 ) -> Sightings:
     """Look for each point in each depth map; where it is, the photo's colour counts by cosine^2."""
 
-    def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        seen, cosine = _seen(depth_map, points_mm, normals, agree_mm)
+    def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        seen, cosine, through = _seen(depth_map, points_mm, normals, agree_mm)
         view = metric.scene.view(depth_map.photo_idx)
         colours = _colours(photos, depth_map.photo_idx, view, points_mm[seen])
-        return seen, cosine**2, colours
+        return seen, cosine**2, colours, through
 
-    views = np.zeros(len(points_mm), np.uint8)
+    views, through = np.zeros((2, len(points_mm)), np.uint8)
     weights = np.full(len(points_mm), 1e-9)
     sums = np.zeros((len(points_mm), 3))
-    for seen, weight, colours in in_parallel(one, depth_maps):
+    for seen, weight, colours, behind in in_parallel(one, depth_maps):
         views[seen] += 1
+        through[behind] += 1
         weights[seen] += weight
         sums[seen] += weight[:, None] * colours
-    return Sightings(views=views, colours=np.round(sums / weights[:, None]).astype(np.uint8))
+    colours = np.round(sums / weights[:, None]).astype(np.uint8)
+    return Sightings(views=views, through=through, colours=colours)
 
 
 def _seen(
@@ -54,22 +61,21 @@ def _seen(
     points_mm: Float32[np.ndarray, "n 3"],
     normals: Float32[np.ndarray, "n 3"],
     agree_mm: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the points that the map has, and the cosines of their incidence."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points that the map has, the cosines of their incidence, and points it saw behind of."""
     pose, camera = depth_map.camera_from_world, depth_map.camera
     in_camera = pose.apply(points_mm.astype(float))
     rays = in_camera / np.linalg.norm(in_camera, axis=1, keepdims=True)
     cosine = -(rays * (normals @ pose.rotation.T)).sum(1)
     xy = camera.project(in_camera) - (depth_map.x0, depth_map.y0)
     height, width = depth_map.depth_mm.shape
-    within = np.all((xy > -0.5) & (xy < (width - 0.5, height - 0.5)), axis=1) & (cosine > 0.1)
-    seen = np.flatnonzero(within)
-    column, row = np.round(xy[seen]).astype(int).T
-    measured = depth_map.depth_mm[row, column]
-    away_mm = np.abs(measured - in_camera[seen, 2]) * cosine[seen]
-    pixel_mm = in_camera[seen, 2] / camera.fx
-    agrees = away_mm < agree_mm + pixel_mm
-    return seen[agrees], cosine[seen[agrees]]
+    within = np.flatnonzero(np.all((xy > -0.5) & (xy < (width - 0.5, height - 0.5)), axis=1))
+    column, row = np.round(xy[within]).astype(int).T
+    behind_mm = depth_map.depth_mm[row, column] - in_camera[within, 2]
+    tolerance_mm = agree_mm + in_camera[within, 2] / camera.fx
+    facing = cosine[within]
+    seen = within[(facing > 0.1) & (np.abs(behind_mm) * facing < tolerance_mm)]
+    return seen, cosine[seen], within[behind_mm > _BEHIND * tolerance_mm]
 
 
 def _colours(
