@@ -1,7 +1,8 @@
-"""GLB: the surface for viewers, with colour.
+"""GLB: the surface for viewers, with colour and sigma.
 
 glTF knows one unit, the metre, and calls +Y up. The file holds metres (millimetres / 1000) about
-the same axes; its one node turns +Z to +Y, so that viewers show the limb standing.
+the same axes; its one node turns +Z to +Y, so that viewers show the limb standing. The attribute
+_SIGMA has each vertex's standard deviation in metres, -1 where it was filled (no NaN in glTF).
 """
 
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 import trimesh
+from jaxtyping import Float32
 from trimesh.exchange.gltf import export_glb
 
 from limbgram.export.writing import (
@@ -22,6 +24,7 @@ from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 _METRE = 0.001
+_SIGMA = "_SIGMA"
 _VIEWER_FROM_WORLD = np.array(
     [[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]], float
 )
@@ -30,11 +33,14 @@ _VIEWER_FROM_WORLD = np.array(
 def write_glb(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
     """Write a binary glTF in metres, and read it back in units of the mesh."""
     path = target(path, scale, unscaled=unscaled)
+    sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
 
     def encode(stream: BinaryIO) -> None:
         surface = trimesh.Trimesh(
             mesh.vertices_mm * _METRE, mesh.faces, vertex_colors=mesh.colours, process=False
         )
+        if sigma is not None:
+            surface.vertex_attributes[_SIGMA] = sigma
         scene = trimesh.Scene(metadata={"source_unit": scale.unit})
         scene.add_geometry(surface, node_name="surface", transform=_VIEWER_FROM_WORLD)
         stream.write(export_glb(scene))
@@ -50,5 +56,14 @@ def write_glb(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
         if mesh.colours is not None:
             colours = np.asarray(read.visual.vertex_colors)[:, :3]
             require(np.array_equal(colours, mesh.colours), f"{path.name}: other colours")
+        if sigma is not None:
+            (kept,) = scene.geometry.values()
+            again = np.asarray(kept.vertex_attributes.get(_SIGMA, ())).ravel()
+            require(np.array_equal(again, sigma), f"{path.name}: other sigmas")
 
     return write_file(path, encode, check)
+
+
+def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
+    """Sigmas in metres; what has none is negative."""
+    return np.where(np.isfinite(sigma_mm), sigma_mm * _METRE, -1.0).astype(np.float32)

@@ -35,11 +35,13 @@ def write_ply(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
         columns["filled"] = mesh.filled.astype(np.uint8)
     if mesh.sigma_mm is not None:
         columns["sigma"] = mesh.sigma_mm.astype("<f4")
+    if mesh.shared_mm is not None:
+        columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
     path = target(path, scale, unscaled=unscaled)
     rows, faces = _rows(columns), _face_rows(mesh)
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(_header(rows, len(faces), scale.unit))
+        stream.write(_header(rows, len(faces), scale.unit, mesh.correlation_mm))
         stream.write(rows.tobytes() + faces.tobytes())
 
     def check(written: Path) -> None:
@@ -88,9 +90,13 @@ def _face_rows(mesh: Mesh) -> Shaped[np.ndarray, " f"]:
     return rows
 
 
-def _header(rows: Shaped[np.ndarray, " n"], faces: int, unit: str) -> bytes:
+def _header(
+    rows: Shaped[np.ndarray, " n"], faces: int, unit: str, correlation: float | None = None
+) -> bytes:
     names: tuple[str, ...] = rows.dtype.names or ()
     lines = ["ply", "format binary_little_endian 1.0", f"comment limbgram, unit: {unit}"]
+    if correlation is not None:
+        lines.append(f"comment sigma is alike over: {correlation!r}")
     lines.append(f"element vertex {len(rows)}")
     lines += [f"property {_NAMES[rows.dtype[name].str]} {name}" for name in names]
     if faces:

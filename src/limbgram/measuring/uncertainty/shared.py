@@ -20,7 +20,7 @@ from limbgram.mapping.scene import Scene
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
-_CAMERA_MODES, _WEAKER_MODES = 7, 5
+_CAMERA_MODES, _WEAKER_MODES = 6, 5
 """Sources kept by themselves beside the scale; the next ones go to the local part."""
 _ASKED = 2000
 """Vertices that tell which modes are strong."""

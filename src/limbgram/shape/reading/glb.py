@@ -29,4 +29,17 @@ def read_glb(content: bytes, name: str) -> Soup:
         ) from error
     if colours is not None:
         colours = colours[:, :3].astype(np.uint8)
-    return Soup(mesh=Mesh(vertices_mm=places, faces=faces, colours=colours), stated_unit="m")
+    sigma = _sigma(scene, len(places))
+    return Soup(
+        mesh=Mesh(vertices_mm=places, faces=faces, colours=colours, sigma_mm=sigma),
+        stated_unit="m",
+    )
+
+
+def _sigma(scene: trimesh.Scene, count: int) -> np.ndarray | None:
+    """Sigmas of our own files, in metres; NaN where they say that there is none."""
+    parts = [getattr(part, "vertex_attributes", {}) for part in scene.geometry.values()]
+    if len(parts) != 1 or "_SIGMA" not in parts[0]:
+        return None
+    sigma = np.asarray(parts[0]["_SIGMA"], np.float32).ravel()
+    return np.where(sigma < 0, np.nan, sigma).astype(np.float32) if len(sigma) == count else None

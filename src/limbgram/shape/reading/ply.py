@@ -3,7 +3,7 @@
 The header lists elements, each with its properties; only vertices and faces are used.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 
 import numpy as np
@@ -52,7 +52,7 @@ def read_ply(content: bytes, name: str) -> Soup:
         if not mark or (not header.order and b"ascii" not in head):
             raise ValueError("its header has no end")
         vertices, polygons = _text(header, body) if not header.order else _binary(header, body)
-        mesh = _mesh(vertices, polygons)
+        mesh = replace(_mesh(vertices, polygons), correlation_mm=_correlation(head))
     except (ValueError, KeyError, IndexError) as error:
         raise ShapeFileError(
             f"{name} is no PLY file that can be read ({error}). It may have been cut off on its "
@@ -160,4 +160,22 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
         colours=colours,
         filled=rows["filled"].astype(np.bool_) if "filled" in names else None,
         sigma_mm=rows["sigma"].astype(np.float32) if "sigma" in names else None,
+        shared_mm=_shared(rows, names),
     )
+
+
+def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
+    """Columns shared_0, shared_1, ... as our own files have them."""
+    parts = [rows[name] for k in range(len(names)) if (name := f"shared_{k}") in names]
+    return np.column_stack(parts).astype(np.float32) if parts else None
+
+
+def _correlation(head: bytes) -> float | None:
+    """What the comment of our own files says."""
+    for line in head.decode("latin-1").splitlines():
+        match line.split():
+            case ["comment", "sigma", "is", "alike", "over:", length]:
+                return float(length)
+            case _:
+                pass
+    return None

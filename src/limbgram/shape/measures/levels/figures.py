@@ -3,6 +3,7 @@
 Through the slopes the sigmas of the vertices become the figure's own.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ from scipy.spatial import ConvexHull
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.measures.levels.cutting import Level
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.uncertainty import propagate
+from limbgram.surface.uncertainty import lost_length_mm, propagate
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,8 @@ class Sloped:
 
     value: float
     slopes: Float64[np.ndarray, "k 2"]
+    along_mm: Float64[np.ndarray, " k"] | None = None
+    """Length along the surface that belongs to each point, for a measure that is such a length."""
 
 
 Measure = Callable[[Level], Sloped | None]
@@ -100,7 +103,19 @@ class Sigmas:
     def figure(self, level: Level, sloped: Sloped) -> Figure:
         if self.mesh.sigma_mm is None:
             return Figure(sloped.value, None)
-        return Figure(sloped.value, propagate(self.mesh, self.gradient(level, sloped)))
+        sigma = propagate(self.mesh, self.gradient(level, sloped))
+        if sigma is not None and sloped.along_mm is not None:
+            sigma = math.hypot(
+                sigma, lost_length_mm(self.mesh, self._spread(level, sloped.along_mm))
+            )
+        return Figure(sloped.value, sigma)
+
+    def _spread(self, level: Level, along_mm: Float64[np.ndarray, " k"]) -> np.ndarray:
+        """Lengths at the crossings as lengths at the vertices."""
+        total = np.zeros(len(self.mesh.vertices_mm))
+        for end, share in ((0, 1 - level.shares), (1, level.shares)):
+            total += np.bincount(level.crossed[:, end], share * along_mm, len(total))
+        return total
 
     def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.
@@ -127,7 +142,9 @@ def _around(level: Level, ids: Int64[np.ndarray, " k"], after: Int64[np.ndarray,
     slopes = np.zeros_like(level.points_mm)
     slopes[after] += along
     slopes[ids] -= along
-    return Sloped(float(lengths.sum()), slopes)
+    along_mm = np.bincount(ids, lengths / 2, len(slopes))
+    along_mm += np.bincount(after, lengths / 2, len(slopes))
+    return Sloped(float(lengths.sum()), slopes, along_mm)
 
 
 def _caliper(level: Level, axis: int) -> Sloped:

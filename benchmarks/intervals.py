@@ -1,0 +1,196 @@
+"""How often a stated 95 % interval holds: many small synthetic captures, each another limb.
+
+    python benchmarks/intervals.py intervals.jsonl --count 100
+
+Every capture gets its own limb, paint, walk, noise and lens calibration from its seed, is
+reconstructed from nothing, laid on its truth without changing size, and measured: girths (along
+the contour, and of a taut tape) at five heights, and the volume between the outer two. One line
+of JSON a capture; seeds that are in the file already are not run again. The last line printed
+says how many of all intervals held.
+"""
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from limbgram.calibration import calibrate
+from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
+from limbgram.errors import LimbgramError
+from limbgram.mapping.scene import Scene
+from limbgram.photos import read_photos
+from limbgram.pipeline import Capture, Reconstruction, reconstruct
+from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
+from limbgram.shape.measures.levels.cutting import Refused, levels_at
+from limbgram.shape.measures.levels.figures import Sigmas, contour_mm, tape_mm
+from limbgram.shape.measures.levels.volumes import Volumes
+from limbgram.surface.mesh import Mesh
+from limbgram.synthetic import (
+    CALIBRATION_BOARD,
+    SCALE_BOARD,
+    CaptureOptions,
+    LimbKind,
+    make_capture,
+)
+
+SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
+"""Heights of the girths, as shares of the seen height."""
+COVER = 1.96
+"""Sigmas to either side of a figure that hold it in 95 of 100 cases."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path, help="JSON lines; what is there is kept")
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--first", type=int, default=1000, help="first seed")
+    chosen = parser.parse_args()
+    done = {line["seed"] for line in lines_of(chosen.out)}
+    for seed in range(chosen.first, chosen.first + chosen.count):
+        if seed in done:
+            continue
+        line = one(seed)
+        with chosen.out.open("a") as stream:
+            stream.write(json.dumps(line) + "\n")
+        sys.stderr.write(f"{seed}: {line.get('refused') or told([line])}\n")
+    sys.stdout.write(told(lines_of(chosen.out)) + "\n")
+
+
+def options_of(seed: int) -> CaptureOptions:
+    """A small capture, drawn by its seed."""
+    random = np.random.default_rng((seed, 77))
+    width = int(random.choice([780, 864, 960]))
+    return CaptureOptions(
+        kind=list(LimbKind)[int(random.integers(len(LimbKind)))],
+        seed=seed,
+        coverage=float(random.uniform(0.45, 0.65)),
+        photos=int(random.integers(9, 13)),
+        distance_mm=1400.0,
+        width_px=width,
+        height_px=width * 2 // 3,
+        calibration_photos=8,
+        noise=float(random.uniform(0.5, 2.0)),
+        jpeg_quality=int(random.integers(88, 97)),
+        mesh_step_mm=1.0,
+    )
+
+
+def one(seed: int) -> dict[str, Any]:
+    """One capture from nothing to its figures."""
+    start = time.process_time()
+    line: dict[str, Any] = {"seed": seed}
+    with tempfile.TemporaryDirectory() as scratch:
+        capture = make_capture(Path(scratch) / "capture", options_of(seed))
+        made = time.process_time()
+        try:
+            lens = calibrate(read_photos([capture.folder / "calibration"]), CALIBRATION_BOARD.board)
+            result = reconstruct(
+                Capture(
+                    sources=(capture.folder / "images",),
+                    calibrations=(lens.calibration,),
+                    board=SCALE_BOARD.board,
+                )
+            )
+            views = {view.name: view for view in capture.truth.views}
+            placed = [views[name].centre_in_world for name in names_placed(result.metric.scene)]
+            line |= figures(result, truth_of(capture.folder / "truth", np.array(placed)))
+        except LimbgramError as refusal:
+            line["refused"] = str(refusal)
+    return line | {"cpu_s": [round(made - start, 1), round(time.process_time() - made, 1)]}
+
+
+def names_placed(scene: Scene) -> tuple[str, ...]:
+    return tuple(scene.names[photo] for photo in scene.placed)
+
+
+def truth_of(folder: Path, centres_mm: np.ndarray) -> Truth:
+    vertices, faces = read_truth_mesh(folder / "mesh.ply")
+    return Truth(
+        vertices_mm=vertices["xyz"].astype(float),
+        faces=faces,
+        seen=(vertices["ncam"] >= LEAST_PHOTOS) & (vertices["cap"] == 0),
+        centres_mm=centres_mm,
+    )
+
+
+def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
+    """Value, sigma and truth of every figure, and error over sigma of the vertices."""
+    mesh = result.mesh
+    centres = np.array([view.centre_in_world for view in result.metric.scene.views])
+    samples = mesh.vertices_mm[measured_samples(mesh)]
+    fit = by_surface(samples, truth, by_cameras(centres, truth))
+    placed = mesh.with_vertices(fit.truth_from_world.apply(mesh.vertices_mm))
+    true = Mesh(vertices_mm=truth.vertices_mm, faces=truth.faces)
+    seen = truth.vertices_mm[truth.seen, 2]
+    low, high = float(np.quantile(seen, 0.02)), float(np.quantile(seen, 0.98))
+    heights = [low + share * (high - low) for share in SHARES]
+    ours, theirs = Sigmas.of(placed), Sigmas.of(true)
+    found: list[dict[str, Any]] = []
+    for one, other in zip(levels_at(placed, heights), levels_at(true, heights), strict=True):
+        if isinstance(one, Refused) or isinstance(other, Refused):
+            continue
+        for kind, measure in (("contour", contour_mm), ("tape", tape_mm)):
+            figure = ours.figure(one, measure(one))
+            found.append(_figure(kind, figure.value, figure.sigma, measure(other).value))
+    try:
+        volume = Volumes.of(ours).between(heights[0], heights[-1])
+        whole = Volumes.of(theirs).between(heights[0], heights[-1]).value
+        found.append(_figure("volume", volume.value, volume.sigma, whole))
+    except LimbgramError:  # open between the heights: no volume
+        pass
+    off_mm, near = signed_mm(placed.vertices_mm, truth)
+    known = near & np.isfinite(mesh.sigma_mm)
+    ratio = off_mm[known] / mesh.sigma_mm[known]
+    return {
+        "figures": found,
+        "vertices": len(mesh),
+        "filled": float(np.mean(~np.isfinite(mesh.sigma_mm))),
+        "rms_mm": float(np.sqrt(np.mean(off_mm[known] ** 2))),
+        "mean_mm": float(np.mean(off_mm[known])),
+        "scale_error": fit.scale_error,
+        "spread": 1.4826 * float(np.median(np.abs(ratio))),
+        "within_one": float(np.quantile(np.abs(ratio), 0.6827)),
+    }
+
+
+def _figure(kind: str, value: float, sigma: float | None, true: float) -> dict[str, Any]:
+    return {"kind": kind, "value": value, "sigma": sigma, "true": true}
+
+
+def lines_of(path: Path) -> list[dict[str, Any]]:
+    if not path.exists():
+        return []
+    return [json.loads(line) for line in path.read_text().splitlines() if line]
+
+
+def told(lines: list[dict[str, Any]]) -> str:
+    """How many intervals held, by kind, and how the errors over their sigmas scatter."""
+    parts = [f"{len(lines)} captures, {sum('refused' in line for line in lines)} refused"]
+    for kind in ("contour", "tape", "volume"):
+        all_figures = [
+            one for line in lines for one in line.get("figures", ()) if one["kind"] == kind
+        ]
+        if not all_figures:
+            continue
+        ratios = [(one["value"] - one["true"]) / one["sigma"] for one in all_figures]
+        held = sum(abs(ratio) <= COVER for ratio in ratios)
+        rms = math.sqrt(sum(ratio**2 for ratio in ratios) / len(ratios))
+        mean = sum(ratios) / len(ratios)
+        parts.append(
+            f"{kind}: {held} of {len(ratios)} hold ({held / len(ratios):.1%}), "
+            f"error over sigma RMS {rms:.2f}, mean {mean:+.2f}"
+        )
+    spreads = [line["spread"] for line in lines if "spread" in line]
+    if spreads:
+        parts.append(f"vertices {np.median(spreads):.2f} ({min(spreads):.2f}-{max(spreads):.2f})")
+    return "; ".join(parts)
+
+
+if __name__ == "__main__":
+    main()
