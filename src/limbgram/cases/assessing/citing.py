@@ -25,7 +25,7 @@ def cited(case: CaseFolder) -> CaseSource:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaseError(
             f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
-            "folder that `limbgram reconstruct` was given with -o, or run `limbgram accuracy` on it."
+            "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."
         ) from error
     if schema != SCHEMA:
         raise CaseError(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import matplotlib.image as mpimg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from limbgram.report.drawings.drawing import FAINT, INK
@@ -18,7 +19,7 @@ _MARGIN_IN = 0.58
 _BOTTOM_IN = 0.62
 _LINE = 1.32
 """Height of a line, in heights of its letters."""
-_CHARACTERS_PER_IN = 148.0
+_CHARACTERS_PER_IN = 130.0
 """Letters of one point that fit on an inch, on average."""
 _POINTS_PER_IN = 72.0
 
@@ -86,12 +87,27 @@ class Sheet:
             self._x(self.left_in + 0.2), middle, badge, fontsize=15, weight="bold", color=colour,
             va="center",
         )  # fmt: skip
-        lines = textwrap.wrap(words, 78)
+        lines = textwrap.wrap(words, 80)
         self.figure.text(
-            self._x(self.left_in + 1.75), middle, "\n".join(lines[:3]), fontsize=9, color=INK,
+            self._x(self.left_in + 2.15), middle, "\n".join(lines[:3]), fontsize=8, color=INK,
             va="center",
         )  # fmt: skip
         self.down_in += height_in + 0.1
+
+    def cards(self, cards: Sequence[tuple[str, str, str]]) -> None:
+        """Question, answer and note side by side."""
+        step_in = self.width_in / max(len(cards), 1)
+        letters = int((step_in - 0.1) * _CHARACTERS_PER_IN / 6.5)
+        for idx, (question, answer, note) in enumerate(cards):
+            x = self._x(self.left_in + idx * step_in)
+            for down_in, words, points, colour in (
+                (0.0, question, 7.0, FAINT),
+                (0.15, answer, 12.0, INK),
+                (0.40, textwrap.fill(note, letters), 6.5, FAINT),
+            ):
+                y = self._y(self.down_in + down_in)
+                self.figure.text(x, y, words, fontsize=points, color=colour, va="top")
+        self.down_in += 0.7
 
     def picture(self, picture: Picture, most_in: float) -> None:
         """A picture over the whole width, or less if that would be too high."""
@@ -157,8 +173,8 @@ class Sheet:
 
     def _rule(self) -> None:
         y = self._y(self.down_in)
-        left, width = self._x(self.left_in), self.width_in / PAGE_IN[0]
-        self.figure.add_artist(Rectangle((left, y), width, 0.0004, color=RULE, lw=0))
+        ends = self._x(self.left_in), self._x(self.left_in + self.width_in)
+        self.figure.add_artist(Line2D(ends, (y, y), color=RULE, lw=0.6))
 
     def _x(self, from_left_in: float) -> float:
         return from_left_in / PAGE_IN[0]

@@ -16,6 +16,7 @@ Json = dict[str, Any]
 class Finding:
     """One thing to check or to know."""
 
+    topic: Literal["recipe", "case", "surface", "tape", "comparison", "file"]
     what: str
     remedy: str
     gravity: Literal["serious", "mild"] = "mild"
@@ -29,7 +30,10 @@ def findings(tree: Json, measures: Measures) -> tuple[Finding, ...]:
         *_about_surface(measures),
         *_by_tape(tree),
         *_about_comparison(tree["comparison"]),
-        *(Finding(what=f"{note}.", remedy="Look at the pictures.") for note in tree["notes"]),
+        *(
+            Finding(topic="file", what=f"{note}.", remedy="Look at the pictures.")
+            for note in tree["notes"]
+        ),
     )
     return tuple(sorted(found, key=lambda one: one.gravity != "serious"))
 
@@ -49,9 +53,10 @@ def _by_tape(tree: Json) -> Iterator[Finding]:
         girths = ", ".join(f"{girth:.0f} mm at {height:g} mm" for height, girth in checks)
         reference = tree["measures"]["reference"]
         yield Finding(
+            topic="tape",
             what="No tape reading has been compared with this shape here.",
-            remedy=f"Read by tape before fabrication: {girths} (heights from the {reference}). More "
-            "than 1 mm or 1 % apart: find out why first.",
+            remedy=f"Read by tape before fabrication: {girths} (heights from the {reference}). "
+            "More than 1 mm or 1 % apart: find out why first.",
         )
 
 
@@ -59,18 +64,21 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
     limb = measures.limb
     if not limb.sock_mm:
         yield Finding(
+            topic="surface",
             what="No sock was taken off this shape.",
             remedy="If one was worn in the scan, its thickness is in every radius: see "
             "`limbgram measure --sock`.",
         )
     if limb.mesh.sigma_mm is None:
         yield Finding(
+            topic="surface",
             what="The shape carries no uncertainty, so no figure has a ±.",
             remedy="PLY files of `limbgram reconstruct` carry it.",
         )
     filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
     if filled > _FILLED_SHARE:
         yield Finding(
+            topic="surface",
             what=f"{filled:.1%} of the surface was filled in, not measured.",
             remedy="It is orange in the pictures: rely on nothing there.",
             gravity="serious",
@@ -78,6 +86,7 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
     missing = sum(row.level is None for row in measures.rows)
     if missing:
         yield Finding(
+            topic="surface",
             what=f"{missing} of {len(measures.rows)} levels have no girth.",
             remedy="The table says why.",
         )
@@ -88,6 +97,7 @@ def _about_recipe(recipe: Json | None) -> Iterator[Finding]:
         return
     if recipe["apart_mm"] > SAME_MM:
         yield Finding(
+            topic="recipe",
             what=f"The shape is not what the recipe makes of the scan: they are up to "
             f"{recipe['apart_mm']:.2f} mm apart.",
             remedy="Apply the recipe again (`limbgram edit apply`), or name the recipe that made "
@@ -101,12 +111,14 @@ def _about_case(case: Json | None) -> Iterator[Finding]:
         return
     if not case["delivered"]:
         yield Finding(
+            topic="case",
             what="None of the shapes is a file of the case that is named.",
             remedy="Scale and surface of the table of biases hold only if the shape came from it.",
             gravity="serious",
         )
     if case["light"] != "green":
         yield Finding(
+            topic="case",
             what=f"The capture's own assessment is {case['light'].upper()}.",
             remedy="Read the case's accuracy page: it says what limits it.",
             gravity="serious" if case["light"] == "red" else "mild",
@@ -115,4 +127,4 @@ def _about_case(case: Json | None) -> Iterator[Finding]:
 
 def _about_comparison(comparison: Json | None) -> Iterator[Finding]:
     for note in () if comparison is None else comparison["notes"]:
-        yield Finding(what=note, remedy="Read the comparison with it in mind.")
+        yield Finding(topic="comparison", what=note, remedy="Read the comparison with it in mind.")

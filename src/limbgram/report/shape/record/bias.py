@@ -1,7 +1,8 @@
 """Bias: what each step on the way adds to a radius, in millimetres.
 
-A bias shifts all radii one way (positive: outwards), a spread goes both ways. 0.25 mm of radius
-is what a socket's fit can show. None stands for what nobody knows, and the line says why.
+A bias shifts all radii one way (positive: outwards); what is typical and what is largest goes both
+ways. 0.25 mm of radius is what a socket's fit can show. None stands for what nobody knows, and the
+line says why.
 """
 
 import math
@@ -31,8 +32,10 @@ class Bias:
     step: str
     bias_mm: float | None
     """Mean shift of the surface."""
-    spread_mm: float | None
-    """How far single places go, one way or the other; `basis` says in which sense."""
+    typical_mm: float | None
+    """Root mean square of what single places go, one way or the other."""
+    largest_mm: float | None
+    """The farthest that a place goes."""
     volume_share: float | None
     """Change of volume that goes with it, as a fraction."""
     basis: str
@@ -51,14 +54,7 @@ def biases(
         *_smoothing(ledger),
         _stl(mesh_in_limb),
         _aop(mesh_in_limb),
-        Bias(
-            step="carving",
-            bias_mm=None,
-            spread_mm=None,
-            volume_share=None,
-            basis="depends on tool and feed: `limbgram export --to gcode` carves the file by "
-            "simulation and tells gouge and ridges",
-        ),
+        _unknown("carving", "`limbgram export --to gcode` carves its file by simulation and tells"),
     )
 
 
@@ -79,10 +75,11 @@ def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
     return Bias(
         step="scale",
         bias_mm=None,
-        spread_mm=worst * radius_mm,
+        typical_mm=rms * radius_mm,
+        largest_mm=worst * radius_mm,
         volume_share=None,
-        basis=f"worst of {len(lengths['check'])} check lengths is off by {worst:.3%} (RMS "
-        f"{rms:.3%}), taken at the mean radius of {radius_mm:.0f} mm; volume up to {3 * worst:.2%}",
+        basis=f"worst of {len(lengths['check'])} check lengths off by {100 * worst:.3f} %, at the "
+        f"mean radius of {radius_mm:.0f} mm",
     )
 
 
@@ -90,54 +87,54 @@ def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
     truth: dict[str, Any] | None = None if case is None else case.accuracy["truth"]
     if truth is not None:
         return Bias(
-            step="surface from the photos",
+            step="surface",
             bias_mm=truth["mean_mm"],
-            spread_mm=truth["rms_mm"],
+            typical_mm=truth["rms_mm"],
+            largest_mm=None,
             volume_share=truth["volume_error"],
-            basis="compared with a truth (mean, and RMS)",
+            basis="compared with a truth",
         )
     if case is not None:
         expected = case.accuracy["expected"]
         return Bias(
-            step="surface from the photos",
+            step="surface",
             bias_mm=None,
-            spread_mm=expected["rms_mm"],
+            typical_mm=expected["rms_mm"],
+            largest_mm=None,
             volume_share=None,
-            basis=f"expected RMS, from the {expected['basis']}; the bias is not known without a "
-            "truth",
+            basis=f"expected, from the {expected['basis']}; without a truth no bias is known",
         )
     known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
     if known is None or not len(known):
-        return _unknown(
-            "surface as scanned", "the shape carries no uncertainty and no case is named"
-        )
+        return _unknown("surface", "the shape carries no uncertainty and no case is named")
     return Bias(
-        step="surface as scanned",
+        step="surface",
         bias_mm=None,
-        spread_mm=float(np.sqrt(np.mean(known.astype(np.float64) ** 2))),
+        typical_mm=float(np.sqrt(np.mean(known.astype(np.float64) ** 2))),
+        largest_mm=None,
         volume_share=None,
-        basis="RMS of the vertices' own standard deviations",
+        basis="the vertices' own standard deviations",
     )
 
 
 def _sock(limb: Limb, radius_mm: float) -> Bias:
-    tenth = 2 * 0.1 / radius_mm
+    tenth = f"{100 * 2 * 0.1 / radius_mm:.1f} % of volume"
     if limb.sock_mm:
         return Bias(
             step="sock taken off",
             bias_mm=-limb.sock_mm,
-            spread_mm=None,
+            typical_mm=None,
+            largest_mm=None,
             volume_share=None,
-            basis="done to the surface; a thickness that is 0.1 mm wrong leaves 0.1 mm on every "
-            f"radius and {tenth:.1%} of volume",
+            basis=f"meant; 0.1 mm of wrong thickness is 0.1 mm of radius, {tenth}",
         )
     return Bias(
         step="sock taken off",
         bias_mm=0.0,
-        spread_mm=None,
+        typical_mm=None,
+        largest_mm=None,
         volume_share=None,
-        basis="none was taken off: what was worn is in every radius, each 0.1 mm of it "
-        f"{tenth:.1%} of volume",
+        basis=f"none: what was worn is in every radius, each 0.1 mm is {tenth}",
     )
 
 
@@ -149,10 +146,10 @@ def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
         yield Bias(
             step=f"smoothing (edit {line.number})",
             bias_mm=line.displacement.mean_mm,
-            spread_mm=abs(line.displacement.largest_mm),
+            typical_mm=None,
+            largest_mm=abs(line.displacement.largest_mm),
             volume_share=line.after.volume_ml / before - 1 if before else None,
-            basis=f"mean and largest move of the surface; mean size "
-            f"{line.displacement.mean_size_mm:.3f} mm",
+            basis=f"moves of the surface; {line.displacement.mean_size_mm:.3f} mm on average",
         )
 
 
@@ -161,9 +158,10 @@ def _stl(mesh: Mesh) -> Bias:
     return Bias(
         step="leaving as STL",
         bias_mm=0.0,
-        spread_mm=rounding,
+        typical_mm=None,
+        largest_mm=rounding,
         volume_share=None,
-        basis="rounding of its 32-bit numbers, at most",
+        basis="rounding of its 32-bit numbers",
     )
 
 
@@ -184,12 +182,15 @@ def _aop(mesh: Mesh) -> Bias:
     return Bias(
         step=step,
         bias_mm=(of_file - of_limb) / area_mm2,
-        spread_mm=away.max_mm,
+        typical_mm=away.rms_mm,
+        largest_mm=away.max_mm,
         volume_share=of_file / of_limb - 1,
-        basis=f"{options.spokes} spokes every {options.spacing_mm:g} mm: mean, and the farthest "
-        f"place (RMS {away.rms_mm:.3f} mm)",
+        basis=f"{options.spokes} spokes every {options.spacing_mm:g} mm, between the first slice "
+        "and the last",
     )
 
 
 def _unknown(step: str, why: str) -> Bias:
-    return Bias(step=step, bias_mm=None, spread_mm=None, volume_share=None, basis=why)
+    return Bias(
+        step=step, bias_mm=None, typical_mm=None, largest_mm=None, volume_share=None, basis=why
+    )

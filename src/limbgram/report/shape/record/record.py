@@ -42,7 +42,7 @@ from limbgram.shape.comparing.registration import Way
 from limbgram.shape.comparing.telling.trees import comparison_tree
 from limbgram.shape.frame import frame_of, in_limb_frame
 from limbgram.shape.limb import Landmark
-from limbgram.shape.measures import MeasureOptions, Measures, measure
+from limbgram.shape.measures import MeasureOptions, measure
 from limbgram.shape.measures.table import tree as measures_tree
 
 SCHEMA = "limbgram-report/1"

@@ -21,7 +21,7 @@ def record_page(tree: Tree, pictures: Sequence[Picture]) -> str:
     cards = "".join(card(*row) for row in words.card_rows(tree))
     sections = (
         f"<h1>{escape(title)}</h1>",
-        f'<p class="light blue"><b>{words.SIDES[tree["side"]]}</b>'
+        f'<p class="light blue"><b>{words.badge(tree)}</b>'
         f"<span>{escape(words.banner(tree))}</span></p>",
         f'<div class="cards">{cards}</div>',
         f'<p class="use">{escape(tree["intended_use"])}</p>',
@@ -35,15 +35,14 @@ def record_page(tree: Tree, pictures: Sequence[Picture]) -> str:
         *_comparison(tree, pictures[1:]),
         *_recipe(tree),
         "<h2>What each step does to a radius</h2>",
-        '<p class="note">A bias shifts all radii one way (+ outwards), a spread goes both ways. '
-        "0.25 mm is what a socket's fit can show.</p>",
+        f'<p class="note">{escape(words.BIAS_NOTE)}</p>',
         table(words.BIAS_HEADS, words.bias_rows(tree)),
         "<h2>Files and versions</h2>",
         f'<p class="note">{escape(tree["names"])}</p>',
         table(words.FILE_HEADS, words.file_rows(tree)),
         f'<p class="note">{escape(words.versions(tree))}</p>',
     )
-    return document(f"{title}, {words.SIDES[tree['side']]}, mm", sections)
+    return document(f"{title}, {words.badge(tree)}", sections)
 
 
 def _findings(found: Sequence[dict[str, str]]) -> str:
@@ -67,7 +66,7 @@ def _comparison(tree: Tree, pictures: Sequence[Picture]) -> Iterator[str]:
         return
     yield f"<h2>Compared with {escape(compared['first'])}</h2>"
     yield f"<p>{escape(compared['verdict'])}</p>"
-    yield '<p class="note">Differences are this shape less the other one.</p>'
+    yield f'<p class="note">{words.COMPARISON_NOTE}</p>'
     yield table(words.CHANGE_HEADS, words.change_rows(tree))
     yield from (shown(picture) for picture in pictures)
 

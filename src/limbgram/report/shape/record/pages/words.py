@@ -6,6 +6,11 @@ Tree = dict[str, Any]
 Row = tuple[str, ...]
 
 SIDES = {"left": "LEFT", "right": "RIGHT", "none": "NO SIDE"}
+BIAS_NOTE = (
+    "A bias shifts all radii one way (+ outwards); typical (RMS) and largest go both ways. 0.25 mm "
+    "of radius is what a socket's fit can show."
+)
+COMPARISON_NOTE = "This shape is the second one: differences are this shape less the other."
 MEASURE_HEADS = (
     "#height mm", "#tape mm", "#contour mm", "#ML mm", "#AP mm", "#area cm²", "#volume below mL",
 )  # fmt: skip
@@ -13,12 +18,17 @@ LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm
 CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
                 "#volume below it mL", "#change")  # fmt: skip
 LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
-BIAS_HEADS = ("step", "#bias mm", "#spread mm", "#volume %", "where it is from")
+BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "how it is known")
 FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
 
 
 def title(tree: Tree) -> str:
     return f"Record of {tree['id']}"
+
+
+def badge(tree: Tree) -> str:
+    """What nobody may overlook."""
+    return f"{SIDES[tree['side']]} · mm"
 
 
 def banner(tree: Tree) -> str:
@@ -65,12 +75,12 @@ def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
         )
     compared = tree["comparison"]
     if compared is not None and compared["volume"]["ml"] is not None:
-        change = compared["volume"]["ml"]
+        change, plies = compared["volume"]["ml"], compared["volume"]["sock_plies"]
         cards.append(
             (
                 "Change of volume",
                 f"{change['difference']:+.1f} mL",
-                f"{change['share']:+.2%}, like {compared['volume']['sock_plies']:+.1f} sock plies",
+                f"{100 * change['share']:+.2f} %, like {plies:+.1f} sock plies",
             )
         )
     return tuple(cards)
@@ -148,7 +158,8 @@ def bias_rows(tree: Tree) -> list[Row]:
         (
             one["step"],
             _number(one["bias_mm"], "+.3f"),
-            _spread(one["spread_mm"]),
+            "" if one["typical_mm"] is None else f"{one['typical_mm']:.3f}",
+            "" if one["largest_mm"] is None else f"{one['largest_mm']:.3f}",
             "" if one["volume_share"] is None else f"{100 * one['volume_share']:+.3f}",
             one["basis"],
         )
@@ -210,9 +221,3 @@ def _figure(figure: Tree, decimals: int) -> str:
 
 def _number(value: float | None, form: str) -> str:
     return "not known" if value is None else format(value, form)
-
-
-def _spread(value: float | None) -> str:
-    if value is None:
-        return ""
-    return f"± {value:.3f}" if value >= 0.0005 else "± 0.000"
