@@ -70,7 +70,7 @@ def options_of(seed: int) -> CaptureOptions:
         kind=list(LimbKind)[int(random.integers(len(LimbKind)))],
         seed=seed,
         coverage=float(random.uniform(0.45, 0.65)),
-        photos=int(random.integers(9, 13)),
+        photos=int(random.integers(10, 13)),
         distance_mm=1400.0,
         width_px=width,
         height_px=width * 2 // 3,

@@ -16,6 +16,7 @@ from limbgram.dense.depth import Cloud
 from limbgram.features.keypoints import Features
 from limbgram.photos.photo import PhotoSet
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
+from limbgram.report.drawings.maps import sigma_map
 from limbgram.report.drawings.photographs import keypoints_on_photo, matches_of_pair
 from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides
 from limbgram.run import track
@@ -53,8 +54,11 @@ def draw(
     mesh: Mesh,
 ) -> Pictures:
     """Draw what each stage found."""
+    known = mesh.sigma_mm is not None and bool(np.isfinite(mesh.sigma_mm).any())
+    sure = (("sigma", "How sure each point is", lambda: sigma_map(mesh, metric)),)
     drawings = (
         ("surface", "The surface", lambda: four_sides(mesh, metric)),
+        *(sure if known else ()),
         ("cloud", "Points and cameras", lambda: cloud_with_cameras(cloud, metric)),
         ("features", "Feature points", lambda: keypoints_on_photo(photos, features, metric)),
         ("matches", "Matches of a pair", lambda: matches_of_pair(photos, pairs)),
