@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from limbgram.measuring.plate import bending_of, plate_of, quadrics, tangent_axes
+from limbgram.measuring.plate.solver import solve
 from limbgram.measuring.rounds import JointEquations, Sight
-from limbgram.measuring.solver import solve
 from limbgram.measuring.uncertainty.local import local_errors
 from limbgram.surface.mesh import Mesh
 

@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from limbgram.measuring.solver import solve
+from limbgram.measuring.plate.solver import solve
 
 COUNT = 400
 

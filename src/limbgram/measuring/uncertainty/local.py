@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.measuring.plate import Plate, bending_of, curvature_of
+from limbgram.measuring.plate.solver import solve
 from limbgram.measuring.rounds import JointEquations, Sight, softened
-from limbgram.measuring.solver import solve
 from limbgram.surface.mesh import Mesh
 
 _PROBES = 3

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from jaxtyping import Float64
 
 from limbgram.geometry.arrays import Points3
-from limbgram.measuring.solver import solve
+from limbgram.measuring.plate.solver import solve
 from limbgram.surface.mesh import Mesh
 
 _LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
