@@ -108,6 +108,16 @@ def test_the_ball_is_measured_to_a_small_part_of_a_pixel(ball: Ball) -> None:
     assert abs(np.mean(errors)) < 0.02 * PIXEL_MM
 
 
+def test_errors_scatter_as_the_sigmas_say(ball: Ball) -> None:
+    result = measure(read_photos([ball.photos]), ball.metric, _start(0.5 * PIXEL_MM))
+    assert result.sigma_mm is not None
+    assert result.filled is not None
+    known = np.isfinite(result.sigma_mm)
+    assert np.array_equal(known, ~result.filled)
+    ratio = _errors_mm(result)[known] / result.sigma_mm[known]
+    assert 0.7 < 1.4826 * np.median(np.abs(ratio)) < 1.3
+
+
 def test_a_half_pixel_error_in_the_cameras_shows(ball: Ball) -> None:
     """The check can fail: the same photos with every pixel half a pixel off give another ball."""
     shifted = CAMERA.with_parameters(CAMERA.packed + np.array([0, 0, 0, 0.5, 0, 0, 0, 0, 0, 0]))
