@@ -6,8 +6,8 @@ Method  Noise: what single photos pull the surface by, each solved through the p
         disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds sensor
         noise, shading, pose errors and gaps alike. Detail: the plate takes (1 - H) off the surface
         x, H being its response. What it would take off again and again, (1 - H)^2 H x, is seen, and
-        for relief whose power falls like a wavelength's fourth to seventh power the lost part has
-        about a constant multiple of its energy. Both are pooled over neighbours. docs/method.
+        for relief whose power falls like the wave number's fifth to seventh power the lost part
+        has about a constant multiple of its energy. Both are pooled over neighbours. docs/method.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ _COMMON = 0.14
 """Correlation of two photos' errors: 0.05 to 0.2 with the surface held at the truth."""
 _LOST_PER_SEEN = 12.0
 """Energy of the detail that the plate took over that of (1 - H)^2 H x. Theory says 30 for endless
-relief, less where the mesh or the relief ends; seven captures of our own asked for 8 to 16."""
+relief, less where the mesh or the relief ends; seven captures of our own asked for 7 to 14."""
 _NOISE_IN_SEEN = 0.055
 """Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
 (its spectrum through the plate)."""
