@@ -20,10 +20,10 @@ _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
 _REACHES = 2.5
 """Pairs further apart than this many reaches are independent."""
-_LOST_LENGTH = 2.8
+_LOST_LENGTH = 3.3
 """What a line along the surface loses, in lengths of itself times (sigma / reach)^2. Detail of
-variance v and wave number q takes v q^2 / 4; half of the local variance, q = 2.1 lengths of the
-plate, of which the reach has 2.26."""
+variance v and wave number q takes v q^2 / 4: half of the local variance at 2.3 per length of the
+plate, of which the reach has 2.26 (girths of nine captures)."""
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:

@@ -14,7 +14,7 @@ from limbgram.measuring.uncertainty.shared import shared_errors
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
-_OFFSET_PX = 0.005
+_OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
 eleven captures came out smaller by 0.002 to 0.009 px times their area."""
 
