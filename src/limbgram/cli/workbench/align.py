@@ -9,12 +9,13 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.stating import (
-    Unit,
+    ShapeArgument,
+    UnitOption,
     asks_for_marks,
     direction,
     landmarks_of,
     pair_of,
-    unit_of,
+    shape_of,
 )
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb_file
@@ -28,7 +29,7 @@ from limbgram.shape.frame import (
     with_landmarks,
 )
 from limbgram.shape.limb import Limb
-from limbgram.shape.reading import read_limb
+from limbgram.shape.reading import ShapeFile
 from limbgram.shape.reading.sidecar import limb_file_beside
 
 
@@ -51,7 +52,7 @@ class KindName(StrEnum):
 
 @answered
 def align_command(
-    shape: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
+    shape: ShapeArgument,
     side: Annotated[
         SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
     ] = None,
@@ -87,9 +88,7 @@ def align_command(
     names: Annotated[
         bool, typer.Option("--names", help="Only list the landmark names of --kind.")
     ] = False,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
     """Give a shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal.
@@ -98,8 +97,8 @@ def align_command(
     """
     if names:
         return _names(kind)
-    used = unit_of(shape, unit)
-    limb = read_limb(shape, used.asked)
+    read = shape_of(shape, unit)
+    limb = read.limb
     seen = find_marks(limb.mesh) if marks or asks_for_marks(landmark or []) else ()
     if marks:
         return _marks(seen)
@@ -115,12 +114,12 @@ def align_command(
         flexion_deg=flexion,
     )
     aligned = align(with_landmarks(limb, landmarks_of(landmark or [], seen)), options)
-    return _kept(aligned, shape, used)
+    return _kept(aligned, shape, read)
 
 
-def _kept(limb: Limb, shape: Path, unit: Unit) -> Reply:
+def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
     """Write the limb file, and say where the limb lies now."""
-    written = write_limb_file(limb, shape, mm_per_unit=unit.mm)
+    written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
     frame = frame_of(limb)
     motion = frame.limb_from_mesh
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.workbench.stating import unit_of
+from limbgram.cli.workbench.stating import UnitOfAll, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.writing import require, write_file
 from limbgram.report.drawings.drawing import Drawing
@@ -33,7 +33,6 @@ from limbgram.shape.comparing.telling.lines import (
     series_lines,
 )
 from limbgram.shape.comparing.telling.trees import comparison_tree, repeats_tree, series_tree
-from limbgram.shape.reading import read_limb
 
 
 class WayName(StrEnum):
@@ -73,9 +72,7 @@ def compare_command(
         bool, typer.Option("--repeats", help="The shapes are captures of one unchanged limb.")
     ] = False,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of all files: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOfAll = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
     """Compare shapes: where they differ, by how much, and whether it matters for the fit.
@@ -92,7 +89,7 @@ def compare_command(
         spacing_mm=every,
     )
     days = [_day(text) for text in day or []]
-    limbs = [read_limb(shape, unit_of(shape, unit).asked) for shape in shapes]
+    limbs = [shape_of(shape, unit).limb for shape in shapes]
     if repeated:
         found = repeats(limbs, options)
         return Reply(repeats_lines(found), repeats_tree(found))

@@ -11,12 +11,11 @@ from typing import Annotated, Any, BinaryIO, cast, get_type_hints
 import typer
 
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.workbench.stating import ShapeArgument, UnitOption, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
 from limbgram.shape.edits import EDITS
-from limbgram.shape.reading.reading import read_limb
-from limbgram.shape.reading.sidecar import hash_of
 from limbgram.shape.recipe import (
     Recipe,
     added,
@@ -62,22 +61,23 @@ Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON docum
 
 @answered
 def apply_command(
-    scan: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
+    scan: ShapeArgument,
     recipe: RecipeFile,
     out: Annotated[Path, typer.Option("-o", "--out", help="Where the new shape is written.")],
     other_scan: Annotated[
         bool, typer.Option("--other-scan", help="Apply it though it was made for another scan.")
     ] = False,
+    unit: UnitOption = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Do a recipe's edits to a scan, print the ledger and write the new shape."""
     if out.resolve() == scan.resolve():
         raise OptionsError("The new shape would take the scan's place. Choose another name.")
     made = read_recipe(recipe)
-    limb = read_limb(scan)
+    read = shape_of(scan, unit)
     if not other_scan:
-        require_scan(made, hash_of(scan.read_bytes()), scan.name)
-    replayed = replay(made, limb)
+        require_scan(made, read.sha256, scan.name)
+    replayed = replay(made, read.limb)
     written = write_limb(replayed.limb, out)
     return Reply(
         (*lines_of(replayed.ledger), f"Written: {written}"),
@@ -92,15 +92,13 @@ def new_command(
         Path | None, typer.Option("--for", help="Scan that it is for; its file's hash is kept.")
     ] = None,
     name: Annotated[str, typer.Option(help="What it is called; no patient's name.")] = "",
+    unit: UnitOption = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Begin a recipe without edits."""
     if recipe.exists():
         raise OptionsError(f"{recipe} is there already. Choose another name, or add to that one.")
-    scan_hash = ""
-    if scan is not None:
-        read_limb(scan)
-        scan_hash = hash_of(scan.read_bytes())
+    scan_hash = "" if scan is None else shape_of(scan, unit).sha256
     return _kept(recipe, Recipe(name=name or recipe.stem, scan_sha256=scan_hash))
 
 

@@ -18,9 +18,9 @@ from limbgram.cli.workbench.exporting import (
     given,
     mesh_reply,
 )
+from limbgram.cli.workbench.stating import ShapeArgument, UnitOption, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.workshop import AopOptions, admit, in_limb_frame
-from limbgram.shape.reading import mm_per_unit_of, read_limb
 
 
 class FormatName(StrEnum):
@@ -86,7 +86,7 @@ _TYPED = {
 
 @answered
 def export_command(
-    shape: Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")],
+    shape: ShapeArgument,
     to: Annotated[FormatName, typer.Option(help="Kind of file.")],
     out: Annotated[
         Path | None, typer.Option("-o", "--out", help="File to write; else SHAPE-aop.aop or so.")
@@ -95,9 +95,7 @@ def export_command(
         SideName | None,
         typer.Option(help="Side of the patient, confirmed; aop and gcode demand it."),
     ] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of the shape's file: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOption = None,
     spacing: Annotated[
         float | None, typer.Option(help="aop: between slices; dxf: between sections; mm.")
     ] = None,
@@ -170,7 +168,7 @@ def export_command(
         raise OptionsError(f"{path.name} does not end in .{to.value}: programs go by the ending.")
     if path.resolve() == shape.resolve():
         raise OptionsError("The shape itself would be overwritten. Give another file with --out.")
-    limb = read_limb(shape, None if unit is None else mm_per_unit_of(unit))
+    limb = shape_of(shape, unit).limb
     confirmed = None if side is None else side.value
     match to:
         case FormatName.AOP:

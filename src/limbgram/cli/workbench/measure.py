@@ -9,7 +9,14 @@ import numpy as np
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.workbench.stating import pair_of, reading_of, span_of, unit_of
+from limbgram.cli.workbench.stating import (
+    AlignedShape,
+    UnitOption,
+    pair_of,
+    reading_of,
+    shape_of,
+    span_of,
+)
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
@@ -28,7 +35,6 @@ from limbgram.shape.measures import (
     measure,
 )
 from limbgram.shape.measures.table import csv_text, in_ml, tree
-from limbgram.shape.reading import read_limb
 
 _SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
 _HEADING = (
@@ -38,7 +44,7 @@ _HEADING = (
 
 @answered
 def measure_command(
-    shape: Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")],
+    shape: AlignedShape,
     every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 10.0,
     height: Annotated[
         list[float] | None, typer.Option(help="Only at this height, mm. Repeat it.")
@@ -77,9 +83,7 @@ def measure_command(
         bool,
         typer.Option("--unaligned", help="Measure across the file's z, from its lowest point."),
     ] = False,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
     """Measure a shape by level: girth as a taut tape and along the contour, widths, area, volume.
@@ -88,7 +92,7 @@ def measure_command(
     """
     if fit is not None and not tape:
         raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
-    limb = read_limb(shape, unit_of(shape, unit).asked)
+    limb = shape_of(shape, unit).limb
     if unaligned:
         up = Rigid(np.eye(3), np.array([0.0, 0.0, -float(limb.mesh.vertices_mm[:, 2].min())]))
         limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))

@@ -11,7 +11,7 @@ from limbgram.cases.assessing.citing import cited
 from limbgram.cases.folder import CaseFolder
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.compare import WayName
-from limbgram.cli.workbench.stating import unit_of
+from limbgram.cli.workbench.stating import AlignedShape, UnitOfAll, shape_of
 from limbgram.errors import ExportError, OptionsError
 from limbgram.export.writing import require, write_file
 from limbgram.report.shape.record import (
@@ -23,7 +23,6 @@ from limbgram.report.shape.record import (
     record_page,
     record_pdf,
 )
-from limbgram.shape.reading import read_limb
 from limbgram.shape.reading.sidecar import hash_of, limb_file_beside
 from limbgram.shape.recipe import read_recipe
 
@@ -32,7 +31,7 @@ _SHOWN = 4
 
 @answered
 def report_command(
-    shape: Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")],
+    shape: AlignedShape,
     against: Annotated[
         Path | None,
         typer.Option(help="Another shape to compare it with: the scan, or an earlier one."),
@@ -66,9 +65,7 @@ def report_command(
             show_default="the distal end",
         ),
     ] = None,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of the shapes' files: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOfAll = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
     """Write the record of a shape: one page, a PDF of two sheets, and JSON.
@@ -96,11 +93,11 @@ def report_command(
 
 
 def _shape(path: Path, unit: str | None) -> ShapeSource:
-    limb = read_limb(path, unit_of(path, unit).asked)
+    read = shape_of(path, unit)
     beside = limb_file_beside(path)
     return ShapeSource(
-        limb=limb,
-        sha256=hash_of(path.read_bytes()),
+        limb=read.limb,
+        sha256=read.sha256,
         kind=path.suffix[1:].upper(),
         limb_file_sha256=hash_of(beside.read_bytes()) if beside.is_file() else None,
     )

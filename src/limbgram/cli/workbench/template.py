@@ -9,13 +9,12 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.compare import WayName, write_picture
-from limbgram.cli.workbench.stating import unit_of
+from limbgram.cli.workbench.stating import AlignedShape, UnitOfAll, UnitOption, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
 from limbgram.report.shape.rectification import unrolled
 from limbgram.shape.comparing import RegistrationOptions
-from limbgram.shape.reading import read_limb
 from limbgram.shape.templates import (
     LearnOptions,
     Pair,
@@ -60,9 +59,7 @@ def learn_command(
         typer.Option(help="Landmark from which heights count.", show_default="the most proximal"),
     ] = None,
     brim: Annotated[float, typer.Option(help="Strip along open edges left out, mm.")] = 5.0,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of all files: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOfAll = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Learn a template from shapes before and after the clinic's own rectifications."""
@@ -70,7 +67,7 @@ def learn_command(
         raise OptionsError(
             f"{len(shapes)} shapes are no pairs. Name one before and one after, in turns."
         )
-    limbs = [read_limb(shape, unit_of(shape, unit).asked) for shape in shapes]
+    limbs = [shape_of(shape, unit).limb for shape in shapes]
     pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
     options = LearnOptions(
         registration=RegistrationOptions(way=way.value, brim_mm=brim), reference=reference
@@ -84,20 +81,18 @@ def learn_command(
 
 @answered
 def apply_command(
-    shape: Annotated[Path, typer.Argument(help="The aligned limb: STL, PLY, OBJ, GLB or AOP.")],
+    shape: AlignedShape,
     template: TemplateFile,
     out: Annotated[Path, typer.Option("-o", "--out", help="Where the new shape is written.")],
     strength: Annotated[float, typer.Option(help="Factor of all displacements.")] = 1.0,
-    unit: Annotated[
-        str | None, typer.Option(help="Unit of the file: mm, cm, m, inch, or so many mm.")
-    ] = None,
+    unit: UnitOption = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Do to a limb what a template tells, at the limb's own landmarks."""
     if out.resolve() == shape.resolve():
         raise OptionsError("The new shape would take the limb's place. Choose another name.")
     known = read_template(template)
-    limb = read_limb(shape, unit_of(shape, unit).asked)
+    limb = shape_of(shape, unit).limb
     applied = apply_template(limb, known, strength)
     written = write_limb(applied.limb, out)
     volumes_ml = [volume_mm3(mesh) / 1000 for mesh in (limb.mesh, applied.limb.mesh)]

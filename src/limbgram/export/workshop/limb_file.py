@@ -43,27 +43,40 @@ def write_limb(limb: Limb, path: Path) -> Path:
         )
     _keep_off(path)
     written = write(limb.mesh, path, MILLIMETRES)
-    write_limb_file(limb, written, mm_per_unit=1000.0 if path.suffix.lower() == ".glb" else 1.0)
+    # The mesh first: stopped between the two, an older limb file has another hash and is refused.
+    mm_per_unit = 1000.0 if path.suffix.lower() == ".glb" else 1.0
+    _write_record(limb, written, hash_of(written.read_bytes()), mm_per_unit)
     return written
 
 
-def write_limb_file(limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0) -> Path:
+def write_limb_file(
+    limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0, sha256: str | None = None
+) -> Path:
     """Write `<stem>.limb.json` beside a mesh's file that is there already.
 
     Args:
         mm_per_unit: Millimetres in one unit of the mesh's file.
+        sha256: Of that file as the limb's mesh was read of it; spares reading it once more.
 
     Raises:
         ExportError: that file does not hold this limb's mesh.
     """
     _keep_off(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
-    held = read_mesh(mesh_path, mm_per_unit)
-    if not _same_surface(held, limb.mesh):
+    if sha256 is not None and sha256 != mesh_hash:
+        raise ExportError(
+            f"The limb file of {mesh_path.name} was not written: that file has changed since it "
+            "was read. Run the command again, once no other program writes to it."
+        )
+    if sha256 is None and not _same_surface(read_mesh(mesh_path, mm_per_unit), limb.mesh):
         raise ExportError(
             f"The limb file of {mesh_path.name} was not written: that file holds another surface "
             "than the limb, or one in another unit. Write the limb's own mesh first."
         )
+    return _write_record(limb, mesh_path, mesh_hash, mm_per_unit)
+
+
+def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: float) -> Path:
     path = limb_file_beside(mesh_path)
 
     def encode(stream: BinaryIO) -> None:

@@ -8,7 +8,7 @@ Fails   ShapeFileError: unreadable, damaged, of a size that no limb has, or the 
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.errors import ShapeFileError
@@ -36,6 +36,16 @@ SUFFIXES = tuple(_READERS)
 """Endings of the files that can be read, small letters."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class ShapeFile:
+    """A limb, and the very bytes that it was read of."""
+
+    limb: Limb
+    sha256: str
+    mm_per_unit: float
+    """Millimetres in one unit of the file."""
+
+
 def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
     """Read a shape and what is known of it.
 
@@ -43,8 +53,22 @@ def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
         mm_per_unit: Millimetres in one unit of the file; None takes what the limb file or the
             file itself says, and otherwise millimetres if the size is that of a limb.
     """
+    return read_shape(path, mm_per_unit).limb
+
+
+def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
+    """Read a shape as `read_limb` does, and tell its file's hash and unit."""
     content = _content(path)
-    record = read_record(limb_file_beside(path), path, hash_of(content))
+    sha256 = hash_of(content)
+    record = read_record(limb_file_beside(path), path, sha256)
+    limb, factor = _limb(path, content, record, mm_per_unit)
+    return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor)
+
+
+def _limb(
+    path: Path, content: bytes, record: LimbRecord | None, mm_per_unit: float | None
+) -> tuple[Limb, float]:
+    """The limb, and the millimetres in one unit of its file."""
     soup = _soup(path, content)
     factor = _factor(soup, record, mm_per_unit, path.name)
     sound = _measured(soup, factor, path.name)
@@ -54,8 +78,9 @@ def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
-        return replace(limb, landmarks=marks, frame=soup.frame)
-    return replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
+        return replace(limb, landmarks=marks, frame=soup.frame), factor or 1.0
+    known = replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
+    return known, factor or 1.0
 
 
 def read_mesh(path: Path, mm_per_unit: float) -> Mesh:

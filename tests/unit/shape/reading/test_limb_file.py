@@ -12,7 +12,7 @@ from limbgram.errors import ExportError, ShapeFileError
 from limbgram.export.workshop import write_limb, write_limb_file
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
-from limbgram.shape.reading import read_limb
+from limbgram.shape.reading import read_limb, read_shape
 from limbgram.surface import Mesh
 
 
@@ -99,4 +99,34 @@ def test_nonsense_is_refused(tmp_path: Path, limb: Limb, key: str, value: object
     kept = tmp_path / "scan.limb.json"
     kept.write_text(json.dumps(json.loads(kept.read_text()) | {key: value}))
     with pytest.raises(ShapeFileError, match=r"scan\.limb\.json"):
+        read_limb(path)
+
+
+def test_it_is_not_written_for_a_file_that_changed_since_it_was_read(
+    tmp_path: Path, limb: Limb
+) -> None:
+    path = write_limb(limb, tmp_path / "scan.stl")
+    read = read_shape(path)
+    before = (tmp_path / "scan.limb.json").read_bytes()
+    assert write_limb_file(read.limb, path, sha256=read.sha256).read_bytes() == before
+    path.write_bytes(path.read_bytes()[:-1] + b"\1")
+    with pytest.raises(ExportError, match="has changed"):
+        write_limb_file(read.limb, path, sha256=read.sha256)
+    assert (tmp_path / "scan.limb.json").read_bytes() == before
+
+
+def test_stopped_between_mesh_and_limb_file_the_older_limb_file_is_refused(
+    tmp_path: Path, limb: Limb, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_limb(limb, tmp_path / "out.ply")
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("limbgram.export.workshop.limb_file._write_record", stop)
+    swollen = replace(limb, mesh=limb.mesh.with_vertices(limb.mesh.vertices_mm * 1.01))
+    with pytest.raises(KeyboardInterrupt):
+        write_limb(swollen, path)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["out.limb.json", "out.ply"]
+    with pytest.raises(ShapeFileError, match="move the limb file away and align again"):
         read_limb(path)

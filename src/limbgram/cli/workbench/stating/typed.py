@@ -1,9 +1,7 @@
-"""Stating: directions, landmarks, pairs and readings as they are typed on a command line."""
+"""Typed: directions, landmarks, pairs and readings as they stand on a command line."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,31 +10,9 @@ from limbgram.geometry.arrays import Vector3
 from limbgram.shape.frame import Mark
 from limbgram.shape.limb import Landmark
 from limbgram.shape.measures import TapeReading
-from limbgram.shape.reading import mm_per_unit_of
-from limbgram.shape.reading.sidecar import hash_of, limb_file_beside, read_record
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _END = "end"
-
-
-@dataclass(frozen=True)
-class Unit:
-    """What one unit of a shape's file is."""
-
-    asked: float | None
-    """As typed; None where the file is to tell."""
-    mm: float
-
-
-def unit_of(path: Path, typed: str | None) -> Unit:
-    """The unit as typed, else as the limb file says, else millimetres (GLB: metres)."""
-    if typed is not None:
-        return Unit(mm_per_unit_of(typed), mm_per_unit_of(typed))
-    if path.is_file():
-        record = read_record(limb_file_beside(path), path, hash_of(path.read_bytes()))
-        if record is not None:
-            return Unit(None, record.mm_per_unit)
-    return Unit(None, 1000.0 if path.suffix.lower() == ".glb" else 1.0)
 
 
 def direction(text: str | None, option: str) -> Vector3 | None:

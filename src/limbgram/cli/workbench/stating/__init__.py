@@ -1,0 +1,31 @@
+"""Stating: what is typed on a command line, as the library takes it."""
+
+from limbgram.cli.workbench.stating.shapes import (
+    AlignedShape,
+    ShapeArgument,
+    UnitOfAll,
+    UnitOption,
+    shape_of,
+)
+from limbgram.cli.workbench.stating.typed import (
+    asks_for_marks,
+    direction,
+    landmarks_of,
+    pair_of,
+    reading_of,
+    span_of,
+)
+
+__all__ = [
+    "AlignedShape",
+    "ShapeArgument",
+    "UnitOfAll",
+    "UnitOption",
+    "asks_for_marks",
+    "direction",
+    "landmarks_of",
+    "pair_of",
+    "reading_of",
+    "shape_of",
+    "span_of",
+]

@@ -1,0 +1,45 @@
+"""Every command on a shape takes its unit, and a shape in no likely unit is refused with advice."""
+
+from pathlib import Path
+
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+
+RUNNER = CliRunner()
+
+
+@pytest.fixture
+def in_metres(tmp_path: Path) -> str:
+    path = tmp_path / "cone.stl"
+    trimesh.creation.cone(0.05, 0.2).export(path)
+    return str(path)
+
+
+def test_a_recipe_is_begun_and_applied_in_the_unit_of_the_file(
+    tmp_path: Path, in_metres: str
+) -> None:
+    recipe, out = str(tmp_path / "r.toml"), str(tmp_path / "out.ply")
+    refused = RUNNER.invoke(app, ["edit", "new", recipe, "--for", in_metres])
+    assert refused.exit_code == 3
+    assert "--unit" in refused.output
+    assert not Path(recipe).exists()
+    for arguments in (
+        ["edit", "new", recipe, "--for", in_metres, "--unit", "m"],
+        ["edit", "add", recipe, "offset", "distance_mm=1"],
+        ["edit", "apply", in_metres, recipe, "-o", out, "--unit", "m"],
+    ):
+        assert RUNNER.invoke(app, arguments).exit_code == 0
+    assert trimesh.load_mesh(out).extents[2] == pytest.approx(200.0, abs=10.0)
+    wrong = ["edit", "apply", in_metres, recipe, "-o", out, "--unit", "furlong"]
+    assert RUNNER.invoke(app, wrong).exit_code == 2
+
+
+def test_the_limb_file_keeps_the_unit_for_the_commands_that_follow(in_metres: str) -> None:
+    align = ["align", in_metres, "--side", "none", "--axis", "+z", "--anterior", "+y"]
+    assert RUNNER.invoke(app, [*align, "--unit", "m"]).exit_code == 0
+    measured = RUNNER.invoke(app, ["measure", in_metres, "--height", "100", "--json"])
+    assert measured.exit_code == 0
+    assert RUNNER.invoke(app, ["measure", in_metres, "--unit", "cm"]).exit_code == 3
