@@ -178,10 +178,11 @@ def _aop(mesh: Mesh) -> Bias:
     held = surface.with_vertices(surface.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
     away = distance_to(part, held)
     of_limb, of_file = volume_between_mm3(part), volume_between_mm3(held)
-    area_mm2 = float(np.linalg.norm(part.face_normals(), axis=1).sum()) / 2
+    normals = part.face_normals()
+    upright_mm2 = float(np.hypot(normals[:, 0], normals[:, 1]).sum()) / 2
     return Bias(
         step=step,
-        bias_mm=(of_file - of_limb) / area_mm2,
+        bias_mm=(of_file - of_limb) / upright_mm2,
         typical_mm=away.rms_mm,
         largest_mm=away.max_mm,
         volume_share=of_file / of_limb - 1,

@@ -1,0 +1,300 @@
+"""From scan to carver by the command line, on a synthetic limb whose shape is known."""
+
+import base64
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import numpy as np
+import pytest
+import trimesh
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from typer.testing import CliRunner, Result
+
+from limbgram.cli.main import app
+from limbgram.export.stl import write_stl
+from limbgram.export.workshop.limb_file import MILLIMETRES
+from limbgram.report.pictures import Picture
+from limbgram.report.shape.record import RecipeSource, ShapeSource
+from limbgram.report.shape.record.advice import findings
+from limbgram.report.shape.record.pages import pdf
+from limbgram.report.shape.record.replaying import replayed_on
+from limbgram.shape.measures import measure
+from limbgram.shape.reading import read_limb
+from limbgram.shape.reading.sidecar import hash_of
+from limbgram.shape.recipe import read_recipe, switched
+from limbgram.synthetic.props.limb import LimbKind, make_limb
+
+SEED, STEP_MM = 4, 3.5
+NAME = "Maria Huber"
+OWN_LANDMARK = "where Maria is sore"
+PLACES = {
+    "patellar tendon": (0, 0.33),
+    "tibial tubercle": (0, 0.41),
+    "fibula head": (105, 0.37),
+    "popliteal crease": (180, 0.26),
+    OWN_LANDMARK: (40, 0.6),
+}
+"""Degrees from anterior towards lateral, and share of the height from the cut."""
+RELIEF_MM, REDUCED = 5.0, 0.03
+EDITS = (
+    f'relief at="patellar tendon" depth_mm={RELIEF_MM} falloff_mm=25',
+    'build-up at="popliteal crease" depth_mm=4 falloff_mm=40',
+    f'build-up at="{OWN_LANDMARK}" depth_mm=2 falloff_mm=25',
+    f"reduction heights_mm=[20,140] per_cent=[{100 * REDUCED:g},0] of=girth",
+    "smoothing passes=3",
+)
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def told(*words: object) -> dict[str, Any]:
+    """What a command that succeeds replies."""
+    answer = run(*words, "--json")
+    assert answer.exit_code == 0, answer.output
+    return json.loads(answer.stdout)
+
+
+def volume_ml(path: Path) -> float:
+    """Of a closed mesh file, by another program's reader and our own sum."""
+    mesh = trimesh.load_mesh(path, process=False)
+    a, b, c = (np.asarray(mesh.triangles, float)[:, k] for k in range(3))
+    return float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6000
+
+
+def printed(tree: dict[str, Any], page: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What stands on the sheets of a record's PDF."""
+    pictures = [
+        Picture("", "", "", np.frombuffer(base64.b64decode(content), np.uint8))
+        for content in re.findall(r'base64,([^"]*)"', page)
+    ]
+    sheets: list[Figure] = []
+    monkeypatch.setattr(pdf, "pdf_of", lambda figures: sheets.extend(figures) or b"")
+    pdf.record_pdf(tree, pictures)
+    assert len(sheets) == 2
+    words = (text.get_text() for sheet in sheets for text in sheet.findobj(Text))
+    return " ".join(" ".join(words).split())
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The files of one way from scan to carver, and what is known of the limb."""
+
+    folder: Path
+    side: str
+    anterior: np.ndarray
+    """In the frame of the scan, which stands with its distal end up."""
+
+    @property
+    def scan(self) -> Path:
+        return self.folder / f"{NAME}.stl"
+
+    @property
+    def recipe(self) -> Path:
+        return self.folder / f"{NAME}.toml"
+
+    @property
+    def rectified(self) -> Path:
+        return self.folder / f"{NAME} rectified.ply"
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """An aligned scan, a recipe for it, and what the recipe makes of it."""
+    limb = make_limb(LimbKind.TRANSTIBIAL, SEED, STEP_MM, base_mm=0.0)
+    draws = np.random.default_rng((SEED, 1))  # size, side, front: as the limb draws them
+    draws.uniform()
+    lateral, front = draws.choice([-1.0, 1.0]), draws.uniform(0, 2 * np.pi)
+    made = Bench(
+        folder=tmp_path_factory.mktemp(NAME),
+        side="right" if lateral > 0 else "left",
+        anterior=np.array([np.cos(front), np.sin(front), 0.0]),
+    )
+    write_stl(limb.mesh, made.scan, MILLIMETRES)
+    points = limb.mesh.vertices_mm
+    angles = np.degrees(lateral * (np.arctan2(points[:, 1], points[:, 0]) - front))
+    marks: list[str] = []
+    for name, (angle, share) in PLACES.items():
+        off = np.abs((angles - angle + 180) % 360 - 180)
+        place = points[np.argmin(off + np.abs(points[:, 2] - share * limb.height_mm))]
+        marks += ["--landmark", f"{name}={','.join(map(str, place))}"]
+    wrong = {"left": "right", "right": "left"}[made.side]
+    refused = run("align", made.scan, "--side", wrong, "--kind", "transtibial", *marks)
+    assert refused.exit_code == 4, "the fibula tells the other side"
+    told("align", made.scan, "--side", made.side, "--kind", "transtibial", *marks)
+    told("edit", "new", made.recipe, "--for", made.scan)
+    for edit in EDITS:
+        kind, rest = edit.split(" ", 1)
+        told("edit", "add", made.recipe, kind, *re.findall(r'\w+=(?:"[^"]*"|\S+)', rest))
+    return made
+
+
+@pytest.fixture(scope="module")
+def ledger(bench: Bench) -> list[dict[str, Any]]:
+    applied = told("edit", "apply", bench.scan, bench.recipe, "-o", bench.rectified)
+    return applied["ledger"]["lines"]
+
+
+@pytest.fixture(scope="module")
+def made(bench: Bench, ledger: list[dict[str, Any]]) -> Path:
+    """The rectified shape."""
+    assert len(ledger) == len(EDITS)
+    return bench.rectified
+
+
+@pytest.fixture(scope="module")
+def record(bench: Bench, made: Path) -> dict[str, Any]:
+    words = ["--against", bench.scan, "--recipe", bench.recipe, "-o", bench.folder / "record"]
+    return told("report", made, *words)
+
+
+def test_the_axes_are_those_of_the_limb_that_was_made(bench: Bench) -> None:
+    frame = read_limb(bench.scan).frame
+    assert frame is not None
+    assert frame.side == bench.side
+    right, anterior, proximal = frame.limb_from_mesh.rotation
+    assert proximal[2] < -np.cos(np.radians(5)), "the distal end stands up, the axis is bent"
+    assert anterior @ bench.anterior > np.cos(np.radians(12)), "bones lie up to 6 degrees aside"
+    np.testing.assert_allclose(np.cross(right, anterior), proximal, atol=1e-9)
+
+
+def test_the_volume_is_that_of_the_triangles(bench: Bench) -> None:
+    found = told("measure", bench.scan, "--every", 50, "--volume", "end:end")
+    assert found["volumes"][0]["volume_ml"]["value"] == pytest.approx(volume_ml(bench.scan))
+
+
+def test_the_ledger_is_what_happened(bench: Bench, ledger: list[dict[str, Any]]) -> None:
+    first, last = ledger[0]["before"]["volume_ml"], ledger[-1]["after"]["volume_ml"]
+    assert first == pytest.approx(volume_ml(bench.scan))
+    assert last == pytest.approx(volume_ml(bench.rectified), rel=1e-7)
+    assert [line["after"] for line in ledger[:-1]] == [line["before"] for line in ledger[1:]]
+    assert ledger[0]["displacement"]["largest_mm"] == pytest.approx(-RELIEF_MM, abs=0.05)
+    assert ledger[1]["displacement"]["largest_mm"] == pytest.approx(4.0, abs=0.05)
+    smoothed = ledger[-1]["after"]["volume_ml"] / ledger[-1]["before"]["volume_ml"] - 1
+    assert abs(smoothed) < 5e-4
+    assert ledger[-1]["displacement"]["mean_size_mm"] > 1e-3, "it did smooth"
+
+
+def test_the_comparison_finds_the_edits(bench: Bench, ledger: list[dict[str, Any]]) -> None:
+    found = told("compare", bench.scan, bench.rectified, "--align", "as-is", "--every", 20)
+    change_ml = ledger[-1]["after"]["volume_ml"] - ledger[0]["before"]["volume_ml"]
+    assert change_ml < -10
+    whole = found["volume"]["ml"]
+    assert whole["difference"] == pytest.approx(change_ml, abs=5e-4 * whole["first"])
+    girths = {level["height_mm"]: level["tape_mm"]["share"] for level in found["levels"]}
+    assert girths[20.0] == pytest.approx(-REDUCED, abs=4e-3)
+    assert girths[80.0] == pytest.approx(-REDUCED / 2, abs=4e-3)
+    assert abs(girths[240.0]) < 2e-3
+    assert found["surface"]["on_first"]["largest_mm"] == pytest.approx(RELIEF_MM, abs=0.3)
+
+
+def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
+    path = bench.folder / "positive.aop"
+    assert run("export", made, "--to", "aop", "-o", path).exit_code == 2, "side unsure"
+    wrong = {"left": "right", "right": "left"}[bench.side]
+    words = ["export", made, "--to", "aop", "-o", path, "--side"]
+    assert run(*words, wrong).exit_code == 4
+    assert not path.exists()
+    found = told(*words, bench.side)
+    assert abs(found["volume_change"]) < 0.005
+    held = read_limb(path)
+    assert held.frame is not None
+    assert held.frame.side == bench.side
+    marks = {mark.name: mark.position_mm for mark in held.landmarks}
+    outer = held.frame.limb_from_mesh.apply(marks["fibula head"][None])[0, 0]
+    assert (outer > 30) == (bench.side == "right"), "+X is the patient's right"
+    assert abs(outer) > 30
+    size = [np.ptp(limb.mesh.vertices_mm, axis=0) for limb in (held, read_limb(bench.scan))]
+    assert size[0][2] == pytest.approx(size[1][2], rel=0.05)
+
+
+def test_carving_and_cad_files_are_proved(bench: Bench, made: Path) -> None:
+    path = bench.folder / "positive.gcode"
+    carve = ["--side", bench.side, "--scallop", 0.4, "--tool", 20, "--to-mm", 150]
+    found = told("export", made, "--to", "gcode", "-o", path, *carve)
+    assert found["gouge_mm"] < 0.05
+    assert found["scallop_mm"] < 0.5
+    assert "G21" in path.read_text("ascii"), "millimetres"
+    drawing = bench.folder / "positive.dxf"
+    told("export", made, "--to", "dxf", "-o", drawing)
+    read = ezdxf.readfile(drawing)
+    triangles = len(read_limb(made).mesh.faces)
+    assert len(read.modelspace().query("3DFACE")) == triangles
+
+
+def test_the_record_says_side_and_unit_and_no_name(
+    bench: Bench, record: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = bench.folder / "record"
+    page = (folder / "report.html").read_text("utf-8")
+    assert f"<b>{bench.side.upper()} · mm</b>" in page
+    assert "millimetres" in page
+    assert "A professional must verify dimensions before" in page
+    assert "<script" not in page
+    words = re.sub(r"base64,[^\"]*", "", page)
+    assert not re.search(r"https?://|(src|href)=\"(?!data:)", words)
+    assert "own landmark 1" in words
+    kept = (folder / "report.pdf").read_bytes()
+    assert len(re.findall(rb"/Type /Page\b", kept)) == 2
+    sheets = printed(record, page, monkeypatch)
+    assert f"Record of {record['id']}" in sheets
+    assert f"{bench.side.upper()} · mm" in sheets
+    assert "A professional must verify dimensions" in sheets
+    for text in (
+        words,
+        (folder / "report.json").read_text("utf-8"),
+        sheets,
+        kept.decode("latin-1"),
+    ):
+        for secret in ("Maria", "Huber", "sore", str(bench.folder), "pytest-"):
+            assert secret not in text
+    assert record["schema"] == "limbgram-report/1"
+    hashes = {file["what"]: file["sha256"] for file in record["files"]}
+    assert re.fullmatch(r"[0-9a-f]{64}", hashes["shape"])
+    assert record["id"] == f"shape {hashes['shape'][:8]}"
+
+
+def test_the_record_repeats_what_was_done(
+    record: dict[str, Any], ledger: list[dict[str, Any]]
+) -> None:
+    again = record["recipe"]
+    assert again["apart_mm"] < 1e-3
+    assert [line["after"] for line in again["lines"]] == [line["after"] for line in ledger]
+    change_ml = ledger[-1]["after"]["volume_ml"] - ledger[0]["before"]["volume_ml"]
+    whole = record["comparison"]["volume"]["ml"]
+    assert whole["difference"] == pytest.approx(change_ml, abs=5e-4 * whole["first"])
+    assert record["comparison"]["alignment"]["way"] == "as-is"
+    lines = {line["step"]: line for line in record["bias"]}
+    smoothing = lines[f"smoothing (edit {len(EDITS)})"]
+    assert smoothing["bias_mm"] == ledger[-1]["displacement"]["mean_mm"]
+    assert lines["scale"]["bias_mm"] is None, "no case was named"
+    assert not any(found["gravity"] == "serious" for found in record["findings"])
+
+
+def test_a_recipe_that_did_not_make_the_shape_is_found_out(
+    bench: Bench, record: dict[str, Any]
+) -> None:
+    recipe = switched(read_recipe(bench.recipe), 1, on=False)
+    shapes = [
+        ShapeSource(
+            limb=read_limb(path),
+            sha256=hash_of(path.read_bytes()),
+            kind=path.suffix,
+            limb_file_sha256=None,
+        )
+        for path in (bench.rectified, bench.scan)
+    ]
+    done = replayed_on(RecipeSource(recipe=recipe, sha256="0" * 64), *shapes)
+    assert done.apart_mm == pytest.approx(RELIEF_MM, rel=0.1)
+    tree = {**record, "recipe": {**record["recipe"], "apart_mm": done.apart_mm}}
+    grave = [one for one in findings(tree, measure(shapes[0].limb)) if one.gravity == "serious"]
+    assert [found.topic for found in grave] == ["recipe"]
+    strange = run("report", bench.rectified, "--recipe", bench.recipe)
+    assert strange.exit_code == 2
+    assert "--against" in strange.stderr

@@ -1,0 +1,150 @@
+"""The record of a shape: biases in closed form, names that are not printed, what to check."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.errors import MeasureError, OptionsError
+from limbgram.geometry.rigid import Rigid
+from limbgram.report.shape.record import (
+    CaseSource,
+    RecipeSource,
+    RecordOptions,
+    ShapeSource,
+    record_of,
+)
+from limbgram.report.shape.record.bias import biases
+from limbgram.report.shape.record.pages import words
+from limbgram.shape.frame import in_limb_frame
+from limbgram.shape.limb import Landmark, Limb, LimbFrame
+from limbgram.shape.measures import measure
+from limbgram.shape.recipe import Recipe
+from limbgram.surface.mesh import Mesh
+
+RADIUS_MM, HEIGHT_MM, ROUND = 50.0, 200.0, 360
+
+
+def cylinder() -> Limb:
+    """Closed, standing on its distal end, its corners on every spoke that AOP takes."""
+    angles = 2 * np.pi * np.arange(ROUND) / ROUND
+    ring = RADIUS_MM * np.column_stack([np.cos(angles), np.sin(angles)])
+    vertices = np.concatenate(
+        [
+            np.column_stack([ring, np.zeros(ROUND)]),
+            np.column_stack([ring, np.full(ROUND, HEIGHT_MM)]),
+            [[0, 0, 0], [0, 0, HEIGHT_MM]],
+        ]
+    )
+    k = np.arange(ROUND)
+    after = (k + 1) % ROUND
+    faces = np.concatenate(
+        [
+            np.column_stack([k, after, after + ROUND]),
+            np.column_stack([k, after + ROUND, k + ROUND]),
+            np.column_stack([after, k, np.full(ROUND, 2 * ROUND)]),
+            np.column_stack([k + ROUND, after + ROUND, np.full(ROUND, 2 * ROUND + 1)]),
+        ]
+    ).astype(np.int32)
+    return Limb(
+        mesh=Mesh(vertices_mm=vertices, faces=faces),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        landmarks=(
+            Landmark(name="tibial crest", position_mm=np.array([0, RADIUS_MM, 60.0])),
+            Landmark(name="Anna's scar", position_mm=np.array([RADIUS_MM, 0, 80.0])),
+        ),
+        name="Anna.ply",
+        notes=("Anna.ply has a seam",),
+    )
+
+
+def source(limb: Limb, digit: str = "a") -> ShapeSource:
+    return ShapeSource(limb=limb, sha256=64 * digit, kind="PLY", limb_file_sha256=None)
+
+
+def case(**accuracy: Any) -> CaseSource:
+    tree = {
+        "light": "green",
+        "lengths": {"check": [{}, {}], "check_worst": 0.001, "check_rms": 0.0004},
+        "truth": None,
+        "expected": {"rms_mm": 0.05, "p95_mm": 0.1, "basis": "vertex sigmas"},
+        **accuracy,
+    }
+    return CaseSource(sha256=64 * "c", accuracy=tree, files=frozenset([64 * "a"]))
+
+
+def lines(limb: Limb, of_case: CaseSource | None = None) -> dict[str, Any]:
+    found = biases(measure(limb), in_limb_frame(limb), of_case, None)
+    return {line.step: line for line in found}
+
+
+def test_aop_costs_a_cylinder_what_a_polygon_of_its_spokes_costs() -> None:
+    line = lines(cylinder())["leaving as AOP"]
+    fine, coarse = (n * np.sin(2 * np.pi / n) / 2 for n in (ROUND, 120))
+    assert line.volume_share == pytest.approx(coarse / fine - 1, rel=0.02)
+    side_mm = ROUND * 2 * np.sin(np.pi / ROUND)
+    assert line.bias_mm == pytest.approx((coarse - fine) * RADIUS_MM / side_mm, rel=0.03)
+    sagitta = RADIUS_MM * (1 - np.cos(np.pi / 120))
+    assert 0.5 * sagitta < line.largest_mm <= sagitta
+
+
+def test_scale_and_sock_in_millimetres_of_radius() -> None:
+    found = lines(replace(cylinder(), sock_mm=0.3), case())
+    assert found["scale"].largest_mm == pytest.approx(0.001 * RADIUS_MM, rel=1e-3)
+    assert found["scale"].typical_mm == pytest.approx(0.0004 * RADIUS_MM, rel=1e-3)
+    assert found["surface"].typical_mm == 0.05
+    assert found["surface"].bias_mm is None
+    assert found["sock taken off"].bias_mm == -0.3
+    assert "0.4 % of volume" in found["sock taken off"].basis
+    assert 0 < found["leaving as STL"].largest_mm < 1e-5
+
+
+def test_a_truth_tells_the_bias_and_a_scale_without_check_is_not_known() -> None:
+    truth = {"mean_mm": -0.02, "rms_mm": 0.04, "volume_error": -0.001}
+    bare = {"check": [], "check_worst": None, "check_rms": None}
+    found = lines(cylinder(), case(truth=truth, lengths=bare))
+    assert found["surface"].bias_mm == -0.02
+    assert found["scale"].largest_mm is None
+    assert lines(cylinder())["scale"].largest_mm is None
+
+
+def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
+    other = replace(cylinder(), name="Berta.ply", notes=())
+    record = record_of(source(cylinder()), source(other, "b"), case=case())
+    text = repr(record.tree) + "".join(picture.caption for picture in record.pictures)
+    for name in ("Anna", "Berta", "scar"):
+        assert name not in text
+    assert [mark["name"] for mark in record.tree["landmarks"]] == ["tibial crest", "own landmark 1"]
+    assert record.tree["notes"] == ["shape aaaaaaaa has a seam"]
+    assert record.tree["comparison"]["first"] == "shape bbbbbbbb"
+    assert record.tree["comparison"]["volume"]["ml"]["difference"] == pytest.approx(0, abs=1e-6)
+    assert words.badge(record.tree) == "RIGHT · mm"
+
+
+def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
+    record = record_of(source(cylinder()), options=RecordOptions(reference="Anna's scar"))
+    assert record.tree["measures"]["reference"] == "own landmark 1"
+    heights = [row["from_reference_mm"] for row in record.tree["measures"]["levels"]]
+    assert heights[0] == pytest.approx(-60.0)
+    assert words.measure_rows(record.tree)[0][0] == "-60.0"
+
+
+def test_what_is_not_sure_stands_first() -> None:
+    mesh = cylinder().mesh
+    filled = replace(mesh, filled=np.arange(len(mesh)) < 100)
+    strange = replace(case(light="amber"), files=frozenset[str]())
+    tree = record_of(source(replace(cylinder(), mesh=filled)), case=strange).tree
+    gravity = [found["gravity"] for found in tree["findings"]]
+    assert gravity == sorted(gravity, reverse=True)
+    assert gravity.count("serious") == 2, "filled in, and not of the case"
+    topics = {found["topic"] for found in tree["findings"]}
+    assert topics == {"case", "surface", "tape", "file"}
+
+
+def test_refusals() -> None:
+    with pytest.raises(MeasureError, match="not aligned"):
+        record_of(source(replace(cylinder(), frame=None)))
+    recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
+    with pytest.raises(OptionsError, match="another scan"):
+        record_of(source(cylinder()), recipe=recipe)
