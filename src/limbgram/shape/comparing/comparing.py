@@ -14,7 +14,7 @@ import numpy as np
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.comparing.deviation import Deviation, deviation
-from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame
+from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame, outside_of
 from limbgram.shape.comparing.levels import LevelChanges, changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.radial import RadialErrors, SpokeOptions, radial_errors
 from limbgram.shape.comparing.registration import (
@@ -71,11 +71,12 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     brim_mm = options.registration.brim_mm
     if not (np.isfinite(brim_mm) and brim_mm >= 0):
         raise OptionsError(f"A brim of {brim_mm:g} mm cannot be. Choose 0 mm or more.")
+    first, second = outside_of(first), outside_of(second)
     axes = axes_of(first)
     alignment = lay(first, second, axes, options.registration)
     one = in_limb_frame(first.mesh, axes.limb_from_mesh)
     two = in_limb_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [*first.notes, *second.notes, *alignment.notes, *_about_socks(first, second)]
+    notes = [*first.notes, *second.notes, *alignment.notes, *about_socks(first, second)]
     if axes.note:
         notes.append(axes.note)
     try:
@@ -127,7 +128,8 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
     )
 
 
-def _about_socks(first: Limb, second: Limb) -> tuple[str, ...]:
+def about_socks(first: Limb, second: Limb) -> tuple[str, ...]:
+    """What to say where not the same sock was taken off both."""
     if abs(first.sock_mm - second.sock_mm) < _SOCK_MM:
         return ()
     return (

@@ -9,6 +9,7 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.shape.frame.alignment import AlignOptions, align
 from limbgram.shape.frame.axis import fit_axis
 from limbgram.shape.limb import Limb
+from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges
 
@@ -44,6 +45,16 @@ def axes_of(limb: Limb) -> Axes:
             note=f"{name} has no limb frame and none could be fitted, so its file's z axis is "
             f"taken for the long axis. {error}",
         )
+
+
+def outside_of(limb: Limb) -> Limb:
+    """The limb without bodies inside it, such as the bones of a model, and a note of them."""
+    outside = outer_bodies(limb.mesh)
+    if not outside.bodies_left_out:
+        return limb
+    name = limb.name or "a shape"
+    note = f"{outside.bodies_left_out} bodies inside {name} were left out."
+    return replace(limb, mesh=outside.mesh, notes=(*limb.notes, note))
 
 
 def in_limb_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:

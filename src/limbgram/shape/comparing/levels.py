@@ -142,6 +142,11 @@ def _level(
 
 
 def _volume(volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float) -> Change | str:
+    if not low_mm < high_mm:
+        return (
+            "The shapes share one level only and are open below it, so there is no volume between "
+            "levels. Choose a smaller spacing."
+        )
     try:
         first, second = (volume.between(low_mm, high_mm) for volume in volumes)
     except MeasureError as error:

@@ -20,7 +20,7 @@ from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.comparing.comparing import lay
 from limbgram.shape.comparing.counterparts import Ground, measured_faces
-from limbgram.shape.comparing.frames import axes_of, brim_height_mm, in_limb_frame
+from limbgram.shape.comparing.frames import axes_of, brim_height_mm, in_limb_frame, outside_of
 from limbgram.shape.comparing.registration import RegistrationOptions
 from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
@@ -42,7 +42,7 @@ _POOLED_NODES = 1.5
 _SOFT_NODES = 0.7
 _PAD = 8
 _DECIMALS = 2
-"""Of displacements, as the file keeps them."""
+"""Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +81,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
             if pairs
             else "No pair is given. Name a shape before and one after the rectification."
         )
+    pairs = [Pair(before=outside_of(one.before), after=outside_of(one.after)) for one in pairs]
     reference = _reference(pairs, options.reference)
     marks = _marks([pair.before for pair in pairs], reference)
     places = {mark.name: mark.place for mark in marks}
@@ -97,7 +98,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         marks=marks,
         heights=heights,
         displacement_mm=np.round(np.nan_to_num(mean) * _softened(kept), _DECIMALS) + 0.0,
-        spread_mm=spread,
+        spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
     )
 
@@ -175,8 +176,8 @@ def _marks(limbs: Sequence[Limb], reference: str) -> tuple[TemplateMark, ...]:
         marks.append(
             TemplateMark(
                 name=name,
-                height=float(places[:, 0].mean()),
-                angle_deg=float(np.degrees(angle)),
+                height=round(float(places[:, 0].mean()), 4),
+                angle_deg=round(float(np.degrees(angle)), 2),
             )
         )
     return tuple(marks)

@@ -15,6 +15,7 @@ from limbgram.shape.comparing import (
 )
 from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.radial import radial_errors, spoke_radii
+from limbgram.surface.topology import with_faces
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
 FACET_MM = 0.02
@@ -109,6 +110,37 @@ def test_a_hole_is_said_and_not_passed_over(make_limb) -> None:
     assert found.volume is None
     assert "open" in found.reason
     assert [level.reason is None for level in found.levels] == [True, False, True]
+
+
+def test_one_level_above_an_open_end_has_no_volume(make_limb) -> None:
+    tube = make_limb(straight).mesh
+    tube = with_faces(tube, tube.faces[tube.vertices_mm[tube.faces][:, :, 2].min(1) > 60])
+    found = changes_by_level(tube, tube, (120.0,))
+    assert found.volume is None
+    assert found.plies is None
+    assert "one level" in found.reason
+    assert found.levels[0].measures["tape_mm"].difference == 0
+
+
+def test_a_body_inside_takes_no_part(limb) -> None:
+    """A bone of the limb's own shape at 0.4 of its size, in both."""
+    small = limb.mesh.vertices_mm * 0.4 + np.array([0, 0, 60.0])
+    inner = limb.mesh.faces[limb.mesh.vertices_mm[limb.mesh.faces][:, :, 2].max(1) < 1e9]
+    cap = np.concatenate([inner, _closing(limb)]) + len(small)
+    mesh = replace(
+        limb.mesh,
+        vertices_mm=np.concatenate([limb.mesh.vertices_mm, small]),
+        faces=np.concatenate([limb.mesh.faces, cap]).astype(np.int32),
+    )
+    found = compare(limb, limb.with_mesh(mesh), AS_IS)
+    assert found.levels.volume.difference == pytest.approx(0.0, abs=1e-6)
+    assert any("1 bodies inside" in note for note in found.notes)
+
+
+def _closing(limb) -> np.ndarray:
+    """A fan over the brim from its first vertex."""
+    brim = np.flatnonzero(limb.mesh.vertices_mm[:, 2] > limb.mesh.vertices_mm[:, 2].max() - 1e-6)
+    return np.column_stack([np.full(len(brim) - 2, brim[0]), brim[2:], brim[1:-1]])
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import MeasureError
-from limbgram.shape.comparing.comparing import CompareOptions, lay
-from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame
+from limbgram.shape.comparing.comparing import CompareOptions, about_socks, lay
+from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame, outside_of
 from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.registration import Alignment
 from limbgram.shape.limb import Limb
@@ -39,6 +39,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     Raises:
         MeasureError: a scan cannot be laid on the first, or its volume is open.
     """
+    limbs = [outside_of(limb) for limb in limbs]
     first = limbs[0]
     axes = axes_of(first)
     alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
@@ -69,6 +70,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     ]
     notes = [note for limb in limbs for note in limb.notes]
     notes += [note for alignment in alignments for note in alignment.notes]
+    notes += [note for limb in limbs[1:] for note in about_socks(first, limb)]
     notes += [axes.note] if axes.note else []
     return Stack(
         axes=axes,

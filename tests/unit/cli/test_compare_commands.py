@@ -1,0 +1,164 @@
+"""`limbgram compare` and `limbgram template`: from files to files, and refusals that write none."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.export.workshop import write_limb
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Landmark, Limb, LimbFrame
+from limbgram.surface.mesh import Mesh
+
+RUNNER = CliRunner()
+AS_IS = ("--align", "as-is")
+
+
+def beaker(growth: float = 1.0, dent_mm: float = 0.0) -> Limb:
+    """A half ball of 50 mm under a wall of 150 mm, made wider, with a dent in front at 120 mm."""
+    bend = np.linspace(0, np.pi / 2, 16)[1:]
+    radii = np.concatenate([50 * np.sin(bend), np.full(37, 50.0)])
+    heights = np.concatenate([50 * (1 - np.cos(bend)), 50 + 4.0 * np.arange(1, 38)])
+    turns = 2 * np.pi * np.arange(80) / 80
+    wall = np.concatenate(
+        [
+            np.column_stack([growth * r * np.cos(turns), growth * r * np.sin(turns), 0 * turns + z])
+            for r, z in zip(radii, heights)
+        ]
+    )
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(51), np.arange(80), indexing="ij"))
+    here, beside = i * 80 + j, i * 80 + (j + 1) % 80
+    k = np.arange(80)
+    faces = np.concatenate(
+        [
+            np.column_stack([here, beside, beside + 80]),
+            np.column_stack([here, beside + 80, here + 80]),
+            np.column_stack([(k + 1) % 80, k, np.full(80, 52 * 80)]),
+        ]
+    )
+    vertices = np.concatenate([wall, [[0.0, 0, 0]]])
+    square = ((vertices - [0, 50, 120]) ** 2).sum(1)
+    vertices[:, 1] -= dent_mm * np.exp(-square / (2 * 12**2))
+    places = {"patellar tendon": [0, 50.0, 120], "fibula head": [50.0, 0, 110], "end": [0, 50, 60]}
+    marks = tuple(
+        Landmark(name=name, position_mm=np.array(at, float)) for name, at in places.items()
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    mesh = Mesh(vertices_mm=vertices, faces=faces.astype(np.int32))
+    return Limb(mesh=mesh, landmarks=marks, frame=frame)
+
+
+@pytest.fixture
+def shapes(tmp_path: Path) -> dict[str, str]:
+    limbs = {"first": beaker(), "wide": beaker(1.01), "dented": beaker(dent_mm=5.0)}
+    return {name: str(write_limb(limb, tmp_path / f"{name}.ply")) for name, limb in limbs.items()}
+
+
+def answered(*words: str) -> dict[str, Any]:
+    answer = RUNNER.invoke(app, [*words, "--json"])
+    assert answer.exit_code == 0, answer.output
+    return json.loads(answer.stdout)
+
+
+def refused(folder: Path, *words: str) -> str:
+    before = sorted(folder.iterdir())
+    answer = RUNNER.invoke(app, [*words, "--json"])
+    assert answer.exit_code in (2, 3, 4), answer.output
+    assert sorted(folder.iterdir()) == before
+    return str(json.loads(answer.stdout)["error"]["message"])
+
+
+def test_two_shapes(shapes, tmp_path: Path) -> None:
+    picture = tmp_path / "difference.png"
+    words = ("compare", shapes["first"], shapes["wide"], *AS_IS, "--picture", str(picture))
+    found = answered(*words)
+    assert found["format"] == "limbgram-comparison/1"
+    assert found["grade"] == "size and shape differ" or found["grade"] == "size differs"
+    assert found["radial"]["mean_radial_error_mm"] == pytest.approx(0.5, abs=0.05)
+    assert found["volume"]["ml"]["share"] == pytest.approx(0.0201, abs=1e-4)
+    assert found["volume"]["sock_plies"] == pytest.approx(0.0201 / 0.011, abs=0.01)
+    tape = found["levels"][3]["tape_mm"]
+    assert tape["difference"] == pytest.approx(0.01 * tape["first"], rel=1e-4)
+    assert found["alignment"]["way"] == "as-is"
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    spoken = RUNNER.invoke(app, ["compare", shapes["first"], shapes["wide"], *AS_IS])
+    assert spoken.stdout.splitlines()[0] == found["verdict"]
+
+
+def test_one_limb_over_time(shapes, tmp_path: Path) -> None:
+    days = ("--day", "2026-02-01", "--day", "2026-01-04", "--repeatability", "0.1")
+    picture = tmp_path / "course.png"
+    words = (shapes["first"], shapes["wide"], *AS_IS, *days, "--picture", str(picture))
+    found = answered("compare", *words)
+    assert [visit["name"] for visit in found["visits"]] == ["wide.ply", "first.ply"]
+    assert found["volume_per_week_share"] == pytest.approx(-0.0197 / 4, rel=0.01)
+    assert found["volume_trend_ml"]["told"]
+    assert "shrinks" in found["verdict"]
+    assert picture.exists()
+
+
+def test_repeated_captures(shapes) -> None:
+    found = answered("compare", shapes["first"], shapes["wide"], *AS_IS, "--repeats")
+    first, second = (capture["volume_ml"] for capture in found["captures"])
+    within = abs(first - second) / np.sqrt(2)
+    assert found["volume"]["within_sd_ml"] == pytest.approx(within)
+    assert found["volume"]["coefficient_ml"] == pytest.approx(1.96 * np.sqrt(2) * within)
+    assert found["bland_altman_mm"]["bias"] == pytest.approx(np.pi, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("first",), "cannot be compared"),
+        (("first", "wide", "dented"), "say what they are"),
+        (("first", "wide", "--day", "2026-01-01"), "1 days are given for 2"),
+        (("first", "wide", "--day", "yesterday", "--day", "2026-01-01"), "no day"),
+        (("first", "wide", "--repeats", "--picture", "x.png"), "no picture"),
+        (("first", "wide", "--picture", "x.jpg"), "end in .png"),
+        (("first", "wide", "--weight", "end=1"), "read with --align landmarks only"),
+        (("first", "wide", "--align", "landmarks", "--weight", "end"), "no weight"),
+        (("first", "wide", "--brim", "-1"), "cannot be"),
+    ],
+)
+def test_questions_that_cannot_be_answered_are_refused(shapes, tmp_path, words, message) -> None:
+    told = [shapes.get(word, word) for word in words]
+    assert message in refused(tmp_path, "compare", *told)
+
+
+def test_a_template_is_learned_shown_and_applied(shapes, tmp_path: Path) -> None:
+    kept, made = tmp_path / "dent.json", tmp_path / "made.ply"
+    pair = (shapes["first"], shapes["dented"])
+    learned = answered("template", "learn", *pair, "-o", str(kept), *AS_IS)
+    assert learned["most_inward_mm"] == pytest.approx(-5, abs=0.2)
+    assert learned["reference"] == "patellar tendon"
+    shown = answered("template", "show", str(kept), "--picture", str(tmp_path / "t.png"))
+    assert shown == {**learned, "written": [str(tmp_path / "t.png")]}
+    half = ("--strength", "0.5")
+    applied = answered("template", "apply", shapes["wide"], str(kept), "-o", str(made), *half)
+    assert applied["most_inward_mm"] == pytest.approx(-2.5, abs=0.15)
+    assert applied["volume_change_ml"] < 0
+    beside = json.loads(made.with_name("made.limb.json").read_text())
+    assert beside["side"] == "right"
+    found = answered("compare", shapes["wide"], str(made), *AS_IS)
+    assert found["surface"]["on_first"]["largest_mm"] == pytest.approx(2.5, abs=0.15)
+
+
+def test_templates_that_cannot_be_are_refused(shapes, tmp_path: Path) -> None:
+    out = ("-o", str(tmp_path / "t.json"))
+    assert "no pairs" in refused(tmp_path, "template", "learn", shapes["first"], *out)
+    pair = (shapes["first"], shapes["dented"])
+    wrong = ("-o", str(tmp_path / "t.txt"))
+    assert ".json" in refused(tmp_path, "template", "learn", *pair, *wrong, *AS_IS)
+    assert "cannot be read" in refused(tmp_path, "template", "show", str(tmp_path / "none.json"))
+    answered("template", "learn", *pair, *out, *AS_IS)
+    same = ("template", "apply", shapes["wide"], str(tmp_path / "t.json"), "-o", shapes["wide"])
+    assert "take the limb's place" in refused(tmp_path, *same)
+    bare = replace(beaker(), landmarks=())
+    unmarked = str(write_limb(bare, tmp_path / "unmarked.ply"))
+    words = ("template", "apply", unmarked, str(tmp_path / "t.json"), "-o", str(tmp_path / "o.ply"))
+    assert "patellar tendon" in refused(tmp_path, *words)
