@@ -43,3 +43,26 @@ def test_the_limb_file_keeps_the_unit_for_the_commands_that_follow(in_metres: st
     measured = RUNNER.invoke(app, ["measure", in_metres, "--height", "100", "--json"])
     assert measured.exit_code == 0
     assert RUNNER.invoke(app, ["measure", in_metres, "--unit", "cm"]).exit_code == 3
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["measure", "--unaligned", "--csv", "other.stl"],
+        ["measure", "--unaligned", "--picture", "other.stl"],
+        ["export", "--to", "gcode", "--side", "left", "-o", "other.stl"],
+        ["compare", "other.stl", "--picture", "other.stl"],
+        ["measure", "--unaligned", "--tape", "100=200", "--fit", "cone.stl"],
+        ["align", "--side", "left", "--axis", "+z", "--anterior", "+y", "--flexion", "nan"],
+    ],
+    ids=" ".join,
+)
+def test_no_output_takes_the_place_of_a_scan(
+    tmp_path: Path, in_metres: str, arguments: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "other.stl").write_bytes(Path(in_metres).read_bytes())
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    command, *rest = arguments
+    assert RUNNER.invoke(app, [command, "cone.stl", *rest, "--unit", "m"]).exit_code == 2
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before

@@ -9,7 +9,7 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.workbench.stating import UnitOfAll, shape_of
+from limbgram.cli.workbench.stating import UnitOfAll, require_output, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.writing import require, write_file
 from limbgram.report.drawings.drawing import Drawing
@@ -146,8 +146,7 @@ def _require_a_picture_name(picture: Path | None, *, repeated: bool) -> None:
         return
     if repeated:
         raise OptionsError("--repeats has no picture. Leave --picture out.")
-    if picture.suffix.lower() != ".png":
-        raise OptionsError(f"{picture.name} is no name for a picture. Let it end in .png.")
+    require_output(picture, ".png", "a picture")
 
 
 def _day(text: str) -> date:

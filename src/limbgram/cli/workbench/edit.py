@@ -11,7 +11,13 @@ from typing import Annotated, Any, BinaryIO, cast, get_type_hints
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.workbench.stating import ShapeArgument, UnitOption, shape_of
+from limbgram.cli.workbench.stating import (
+    ShapeArgument,
+    UnitOption,
+    require_apart,
+    require_no_shape,
+    shape_of,
+)
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
@@ -71,8 +77,7 @@ def apply_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Do a recipe's edits to a scan, print the ledger and write the new shape."""
-    if out.resolve() == scan.resolve():
-        raise OptionsError("The new shape would take the scan's place. Choose another name.")
+    require_apart(out, scan)
     made = read_recipe(recipe)
     read = shape_of(scan, unit)
     if not other_scan:
@@ -96,6 +101,7 @@ def new_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Begin a recipe without edits."""
+    require_no_shape(recipe, "a recipe")
     if recipe.exists():
         raise OptionsError(f"{recipe} is there already. Choose another name, or add to that one.")
     scan_hash = "" if scan is None else shape_of(scan, unit).sha256

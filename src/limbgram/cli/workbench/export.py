@@ -18,7 +18,13 @@ from limbgram.cli.workbench.exporting import (
     given,
     mesh_reply,
 )
-from limbgram.cli.workbench.stating import ShapeArgument, UnitOption, shape_of
+from limbgram.cli.workbench.stating import (
+    ShapeArgument,
+    UnitOption,
+    require_apart,
+    require_no_shape,
+    shape_of,
+)
 from limbgram.errors import OptionsError
 from limbgram.export.workshop import AopOptions, admit, in_limb_frame
 
@@ -166,8 +172,9 @@ def export_command(
     path = out or shape.with_name(f"{shape.stem}-{to.value}.{to.value}")
     if path.suffix.lower() != f".{to.value}" and to is not FormatName.GCODE:
         raise OptionsError(f"{path.name} does not end in .{to.value}: programs go by the ending.")
-    if path.resolve() == shape.resolve():
-        raise OptionsError("The shape itself would be overwritten. Give another file with --out.")
+    require_apart(path, shape)
+    if to is FormatName.GCODE:
+        require_no_shape(path, "a program for a carver")
     limb = shape_of(shape, unit).limb
     confirmed = None if side is None else side.value
     match to:

@@ -14,6 +14,8 @@ from limbgram.cli.workbench.stating import (
     UnitOption,
     pair_of,
     reading_of,
+    require_apart,
+    require_output,
     shape_of,
     span_of,
 )
@@ -92,6 +94,9 @@ def measure_command(
     """
     if fit is not None and not tape:
         raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
+    require_output(csv, ".csv", "a table")
+    require_output(picture, ".png", "a picture")
+    require_apart(fit, shape)
     limb = shape_of(shape, unit).limb
     if unaligned:
         up = Rigid(np.eye(3), np.array([0.0, 0.0, -float(limb.mesh.vertices_mm[:, 2].min())]))

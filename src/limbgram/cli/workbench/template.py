@@ -9,7 +9,14 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.compare import WayName, write_picture
-from limbgram.cli.workbench.stating import AlignedShape, UnitOfAll, UnitOption, shape_of
+from limbgram.cli.workbench.stating import (
+    AlignedShape,
+    UnitOfAll,
+    UnitOption,
+    require_apart,
+    require_output,
+    shape_of,
+)
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
@@ -63,6 +70,7 @@ def learn_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Learn a template from shapes before and after the clinic's own rectifications."""
+    require_output(out, ".json", "a template")
     if len(shapes) % 2:
         raise OptionsError(
             f"{len(shapes)} shapes are no pairs. Name one before and one after, in turns."
@@ -89,8 +97,7 @@ def apply_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Do to a limb what a template tells, at the limb's own landmarks."""
-    if out.resolve() == shape.resolve():
-        raise OptionsError("The new shape would take the limb's place. Choose another name.")
+    require_apart(out, shape)
     known = read_template(template)
     limb = shape_of(shape, unit).limb
     applied = apply_template(limb, known, strength)
@@ -127,6 +134,7 @@ def show_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Say what a template does and where."""
+    require_output(picture, ".png", "a picture")
     known = read_template(template)
     written = [] if picture is None else [write_picture(unrolled(known), picture)]
     return Reply(
@@ -136,8 +144,6 @@ def show_command(
 
 
 def _write(template: Template, path: Path) -> Path:
-    if path.suffix.lower() != ".json":
-        raise OptionsError(f"{path.name} is no name for a template. Let it end in .json.")
     content = encode_template(template)
 
     def encode(stream: BinaryIO) -> None:

@@ -151,6 +151,8 @@ def _outward(mark: Landmark, options: AlignOptions) -> complex:
 
 def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
+    if not np.isfinite(options.flexion_deg):
+        raise OptionsError("The flexion is no number of degrees. Give one, or leave it out.")
     angle = np.radians(options.flexion_deg)
     if options.plumb is not None:
         upper, lower = (landmark(limb, name).position_mm for name in options.plumb)

@@ -5,6 +5,9 @@ from limbgram.cli.workbench.stating.shapes import (
     ShapeArgument,
     UnitOfAll,
     UnitOption,
+    require_apart,
+    require_no_shape,
+    require_output,
     shape_of,
 )
 from limbgram.cli.workbench.stating.typed import (
@@ -26,6 +29,9 @@ __all__ = [
     "landmarks_of",
     "pair_of",
     "reading_of",
+    "require_apart",
+    "require_no_shape",
+    "require_output",
     "shape_of",
     "span_of",
 ]
