@@ -23,6 +23,7 @@ from limbgram.surface.mesh import Mesh
 
 _KEEPS_SHAPE = "smoothing"
 """The edit that is meant to change nothing but wrinkles."""
+_FLAT_MM = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +174,8 @@ def _aop(mesh: Mesh) -> Bias:
     except CarveError as error:
         return _unknown(step, f"it cannot: {error}")
     found = mapped.radius_map
-    part = clipped(mesh, mapped.first_mm, mapped.first_mm + float(found.z_mm[-1]))
+    ends_mm = mapped.first_mm, mapped.first_mm + float(found.z_mm[-1])
+    part = _without_lids(clipped(mesh, *ends_mm), ends_mm)
     surface = found.surface()
     held = surface.with_vertices(surface.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
     away = distance_to(part, held)
@@ -189,6 +191,14 @@ def _aop(mesh: Mesh) -> Bias:
         basis=f"{options.spokes} spokes every {options.spacing_mm:g} mm, between the first slice "
         "and the last",
     )
+
+
+def _without_lids(part: Mesh, ends_mm: tuple[float, float]) -> Mesh:
+    """The part without what lies flat in its end planes: a radius map ends there."""
+    heights = part.vertices_mm[part.faces][:, :, 2]
+    lids = [(np.abs(heights - end) < _FLAT_MM).all(1) for end in ends_mm]
+    kept, faces = np.unique(part.faces[~(lids[0] | lids[1])], return_inverse=True)
+    return Mesh(vertices_mm=part.vertices_mm[kept], faces=faces.reshape(-1, 3).astype(np.int32))
 
 
 def _unknown(step: str, why: str) -> Bias:
