@@ -112,7 +112,7 @@ def reconstruct(
     scene = run(place, photos, features, pairs, cameras, options.mapping)
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
-    metric = run(to_millimetres, scene, found, capture.distances, options.scale)
+    metric = run(to_millimetres, scene, found, capture.distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
     depths = run(estimate_depth, photos, metric, region, options.dense)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)

@@ -2,8 +2,9 @@
 
 In      a Scene; a board of known size lying in it, known distances, both or neither.
 Out     a MetricScene, the only scene that the dense stages accept.
-Method  a part of the known lengths sets the scale, the rest checks it. Without any the scene is
-        made unitless on purpose: the cameras are 1000 units from what they look at.
+Method  a part of the known lengths sets the scale, the rest checks it. A board's corners of the
+        first part also join photos, lenses and points in a last adjustment. Without any length the
+        scene is made unitless on purpose: the cameras are 1000 units from what they look at.
 Fails   ScaleError: a source that cannot be measured, or lengths that contradict each other.
 """
 
@@ -13,13 +14,14 @@ from typing import Literal
 
 import numpy as np
 
+from limbgram.calibration.cameras import Cameras
 from limbgram.geometry.arrays import Matrix3, Vector3
 from limbgram.geometry.similarity import Similarity, fit_similarity
 from limbgram.mapping.scene import Scene
 from limbgram.scale.distances import KnownDistance, measure_distances
 from limbgram.scale.frame import centre_of_object, common_up, find_floor, rotation_to_z
 from limbgram.scale.metric import LengthCheck, MetricScene, Scale
-from limbgram.scale.plate import Plate, find_plate
+from limbgram.scale.plate import Plate, adjusted_with_board, find_plate
 from limbgram.scale.ruler import Ruler
 from limbgram.scale.sensitivity import scale_by_cameras
 from limbgram.scale.sight import Aim, aim_of
@@ -53,14 +55,20 @@ def to_millimetres(
     detections: BoardDetections | None = None,
     distances: Sequence[KnownDistance] = (),
     options: ScaleOptions = DEFAULTS,
+    cameras: Cameras | None = None,
 ) -> MetricScene:
     """Scale and turn a scene so that one unit is one millimetre and +Z is up.
 
+    With `cameras`, the calibrations that the scene's lenses started from, a board takes part in one
+    more adjustment of the scene. Without them the scene keeps its form.
     With a board the origin is its centre, x runs along its columns and z = 0 is the floor.
     Otherwise the origin is the object's centre, and the floor is known where points show it.
     """
-    aim = aim_of(scene.views, scene.points_in_world)
     plate = find_plate(scene, detections) if detections is not None else None
+    if plate is not None and detections is not None and cameras is not None:
+        scene = adjusted_with_board(scene, plate, detections, cameras)
+        plate = find_plate(scene, detections)
+    aim = aim_of(scene.views, scene.points_in_world)
     rulers = [] if plate is None else [plate.ruler]
     if distances:
         typed = measure_distances(

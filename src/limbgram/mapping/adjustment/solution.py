@@ -17,6 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from limbgram.calibration.cameras import Calibration
 from limbgram.geometry.projection import LENS_SIZE, POSE_SIZE
+from limbgram.mapping.adjustment.body import Body, BodyEquations
 from limbgram.mapping.adjustment.bundle import Bundle
 from limbgram.mapping.adjustment.normals import point_steps, reduce_equations, robust_cost
 from limbgram.mapping.scene import Scene
@@ -62,17 +63,22 @@ def adjust(
     hold_board_lenses: bool = False,
     outlier_sigmas: float = 4.0,
     rounds: int = 3,
+    body: Body | None = None,
 ) -> Adjusted:
-    """Adjust; after each round drop observations over `outlier_sigmas` and points left too weak."""
+    """Adjust; after each round drop observations over `outlier_sigmas` and points left too weak.
+
+    A `body` of known shape takes part with the corners that photos show of it.
+    """
     prior = _Prior.of(priors, hold_board_lenses)
     bundle = Bundle.of(scene)
     sigma_px = bundle.sigma_px(scene)
     for attempt in track(range(rounds)):
         last = attempt == rounds - 1
-        bundle = _descend(bundle, prior, sigma_px, _FINE_GAIN if last else _ROUGH_GAIN)
+        gain = _FINE_GAIN if last else _ROUGH_GAIN
+        bundle, body = _descend(bundle, body, prior, sigma_px, gain)
         sigma_px = bundle.sigma_px(scene)
         bundle = bundle.without_outliers(scene, outlier_sigmas * sigma_px)
-    equations = _Equations.at(bundle, prior, sigma_px, 0.0)
+    equations = _Equations.at(bundle, body, prior, sigma_px, 0.0)
     return Adjusted(bundle.scene(scene), sigma_px, equations.covariance())
 
 
@@ -112,7 +118,7 @@ class _Prior:
         return float(offset @ self.information @ offset)
 
 
-def _cost(bundle: Bundle, prior: _Prior, sigma_px: float) -> float:
+def _cost(bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float) -> float:
     measured = robust_cost(
         bundle.views,
         bundle.photo_idx,
@@ -121,25 +127,30 @@ def _cost(bundle: Bundle, prior: _Prior, sigma_px: float) -> float:
         bundle.points,
         _CAUCHY_SIGMAS * sigma_px,
     )
-    return measured / (_SHARED_ERROR * sigma_px) ** 2 + prior.cost(bundle)
+    of_body = 0.0 if body is None else body.cost(bundle, _SHARED_ERROR)
+    return measured / (_SHARED_ERROR * sigma_px) ** 2 + prior.cost(bundle) + of_body
 
 
-def _descend(bundle: Bundle, prior: _Prior, sigma_px: float, smallest_gain: float) -> Bundle:
+def _descend(
+    bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, smallest_gain: float
+) -> tuple[Bundle, Body | None]:
     """Levenberg-Marquardt until a step gains less than `smallest_gain` of the cost."""
-    damping, cost = 1e-4, _cost(bundle, prior, sigma_px)
+    damping, cost = 1e-4, _cost(bundle, body, prior, sigma_px)
     for _ in range(_ITERATIONS):
         while damping < _LARGEST_DAMPING:
-            trial = _Equations.at(bundle, prior, sigma_px, damping).solved(bundle)
-            tried = _cost(trial, prior, sigma_px)
+            equations = _Equations.at(bundle, body, prior, sigma_px, damping)
+            trial = equations.solved(bundle, body)
+            tried = _cost(*trial, prior, sigma_px)
             if tried <= cost:
                 break
             damping *= 10.0
         else:
-            return bundle
-        gain, bundle, cost, damping = cost - tried, trial, tried, max(damping / 10.0, 1e-9)
+            return bundle, body
+        gain, cost, damping = cost - tried, tried, max(damping / 10.0, 1e-9)
+        bundle, body = trial
         if gain <= smallest_gain * cost:
-            return bundle
-    return bundle
+            break
+    return bundle, body
 
 
 @dataclass(frozen=True)
@@ -153,9 +164,12 @@ class _Equations:
     damping: float
     lens_size: int
     """Unknowns of the lenses, which come last."""
+    of_body: BodyEquations | None
 
     @classmethod
-    def at(cls, bundle: Bundle, prior: _Prior, sigma_px: float, damping: float) -> "_Equations":
+    def at(
+        cls, bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, damping: float
+    ) -> "_Equations":
         size = bundle.unknowns
         normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
         reduce_equations(
@@ -180,10 +194,14 @@ class _Equations:
         right[lens] += prior.information @ prior.offset(bundle)
         diagonal[lens] += np.diag(prior.information)
         normal[np.arange(size), np.arange(size)] += damping * diagonal
-        return cls(normal, right, free, sigma_px, damping, len(prior.packed))
+        of_body = None if body is None else body.equations(bundle, _SHARED_ERROR)
+        if of_body is not None:
+            more, more_right = of_body.of_cameras()
+            normal, right = normal + more, right + more_right
+        return cls(normal, right, free, sigma_px, damping, len(prior.packed), of_body)
 
-    def solved(self, bundle: Bundle) -> Bundle:
-        """The bundle after the step that solves these equations."""
+    def solved(self, bundle: Bundle, body: Body | None) -> tuple[Bundle, Body | None]:
+        """Bundle and body after the step that solves these equations."""
         step = np.zeros(len(self.right))
         scale = 1.0 / np.sqrt(np.diag(self.normal)[self.free])
         scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
@@ -201,7 +219,9 @@ class _Equations:
             step,
             points,
         )
-        return bundle.moved(step, points)
+        if body is not None and self.of_body is not None:
+            body = body.moved(*self.of_body.follow(step))
+        return bundle.moved(step, points), body
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:
         """Of photos and lenses: seven directions of the world's frame carry nothing.

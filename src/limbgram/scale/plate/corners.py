@@ -37,14 +37,16 @@ class SceneCorners:
     points_in_world: Points3
     without_photo: Float64[np.ndarray, "p n 3"]
     """The same points, each time without one of the p photos."""
+    sightings: "Sightings"
+    """Those that were believed, of corners located or not."""
     sigma_px: float
     """Standard deviation of one measured coordinate, from the residuals."""
     set_aside: tuple[SetAside, ...]
 
 
 @dataclass(frozen=True)
-class _Sightings:
-    """Corner point_idx[k] appears in views[view_idx[k]] at xy_px[k]."""
+class Sightings:
+    """Corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
 
     views: tuple[View, ...]
     view_idx: Int32[np.ndarray, " m"]
@@ -52,8 +54,8 @@ class _Sightings:
     xy_px: Points2
     count: int
 
-    def only(self, kept: np.ndarray) -> "_Sightings":
-        return _Sightings(
+    def only(self, kept: np.ndarray) -> "Sightings":
+        return Sightings(
             self.views, self.view_idx[kept], self.point_idx[kept], self.xy_px[kept], self.count
         )
 
@@ -92,17 +94,18 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
         ids=np.flatnonzero(known).astype(np.int32),
         points_in_world=points[known],
         without_photo=replicates[:, known],
+        sightings=trusted,
         sigma_px=_sigma_px(trusted.residuals_px(points)),
         set_aside=doubted,
     )
 
 
-def _sightings(scene: Scene, detections: BoardDetections) -> _Sightings:
+def _sightings(scene: Scene, detections: BoardDetections) -> Sightings:
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
     views = tuple(scene.view(index[photo.name]) for photo in seen)
     lengths = [len(photo.ids) for photo in seen]
-    return _Sightings(
+    return Sightings(
         views,
         np.repeat(np.arange(len(seen), dtype=np.int32), lengths),
         np.concatenate([photo.ids for photo in seen] or [np.zeros(0, np.int32)]),
@@ -111,7 +114,7 @@ def _sightings(scene: Scene, detections: BoardDetections) -> _Sightings:
     )
 
 
-def _consistent(sightings: _Sightings) -> _Sightings:
+def _consistent(sightings: Sightings) -> Sightings:
     """Drop each corner's worst sighting while it is far beyond the usual residual."""
     for _ in range(_ROUNDS):
         residuals = sightings.residuals_px(sightings.points())
@@ -125,7 +128,7 @@ def _consistent(sightings: _Sightings) -> _Sightings:
     return sightings
 
 
-def _check_still(believed: _Sightings, sightings: _Sightings) -> None:
+def _check_still(believed: Sightings, sightings: Sightings) -> None:
     if not len(believed.xy_px):
         return
     sigma_px = _sigma_px(sightings.residuals_px(believed.points()))
@@ -139,8 +142,8 @@ def _check_still(believed: _Sightings, sightings: _Sightings) -> None:
 
 
 def _without_strangers(
-    believed: _Sightings, sightings: _Sightings
-) -> tuple[_Sightings, tuple[SetAside, ...]]:
+    believed: Sightings, sightings: Sightings
+) -> tuple[Sightings, tuple[SetAside, ...]]:
     """Leave out photos in which most corners contradict the other photos."""
     before = np.bincount(sightings.view_idx, minlength=len(sightings.views))
     after = np.bincount(believed.view_idx, minlength=len(sightings.views))
@@ -156,7 +159,7 @@ def _without_strangers(
     return believed.only(~strange[believed.view_idx]), doubted
 
 
-def _leave_one_out(sightings: _Sightings, points: Points3) -> Float64[np.ndarray, "p n 3"]:
+def _leave_one_out(sightings: Sightings, points: Points3) -> Float64[np.ndarray, "p n 3"]:
     """The points without each photo in turn; a point that needs the photo stays where it is."""
     replicates = [
         sightings.only(sightings.view_idx != photo).points()

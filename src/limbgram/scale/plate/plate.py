@@ -8,14 +8,14 @@ and y agree is tested, that both are wrong alike only another length can tell.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Int32
 
 from limbgram.errors import ScaleError
 from limbgram.geometry.arrays import Points3
 from limbgram.geometry.similarity import Similarity, fit_similarity
 from limbgram.mapping.scene import Scene
 from limbgram.photos.photo import SetAside
-from limbgram.scale.plate.corners import locate_corners
+from limbgram.scale.plate.corners import SceneCorners, locate_corners
 from limbgram.scale.plate.lengths import long_lengths
 from limbgram.scale.ruler import Ruler, jackknife_sigma
 from limbgram.targets.detections import BoardDetections
@@ -35,6 +35,9 @@ class Plate:
     """Board frame in millimetres (z into the plate) to the scene's world and unit."""
     outline_mm: Points3
     """Outer corners of the squares in the board frame."""
+    corners: SceneCorners
+    control_ids: Int32[np.ndarray, " c"]
+    """Corners that set the scale: rows of the board's corners."""
     ruler: Ruler
     check_error: float
     """Scale by the checking half over scale by the other half, less one."""
@@ -66,6 +69,8 @@ def find_plate(scene: Scene, detections: BoardDetections) -> Plate:
     return Plate(
         scene_from_board=pose,
         outline_mm=np.array([(0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)], float),
+        corners=located,
+        control_ids=located.ids[flat][control],
         ruler=Ruler(
             units_per_mm=scale,
             relative_sigma=jackknife_sigma(np.array(scales)) / scale,
