@@ -65,9 +65,9 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
     if not limb.sock_mm:
         yield Finding(
             topic="surface",
-            what="No sock was taken off this shape.",
-            remedy="If one was worn in the scan, its thickness is in every radius: see "
-            "`limbgram measure --sock`.",
+            what="No sock is recorded as taken off this shape.",
+            remedy="If one was worn in the scan, its thickness is in every radius, unless an offset "
+            "of the recipe took it off.",
         )
     if limb.mesh.sigma_mm is None:
         yield Finding(

@@ -36,7 +36,7 @@ def banner(tree: Tree) -> str:
     side = tree["side"]
     whose = "No side was given" if side == "none" else f"The patient's {side} side"
     sock = tree["measures"]["sock_taken_off_mm"]
-    worn = f"{sock:g} mm of sock are off" if sock else "no sock was taken off"
+    worn = f"{sock:g} mm of sock are off" if sock else "no sock is recorded as taken off"
     return (
         f"{whose}. All lengths are in millimetres (mm), volumes in millilitres. Aligned: +Z "
         f"proximal, +Y anterior, +X the patient's right, origin distal; {worn}."
