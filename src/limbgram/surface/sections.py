@@ -6,9 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
+from limbgram.errors import OptionsError
 from limbgram.geometry.arrays import Points3, Vector3
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges
+
+LEAST_SPACING_MM = 0.05
+"""Closest that sections are put."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +87,16 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
 
 
 def heights_between(mesh: Mesh, spacing_mm: float) -> Float64[np.ndarray, " k"]:
-    """Multiples of the spacing that lie within the mesh's extent along z."""
+    """Multiples of the spacing that lie within the mesh's extent along z.
+
+    Raises:
+        OptionsError: the spacing is none, or so small that nobody could read the sections.
+    """
+    if not spacing_mm >= LEAST_SPACING_MM:
+        raise OptionsError(
+            f"Sections {spacing_mm:g} mm apart cannot be: take {LEAST_SPACING_MM:g} mm or more "
+            "(10 is usual)."
+        )
     low, high = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
     first, last = np.floor(low / spacing_mm) + 1, np.ceil(high / spacing_mm) - 1
     return spacing_mm * np.arange(first, last + 1)

@@ -54,10 +54,12 @@ def test_the_limb_file_keeps_the_unit_for_the_commands_that_follow(in_metres: st
         ["compare", "other.stl", "--picture", "other.stl"],
         ["measure", "--unaligned", "--tape", "100=200", "--fit", "cone.stl"],
         ["align", "--side", "left", "--axis", "+z", "--anterior", "+y", "--flexion", "nan"],
+        ["export", "--to", "dxf", "--spacing", "-1"],
+        ["export", "--to", "dxf", "--spacing", "nan", "--polyface"],
     ],
     ids=" ".join,
 )
-def test_no_output_takes_the_place_of_a_scan(
+def test_what_cannot_be_is_refused_and_nothing_is_written(
     tmp_path: Path, in_metres: str, arguments: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

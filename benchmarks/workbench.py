@@ -1,0 +1,238 @@
+"""The shape workbench on real shapes: seconds, volume kept by smoothing, sections, exports.
+
+python benchmarks/workbench.py SHAPES [-o benchmarks/results/workbench.md]
+
+SHAPES holds ampscan/, openlimb_TT/, homebrew_socket/ and find_template_foot/. Seconds are those of
+the processor, of all threads together: the wall clock of a busy machine says little.
+"""
+
+import argparse
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from typer.testing import CliRunner
+
+from captures import machine
+from limbgram.cli.main import app
+from limbgram.errors import LimbgramError
+from limbgram.export.workshop import write_limb
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Limb, LimbFrame
+from limbgram.shape.edits.marking.neighbours import roughness_mm
+from limbgram.shape.edits.smoothing import Smoothing, smoothing
+from limbgram.shape.measures import MeasureOptions, measure
+from limbgram.shape.reading import read_limb
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import volume_mm3
+
+PLANES = 240
+SHAPES = {
+    "ampscan/stl_file.stl": 1.0,
+    "ampscan/stl_file_2.stl": 1.0,
+    "ampscan/Example.AOP": 1.0,
+    "ampscan/stl_file.aop": 1.0,
+    "ampscan/stl_file_2.aop": 1.0,
+    "openlimb_TT/Full Size Mean_Limb_Shape.stl": 1.0,
+    "openlimb_TT/Full Size Mean_Skin_Shape.stl": 1.0,
+    "openlimb_TT/Mean_Skin_Shape.stl": 383.0,
+    "openlimb_TT/102m.stl": 383.0,
+    "openlimb_TT/102p.stl": 383.0,
+    "openlimb_TT/1m20.stl": 383.0,
+    "openlimb_TT/1p20.stl": 383.0,
+    "find_template_foot/template.obj": 1000.0,
+    "homebrew_socket/socket.STL": 1.0,
+}
+"""Millimetres in one unit of each file."""
+EDITS = {
+    "relief": ["at=tibial tubercle", "depth_mm=4", "falloff_mm=20"],
+    "build-up": ["at=fibula head", "depth_mm=4", "falloff_mm=20"],
+    "reduction": ["heights_mm=[30,150]", "per_cent=[1,3]", "of=girth"],
+    "offset": ["distance_mm=1"],
+    "smoothing": ["passes=20"],
+    "plane-cut": ["height_mm=200"],
+    "wall": ["thickness_mm=3"],
+    "mirror": ["confirmed_side=left"],
+}
+Rows = list[Sequence[str]]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("shapes", type=Path)
+    parser.add_argument(
+        "-o", "--out", type=Path, default=Path(__file__).parent / "results" / "workbench.md"
+    )
+    stated = parser.parse_args()
+    about = machine()
+    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
+    parts = [
+        "# The shape workbench on real shapes",
+        f"{about['processor']}, {about['cores']} cores, {about['memory_gb']:.0f} GB; "
+        f"{about['system']}; Python {about['python']}; commit {about['commit'][:12]}; {versions}. "
+        "Made by `python benchmarks/workbench.py SHAPES`.",
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        scan = refined(stated.shapes / "ampscan/stl_file.stl", work)
+        parts += [*commands(scan, work), *replays(scan, work)]
+    parts += [*smoothed(stated.shapes), *sections(stated.shapes)]
+    stated.out.write_text("\n\n".join(parts) + "\n")
+
+
+def refined(path: Path, work: Path) -> Path:
+    """A limb of over 200,000 triangles: each edge halved twice, its facets' edges calmed."""
+    fine = trimesh.load_mesh(path).subdivide().subdivide()
+    mesh = Mesh(vertices_mm=np.asarray(fine.vertices), faces=fine.faces.astype(np.int32))
+    limb = smoothing(Limb(mesh=mesh), Smoothing(passes=10, brim_mm=0.0))
+    return write_limb(limb, work / "scan.ply")
+
+
+def commands(scan: Path, work: Path) -> Iterator[str]:
+    """Seconds of every command, and what the exports say of themselves."""
+    triangles = len(read_limb(scan).mesh.faces)
+    low, high = (f(read_limb(scan).mesh.vertices_mm[:, 2]) for f in (np.min, np.max))
+    middle = (low + high) / 2
+    align = ["align", str(scan), "--side", "right", "--kind", "transtibial", "--axis", "+z",
+             "--anterior", "+y", "--landmark", f"tibial tubercle=0,70,{middle}", "--landmark",
+             f"fibula head=60,0,{middle}", "--landmark", f"tibia end=0,20,{low + 15}"]  # fmt: skip
+    rows: Rows = [timed("align", align)[0]]
+    rows.append(timed("measure, 25 levels", ["measure", str(scan)])[0])
+    after = str(work / "reduction.ply")
+    for kind, values in EDITS.items():
+        recipe = str(work / f"{kind}.toml")
+        body("edit", "new", recipe, "--for", str(scan))
+        body("edit", "add", recipe, kind, *values)
+        out = str(work / f"{kind}.ply")
+        rows.append(timed(f"edit: {kind}", ["edit", "apply", str(scan), recipe, "-o", out])[0])
+    rows.append(timed("compare, as is", ["compare", str(scan), after, "--align", "as-is"])[0])
+    rows.append(timed("compare, ICP", ["compare", str(scan), after])[0])
+    learned = str(work / "learned.json")
+    rows.append(timed("template learn", ["template", "learn", str(scan), after, "-o", learned])[0])
+    apply = ["template", "apply", str(scan), learned, "-o", str(work / "applied.ply")]
+    rows.append(timed("template apply", apply)[0])
+    told: dict[str, Any] = {}
+    for kind in ("stl", "ply", "obj", "glb", "dxf", "aop", "gcode"):
+        confirmed = ["--side", "right"] if kind in ("aop", "gcode") else []
+        out = str(work / f"out-{kind}.{kind}")
+        row, told[kind] = timed(
+            f"export: {kind}", ["export", str(scan), "--to", kind, "-o", out, *confirmed]
+        )
+        rows.append(row)
+    rows.append(timed("report", ["report", str(scan), "-o", str(work / "record")])[0])
+    yield f"## Seconds of the processor on {triangles:,} triangles"
+    yield table(("command", "whole command", "in a running process", "exit"), rows)
+    yield "## What the exports cost"
+    yield table(("format", "figure", "value"), list(costs(told)))
+
+
+def costs(told: dict[str, Any]) -> Iterator[Sequence[str]]:
+    wanted = {
+        "aop": ("max_mm", "rms_mm", "volume_change", "girth_change_mm"),
+        "gcode": ("gouge_mm", "scallop_mm", "left_mm", "left_share", "rapid_hits", "minutes"),
+    }
+    for kind, names in wanted.items():
+        yield from ((kind, name, f"{told[kind].get(name, float('nan')):.5g}") for name in names)
+
+
+def timed(name: str, arguments: list[str]) -> tuple[Sequence[str], Any]:
+    """A row of seconds, and the command's reply; it is run three times, the first to warm up."""
+    body(*arguments)
+    start = time.process_time()
+    reply = body(*arguments)
+    warm_s = time.process_time() - start
+    before = os.times()
+    whole = subprocess.run(
+        [sys.executable, "-c", "from limbgram.cli.main import app; app()", *arguments],
+        capture_output=True,
+        check=False,
+    )
+    spent = os.times()
+    whole_s = spent.children_user + spent.children_system
+    whole_s -= before.children_user + before.children_system
+    return (name, f"{whole_s:.2f}", f"{warm_s:.2f}", str(whole.returncode)), reply
+
+
+def body(*arguments: str) -> Any:
+    """The JSON reply of a command in this process."""
+    answer = CliRunner().invoke(app, [*arguments, "--json"])
+    return json.loads(answer.stdout) if answer.stdout else {}
+
+
+def replays(scan: Path, work: Path) -> Iterator[str]:
+    """One recipe of several edits, replayed with one thread and with two."""
+    recipe = str(work / "several.toml")
+    body("edit", "new", recipe, "--for", str(scan))
+    for kind in ("smoothing", "reduction", "relief", "offset"):
+        body("edit", "add", recipe, kind, *EDITS[kind])
+    hashes: Rows = []
+    for run, threads in enumerate(("1", "2", "2")):
+        out = work / f"replayed-{run}.ply"
+        subprocess.run(
+            [sys.executable, "-c", "from limbgram.cli.main import app; app()",
+             "edit", "apply", str(scan), recipe, "-o", str(out)],
+            env={**os.environ, "NUMBA_NUM_THREADS": threads}, capture_output=True, check=True,
+        )  # fmt: skip
+        hashes.append((str(run + 1), threads, hashlib.sha256(out.read_bytes()).hexdigest()))
+    same = len({row[2] for row in hashes}) == 1
+    yield "## Replay of a recipe of four edits"
+    yield f"The files are {'the same, byte by byte' if same else 'DIFFERENT'}."
+    yield table(("run", "threads", "SHA-256 of the result"), hashes)
+
+
+def smoothed(folder: Path) -> Iterator[str]:
+    """Twenty passes of smoothing: the volume they cost, and what they do to the surface."""
+    rows: Rows = []
+    for name, unit in SHAPES.items():
+        limb = read_limb(folder / name, unit)
+        try:
+            calm = smoothing(limb, Smoothing(passes=20))
+        except LimbgramError as error:
+            rows.append((name, "-", "-", str(error).split(". ")[0]))
+            continue
+        change = volume_mm3(calm.mesh) / volume_mm3(limb.mesh) - 1
+        rough = [roughness_mm(one.mesh) for one in (limb, calm)]
+        rows.append((name, f"{change:+.2e}", f"{rough[0]:.4f} to {rough[1]:.4f}", ""))
+    yield "## Twenty passes of smoothing"
+    yield table(("shape", "volume, share", "roughness, mm", "refused"), rows)
+
+
+def sections(folder: Path) -> Iterator[str]:
+    """Planes from just above the lowest point to just below the highest one."""
+    rows: Rows = []
+    for name, unit in SHAPES.items():
+        limb = read_limb(folder / name, unit)
+        low, high = (float(f(limb.mesh.vertices_mm[:, 2])) for f in (np.min, np.max))
+        up = Rigid(np.eye(3), np.array([0.0, 0.0, -low]))
+        limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
+        heights = tuple(np.linspace(0.01, high - low - 0.01, PLANES))
+        start = time.process_time()
+        found = measure(limb, MeasureOptions(heights_mm=heights)).rows
+        spent = time.process_time() - start
+        answers = [row for row in found if row.level is not None]
+        refused = [row.reason for row in found if row.level is None]
+        silent = sum(not reason for reason in refused) + PLANES - len(found)
+        reasons = "; ".join(sorted({reason.split(". ")[0].split(":")[0] for reason in refused}))
+        rows.append((name, str(len(answers)), str(len(refused)), str(silent), f"{spent:.2f}",
+                     reasons[:160]))  # fmt: skip
+    yield f"## {PLANES} planes across each shape's own z"
+    yield table(("shape", "answers", "named errors", "silent gaps", "s", "errors"), rows)
+
+
+def table(heads: Sequence[str], rows: Rows) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+if __name__ == "__main__":
+    main()
