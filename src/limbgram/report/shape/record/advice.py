@@ -55,7 +55,7 @@ def _by_tape(tree: Json) -> Iterator[Finding]:
         yield Finding(
             topic="tape",
             what="No tape reading has been compared with this shape here.",
-            remedy=f"Read by tape before fabrication: {girths} (heights from the {reference}). "
+            remedy=f"Read by tape before fabrication: {girths} (heights count from: {reference}). "
             "More than 1 mm or 1 % apart: find out why first.",
         )
 

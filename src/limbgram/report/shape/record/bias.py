@@ -135,7 +135,7 @@ def _sock(limb: Limb, radius_mm: float) -> Bias:
         typical_mm=None,
         largest_mm=None,
         volume_share=None,
-        basis=f"none recorded: what was worn is in every radius, each 0.1 mm is {tenth}",
+        basis=f"none recorded; each 0.1 mm that was worn adds {tenth}",
     )
 
 

@@ -61,7 +61,7 @@ def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
             (
                 "Volume",
                 f"{_figure(top['volume_below_ml'], 1)} mL",
-                f"below {top['from_reference_mm']:g} mm, from the distal end",
+                f"from the distal end up to {_height(tree, top)}",
             )
         )
     if girths:
@@ -70,7 +70,7 @@ def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
             (
                 "Largest tape girth",
                 f"{_figure(widest['tape_mm'], 1)} mm",
-                f"at {widest['from_reference_mm']:g} mm",
+                f"at {_height(tree, widest)}",
             )
         )
     compared = tree["comparison"]
@@ -98,7 +98,7 @@ def measure_note(tree: Tree) -> str:
     )
     spread = "± is one standard deviation. " if with_sigma else ""
     return (
-        f"Heights count from the {tree['measures']['reference']}. Tape: what a taut tape reads; "
+        f"Heights count from: {tree['measures']['reference']}. Tape: what a taut tape reads; "
         f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
     ).strip()
 
@@ -173,6 +173,13 @@ def file_rows(tree: Tree) -> list[Row]:
 
 def versions(tree: Tree) -> str:
     return "Made by " + ", ".join(f"{name} {what}" for name, what in tree["versions"].items()) + "."
+
+
+def _height(tree: Tree, row: Tree) -> str:
+    """A height, and what it counts from where that is no end of the limb."""
+    reference = tree["measures"]["reference"]
+    counted = "" if reference == "distal end" else f" from {reference}"
+    return f"{row['from_reference_mm']:g} mm{counted}"
 
 
 def _measure_row(row: Tree) -> Row:
