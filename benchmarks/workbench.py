@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +86,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         scan = refined(stated.shapes / "ampscan/stl_file.stl", work)
-        parts += [*commands(scan, work), *replays(scan, work)]
-    parts += [*smoothed(stated.shapes), *sections(stated.shapes)]
-    stated.out.write_text("\n\n".join(parts) + "\n")
+        for part in chain(
+            smoothed(stated.shapes),
+            sections(stated.shapes),
+            replays(scan, work),
+            commands(scan, work),
+        ):
+            parts.append(part)
+            stated.out.write_text("\n\n".join(parts) + "\n")
 
 
 def refined(path: Path, work: Path) -> Path:
@@ -100,12 +106,9 @@ def refined(path: Path, work: Path) -> Path:
 
 def commands(scan: Path, work: Path) -> Iterator[str]:
     """Seconds of every command, and what the exports say of themselves."""
-    triangles = len(read_limb(scan).mesh.faces)
-    low, high = (f(read_limb(scan).mesh.vertices_mm[:, 2]) for f in (np.min, np.max))
-    middle = (low + high) / 2
-    align = ["align", str(scan), "--side", "right", "--kind", "transtibial", "--axis", "+z",
-             "--anterior", "+y", "--landmark", f"tibial tubercle=0,70,{middle}", "--landmark",
-             f"fibula head=60,0,{middle}", "--landmark", f"tibia end=0,20,{low + 15}"]  # fmt: skip
+    mesh = read_limb(scan).mesh
+    triangles = len(mesh.faces)
+    align = aligning(scan, mesh)
     rows: Rows = [timed("align", align)[0]]
     rows.append(timed("measure, 25 levels", ["measure", str(scan)])[0])
     after = str(work / "reduction.ply")
@@ -134,6 +137,22 @@ def commands(scan: Path, work: Path) -> Iterator[str]:
     yield table(("command", "whole command", "in a running process", "exit"), rows)
     yield "## What the exports cost"
     yield table(("format", "figure", "value"), list(costs(told)))
+
+
+def aligning(scan: Path, mesh: Mesh) -> list[str]:
+    """The command that aligns the limb, with three landmarks on its surface."""
+    low, high = (float(f(mesh.vertices_mm[:, 2])) for f in (np.min, np.max))
+    x0, y0 = mesh.vertices_mm[:, :2].mean(0)
+    wanted = {
+        "tibial tubercle": (x0, y0 + 60, (low + high) / 2),
+        "fibula head": (x0 + 50, y0, (low + high) / 2),
+        "tibia end": (x0, y0 + 30, low + 20),
+    }
+    stated = ["align", str(scan), "--side", "right", "--axis", "+z", "--anterior", "+y"]
+    for name, place in wanted.items():
+        x, y, z = mesh.vertices_mm[np.linalg.norm(mesh.vertices_mm - place, axis=1).argmin()]
+        stated += ["--landmark", f"{name}={x},{y},{z}"]
+    return stated
 
 
 def costs(told: dict[str, Any]) -> Iterator[Sequence[str]]:
@@ -171,9 +190,10 @@ def body(*arguments: str) -> Any:
 
 def replays(scan: Path, work: Path) -> Iterator[str]:
     """One recipe of several edits, replayed with one thread and with two."""
+    body(*aligning(scan, read_limb(scan).mesh))
     recipe = str(work / "several.toml")
     body("edit", "new", recipe, "--for", str(scan))
-    for kind in ("smoothing", "reduction", "relief", "offset"):
+    for kind in ("smoothing", "reduction", "relief"):
         body("edit", "add", recipe, kind, *EDITS[kind])
     hashes: Rows = []
     for run, threads in enumerate(("1", "2", "2")):
@@ -185,7 +205,7 @@ def replays(scan: Path, work: Path) -> Iterator[str]:
         )  # fmt: skip
         hashes.append((str(run + 1), threads, hashlib.sha256(out.read_bytes()).hexdigest()))
     same = len({row[2] for row in hashes}) == 1
-    yield "## Replay of a recipe of four edits"
+    yield "## Replay of a recipe of three edits"
     yield f"The files are {'the same, byte by byte' if same else 'DIFFERENT'}."
     yield table(("run", "threads", "SHA-256 of the result"), hashes)
 
