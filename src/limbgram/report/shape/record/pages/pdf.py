@@ -68,8 +68,8 @@ def _tape_boxes(sheet: Sheet, tree: Tree) -> None:
         )
         sheet.text(boxes, points=8)
         sheet.text(
-            f"Heights count from: {tree['measures']['reference']}. More than 1 mm or 1 % apart: find "
-            "out why before anything is made.",
+            f"Heights count from: {tree['measures']['reference']}. More than 1 mm or 1 % apart: "
+            "find out why before anything is made.",
             points=7,
             colour=FAINT,
         )
