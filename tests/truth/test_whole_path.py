@@ -76,10 +76,10 @@ def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:
     page = (folder / "case" / "report.html").read_text("utf-8")
     assert "14 of 14 photos placed" in page
     assert "not a cleared medical device" in page
-    assert page.count("<img") == page.count('src="data:image/png;base64,') == 6
+    assert page.count("<img") == page.count('src="data:image/png;base64,') == 7
     outside = re.sub(r'src="data:[^"]*"', "", page)
     assert not re.search(r"https?:|<script|<link|url\(|@import", outside)
-    assert len(list((folder / "case" / "report").glob("*.png"))) == 6
+    assert len(list((folder / "case" / "report").glob("*.png"))) == 7
 
 
 def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) -> None:

@@ -93,5 +93,5 @@ def test_an_option_of_another_format_is_refused(scan: Path) -> None:
 
 
 def test_the_shape_itself_is_kept(scan: Path) -> None:
-    assert "overwritten" in refused(scan, "--to", "ply", "--out", str(scan))
+    assert "take the place of the shape" in refused(scan, "--to", "ply", "--out", str(scan))
     assert "does not end in" in refused(scan, "--to", "stl", "--out", str(scan.with_name("a.ply")))
