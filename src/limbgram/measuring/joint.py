@@ -15,6 +15,7 @@ from numba import njit, prange
 from limbgram.measuring.sampling import (
     MARGIN_PX,
     SAMPLES,
+    agreeing,
     gram_of,
     interpolate,
     leading_gains,
@@ -55,6 +56,9 @@ def local_gains(
             if used < 2:
                 continue
             gram_of(value, weights, used, gram)
+            used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch)
+            if used == 0:
+                continue
             prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
             for i in range(used):
                 for j in range(used):

@@ -16,8 +16,8 @@ from numba import njit, prange
 from limbgram.measuring.sampling import (
     HALF,
     SAMPLES,
+    agreeing,
     gram_of,
-    leading_gains,
     sample_windows,
     window_weights,
 )
@@ -77,7 +77,8 @@ def measure_patches(
                     report[p, 0] = UNSEEN
                     break
                 gram_of(value, weights, used, gram)
-                if not leading_gains(gram, used, gains, scratch):
+                used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
+                if used == 0:
                     report[p, 0] = UNLIKE
                     break
                 total = 0.0

@@ -15,6 +15,8 @@ SAMPLES = (2 * HALF + 1) ** 2
 """Samples of a window: 9 x 9, one step apart."""
 
 _GAIN_STEPS = 12
+_LEAST_CORRELATION = 0.5
+"""A photo whose window agrees less with what all show there is left out."""
 
 
 @njit(inline="always")
@@ -190,3 +192,39 @@ def leading_gains(gram, used, gains, scratch):
     for i in range(used):
         alike = alike and gains[i] > 0.02
     return alike
+
+
+@njit(fastmath=True, cache=True)
+def agreeing(value, slope, mean, photo_of, used, gram, gains, scratch):
+    """Leave out, one by one, the photos whose window is unlike the others': a highlight, a
+    shadow's edge, something else before the limb.
+
+    Arrays are closed up and `gains` found. Returns the photos that stay; 0 where half of them or
+    more would go, or the last two differ.
+    """
+    seen = used
+    while True:
+        alike = leading_gains(gram, used, gains, scratch)
+        if used < 3:
+            return used if alike else 0
+        energy = 0.0
+        for i in range(used):
+            for j in range(used):
+                energy += gains[i] * gram[i, j] * gains[j]
+        worst, lowest = 0, 2.0
+        for i in range(used):
+            correlation = gains[i] * math.sqrt(energy / max(gram[i, i], 1e-9))
+            if correlation < lowest:
+                worst, lowest = i, correlation
+        if lowest >= _LEAST_CORRELATION:
+            return used if alike else 0
+        used -= 1
+        if 2 * used <= seen:
+            return 0
+        mean[worst], photo_of[worst] = mean[used], photo_of[used]
+        for k in range(SAMPLES):
+            value[worst, k], slope[worst, k] = value[used, k], slope[used, k]
+        for j in range(used):
+            gram[worst, j] = gram[used, j]
+            gram[j, worst] = gram[j, used]
+        gram[worst, worst] = gram[used, used]

@@ -1,7 +1,8 @@
 """The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
 
 Cotangent Laplacian (Pinkall and Polthier 1993); the bending energy acts on the whole surface,
-not on the correction, so that noise does not stay from round to round.
+not on the correction, so that noise does not stay from round to round. Folds are let be: the
+edge of a thin part is no noise.
 """
 
 from dataclasses import dataclass
@@ -15,6 +16,11 @@ from limbgram.measuring.plate.solver import solve
 from limbgram.surface.mesh import Mesh
 
 _LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
+_FOLD = 0.25
+"""Twice the mean curvature times the plate's length from which the surface is a fold."""
+_FOLD_RINGS, _LOOSE_RINGS = 2, 3
+"""Rings over which a fold is averaged, and round rims and fills that have none: nothing there
+tells a fold from an error."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +34,8 @@ class Plate:
     neighbours: sp.csr_matrix
     """(n, n) 1 where two vertices share an edge."""
     is_boundary: np.ndarray
+    fold: Float64[np.ndarray, " n"]
+    """Twice the mean curvature, 1/mm, averaged over rings: folds stay, noise cancels out."""
 
 
 def plate_of(mesh: Mesh) -> Plate:
@@ -52,12 +60,33 @@ def plate_of(mesh: Mesh) -> Plate:
         (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), (count, count)
     )
     laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
+    laplacian, neighbours = sp.csr_matrix(laplacian), _pattern(graph)
+    is_boundary = _on_boundary(faces, count)
+    loose = is_boundary if mesh.filled is None else is_boundary | mesh.filled
+    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
     return Plate(
-        laplacian=sp.csr_matrix(laplacian),
+        laplacian=laplacian,
         area_mm2=area,
-        neighbours=_pattern(graph),
-        is_boundary=_on_boundary(faces, count),
+        neighbours=neighbours,
+        is_boundary=is_boundary,
+        fold=_fold(bend, area, neighbours, loose),
     )
+
+
+def _fold(
+    bend: Float64[np.ndarray, " n"],
+    area: Float64[np.ndarray, " n"],
+    neighbours: sp.csr_matrix,
+    loose: np.ndarray,
+) -> Float64[np.ndarray, " n"]:
+    """Mean of the curvature over rings, by area; 0 near what is `loose`."""
+    ring = neighbours + sp.eye(len(bend))
+    total, mass, near = bend * area, area, loose.astype(np.float64)
+    for _ in range(_FOLD_RINGS):
+        total, mass = ring @ total, ring @ mass
+    for _ in range(_LOOSE_RINGS):
+        near = ring @ near
+    return np.where(near > 0, 0.0, total / mass)
 
 
 def settle(
@@ -80,7 +109,7 @@ def settle(
     weights = data.diagonal()
     bending = bending_of(plate, weights, length_mm)
     system = (data + bending @ plate.laplacian).tocsr()
-    force = bending @ curvature_of(mesh, plate)
+    force = bending @ curvature_of(mesh, plate, length_mm)
     return solve(system, right - force, right / np.maximum(weights, 1e-12))
 
 
@@ -91,9 +120,13 @@ def bending_of(plate: Plate, weights: Float64[np.ndarray, " n"], length_mm: floa
     return sp.csr_matrix(plate.laplacian.T @ sp.diags(stiffness))
 
 
-def curvature_of(mesh: Mesh, plate: Plate) -> Float64[np.ndarray, " n"]:
-    """Twice the mean curvature along the normal, 1/mm; negative where the surface is convex."""
-    return np.einsum("ij,ij->i", mesh.vertex_normals(), plate.laplacian @ mesh.vertices_mm)
+def curvature_of(mesh: Mesh, plate: Plate, length_mm: float) -> Float64[np.ndarray, " n"]:
+    """Twice the mean curvature along the normal that a plate of this length would take off, 1/mm.
+
+    Negative where the surface is convex; next to nothing in folds.
+    """
+    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), plate.laplacian @ mesh.vertices_mm)
+    return bend / (1 + (plate.fold * length_mm / _FOLD) ** 4)
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:

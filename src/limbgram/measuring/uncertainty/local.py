@@ -60,7 +60,7 @@ def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalEr
     weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
 
     noise = _noise(mesh, equations, system, pool, weak)
-    taken = _solved(system, bending @ curvature_of(mesh, plate))
+    taken = _solved(system, bending @ curvature_of(mesh, plate, length_mm))
     seen = (taken - _solved(system, soft @ taken)) ** 2
     detail = pool.energy(seen, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * weak
