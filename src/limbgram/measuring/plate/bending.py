@@ -16,6 +16,8 @@ from limbgram.measuring.plate.solver import solve
 from limbgram.surface.mesh import Mesh
 
 _LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
+_RIM_WEIGHT = 8.0
+"""How strongly a rim vertex moves with its neighbours, in weights of a usual vertex."""
 _FOLD = 0.25
 """Twice the mean curvature times the plate's length from which the surface is a fold."""
 _FOLD_RINGS, _LOOSE_RINGS = 2, 3
@@ -100,7 +102,8 @@ def settle(
 
     Minimises x'(data)x - 2 right'x + stiffness * area * (curvature after the move)^2, where
     stiffness = length^4 * (typical data weight per area): over distances shorter than
-    `length_mm` the plate rules, over longer ones the data.
+    `length_mm` the plate rules, over longer ones the data. A rim, which has no bending of its
+    own, moves as its neighbours do.
 
     Args:
         data: (n, n) normal matrix of the measurements, 1/mm^2.
@@ -108,9 +111,19 @@ def settle(
     """
     weights = data.diagonal()
     bending = bending_of(plate, weights, length_mm)
-    system = (data + bending @ plate.laplacian).tocsr()
+    system = (data + bending @ plate.laplacian + _rim(plate, weights)).tocsr()
     force = bending @ curvature_of(mesh, plate, length_mm)
     return solve(system, right - force, right / np.maximum(weights, 1e-12))
+
+
+def _rim(plate: Plate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) what draws the moves of rim vertices to the mean of their neighbours'."""
+    rim = np.flatnonzero(plate.is_boundary)
+    beside = plate.neighbours[rim]
+    mean = sp.diags(1 / np.asarray(beside.sum(1)).ravel()) @ beside
+    own = sp.csr_matrix((np.ones(len(rim)), (np.arange(len(rim)), rim)), beside.shape)
+    apart = sp.csr_matrix(own - mean)
+    return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (apart.T @ apart))
 
 
 def bending_of(plate: Plate, weights: Float64[np.ndarray, " n"], length_mm: float) -> sp.csr_matrix:
