@@ -13,7 +13,7 @@ from limbgram.geometry.arrays import Vector3
 from limbgram.geometry.rigid import Rigid
 from limbgram.synthetic.rendering.shading import Light
 
-_LAMP_IN_WORLD = np.array([900.0, -700.0, 1900.0])
+LAMP_IN_WORLD = np.array([900.0, -700.0, 1900.0])
 _FLASH_IN_CAMERA = np.array([0.0, -90.0, 0.0])
 _STEP_ASIDE_MM = 25.0
 _SRGB = np.arange(256) / 255
@@ -58,7 +58,7 @@ def shadow_edge(lighting: Lighting, middle_in_world: Vector3, seed: int, photo_i
     if lighting.shadow is Shadow.NONE:
         return np.zeros(3)
     rng = np.random.default_rng((seed, 11))
-    ray = middle_in_world - _LAMP_IN_WORLD
+    ray = middle_in_world - LAMP_IN_WORLD
     across = np.cross(ray, [0.0, 0.0, 1.0])
     across /= np.linalg.norm(across)
     lean = np.radians(rng.uniform(-20, 20))
@@ -78,7 +78,7 @@ def light_of(
     """The light as a camera sees it; a white page that faces the flash at `flash_mm` has 0.8."""
     return Light(
         up=camera_from_world.rotation[:, 2].copy(),
-        lamp=camera_from_world.apply(_LAMP_IN_WORLD),
+        lamp=camera_from_world.apply(LAMP_IN_WORLD),
         flash=_FLASH_IN_CAMERA,
         edge=camera_from_world.rotation @ edge_in_world,
         ambient=float(lighting.ambient),
