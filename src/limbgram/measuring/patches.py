@@ -45,7 +45,7 @@ def measure_patches(
     step_mm   (n,) sample distance
     state     (n, 3) start values, mm and slopes; changed in place
     Returns (n, 5) float32: outcome, formal sigma of d (mm), noise (grey levels), mean
-    correlation, photos used.
+    correlation (less for photos left out), photos used.
     """
     count, most = seen_by.shape
     report = np.zeros((count, 5), np.float32)
@@ -77,6 +77,7 @@ def measure_patches(
                     report[p, 0] = UNSEEN
                     break
                 gram_of(value, weights, used, gram)
+                seen = used
                 used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
                 if used == 0:
                     report[p, 0] = UNLIKE
@@ -98,7 +99,8 @@ def measure_patches(
                     break
                 report[p, 1] = math.sqrt(noise2 / effective * cofactor)
                 report[p, 2] = math.sqrt(noise2)
-                report[p, 3] = (energy / total * used - 1) / (used - 1)
+                alike = (energy / total * used - 1) / (used - 1)
+                report[p, 3] = alike * used / seen
                 report[p, 4] = used
                 report[p, 0] = MEASURED
                 if turn == rounds:
