@@ -1,20 +1,14 @@
-"""The command `limbgram`: one file a command; each parses, calls one function, replies."""
+"""The command `limbgram`: one file a command; each parses, calls one function, replies.
+
+A command's file is imported when it is called, so the list of commands comes at once.
+"""
+
+from importlib import import_module
+from typing import Any, cast
 
 import typer
-
-from limbgram.cli.calibrate import calibrate_command
-from limbgram.cli.demo import demo_command
-from limbgram.cli.make_capture import make_capture_command
-from limbgram.cli.quality.accuracy import accuracy_command
-from limbgram.cli.quality.warm_up import warm_up_command
-from limbgram.cli.reconstruct import reconstruct_command
-from limbgram.cli.workbench.align import align_command
-from limbgram.cli.workbench.compare import compare_command
-from limbgram.cli.workbench.edit import edit_app
-from limbgram.cli.workbench.export import export_command
-from limbgram.cli.workbench.measure import measure_command
-from limbgram.cli.workbench.report import report_command
-from limbgram.cli.workbench.template import template_app
+from typer.core import TyperGroup
+from typer.main import get_command
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -36,24 +30,108 @@ No photos at hand? `limbgram demo` makes some and goes all the way.
 - **130**: stopped by Ctrl-C; the same command continues
 """
 
-app = typer.Typer(
-    name="limbgram",
-    help=_HELP,
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_show_locals=False,
-    rich_markup_mode="markdown",
-)
-app.command("reconstruct")(reconstruct_command)
-app.command("accuracy")(accuracy_command)
-app.command("calibrate")(calibrate_command)
-app.command("demo")(demo_command)
-app.command("make-capture")(make_capture_command)
-app.command("warm-up")(warm_up_command)
-app.command("align")(align_command)
-app.command("measure")(measure_command)
-app.command("compare")(compare_command)
-app.command("export")(export_command)
-app.command("report")(report_command)
-app.add_typer(edit_app, name="edit")
-app.add_typer(template_app, name="template")
+COMMANDS = {
+    "reconstruct": (
+        "reconstruct:reconstruct_command",
+        "Make the surface of a limb, in millimetres, from photos taken round it.",
+    ),
+    "accuracy": (
+        "quality.accuracy:accuracy_command",
+        "Say how accurate a finished case is: one page, a PDF of two pages, and JSON.",
+    ),
+    "calibrate": (
+        "calibrate:calibrate_command",
+        "Find the lens of a camera from photos of a flat board at different angles.",
+    ),
+    "demo": (
+        "demo:demo_command",
+        "Photograph a synthetic limb, calibrate, reconstruct, and compare with the truth.",
+    ),
+    "make-capture": (
+        "make_capture:make_capture_command",
+        "Make photos of a synthetic painted limb, calibration photos, and the exact truth.",
+    ),
+    "warm-up": (
+        "quality.warm_up:warm_up_command",
+        "Compile the fast parts once, so that the first capture does not wait for it.",
+    ),
+    "align": (
+        "workbench.align:align_command",
+        "Give a shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal.",
+    ),
+    "measure": (
+        "workbench.measure:measure_command",
+        "Measure a shape by level: girth as a taut tape and along the contour, widths, area, "
+        "volume.",
+    ),
+    "compare": (
+        "workbench.compare:compare_command",
+        "Compare shapes: where they differ, by how much, and whether it matters for the fit.",
+    ),
+    "export": (
+        "workbench.export:export_command",
+        "Write a shape for other programs and machines, in millimetres, and read the file back.",
+    ),
+    "report": (
+        "workbench.report:report_command",
+        "Write the record of a shape: one page, a PDF of two sheets, and JSON.",
+    ),
+    "edit": (
+        "workbench.edit:edit_app",
+        "Adjust a shape by a recipe: a readable file with an ordered list of edits.",
+    ),
+    "template": (
+        "workbench.template:template_app",
+        "Keep a rectification as a template and apply it to other limbs.",
+    ),
+}
+"""Module and name of each command, and the first line of its help."""
+
+
+class Commands(TyperGroup):
+    """All commands by name and line; the one that is called comes out of its file."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, command, rest = super().resolve_command(ctx, args)
+        return name, command if name is None else loaded(name), rest
+
+
+def loaded(name: str) -> Any:
+    """A command with its options, out of its file."""
+    module, _, attribute = COMMANDS[name][0].partition(":")
+    made = getattr(import_module(f"limbgram.cli.{module}"), attribute)
+    around = _group(TyperGroup)
+    if isinstance(made, typer.Typer):
+        around.add_typer(made, name=name)
+    else:
+        around.command(name)(made)
+    return cast(TyperGroup, get_command(around)).commands[name]
+
+
+def _group(kind: type[TyperGroup]) -> typer.Typer:
+    group = typer.Typer(
+        name="limbgram",
+        cls=kind,
+        help=_HELP,
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_show_locals=False,
+        rich_markup_mode="markdown",
+    )
+    group.callback()(_nothing)
+    return group
+
+
+def _listed() -> typer.Typer:
+    """The commands by name and line alone."""
+    group = _group(Commands)
+    for name, (_, line) in COMMANDS.items():
+        group.command(name, help=line)(_nothing)
+    return group
+
+
+def _nothing() -> None:
+    """Stands where typer wants a function."""
+
+
+app = _listed()

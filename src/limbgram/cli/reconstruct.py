@@ -1,6 +1,7 @@
 """`limbgram reconstruct`: photos to a surface in millimetres, in a case folder."""
 
 import json
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,7 +10,7 @@ import typer
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job
-from limbgram.cases.supervision import Supervision
+from limbgram.cases.supervision import JobBug, Supervision
 from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_distances
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
@@ -93,9 +94,17 @@ def pipeline_options(surface: SurfaceMethod, box: str | None) -> PipelineOptions
 
 
 def run_job(job: Job, as_json: bool) -> Any:
-    """Do a job in its own process, showing its progress; returns its summary."""
-    with display(as_json) as shown:
-        return json.loads(Supervision(job, shown.show).wait().read_text("utf-8"))
+    """Do a job in its own process, showing its progress; returns its summary.
+
+    Raises:
+        Exit: a bug of ours ended the job; its traceback is shown.
+    """
+    try:
+        with display(as_json) as shown:
+            return json.loads(Supervision(job, shown.show).wait().read_text("utf-8"))
+    except JobBug as bug:
+        sys.stderr.write(f"{bug}\nThis is a bug of limbgram. Please report the lines above.\n")
+        raise typer.Exit(1) from bug
 
 
 def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...]:

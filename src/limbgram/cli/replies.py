@@ -11,7 +11,6 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from limbgram.cases.supervision import JobBug
 from limbgram.errors import Cancelled, LimbgramError
 
 P = ParamSpec("P")
@@ -45,9 +44,6 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             stopped = Cancelled("Stopped. Run the same command again to continue.")
             _refuse(stopped, as_json)
             raise typer.Exit(stopped.exit_code) from None
-        except JobBug as bug:
-            sys.stderr.write(f"{bug}\nThis is a bug of limbgram. Please report the lines above.\n")
-            raise typer.Exit(1) from bug
         if as_json:
             sys.stdout.write(json.dumps(reply.content, indent=1, allow_nan=False) + "\n")
             return
