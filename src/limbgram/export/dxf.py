@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from ezdxf.lldxf.tagger import ascii_tags_loader
 
 from limbgram.export.writing import require, require_same_triangles, target, write_file
 from limbgram.scale.metric import Scale
@@ -99,6 +98,8 @@ class _Drawing:
 
 def _read(path: Path) -> _Drawing:
     """Entities by group code; numbers of a kind are gathered first and shaped afterwards."""
+    from ezdxf.lldxf.tagger import ascii_tags_loader  # takes longer than all else here to import
+
     face_values: list[str] = []
     vertex_values: list[list[str]] = []
     values: list[str] | None = None

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from datetime import date
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
 
 import typer
 
@@ -12,17 +12,15 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.stating import UnitOfAll, require_output, shape_of
 from limbgram.errors import OptionsError
 from limbgram.export.writing import require, write_file
-from limbgram.report.drawings.drawing import Drawing
-from limbgram.report.pictures import png
-from limbgram.report.shape.course import course
-from limbgram.report.shape.differences import difference_pictures
 from limbgram.shape.comparing import (
     CompareOptions,
+    Comparison,
     RegistrationOptions,
     compare,
 )
 from limbgram.shape.comparing.following import (
     FollowOptions,
+    Series,
     Visit,
     follow,
     repeats,
@@ -33,6 +31,9 @@ from limbgram.shape.comparing.telling.lines import (
     series_lines,
 )
 from limbgram.shape.comparing.telling.trees import comparison_tree, repeats_tree, series_tree
+
+if TYPE_CHECKING:
+    from limbgram.report.drawings.drawing import Drawing
 
 
 class WayName(StrEnum):
@@ -98,15 +99,17 @@ def compare_command(
         series = follow(
             visits, FollowOptions(compare=options, assumed_volume_share=repeatability / 100)
         )
-        written = None if picture is None else write_picture(course(series), picture)
+        written = None if picture is None else write_picture(_course(series), picture)
         return _reply(series_lines(series), series_tree(series), written)
     comparison = compare(limbs[0], limbs[1], options)
-    written = None if picture is None else write_picture(difference_pictures(comparison), picture)
+    written = None if picture is None else write_picture(_differences(comparison), picture)
     return _reply(comparison_lines(comparison), comparison_tree(comparison), written)
 
 
-def write_picture(drawing: Drawing, path: Path) -> Path:
+def write_picture(drawing: "Drawing", path: Path) -> Path:
     """Write a drawing as PNG."""
+    from limbgram.report.pictures import png
+
     content = png(drawing.figure).tobytes()
 
     def encode(stream: BinaryIO) -> None:
@@ -116,6 +119,19 @@ def write_picture(drawing: Drawing, path: Path) -> Path:
         require(written.read_bytes() == content, f"{path.name}: other bytes")
 
     return write_file(path, encode, check)
+
+
+def _course(series: Series) -> "Drawing":
+    """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
+    from limbgram.report.shape.course import course
+
+    return course(series)
+
+
+def _differences(comparison: Comparison) -> "Drawing":
+    from limbgram.report.shape.differences import difference_pictures
+
+    return difference_pictures(comparison)
 
 
 def _reply(lines: tuple[str, ...], content: dict[str, Any], written: Path | None) -> Reply:

@@ -19,8 +19,6 @@ from limbgram.export.workshop import (
 )
 from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.export.writing import require, write_file
-from limbgram.report.pictures import png
-from limbgram.report.shape.mirrorcheck import mirror_check
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.surface.mesh import Mesh
 
@@ -151,7 +149,10 @@ def _axes(limb: Limb) -> str:
 
 
 def _picture(path: Path, mesh: Mesh, landmarks: tuple[Landmark, ...], side: Side) -> Path:
-    """Draw the mirror check beside the file."""
+    """Draw the mirror check beside the file; most formats need nothing that draws."""
+    from limbgram.report.pictures import png
+    from limbgram.report.shape.mirrorcheck import mirror_check
+
     drawing = mirror_check(mesh, landmarks, side, path.name)
     content = png(drawing.figure)
 

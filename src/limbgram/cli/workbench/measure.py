@@ -23,8 +23,6 @@ from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
 from limbgram.geometry.rigid import Rigid
-from limbgram.report.drawings.sections import sections_drawing
-from limbgram.report.pictures import png
 from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.measures import (
     Figure,
@@ -129,10 +127,18 @@ def _write(
     if table is not None:
         written.append(_write_bytes(table, csv_text(measures).encode()))
     if picture is not None:
-        written.append(_write_bytes(picture, png(sections_drawing(measures).figure).tobytes()))
+        written.append(_write_bytes(picture, _picture(measures)))
     if fit is not None and fitted is not None:
         written.append(write_limb(fitted.limb, fit))
     return written
+
+
+def _picture(measures: Measures) -> bytes:
+    """Drawn only where asked: what draws takes longer to import than a shape to measure."""
+    from limbgram.report.drawings.sections import sections_drawing
+    from limbgram.report.pictures import png
+
+    return png(sections_drawing(measures).figure).tobytes()
 
 
 def _write_bytes(path: Path, content: bytes) -> Path:

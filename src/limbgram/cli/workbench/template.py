@@ -20,7 +20,6 @@ from limbgram.cli.workbench.stating import (
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
-from limbgram.report.shape.rectification import unrolled
 from limbgram.shape.comparing import RegistrationOptions
 from limbgram.shape.templates import (
     LearnOptions,
@@ -136,7 +135,11 @@ def show_command(
     """Say what a template does and where."""
     require_output(picture, ".png", "a picture")
     known = read_template(template)
-    written = [] if picture is None else [write_picture(unrolled(known), picture)]
+    written: list[Path] = []
+    if picture is not None:
+        from limbgram.report.shape.rectification import unrolled
+
+        written = [write_picture(unrolled(known), picture)]
     return Reply(
         (*_lines(known), *(f"Written: {path}" for path in written)),
         {**_tree(known), "written": [str(path) for path in written]},

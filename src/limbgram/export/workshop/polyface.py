@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-from ezdxf.lldxf.tagger import ascii_tags_loader
 from jaxtyping import Float64
 
 from limbgram.export.dxf import encoded_tags, opening_tags, polyline_tags
@@ -111,6 +110,8 @@ class _Drawing:
 
 def _read(path: Path) -> _Drawing:
     """Polylines by their flag: vertices and faces of meshes, points of sections."""
+    from ezdxf.lldxf.tagger import ascii_tags_loader  # takes longer than all else here to import
+
     triangles: list[np.ndarray] = []
     polylines: list[np.ndarray] = []
     is_mesh = False
