@@ -8,7 +8,7 @@ import typer
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.run import Run
-from limbgram.synthetic import CaptureOptions, make_capture
+from limbgram.synthetic import CaptureOptions, make_capture, scattered_spots
 
 
 @answered
@@ -21,6 +21,9 @@ def make_capture_command(
     coverage: Annotated[
         float, typer.Option(help="Share of the sock that paint hides; 0 is a plain sock.")
     ] = 0.55,
+    marks: Annotated[
+        int, typer.Option(min=0, max=12, help="Round magenta marks painted at known places.")
+    ] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
@@ -31,6 +34,7 @@ def make_capture_command(
         height_px=round(width * 2 / 3),
         seed=seed,
         coverage=coverage,
+        spots=scattered_spots(marks),
     )
     with display(as_json) as shown:
         capture = Run(listener=shown.listen)(make_capture, folder, options)

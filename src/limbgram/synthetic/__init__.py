@@ -10,11 +10,13 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind
 from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.props.spots import MAGENTA, PaintedSpot, places_mm, scattered_spots
 from limbgram.synthetic.rendering.lighting import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
 
 __all__ = [
     "CALIBRATION_BOARD",
+    "MAGENTA",
     "SCALE_BOARD",
     "SMALL",
     "Capture",
@@ -23,11 +25,14 @@ __all__ = [
     "Lighting",
     "LimbKind",
     "Paint",
+    "PaintedSpot",
     "PrintedBoard",
     "Shadow",
     "SurfacePoints",
     "Truth",
     "make_capture",
+    "places_mm",
+    "scattered_spots",
     "stage_truth",
     "surface_points",
 ]

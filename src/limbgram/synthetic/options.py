@@ -7,6 +7,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind
 from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.props.spots import PaintedSpot
 from limbgram.synthetic.rendering.lighting import Lighting
 
 
@@ -20,6 +21,8 @@ class CaptureOptions:
     paint: Paint = Paint.DABS
     coverage: float = 0.55
     """Share of the sock that paint hides."""
+    spots: tuple[PaintedSpot, ...] = ()
+    """Marks of one plain colour over the paint; their places stand in the truth's notes."""
     lighting: Lighting = field(default_factory=Lighting)
     """Light on the limb; the calibration board has the usual one."""
     fin_mm: float = 0.0
@@ -54,6 +57,11 @@ class CaptureOptions:
         _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")
         _require(0 <= self.coverage <= 0.9, "paint covers 0 to 0.9 of the sock")
         _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
+        _require(
+            all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)
+            and all(2 <= one.diameter_mm <= 30 for one in self.spots),
+            "spots lie 0 to 1 round and 0.05 to 0.95 up the limb, 2 to 30 mm wide",
+        )
         _require(500 <= self.distance_mm <= 2500, "the room allows 500 to 2500 mm of distance")
         _require(min(self.noise, self.blur_px, self.shake_px) >= 0, "noise and blur are 0 or more")
         _require(0.3 <= self.mesh_step_mm <= 3.0, "the truth's edges have 0.3 to 3 mm")

@@ -15,6 +15,7 @@ from limbgram.geometry.camera import View
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
 from limbgram.synthetic.props.limb import Limb
+from limbgram.synthetic.props.spots import places_mm
 from limbgram.synthetic.truth import Truth
 
 _RIM_MM = 6.0
@@ -131,6 +132,14 @@ def _notes(
         "shape_seed": options.seed,
         "paint": options.paint.value,
         "paint_coverage": options.coverage,
+        "spots": [
+            {
+                "place_mm": place.tolist(),
+                "colour": list(spot.colour),
+                "diameter_mm": spot.diameter_mm,
+            }
+            for spot, place in zip(options.spots, places_mm(limb, options.spots), strict=True)
+        ],
         "turntable": False,
         "object_height_mm": limb.height_mm,
         "z_bottom_mm": limb.base_mm,

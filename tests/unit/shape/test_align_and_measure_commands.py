@@ -82,7 +82,7 @@ def test_what_is_mistyped_is_said(scan: Path, words: list[str], told: str) -> No
 
 
 def test_the_names_of_a_kind_are_listed() -> None:
-    answer = run("align", "none.stl", "--names", "--kind", "torso", "--json")
+    answer = run("align", "--names", "--kind", "torso", "--json")
     assert [row["name"] for row in json.loads(answer.stdout)["torso"]][:1] == [
         "seventh cervical vertebra"
     ]

@@ -9,7 +9,6 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.stating import (
-    ShapeArgument,
     UnitOption,
     asks_for_marks,
     direction,
@@ -17,14 +16,13 @@ from limbgram.cli.workbench.stating import (
     pair_of,
     shape_of,
 )
+from limbgram.cli.workbench.stating.marks import marks_seen
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb_file
 from limbgram.shape.frame import (
     NAMES,
     AlignOptions,
-    Mark,
     align,
-    find_marks,
     frame_of,
     with_landmarks,
 )
@@ -52,7 +50,10 @@ class KindName(StrEnum):
 
 @answered
 def align_command(
-    shape: ShapeArgument,
+    shape: Annotated[
+        Path | None,
+        typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.", show_default=False),
+    ] = None,
     side: Annotated[
         SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
     ] = None,
@@ -85,6 +86,21 @@ def align_command(
     marks: Annotated[
         bool, typer.Option("--marks", help="Only list the painted marks that are seen.")
     ] = False,
+    photos: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CASE",
+            help="Look for painted marks in the photos of the case that made the shape.",
+            show_default="in the shape's own colours",
+        ),
+    ] = None,
+    colour: Annotated[
+        str | None,
+        typer.Option(
+            help="Colour of the painted marks: magenta, or red,green,blue from 0 to 255.",
+            show_default="any that the sock's paint does not have",
+        ),
+    ] = None,
     names: Annotated[
         bool, typer.Option("--names", help="Only list the landmark names of --kind.")
     ] = False,
@@ -97,11 +113,19 @@ def align_command(
     """
     if names:
         return _names(kind)
+    if shape is None:
+        raise OptionsError("Name the shape to align: an STL, PLY, OBJ, GLB or AOP file.")
     read = shape_of(shape, unit)
     limb = read.limb
-    seen = find_marks(limb.mesh) if marks or asks_for_marks(landmark or []) else ()
-    if marks:
-        return _marks(seen)
+    wanted = marks or asks_for_marks(landmark or [])
+    if not wanted and (photos is not None or colour is not None):
+        raise OptionsError(
+            "--photos and --colour are for painted marks. List these with --marks, or take one by "
+            'its number with --landmark "fibula head=#2".'
+        )
+    seen = marks_seen(limb, photos, colour) if wanted else None
+    if marks and seen is not None:
+        return seen.reply
     if side is None:
         raise OptionsError("The side is never guessed. Say --side left, --side right or none.")
     options = AlignOptions(
@@ -113,7 +137,10 @@ def align_command(
         plumb=None if plumb is None else pair_of(plumb, "--plumb"),
         flexion_deg=flexion,
     )
-    aligned = align(with_landmarks(limb, landmarks_of(landmark or [], seen)), options)
+    aligned = align(
+        with_landmarks(limb, landmarks_of(landmark or [], () if seen is None else seen.places_mm)),
+        options,
+    )
     return _kept(aligned, shape, read)
 
 
@@ -162,24 +189,3 @@ def _names(kind: KindName | None) -> Reply:
         for name, rows in chosen.items()
     }
     return Reply(tuple(lines), content)
-
-
-def _marks(seen: tuple[Mark, ...]) -> Reply:
-    lines = [
-        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {tuple(map(int, mark.colour))}, at "
-        + ",".join(f"{value:.1f}" for value in mark.position_mm)
-        for number, mark in enumerate(seen, 1)
-    ]
-    content = [
-        {
-            "number": number,
-            "position_mm": mark.position_mm.tolist(),
-            "colour": mark.colour.tolist(),
-            "diameter_mm": mark.diameter_mm,
-        }
-        for number, mark in enumerate(seen, 1)
-    ]
-    return Reply(
-        tuple(lines) or ("No painted mark is seen: none is round, of one strong colour and size.",),
-        {"marks": content},
-    )

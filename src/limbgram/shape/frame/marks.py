@@ -4,7 +4,8 @@ In      a mesh whose vertices carry the colours of the photos.
 Out     Marks, the plainest first: places on the surface, in the mesh's frame.
 Method  vertices of strong colour join with neighbours of nearly the same hue to patches; a patch of
         the size of a mark, round, and unlike what lies round it, is a mark.
-Fails   MeasureError: the mesh has no colours.
+        Dabs of a painted sock pass as well: there, say the marks' colour, or use shape.painted.
+Fails   MeasureError: the mesh has no colours, or too many spots pass.
 """
 
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ from limbgram.surface.topology import find_edges
 class MarkOptions:
     """What passes as a mark."""
 
+    colour: tuple[int, int, int] | None = None
+    """sRGB of the marks; None: any strong colour."""
     least_chroma: float = 60.0
     """Largest minus smallest of red, green and blue, 0 to 255."""
     same_hue_deg: float = 25.0
@@ -33,6 +36,8 @@ class MarkOptions:
     """Diameter of the circle of the same area."""
     roundest_stretch: float = 2.0
     """Largest reach from the middle, as a multiple of that circle's radius."""
+    most: int = 40
+    """More spots than this are no marks but a painted sock."""
 
 
 DEFAULTS = MarkOptions()
@@ -54,7 +59,7 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
     """Round spots of one strong colour, by falling strength of their colour.
 
     Raises:
-        MeasureError: the mesh has no colours.
+        MeasureError: the mesh has no colours, or too many spots pass.
     """
     if mesh.colours is None:
         raise MeasureError(
@@ -63,6 +68,10 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
         )
     chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
     coloured = chroma >= options.least_chroma
+    if options.colour is not None:
+        wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
+        turn = np.abs(np.angle(np.exp(1j * (hue_rad - wanted))))
+        coloured &= turn < np.radians(options.same_hue_deg)
     labels = _patches(mesh, coloured, hue_rad, np.radians(options.same_hue_deg))
     areas = _vertex_areas_mm2(mesh)
     sizes = np.bincount(labels, areas * coloured)
@@ -87,6 +96,12 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
                 diameter_mm=float(diameters[patch]),
                 strength=float(colour.max() - colour.min()),
             )
+        )
+    if len(found) > options.most:
+        raise MeasureError(
+            f"{len(found)} spots on this shape pass as marks: the sock itself is painted. Say the "
+            "colour of the marks with --colour, such as --colour magenta, or have them looked for "
+            "in the photos with --photos CASE."
         )
     return tuple(sorted(found, key=lambda mark: -mark.strength))
 

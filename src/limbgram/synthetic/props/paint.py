@@ -1,11 +1,12 @@
 """Paint: the limb's white sock and the fabric paint dabbed on it, as a texture of its chart.
 
-In      a Limb, how much of it is painted, a seed and the size of a texel.
+In      a Limb, how much of it is painted, marks of one plain colour, a seed, a texel's size.
 Out     a texture (rows, columns, 4): sRGB and gloss.
 Method  dabs of 0.4 to 8 mm, as much area in every octave, laid on in space and not in the
-        chart, so that the pole is painted like the rest; large ones first.
+        chart, so that the pole is painted like the rest; large ones first, marks last.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -16,6 +17,7 @@ from numba import njit
 from limbgram.geometry.arrays import Points3
 from limbgram.run import in_parallel
 from limbgram.synthetic.props.limb import Limb
+from limbgram.synthetic.props.spots import PaintedSpot, chart_place
 
 _SMALLEST_MM, _LARGEST_MM = 0.4, 8.0
 _HARMONICS = 3
@@ -62,7 +64,12 @@ class _Dabs:
 
 
 def bake(
-    limb: Limb, paint: Paint, coverage: float, seed: int, texel_mm: float
+    limb: Limb,
+    paint: Paint,
+    coverage: float,
+    seed: int,
+    texel_mm: float,
+    spots: Sequence[PaintedSpot] = (),
 ) -> UInt8[np.ndarray, "rows columns 4"]:
     """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart."""
     grid = limb.grid_mm
@@ -71,7 +78,7 @@ def bake(
     rows, columns = (grid.shape[0] - 1) * fine + 1, (grid.shape[1] - 1) * fine + 1
     texture = np.empty((rows, columns, 4), np.uint8)
     count = _dab_count(limb, coverage) if paint is Paint.DABS else 0
-    dabs = _scatter(limb, count, np.random.default_rng((seed, 2)))
+    dabs = _with_spots(_scatter(limb, count, np.random.default_rng((seed, 2))), limb, spots)
     seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
 
     def lay_on(start: int) -> None:
@@ -134,6 +141,29 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
         np.column_stack([radius, rng.uniform(_LEAST_STRETCH, 1.0, count), edge])[order],
         np.column_stack([colour, rng.uniform(0.8, 1.0, count)])[order],
     )
+
+
+def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[PaintedSpot]) -> _Dabs:
+    """The dabs and, laid on after them, round opaque spots."""
+    for spot in spots:
+        row, column = chart_place(limb, spot)
+        grid = limb.grid_mm.astype(np.float64)
+        across = grid[row, column + 1] - grid[row, column - 1 if column else -2]
+        along = grid[row + 1, column] - grid[row - 1, column]
+        normal = np.cross(across, along)
+        normal /= np.linalg.norm(normal)
+        first = across / np.linalg.norm(across)
+        rows_per_mm = 2 * 1.4 / np.linalg.norm(along)
+        frame = np.stack([first, np.cross(normal, first), normal])
+        shape = np.array([spot.diameter_mm / 2, 1.0, *np.zeros(2 * _HARMONICS)])
+        dabs = _Dabs(
+            np.concatenate([dabs.chart, np.array([[column, row, rows_per_mm]])]),
+            np.concatenate([dabs.centre_mm, grid[row, column][None]]),
+            np.concatenate([dabs.frame, frame[None]]),
+            np.concatenate([dabs.shape, shape[None]]),
+            np.concatenate([dabs.colour, np.array([[*spot.colour, 1.0]])]),
+        )
+    return dabs
 
 
 @njit(cache=True, nogil=True)

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from limbgram.errors import MeasureError, OptionsError
-from limbgram.shape.frame import NAMES, find_marks, landmark, with_landmarks
+from limbgram.shape.frame import NAMES, MarkOptions, find_marks, landmark, with_landmarks
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
 
@@ -60,6 +60,18 @@ def test_marks_of_two_colours_that_touch_stay_two() -> None:
     beside = 60 * np.array([np.cos(0.2), 0, np.sin(0.2)])
     marks = find_marks(painted([(np.array([60.0, 0, 0]), RED, 11), (beside, GREEN, 11)]))
     assert len(marks) == 2
+
+
+def test_a_given_colour_leaves_the_others_out() -> None:
+    mesh = painted([(PLACES[0], RED, 12), (PLACES[1], GREEN, 10), (PLACES[2], RED, 14)])
+    (mark,) = find_marks(mesh, MarkOptions(colour=(0, 160, 40)))
+    assert np.linalg.norm(mark.position_mm - PLACES[1]) < 0.5
+
+
+def test_a_painted_sock_is_told_from_marks_on_it() -> None:
+    mesh = painted([(PLACES[0], RED, 12), (PLACES[1], GREEN, 10), (PLACES[2], RED, 14)])
+    with pytest.raises(MeasureError, match="3 spots on this shape pass as marks"):
+        find_marks(mesh, MarkOptions(most=2))
 
 
 def test_a_shape_without_colours_shows_no_marks() -> None:

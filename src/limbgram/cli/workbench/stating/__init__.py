@@ -12,6 +12,7 @@ from limbgram.cli.workbench.stating.shapes import (
 )
 from limbgram.cli.workbench.stating.typed import (
     asks_for_marks,
+    colour_of,
     direction,
     landmarks_of,
     pair_of,
@@ -25,6 +26,7 @@ __all__ = [
     "UnitOfAll",
     "UnitOption",
     "asks_for_marks",
+    "colour_of",
     "direction",
     "landmarks_of",
     "pair_of",

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from PIL import ImageColor
 
 from limbgram.errors import OptionsError
 from limbgram.geometry.arrays import Vector3
-from limbgram.shape.frame import Mark
 from limbgram.shape.limb import Landmark
 from limbgram.shape.measures import TapeReading
 
@@ -32,9 +32,25 @@ def direction(text: str | None, option: str) -> Vector3 | None:
     return np.array(numbers)
 
 
-def landmarks_of(texts: Sequence[str], marks: Sequence[Mark]) -> tuple[Landmark, ...]:
+def landmarks_of(texts: Sequence[str], marks: Sequence[Vector3]) -> tuple[Landmark, ...]:
     """Landmarks as NAME=X,Y,Z in mm, or NAME=#2 for the second mark that was seen."""
     return tuple(_landmark(text, marks) for text in texts)
+
+
+def colour_of(text: str | None) -> tuple[int, int, int] | None:
+    """A colour by its English name, as #e614c8, or as 230,20,200."""
+    if text is None:
+        return None
+    numbers = _numbers(text, 3)
+    if numbers is not None and all(0 <= value <= 255 for value in numbers):
+        return int(numbers[0]), int(numbers[1]), int(numbers[2])
+    try:
+        return ImageColor.getrgb(text)[:3]
+    except ValueError as error:
+        raise OptionsError(
+            f"{text!r} is no colour. Write a name such as magenta, or its red, green and blue from "
+            "0 to 255, such as 230,20,200."
+        ) from error
 
 
 def asks_for_marks(texts: Sequence[str]) -> bool:
@@ -78,17 +94,16 @@ def reading_of(text: str) -> TapeReading:
     return TapeReading(height_mm=_number(height), girth_mm=_number(girth))
 
 
-def _landmark(text: str, marks: Sequence[Mark]) -> Landmark:
+def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
     name, _, place = text.rpartition("=")
     name = name.strip()
     if place.startswith("#") and name:
         number = int(place[1:]) if place[1:].isdigit() else 0
         if not 1 <= number <= len(marks):
             raise OptionsError(
-                f"{text!r} names no mark: {len(marks)} were seen on the shape. List them by "
-                "--marks."
+                f"{text!r} names no mark: {len(marks)} were seen. List them by --marks."
             )
-        return Landmark(name=name, position_mm=marks[number - 1].position_mm)
+        return Landmark(name=name, position_mm=marks[number - 1])
     numbers = _numbers(place, 3)
     if not name or numbers is None:
         raise OptionsError(
