@@ -15,12 +15,13 @@ import numpy as np
 from jaxtyping import Float32, Int64, UInt8
 
 from limbgram.features.keypoints import Features, Keypoints
+from limbgram.features.sift import MEGABYTES, sift
 from limbgram.geometry.arrays import GreyImage, Mask
 from limbgram.photos import Photo, PhotoSet, load_luma, load_mask
 from limbgram.run import in_parallel, worker_count
 
-_MEGABYTES_A_MEGAPIXEL = 230
-"""Working memory of OpenCV's SIFT, measured: two float pyramids of the doubled image."""
+_BYTES_A_PIXEL = 5
+"""Of a photo in flight: decoded, reduced, its mask."""
 _CELLS = 32
 """Cells along the longer side, for spreading keypoints."""
 _SURPLUS = 1.5
@@ -37,7 +38,7 @@ class FeatureOptions:
     """SIFT's contrast threshold, as OpenCV counts it (divided by the layers of an octave)."""
     max_megapixels: float = 6.0
     """Larger photos are reduced to this size for detection; correlation sees all their pixels."""
-    memory_mb: float = 1200.0
+    memory_mb: float = 600.0
     """Working memory for photos in flight; one photo is always in flight."""
 
 
@@ -47,7 +48,7 @@ DEFAULTS = FeatureOptions()
 def detect(photos: PhotoSet, options: FeatureOptions = DEFAULTS) -> Features:
     """SIFT keypoints of each photo, largest first, in the sensor's pixels."""
     largest = max((p.width_px * p.height_px / 1e6 for p in photos.photos), default=1.0)
-    each_mb = _MEGABYTES_A_MEGAPIXEL * min(largest, options.max_megapixels)
+    each_mb = MEGABYTES + _BYTES_A_PIXEL * largest
     workers = int(np.clip(options.memory_mb / each_mb, 1, worker_count()))
 
     def detect_in(photo: Photo) -> Keypoints:
@@ -61,20 +62,17 @@ def find_keypoints(
 ) -> Keypoints:
     """SIFT keypoints of one picture, largest first."""
     small = _reduced(luma, options.max_megapixels)
-    sift = cv2.SIFT.create(
-        nfeatures=int(options.max_keypoints * _SURPLUS),
-        contrastThreshold=options.contrast,
-        enable_precise_upscale=True,
+    found = sift(
+        small,
+        _reduced_mask(mask, small.shape),
+        options.contrast,
+        int(options.max_keypoints * _SURPLUS),
     )
-    found, descriptors = sift.detectAndCompute(small, _reduced_mask(mask, small.shape))
-    if not found:
-        return _keypoints(np.zeros((0, 4), np.float32), np.zeros((0, 128), np.float32))
-    rows = np.array([(*k.pt, k.size / 2, k.angle) for k in found], np.float32)
-    strength = np.array([k.response for k in found], np.float32)
+    rows, strength = found.rows[:, :4], found.rows[:, 4]
     kept = _spread(rows[:, :2], strength, max(small.shape), options.max_keypoints)
     kept = kept[np.lexsort((rows[kept, 1], rows[kept, 0], -rows[kept, 2]))]
     enlarged = _to_full_size(rows[kept], small.shape, luma.shape)
-    return _keypoints(enlarged, descriptors[kept])
+    return _keypoints(enlarged, found.descriptors[kept])
 
 
 def root_sift(descriptors: Float32[np.ndarray, "n 128"]) -> UInt8[np.ndarray, "n 128"]:
@@ -104,14 +102,11 @@ def _reduced(luma: GreyImage, max_megapixels: float) -> GreyImage:
     return cv2.resize(luma, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
 
-def _reduced_mask(mask: Mask | None, shape: Sequence[int]) -> UInt8[np.ndarray, "h w"] | None:
-    if mask is None:
-        return None
-    whole = mask.astype(np.uint8) * 255
-    if mask.shape == tuple(shape):
-        return whole
+def _reduced_mask(mask: Mask | None, shape: Sequence[int]) -> Mask | None:
+    if mask is None or mask.shape == tuple(shape):
+        return mask
     size = (shape[1], shape[0])
-    return cv2.resize(whole, size, interpolation=cv2.INTER_NEAREST).astype(np.uint8, copy=False)
+    return cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
 
 
 def _to_full_size(
