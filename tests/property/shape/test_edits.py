@@ -12,7 +12,7 @@ from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline
 from limbgram.shape.edits.ends.brim import Extension, Flare
 from limbgram.shape.edits.ends.distal import DistalEnd
 from limbgram.shape.edits.percent import Increase, Reduction
-from limbgram.shape.edits.presets import Liner, SockPly
+from limbgram.shape.edits.presets import Liner, Sock, SockPly
 from limbgram.shape.edits.regional import BuildUp, Relief
 from limbgram.shape.edits.smoothing import Smoothing
 from limbgram.shape.edits.solids.making import Fill, Mirror, Offset, Wall
@@ -101,6 +101,7 @@ EDIT = st.one_of(
     st.builds(Reduction, per_cent=per_cent, **levels),
     st.builds(Increase, per_cent=per_cent, **levels),
     st.builds(Liner, name=names, share=st.floats(0, 1)),
+    st.builds(Sock, thickness_mm=st.floats(0.1, 5)),
     st.builds(SockPly, plies=st.floats(-5, 5)),
     st.builds(Offset, distance_mm=st.floats(-3, 3)),
     st.builds(Smoothing, passes=st.integers(1, 6), leave=st.tuples(places)),

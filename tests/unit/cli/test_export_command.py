@@ -58,6 +58,7 @@ def test_aop_and_its_mirror_check(scan: Path) -> None:
     content = exported(scan, "--to", "aop", "--side", "left", "--spokes", "120", "--line-end", "cr")
     read = read_limb(Path(str(content["written"])))
     assert read.mesh.vertices_mm[:, 0].max() == pytest.approx(34, abs=0.01)
+    assert content["written"] == str(scan.with_suffix(".aop"))
     assert content["unit"] == "mm"
     assert content["side"] == "left"
     assert b"\n" not in Path(str(content["written"])).read_bytes()

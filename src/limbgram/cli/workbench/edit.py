@@ -46,7 +46,7 @@ the same bytes each time. Every edit reports volume, girths and displacement.
 
 1. `limbgram edit new first.toml --for scan.ply`
 2. `limbgram edit add first.toml relief at="patellar tendon" depth_mm=5 falloff_mm=18`
-3. `limbgram edit add first.toml reduction heights_mm=[30,200] per_cent=[0,4] of=girth`
+3. `limbgram edit add first.toml reduction "heights_mm=[30,200]" "per_cent=[0,4]" of=girth`
 4. `limbgram edit apply scan.ply first.toml -o rectified.ply`
 
 Change your mind by `undo`, `move`, `off`, `on` and `remove`, or in any text editor. `kinds` lists
@@ -113,7 +113,10 @@ def add_command(
     recipe: RecipeFile,
     kind: Annotated[str, typer.Argument(help="Name of the edit; `edit kinds` lists them.")],
     parameters: Annotated[
-        list[str] | None, typer.Argument(help="name=value, values as in TOML; lists in brackets.")
+        list[str] | None,
+        typer.Argument(
+            help='name=value, values as in TOML; lists in brackets and quotes: "per_cent=[3,0]".'
+        ),
     ] = None,
     number: Annotated[
         int | None, typer.Option("--as", help="Its number; without it the last.")

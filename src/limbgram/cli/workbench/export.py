@@ -95,7 +95,8 @@ def export_command(
     shape: ShapeArgument,
     to: Annotated[FormatName, typer.Option(help="Kind of file.")],
     out: Annotated[
-        Path | None, typer.Option("-o", "--out", help="File to write; else SHAPE-aop.aop or so.")
+        Path | None,
+        typer.Option("-o", "--out", help="File to write.", show_default="SHAPE.aop or so"),
     ] = None,
     side: Annotated[
         SideName | None,
@@ -169,7 +170,7 @@ def export_command(
     _refuse_others(to, "dxf", given(polyface=polyface or None))
     _refuse_others(to, "aop gcode", given(to_mm=to_mm))
     _refuse_others(to, "aop dxf", given(spacing=spacing))
-    path = out or shape.with_name(f"{shape.stem}-{to.value}.{to.value}")
+    path = out or _default_path(shape, to)
     if path.suffix.lower() != f".{to.value}" and to is not FormatName.GCODE:
         raise OptionsError(f"{path.name} does not end in .{to.value}: programs go by the ending.")
     require_apart(path, shape)
@@ -188,6 +189,12 @@ def export_command(
         case _:
             reply = mesh_reply(in_limb_frame(limb), path)
     return drawn(reply, limb)
+
+
+def _default_path(shape: Path, to: FormatName) -> Path:
+    """Beside the shape under its name; kinds that get a limb file of their own need another one."""
+    with_limb_file = to in (FormatName.STL, FormatName.PLY, FormatName.OBJ, FormatName.GLB)
+    return shape.with_name(f"{shape.stem}{'-export' if with_limb_file else ''}.{to.value}")
 
 
 def _aop(values: dict[str, Any], spacing: float | None, to_mm: float | None) -> AopOptions:

@@ -152,7 +152,6 @@ def _write_bytes(path: Path, content: bytes) -> Path:
 
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:
-    sock = measures.limb.sock_mm
     return [
         *(f"Note: {note}." for note in limb.notes),
         *(
@@ -161,7 +160,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
             else []
         ),
         f"Heights in mm from {measures.reference or 'the distal end'}; lengths in mm. "
-        + (f"{sock:g} mm of sock are off." if sock else "No sock was taken off."),
+        + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
         *(
@@ -177,6 +176,15 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),
     ]
+
+
+def _sock_line(before_mm: float, after_mm: float) -> str:
+    if not after_mm:
+        return "No sock was taken off."
+    if after_mm == before_mm:
+        return f"{before_mm:g} mm of sock were off this shape already; nothing more was taken off."
+    had = f", {before_mm:g} mm of them before" if before_mm else ""
+    return f"{after_mm:g} mm of sock are off{had}."
 
 
 def _row_line(row: Row) -> str:

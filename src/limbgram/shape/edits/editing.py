@@ -10,7 +10,7 @@ from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline, plane_cut,
 from limbgram.shape.edits.ends.brim import Extension, Flare, extension, flare
 from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
 from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction
-from limbgram.shape.edits.presets import Liner, SockPly, liner, sock_ply
+from limbgram.shape.edits.presets import Liner, Sock, SockPly, liner, sock, sock_ply
 from limbgram.shape.edits.regional import BuildUp, Relief, build_up, relief
 from limbgram.shape.edits.smoothing import Smoothing, smoothing
 from limbgram.shape.edits.solids.making import (
@@ -26,7 +26,8 @@ from limbgram.shape.edits.solids.making import (
 from limbgram.shape.limb import Limb
 
 Edit = (
-    BuildUp
+    Sock
+    | BuildUp
     | Relief
     | Reduction
     | Increase
@@ -60,6 +61,8 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
     match edit:
+        case Sock():
+            return sock(limb, edit)
         case BuildUp():
             return build_up(limb, edit)
         case Relief():

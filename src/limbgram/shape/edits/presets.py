@@ -1,4 +1,4 @@
-"""Presets: reductions that have been published for liners, and the sock ply.
+"""Presets: the sock of the scan, reductions that have been published for liners, and the sock ply.
 
 Liners      P. Jasken, J. Hall, J Prosthet Orthot 30(3), 2018, 140-144, as the makers state them.
             Ossur Iceross Original: 3-5 % of girth proximally, tapering to 0 % distally.
@@ -6,16 +6,18 @@ Liners      P. Jasken, J. Hall, J Prosthet Orthot 30(3), 2018, 140-144, as the m
 Sock ply    one ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res Dev 49(4), 2012.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from limbgram.errors import EditError
-from limbgram.shape.edits.marking.places import height_mm, in_limb_frame
+from limbgram.shape.edits.marking.places import displaced, height_mm, in_limb_frame
+from limbgram.shape.edits.offset import offset
 from limbgram.shape.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
 from limbgram.shape.limb import Limb
 
 LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
 PLY_VOLUME_PER_CENT = 1.1
+THICKEST_SOCK_MM = 20.0
 _MOST_PLIES = 20
 
 
@@ -60,6 +62,34 @@ class SockPly:
     """Make the shape larger by sock plies of 1.1 % of volume each, or smaller by negative ones."""
 
     plies: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sock:
+    """Take the sock that was worn in the scan off the surface, once; the limb file remembers it."""
+
+    thickness_mm: float = 0.3
+    """As worn: about 0.3 for a nylon sheath, 2.3 for a thick terry sock."""
+
+
+def sock(limb: Limb, edit: Sock) -> Limb:
+    """Move the surface inwards by the sock.
+
+    Raises:
+        EditError: a thickness that no sock has, a sock is off already, or the surface would fold.
+    """
+    if not 0 < edit.thickness_mm <= THICKEST_SOCK_MM:
+        raise EditError(
+            f"A sock of {edit.thickness_mm:g} mm cannot be. Give its thickness as worn: about 0.3 "
+            "mm for a nylon sheath, 2.3 mm for a thick terry sock."
+        )
+    if limb.sock_mm:
+        raise EditError(
+            f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
+            "twice. Leave this edit out, or start from the scan."
+        )
+    bare = displaced(limb, offset(limb.mesh, -edit.thickness_mm).vertices_mm)
+    return replace(bare, sock_mm=edit.thickness_mm)
 
 
 def liner(limb: Limb, edit: Liner) -> Limb:

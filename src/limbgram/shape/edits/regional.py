@@ -35,14 +35,14 @@ class BuildUp:
     """Move the surface outwards round a place, or over a drawn region."""
 
     depth_mm: float
-    """At the deepest point, exactly."""
+    """How far the surface rises, at the highest point, exactly."""
     falloff_mm: float
-    """Width over which the depth fades to nothing, over the surface: outwards from `flat_mm`
+    """Width over which the rise fades to nothing, over the surface: outwards from `flat_mm`
     round a place, inwards from the curve of a region."""
     at: Place | None = None
     """The place: a landmark's name or x, y, z."""
     flat_mm: float = 0.0
-    """Radius of full depth round the place."""
+    """Radius of the full rise round the place."""
     within: tuple[Place, ...] = ()
     """The region: points in order round it, on the surface; `at` or this."""
     positions_in: FrameName = "limb"
@@ -54,7 +54,7 @@ class Relief:
     """Move the surface inwards round a place, or over a drawn region."""
 
     depth_mm: float
-    """At the deepest point, exactly."""
+    """How far the surface sinks, at the deepest point, exactly."""
     falloff_mm: float
     """Width over which the depth fades to nothing, over the surface: outwards from `flat_mm`
     round a place, inwards from the curve of a region."""

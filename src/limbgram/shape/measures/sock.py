@@ -6,10 +6,9 @@ import numpy as np
 
 from limbgram.errors import OptionsError
 from limbgram.shape.edits.offset import offset
+from limbgram.shape.edits.presets import THICKEST_SOCK_MM
 from limbgram.shape.limb import Limb
 from limbgram.surface.closest import TriangleTree
-
-_THICKEST_MM = 20.0
 
 
 def without_sock(limb: Limb, sock_mm: float) -> Limb:
@@ -21,7 +20,7 @@ def without_sock(limb: Limb, sock_mm: float) -> Limb:
         OptionsError: a thickness that no sock has, or less than was taken off already.
         EditError: the surface would cut through itself.
     """
-    if not 0 <= sock_mm <= _THICKEST_MM:
+    if not 0 <= sock_mm <= THICKEST_SOCK_MM:
         raise OptionsError(
             f"A sock of {sock_mm:g} mm cannot be. Give its thickness as worn, in millimetres: "
             "about 0.3 for a nylon sheath, 2.3 for a thick terry sock."

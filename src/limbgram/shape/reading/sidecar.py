@@ -67,7 +67,7 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
 
 
 def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | None:
-    """What the limb file says; None if there is none.
+    """What the limb file says; None if there is none, or if it is that of a file beside.
 
     Raises:
         ShapeFileError: it belongs to another mesh, or cannot be understood.
@@ -83,6 +83,9 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | Non
         owner = cast(dict[str, Any], tree["mesh"])
         if owner["sha256"] == mesh_hash:
             return _record(tree)
+        other = str(owner.get("file"))
+        if other != mesh_path.name and (mesh_path.parent / Path(other).name).is_file():
+            return None
     except OSError as error:
         raise ShapeFileError(f"{path.name} cannot be read: {error.strerror or error}.") from error
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

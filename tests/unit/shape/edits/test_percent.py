@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction
-from limbgram.shape.edits.presets import Liner, SockPly, liner, sock_ply
+from limbgram.shape.edits.presets import Liner, Sock, SockPly, liner, sock, sock_ply
 from limbgram.shape.limb import Limb
 from limbgram.surface.topology import volume_mm3
 
@@ -39,6 +39,22 @@ def test_volume_changes_by_its_per_cent(limb: Limb) -> None:
     assert volume_mm3(more.mesh) / volume_mm3(limb.mesh) == pytest.approx(1.07, rel=1e-9)
     less = reduction(limb, Reduction(heights_mm=(0,), per_cent=(7,), of="girth"))
     assert volume_mm3(less.mesh) / volume_mm3(limb.mesh) == pytest.approx(0.93**2, rel=1e-9)
+
+
+def test_the_sock_comes_off_once_and_is_remembered(limb: Limb) -> None:
+    bare = sock(limb, Sock(thickness_mm=2.0))
+    heights, radii = radii_mm(bare)
+    tube = heights > 50
+    np.testing.assert_allclose(radii[tube], 40 - 2 / math.cos(math.pi / 72), rtol=1e-5)
+    assert bare.sock_mm == 2.0
+    with pytest.raises(EditError, match="2 mm of sock are off this surface already"):
+        sock(bare, Sock(thickness_mm=0.3))
+
+
+@pytest.mark.parametrize("thickness_mm", [0.0, -0.3, 25.0, math.nan])
+def test_no_sock_is_that_thick(limb: Limb, thickness_mm: float) -> None:
+    with pytest.raises(EditError, match="cannot be"):
+        sock(limb, Sock(thickness_mm=thickness_mm))
 
 
 def test_plies_and_liners_follow_what_is_published(limb: Limb) -> None:

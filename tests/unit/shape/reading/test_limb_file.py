@@ -51,6 +51,16 @@ def test_that_of_another_mesh_is_refused(tmp_path: Path, limb: Limb) -> None:
     assert read_limb(path).frame is None
 
 
+def test_that_of_a_file_beside_is_left_to_it(tmp_path: Path, limb: Limb) -> None:
+    write_limb(limb, tmp_path / "scan.ply")
+    other = tmp_path / "scan.stl"
+    trimesh.creation.box((90.0, 90.0, 210.0)).export(other)
+    assert read_limb(other).frame is None
+    (tmp_path / "scan.ply").unlink()
+    with pytest.raises(ShapeFileError, match="belongs to another shape"):
+        read_limb(other)
+
+
 def test_it_is_not_written_for_a_surface_that_the_file_does_not_hold(
     tmp_path: Path, limb: Limb
 ) -> None:

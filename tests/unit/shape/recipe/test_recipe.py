@@ -132,5 +132,5 @@ def test_a_recipe_for_another_scan_is_refused() -> None:
 
 
 def test_every_kind_of_edit_has_a_name_for_people() -> None:
-    assert {"build-up", "relief", "plane-cut", "sock-ply", "mirror"} <= set(EDITS)
-    assert len(EDITS) == len(set(EDITS.values())) == 16
+    assert {"build-up", "relief", "plane-cut", "sock", "sock-ply", "mirror"} <= set(EDITS)
+    assert len(EDITS) == len(set(EDITS.values())) == 17
