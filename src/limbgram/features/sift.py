@@ -6,6 +6,7 @@ from the whole picture. Large ones are found in the picture reduced to a quarter
 """
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import cv2
@@ -76,7 +77,7 @@ def _spans(length: int) -> list[tuple[int, int]]:
     """Even parts; they begin where OpenCV's halved pictures have a pixel."""
     count = -(-length // TILE_PX)
     ends = [round(k * length / count / _REDUCTION) * _REDUCTION for k in range(count)] + [length]
-    return list(zip(ends[:-1], ends[1:]))
+    return list(pairwise(ends))
 
 
 def _large(picture: GreyImage, mask: Mask | None, contrast: float, most: int) -> Found:

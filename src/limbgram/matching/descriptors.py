@@ -7,7 +7,8 @@ no matrix of distances is ever stored. As fast as the product alone by OpenBLAS 
 0.3 CPU s), whose threads would compete with ours.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numba as nb
 import numpy as np
@@ -17,6 +18,9 @@ _COLUMNS = 64
 _PART = 16
 _FARTHEST = -1.0
 """Product of opposite descriptors."""
+_SECTOR_DEG = 20
+_SECTORS_BESIDE = 2
+"""Sectors on either side that are compared too: directions may be 40 degrees off, or more."""
 
 
 def comparable(descriptors: UInt8[np.ndarray, "n 128"]) -> Float32[np.ndarray, "n 128"]:
@@ -51,12 +55,44 @@ class ScaleBand:
             axis=1,
         )
 
+    def among(self, rows: Int64[np.ndarray, " r"], columns: Int64[np.ndarray, " c"]) -> "ScaleBand":
+        """The same for some of the keypoints, in their order."""
+        return replace(
+            self,
+            first_scale_px=self.first_scale_px[rows],
+            second_scale_px=self.second_scale_px[columns],
+        )
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Which keypoints are comparable: those whose direction turns about as the pair does.
+
+    Of the true matches of rendered and real photos 0.1 % lie more than 45 degrees off.
+    """
+
+    first_angle_deg: Float32[np.ndarray, " n"]
+    second_angle_deg: Float32[np.ndarray, " m"]
+    pair_deg: float
+    """How far the second photo is turned against the first."""
+
+    def groups(self) -> Iterator[tuple[Int64[np.ndarray, " r"], Int64[np.ndarray, " c"]]]:
+        """Rows and columns that are compared with each other; every column comes once."""
+        count = 360 // _SECTOR_DEG
+        first = (self.first_angle_deg // _SECTOR_DEG).astype(np.int64) % count
+        upright = np.mod(self.second_angle_deg - self.pair_deg, 360)
+        second = (upright // _SECTOR_DEG).astype(np.int64) % count
+        for sector in range(count):
+            off = (first - sector + _SECTORS_BESIDE) % count
+            yield np.flatnonzero(off <= 2 * _SECTORS_BESIDE), np.flatnonzero(second == sector)
+
 
 def match_descriptors(
     first: Float32[np.ndarray, "n d"],
     second: Float32[np.ndarray, "m d"],
     max_ratio: float,
     band: ScaleBand | None = None,
+    turn: Turn | None = None,
 ) -> Int32[np.ndarray, "k 2"]:
     """Indices of mutual best matches that pass the ratio test, in order of the first.
 
@@ -65,27 +101,31 @@ def match_descriptors(
         second: those of the other photo.
         max_ratio: largest accepted ratio of the best to the second best distance.
         band: leaves out keypoints of very different scale.
+        turn: leaves out keypoints that turn otherwise.
     """
     if len(first) < 2 or len(second) < 2:
         return np.zeros((0, 2), np.int32)
-    starts = np.arange(0, len(second), _COLUMNS)
-    everything = np.stack([np.zeros_like(starts), np.full_like(starts, len(first))], axis=1)
-    nearest = np.zeros(len(first), np.int32)
+    nearest = np.full(len(first), -1, np.int64)
     row_bests = np.full((len(first), 2), _FARTHEST, np.float32)
-    best_row = np.full(len(second), -1, np.int32)
-    _bests(
-        np.ascontiguousarray(first),
-        np.ascontiguousarray(second),
-        everything if band is None else band.rows(starts),
-        nearest,
-        row_bests,
-        best_row,
-    )
+    best_row = np.full(len(second), -1, np.int64)
+    everything = [(np.arange(len(first)), np.arange(len(second)))]
+    for rows, columns in everything if turn is None else turn.groups():
+        starts = np.arange(0, len(columns), _COLUMNS)
+        if band is None:
+            compared = np.stack([np.zeros_like(starts), np.full_like(starts, len(rows))], axis=1)
+        else:
+            compared = band.among(rows, columns).rows(starts)
+        bests, column, row = row_bests[rows], np.full(len(rows), -1), np.full(len(columns), -1)
+        _bests(first[rows], second[columns], compared, column, bests, row)
+        better, met = column >= 0, row >= 0
+        row_bests[rows] = bests
+        nearest[rows[better]] = columns[column[better]]
+        best_row[columns[met]] = rows[row[met]]
     squares = np.maximum(2 - 2 * row_bests, 0)
     clear = squares[:, 0] < max_ratio**2 * squares[:, 1]
     mutual = best_row[nearest] == np.arange(len(first))
-    rows = np.flatnonzero(clear & mutual).astype(np.int32)
-    return np.stack([rows, nearest[rows]], axis=1)
+    found = np.flatnonzero(clear & mutual & (nearest >= 0))
+    return np.stack([found, nearest[found]], axis=1).astype(np.int32)
 
 
 @nb.njit(cache=True, nogil=True)

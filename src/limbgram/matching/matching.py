@@ -16,7 +16,7 @@ from jaxtyping import Float32
 
 from limbgram.errors import MatchingError
 from limbgram.features import Features, Keypoints
-from limbgram.matching.descriptors import ScaleBand, comparable, match_descriptors
+from limbgram.matching.descriptors import ScaleBand, Turn, comparable, match_descriptors
 from limbgram.matching.matches import Matches, PairMatches
 from limbgram.matching.pyramid import Pyramid, build_pyramid
 from limbgram.matching.selection import Candidate, SelectionOptions, select_pairs, turning_alike
@@ -103,7 +103,8 @@ def _match_pair(
     pair: Candidate, first: _Prepared, second: _Prepared, options: MatchingOptions
 ) -> _Matched:
     band = _scale_band(pair, first.keypoints, second.keypoints, options.max_scale_change)
-    found = match_descriptors(first.descriptors, second.descriptors, options.max_ratio, band)
+    turn = _turn(pair, first.keypoints, second.keypoints)
+    found = match_descriptors(first.descriptors, second.descriptors, options.max_ratio, band, turn)
     windows = correlate(
         first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, options.windows
     )
@@ -128,6 +129,12 @@ def _scale_band(
         return ScaleBand(first.scale_px, second.scale_px, 1 / factor, factor)
     usual = pair.scale_change
     return ScaleBand(first.scale_px, second.scale_px, usual / max_change, usual * max_change)
+
+
+def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> Turn | None:
+    if pair.turn_deg is None:
+        return None
+    return Turn(first.angle_deg, second.angle_deg, pair.turn_deg)
 
 
 def _photos_in_memory(photos: PhotoSet, features: Features, memory_mb: float) -> int:

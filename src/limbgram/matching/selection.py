@@ -21,7 +21,9 @@ _DIRECTIONS = 48
 _SECTORS = 18
 """Sectors of turning angle; three neighbouring ones count together."""
 _FEWEST_FOR_CHANGE = 8
-"""Agreeing matches from which their change of scale is believed."""
+"""Agreeing matches from which their change of scale is believed,"""
+_SHARE_FOR_TURN = 0.5
+"""and share of all matches from which their turn is: a few agree by chance."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +51,8 @@ class Candidate:
     score: int
     scale_change: float | None
     """None where too few coarse matches tell."""
+    turn_deg: float | None
+    """How far the second photo is turned; None where the coarse matches do not agree."""
 
 
 def select_pairs(features: Features, options: SelectionOptions) -> tuple[Candidate, ...]:
@@ -93,11 +97,21 @@ def _score(
 ) -> Candidate:
     """Matches that agree on how far the picture turns, and by how much it grows."""
     agreeing = matches[turning_alike(first, second, matches)]
-    change = None
-    if len(agreeing) >= _FEWEST_FOR_CHANGE:
-        ratio = second.scale_px[agreeing[:, 1]] / first.scale_px[agreeing[:, 0]]
-        change = float(np.median(ratio))
-    return Candidate(pair[0], pair[1], len(agreeing), change)
+    if len(agreeing) < _FEWEST_FOR_CHANGE:
+        return Candidate(*pair, len(agreeing), scale_change=None, turn_deg=None)
+    ratio = second.scale_px[agreeing[:, 1]] / first.scale_px[agreeing[:, 0]]
+    clear = len(agreeing) > _SHARE_FOR_TURN * len(matches)
+    return Candidate(
+        *pair,
+        len(agreeing),
+        scale_change=float(np.median(ratio)),
+        turn_deg=_mean_turn_deg(first, second, agreeing) if clear else None,
+    )
+
+
+def _mean_turn_deg(first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]) -> float:
+    turn = np.radians(second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]])
+    return float(np.degrees(np.arctan2(np.sin(turn).sum(), np.cos(turn).sum())))
 
 
 def turning_alike(

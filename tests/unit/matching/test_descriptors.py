@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.matching.descriptors import ScaleBand, comparable, match_descriptors
+from limbgram.matching.descriptors import ScaleBand, Turn, comparable, match_descriptors
 
 
 def plain(first: np.ndarray, second: np.ndarray, allowed: np.ndarray, ratio: float) -> np.ndarray:
@@ -59,6 +59,35 @@ def test_a_band_follows_the_change_of_scale_of_the_pair() -> None:
     two = copies(one, 2)
     band = ScaleBand(scale_px, 3 * scale_px, 3 / 1.2, 3 * 1.2)
     assert len(match_descriptors(one, two, 0.8, band)) > 290
+
+
+@pytest.mark.parametrize("pair_deg", [0.0, 95.0, -170.0])
+def test_a_turn_leaves_out_keypoints_that_turn_otherwise(pair_deg: float) -> None:
+    rng = np.random.default_rng(4)
+    one = described(600, 128, 1)
+    two = copies(one, 2)
+    first_deg = rng.uniform(0, 360, 600).astype(np.float32)
+    off_deg = rng.uniform(-180, 180, 600)
+    second_deg = np.mod(first_deg + pair_deg + off_deg, 360).astype(np.float32)
+    found = match_descriptors(one, two, 0.8, None, Turn(first_deg, second_deg, pair_deg))
+    matched = np.isin(np.arange(600), found[:, 0])
+    assert (found[:, 0] == found[:, 1]).mean() > 0.95
+    assert matched[np.abs(off_deg) < 40].all()
+    assert not matched[np.abs(off_deg) > 60].any()
+    assert 0 < matched[(np.abs(off_deg) > 40) & (np.abs(off_deg) < 60)].mean() < 1
+
+
+def test_turn_and_band_together_find_what_both_allow() -> None:
+    rng = np.random.default_rng(5)
+    scale_px = np.sort(2 ** rng.uniform(0, 4, 500))[::-1].astype(np.float32)
+    first_deg = rng.uniform(0, 360, 500).astype(np.float32)
+    one = described(500, 128, 1)
+    two = copies(one, 2)
+    band = ScaleBand(scale_px, scale_px, 1 / 1.3, 1.3)
+    turn = Turn(first_deg, np.mod(first_deg + 30, 360), 30.0)
+    found = match_descriptors(one, two, 0.8, band, turn)
+    assert len(found) > 490
+    assert (found[:, 0] == found[:, 1]).mean() > 0.98
 
 
 def test_bytes_compare_as_unit_vectors() -> None:
