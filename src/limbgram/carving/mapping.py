@@ -57,6 +57,8 @@ class Mapped:
     """Height of the first slice in the limb frame."""
     girths_mm: Float64[np.ndarray, " m"]
     """Of the mesh itself at every slice; 0 at a distal point."""
+    whole: Bool[np.ndarray, " m"]
+    """Slices that every ray meets once: nothing there was mended."""
     rays: int
     rays_mended: int
     distal_cut_mm: float
@@ -86,6 +88,7 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
         radius_map=RadiusMap(thetas_deg=thetas, z_mm=rises, radii_mm=_mended(radii, bad)),
         first_mm=first_mm,
         girths_mm=np.where(radii[:, 0] == 0, 0.0, cast.girths_mm),
+        whole=np.asarray(~bad.any(1)),
         rays=radii.size,
         rays_mended=int(bad.sum()),
         distal_cut_mm=max(0.0, first_mm - low_mm),

@@ -17,6 +17,7 @@ from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.shape.reading import read_limb
 from limbgram.shape.reading.aop import Profile, RadiusMap, read_aop
 from limbgram.surface import Mesh
+from limbgram.surface.closest import TriangleTree
 from limbgram.surface.topology import volume_mm3
 
 FRAME = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
@@ -156,6 +157,71 @@ def test_undercuts_are_refused_with_their_count(tmp_path: Path) -> None:
     with pytest.raises(CarveError, match=r"6,120 of 6,120 rays .*100.0%.* cross it several"):
         write_aop(Limb(mesh=wall, frame=FRAME), tmp_path / "wall.aop")
     assert not (tmp_path / "wall.aop").exists()
+
+
+def capsule(lean_mm: float = 0.0) -> Limb:
+    """Half a ball of 40 mm below a tube up to 160 mm; the axis bends to the right."""
+    polar = np.linspace(0, np.pi / 2, 46)
+    z = np.concatenate([40 * (1 - np.cos(polar)), np.linspace(40, 160, 61)[1:]])
+    radii = np.concatenate([40 * np.sin(polar), np.full(60, 40.0)])
+    mesh = turned_body(radii, z, 360).surface()
+    mesh = Mesh(vertices_mm=mesh.vertices_mm, faces=mesh.faces)
+    lean = np.zeros_like(mesh.vertices_mm)
+    lean[:, 0] = lean_mm * (mesh.vertices_mm[:, 2] / 160) ** 2
+    moved = mesh.with_vertices(mesh.vertices_mm + lean)
+    right = np.array([40 + lean_mm * (100 / 160) ** 2, 0.0, 100.0])
+    return Limb(mesh=moved, frame=FRAME, landmarks=(Landmark(name="right", position_mm=right),))
+
+
+def test_girths_are_told_above_the_rounded_tip_and_the_tip_for_itself(tmp_path: Path) -> None:
+    report = write_aop(capsule(), tmp_path / "capsule.aop")
+    assert report.cap is not None
+    # The slope of a ball is 45 degrees at R (1 - cos 45); slices are 2 mm apart.
+    assert 40 * (1 - np.sqrt(0.5)) <= report.cap.to_mm <= 40 * (1 - np.sqrt(0.5)) + 2.0
+    chord = 40 * (1 - np.cos(np.arccos(1 - 2 / 40) / 2))
+    assert report.cap.max_mm == pytest.approx(chord, abs=0.02)
+    assert report.above_cap_max_mm < 0.1 * chord
+    assert -0.4 < report.cap.volume_change_ml < 0
+    assert report.worst_girth is not None
+    assert min(level.height_mm for level in report.girths) >= report.cap.to_mm
+    lost = 1 - np.sinc(1 / 120) / np.sinc(1 / 360)
+    for level in report.girths:
+        assert -level.change_mm / level.limb_mm == pytest.approx(lost, abs=3e-5)
+
+
+def test_a_fitted_axis_holds_a_bent_limb_and_the_file_says_where_it_lies(tmp_path: Path) -> None:
+    limb = capsule(lean_mm=60.0)
+    with pytest.raises(CarveError, match=r"tilted by \d+\.\d degrees would do: --axis fit"):
+        write_aop(limb, tmp_path / "bent.aop")
+    report = write_aop(limb, tmp_path / "fitted.aop", AopOptions(axis="fit"))
+    tilt_deg = np.degrees(np.linalg.norm(report.axis_from_limb.rotation_vector))
+    assert 5 < tilt_deg < 35
+    assert report.mapped.rays_mended < 0.01 * report.mapped.rays
+    read = read_limb(report.path)
+    assert read.frame is not None
+    back = read.frame.limb_from_mesh
+    (mark,) = read.landmarks
+    np.testing.assert_allclose(
+        back.apply(mark.position_mm[None])[0], limb.landmarks[0].position_mm, atol=2e-3
+    )
+    away = TriangleTree.of(limb.mesh.vertices_mm, limb.mesh.faces).closest(
+        back.apply(read.mesh.vertices_mm)
+    )
+    # The cut at the top is level in the file's axes, and the fan that closes none is left out.
+    assert np.quantile(away.distances_mm, 0.99) < 0.01
+
+
+def test_bodies_inside_are_left_out(tmp_path: Path) -> None:
+    skin = capsule()
+    bone = skin.mesh.with_vertices(skin.mesh.vertices_mm * 0.4 + np.array([5.0, 0, 40.0]))
+    both = Mesh(
+        vertices_mm=np.concatenate([skin.mesh.vertices_mm, bone.vertices_mm]),
+        faces=np.concatenate([skin.mesh.faces, bone.faces + len(skin.mesh)]).astype(np.int32),
+    )
+    plain = write_aop(skin, tmp_path / "skin.aop")
+    report = write_aop(replace(skin, mesh=both), tmp_path / "both.aop")
+    assert (plain.bodies_left_out, report.bodies_left_out) == (0, 1)
+    assert report.path.read_bytes() == plain.path.read_bytes()
 
 
 def test_a_limb_off_its_axis_is_refused(tmp_path: Path) -> None:

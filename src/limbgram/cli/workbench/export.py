@@ -49,6 +49,13 @@ class ProfileName(StrEnum):
     AMPSCAN = "ampscan"
 
 
+class AxisName(StrEnum):
+    """Round which axis radii are taken."""
+
+    LIMB = "limb"
+    FIT = "fit"
+
+
 class LineEndName(StrEnum):
     """How lines end."""
 
@@ -113,6 +120,13 @@ def export_command(
         int | None, typer.Option(help="aop: more slices at the rounded tip.")
     ] = None,
     profile: Annotated[ProfileName | None, typer.Option(help="aop: whose habits.")] = None,
+    axis: Annotated[
+        AxisName | None,
+        typer.Option(
+            help="aop: the limb's own axis, or one fitted so that radii are single.",
+            show_default="limb",
+        ),
+    ] = None,
     line_end: Annotated[LineEndName | None, typer.Option(help="aop: end of lines.")] = None,
     list_spokes: Annotated[
         bool, typer.Option("--list-spokes", help="aop: every angle one by one.")
@@ -148,6 +162,7 @@ def export_command(
     for_aop = given(
         spokes=spokes,
         profile=None if profile is None else profile.value,
+        axis=None if axis is None else axis.value,
         line_end=None if line_end is None else line_end.value,
         from_mm=from_mm,
         distal_slices=distal_slices,

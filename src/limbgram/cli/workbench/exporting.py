@@ -1,6 +1,6 @@
 """What each kind of export answers."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -12,6 +12,7 @@ from limbgram.cli.replies import Reply
 from limbgram.export.dxf import write_dxf
 from limbgram.export.workshop import (
     AopOptions,
+    AopReport,
     write_aop,
     write_gcode,
     write_limb,
@@ -19,6 +20,7 @@ from limbgram.export.workshop import (
 )
 from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.export.writing import require, write_file
+from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.surface.mesh import Mesh
 
@@ -39,9 +41,8 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
     lines = (
         f"Written: {path} (mm; {report.spokes} spokes x {report.slices} slices, "
         f"{report.height_mm:.1f} mm high; profile {options.profile}; read back and compared)",
-        f"What the format costs: surface within {report.max_mm:.2f} mm (RMS {report.rms_mm:.3f}), "
-        f"volume {report.volume_change:+.2%}, girth {report.girth_change:+.2%} "
-        f"(at most {report.girth_change_mm:+.2f} mm)",
+        *_axis_lines(report),
+        *_cost_lines(report),
         f"Left out: {mapped.distal_cut_mm:.1f} mm below the first slice, "
         f"{mapped.proximal_cut_mm:.1f} mm above the last; {mapped.rays_mended} of {mapped.rays:,} "
         "radii were taken from their neighbours",
@@ -60,13 +61,68 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
         "volume_ml": report.volume_ml,
         "volume_change": report.volume_change,
         "girth_change": report.girth_change,
-        "girth_change_mm": report.girth_change_mm,
+        "girth_change_mm": 0.0 if report.worst_girth is None else report.worst_girth.change_mm,
+        "girths": [
+            {
+                "height_mm": level.height_mm,
+                "limb_mm": level.limb_mm,
+                "file_mm": level.file_mm,
+                "change_mm": level.change_mm,
+            }
+            for level in report.girths
+        ],
+        "above_cap_max_mm": report.above_cap_max_mm,
+        "cap": None if report.cap is None else asdict(report.cap),
+        "axis_from_limb": {
+            "rotation": report.axis_from_limb.rotation.tolist(),
+            "translation_mm": report.axis_from_limb.translation.tolist(),
+        },
+        "bodies_left_out": report.bodies_left_out,
         "distal_cut_mm": mapped.distal_cut_mm,
         "proximal_cut_mm": mapped.proximal_cut_mm,
         "rays_mended": mapped.rays_mended,
         "mirror_check": str(picture),
     }
     return Reply(lines, content)
+
+
+def _cost_lines(report: AopReport) -> list[str]:
+    """What the format costs above the rounded tip, then at it."""
+    worst, cap = report.worst_girth, report.cap
+    girths = (
+        "no section to compare"
+        if worst is None
+        else f"girths {report.girth_change:+.2%}, at most {worst.change_mm:+.2f} mm "
+        f"(of {worst.limb_mm:.0f} mm, {worst.height_mm:.0f} mm high)"
+    )
+    where = "" if cap is None else f" above {report.mapped.first_mm + cap.to_mm:.0f} mm"
+    lines = [
+        f"What the format costs{where}: surface within {report.above_cap_max_mm:.2f} mm, {girths}",
+        f"In all: RMS {report.rms_mm:.3f} mm, volume {report.volume_change:+.2%}",
+    ]
+    if cap is not None:
+        lines.insert(
+            1,
+            f"At the rounded tip, the lowest {cap.to_mm:.0f} mm: surface within {cap.max_mm:.2f} "
+            f"mm, {cap.volume_change_ml:+.2f} mL; finer with --distal-slices",
+        )
+    if report.bodies_left_out:
+        lines.append(f"{report.bodies_left_out} bodies inside the limb were left out.")
+    return lines
+
+
+def _axis_lines(report: AopReport) -> list[str]:
+    motion = report.axis_from_limb
+    if not np.any(motion.translation) and np.array_equal(motion.rotation, np.eye(3)):
+        return []
+    middle = np.array([0.0, 0.0, report.mapped.first_mm + report.height_mm / 2])
+    aside = motion.inverse.apply(middle[None])[0]
+    return [
+        f"Axis: fitted, not the limb's own: tilted by "
+        f"{angle_between_deg(motion.rotation, np.eye(3)):.1f} degrees; at mid height it lies "
+        f"{aside[0]:+.1f} mm to the right and {aside[1]:+.1f} mm to the front of it. The file's "
+        "comments hold the motion back; other programs show the limb tilted."
+    ]
 
 
 def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:

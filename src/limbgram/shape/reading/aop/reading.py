@@ -23,6 +23,9 @@ _ON_SURFACE_MM = 3.0
 """A landmark farther than this from the surface in every unit has a radius that means
 something else."""
 _UNIT_COMMENT = "LANDMARK RADIUS UNIT:"
+PLACE_COMMENT = "LIMB FROM FILE:"
+"""Followed by the rows of the motion from the file's axes to the limb's: 12 numbers, mm."""
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +44,8 @@ class AopReading:
 def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopReading:
     """Read an AOP file; None takes the profile that the file speaks for.
 
-    The limb frame is that of the file: z along the carving axis, the front at angle 0.
+    The limb frame is that of the file: z along the carving axis, the front at angle 0; unless a
+    comment of ours says how the carving axis lies in the limb.
     """
     file = parse_aop(content, name)
     profile = profile or profile_of(file)
@@ -73,7 +77,7 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
         landmarks += _named(mark, points)
     return AopReading(
         radius_map=radius_map,
-        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=file.side),
+        frame=LimbFrame(limb_from_mesh=_place(file.comments, warnings), side=file.side),
         landmarks=tuple(landmarks),
         profile="omega" if profile == "mm" and mm_per_radius == MM_PER_INCH else profile,
         mm_per_landmark_radius=mm_per_radius,
@@ -91,6 +95,22 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
         frame=found.frame,
         notes=found.warnings,
     )
+
+
+def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
+    """Where the file's axes lie in the limb."""
+    for line in comments:
+        if not line.upper().startswith(PLACE_COMMENT):
+            continue
+        try:
+            rows = np.array([float(word) for word in line.split(":", 1)[1].split()]).reshape(3, 4)
+        except ValueError:
+            rows = np.zeros((3, 4))
+        turn = rows[:, :3]
+        if np.abs(turn @ turn.T - np.eye(3)).max() < _ROUNDING and np.linalg.det(turn) > 0:
+            return Rigid(turn.copy(), rows[:, 3].copy())
+        warnings.append("where its axis lies in the limb cannot be read; its axis is taken")
+    return Rigid.identity()
 
 
 def _landmark_unit(file: AopFile, radius_map: RadiusMap, profile: Profile) -> float:

@@ -1,13 +1,12 @@
 """AOP: the limb as a radius map, as the trade's carvers and programs take it.
 
 In      an aligned Limb; how fine, whose quirks, which line ends and which form of header.
-Out     the file, read back by our own reader, and an AopReport: how far the limb lies from what
-        the file holds, and what it costs in volume and girth.
+Out     the file, read back by our own reader, and an AopReport: what the file costs.
 Fails   CarveError: not aligned, or no radius map can hold the shape. OptionsError.
 """
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import BinaryIO, Literal
 
@@ -15,11 +14,20 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.carving import MapOptions, Mapped, map_radii
-from limbgram.carving.slab import clipped, distance_to, volume_between_mm3
 from limbgram.errors import CarveError, OptionsError
+from limbgram.export.workshop.aop.axis import fitted_axis
+from limbgram.export.workshop.aop.cost import AopReport, cost_of
 from limbgram.export.writing import require, write_file
+from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.shape.limb import Limb, LimbFrame
-from limbgram.shape.reading.aop import AopReading, Profile, landmarks_to_file, read_aop
+from limbgram.shape.measures.levels.bodies import outer_bodies
+from limbgram.shape.reading.aop import (
+    PLACE_COMMENT,
+    AopReading,
+    Profile,
+    landmarks_to_file,
+    read_aop,
+)
 from limbgram.surface.mesh import Mesh
 
 LineEnd = Literal["lf", "cr", "crlf"]
@@ -35,6 +43,9 @@ class AopOptions:
     """What the program that will read the file expects."""
 
     map: MapOptions = field(default_factory=MapOptions)
+    axis: Literal["limb", "fit"] = "limb"
+    """fit: the file's axis is not the limb's but one from which rays meet the surface once; the
+    file says where it lies."""
     profile: Profile = "mm"
     line_end: LineEnd = "lf"
     spokes_listed: bool = False
@@ -44,30 +55,6 @@ class AopOptions:
 
 
 DEFAULTS = AopOptions()
-
-
-@dataclass(frozen=True, kw_only=True)
-class AopReport:
-    """What the file holds, against the limb between the same heights."""
-
-    path: Path
-    spokes: int
-    slices: int
-    height_mm: float
-    max_mm: float
-    """Largest distance from the limb's surface to the file's."""
-    rms_mm: float
-    volume_ml: float
-    """In the file."""
-    volume_change: float
-    """Fraction of the limb's."""
-    girth_change_mm: float
-    """Largest at any slice, with its sign."""
-    girth_change: float
-    """Mean, as a fraction."""
-    mapped: Mapped
-    held: AopReading
-    """The file as it was read back."""
 
 
 def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopReport:
@@ -80,10 +67,12 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
         )
     _check(options)
     points = frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
-    mesh = Mesh(vertices_mm=points, faces=limb.mesh.faces)
-    mapped = map_radii(mesh, options.map)
+    outside = outer_bodies(Mesh(vertices_mm=points, faces=limb.mesh.faces))
+    axis_from_limb, mesh, mapped = _mapped(outside.mesh, options)
+    frame = replace(frame, limb_from_mesh=axis_from_limb @ frame.limb_from_mesh)
+    place = _limb_from_file(axis_from_limb, mapped) if options.axis == "fit" else None
     _check_form(mapped, options)
-    text = _text(limb, frame, mapped, options)
+    text = _text(limb, frame, mapped, options, place)
     held: list[AopReading] = []
 
     def encode(stream: BinaryIO) -> None:
@@ -92,9 +81,52 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
     def check(written: Path) -> None:
         held.append(read_aop(written.read_bytes(), path.name))
         _compare(held[0], limb, frame, mapped, options)
+        found = held[0].frame.limb_from_mesh
+        require(
+            _apart(found, place or Rigid.identity()) < _ROUNDING_MM, "another place in the limb"
+        )
 
     write_file(path, encode, check)
-    return _report(path, mesh, mapped, held[0])
+    return cost_of(path, mesh, mapped, held[0], axis_from_limb, outside.bodies_left_out)
+
+
+def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
+    """The motion to the file's axis, the mesh there, and its radii."""
+    if options.axis == "fit":
+        try:
+            return _mapped_round(fitted_axis(mesh, options.map), mesh, options)
+        except CarveError as error:
+            raise CarveError(f"Even round the axis that fits best: {error}") from error
+    try:
+        return _mapped_round(Rigid.identity(), mesh, options)
+    except CarveError as error:
+        try:
+            found, _, _ = _mapped_round(fitted_axis(mesh, options.map), mesh, options)
+        except CarveError:
+            raise error from None
+        tilt_deg = angle_between_deg(found.rotation, np.eye(3))
+        raise CarveError(
+            f"{error} An axis tilted by {tilt_deg:.1f} degrees would do: --axis fit takes it, and "
+            "the file says where it lies."
+        ) from error
+
+
+def _mapped_round(
+    axis_from_limb: Rigid, mesh: Mesh, options: AopOptions
+) -> tuple[Rigid, Mesh, Mapped]:
+    moved = mesh.with_vertices(axis_from_limb.apply(mesh.vertices_mm))
+    return axis_from_limb, moved, map_radii(moved, options.map)
+
+
+def _limb_from_file(axis_from_limb: Rigid, mapped: Mapped) -> Rigid:
+    """The file counts heights from its first slice."""
+    return axis_from_limb.inverse @ Rigid(np.eye(3), np.array([0.0, 0.0, mapped.first_mm]))
+
+
+def _apart(one: Rigid, other: Rigid) -> float:
+    """How far a motion takes the corners of a limb's size to other places, mm."""
+    corners = 500.0 * np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    return float(np.abs(one.apply(corners) - other.apply(corners)).max())
 
 
 def _check(options: AopOptions) -> None:
@@ -116,13 +148,18 @@ def _check_form(mapped: Mapped, options: AopOptions) -> None:
         )
 
 
-def _text(limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions) -> str:
+def _text(
+    limb: Limb, frame: LimbFrame, mapped: Mapped, options: AopOptions, place: Rigid | None
+) -> str:
     found = mapped.radius_map
     inches = options.profile == "omega"
     lines = ["AAOP1", "AAOP1", "Written by limbgram", "UNIT: MM"]
     lines.append(f"LANDMARK RADIUS UNIT: {'IN' if inches else 'MM'}")
     if options.profile == "ampscan":
         lines.append("Spokes as ampscan reads them")
+    if place is not None:
+        numbers = " ".join(f"{value:.9f}" for value in place.matrix_3x4.ravel())
+        lines += ["AXIS FITTED, NOT THE LIMB'S OWN", f"{PLACE_COMMENT} {numbers}"]
     lines += ["END COMMENTS", "CYLINDRICAL", frame.side.upper(), str(len(limb.landmarks))]
     places = _landmark_places(limb, frame, mapped, options.profile)
     for mark, (radius, theta, z) in zip(limb.landmarks, places.tolist(), strict=True):
@@ -188,30 +225,3 @@ def _compare(
         there = np.array([radius * np.sin(angle), radius * np.cos(angle), z])
         off = float(np.abs(mark.position_mm - there).max())
         require(off <= tolerance, f"landmark {mark.name} {off:.3g} mm from its place")
-
-
-def _report(path: Path, mesh: Mesh, mapped: Mapped, held: AopReading) -> AopReport:
-    found = held.radius_map
-    top_mm = mapped.first_mm + float(found.z_mm[-1])
-    part = clipped(mesh, mapped.first_mm, top_mm)
-    file = found.surface()
-    file = file.with_vertices(file.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
-    away = distance_to(part, file)
-    of_limb, of_file = volume_between_mm3(part), volume_between_mm3(file)
-    round_there = mapped.girths_mm > 0
-    girths, kept = found.girths_mm()[round_there], mapped.girths_mm[round_there]
-    changes = girths - kept
-    return AopReport(
-        path=path,
-        spokes=len(found.thetas_deg),
-        slices=len(found.z_mm),
-        height_mm=float(found.z_mm[-1]),
-        max_mm=away.max_mm,
-        rms_mm=away.rms_mm,
-        volume_ml=of_file / 1000,
-        volume_change=of_file / of_limb - 1,
-        girth_change_mm=float(changes[np.abs(changes).argmax()]),
-        girth_change=float((changes / kept).mean()),
-        mapped=mapped,
-        held=held,
-    )
