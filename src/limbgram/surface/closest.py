@@ -10,6 +10,10 @@ from limbgram.geometry.arrays import Faces, Points3
 
 _LEAF = 4
 """Triangles in a leaf."""
+_ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
+"""A bound is raised by this share and this much, so that the nearest place lies below it."""
+_SPREADING = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
+"""Steps that set two zeros between the ten bits of a number."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,16 @@ class TriangleTree:
         return cls(triangles, order, boxes)
 
     def closest(self, points_mm: Points3) -> Closest:
+        if not len(points_mm):
+            return Closest(np.empty((0, 3)), np.empty(0, np.int64), np.empty(0))
         places = np.empty((len(points_mm), 3))
         found = np.empty(len(points_mm), np.int64)
         distances = np.empty(len(points_mm))
         queries = np.ascontiguousarray(points_mm, np.float64)
-        _search(self.triangles, self.boxes, queries, places, found, distances)
+        turn = np.arange(len(queries))
+        if np.isfinite(queries).all():
+            turn = np.argsort(_morton(queries), kind="stable")  # neighbours walk the same boxes
+        _search(self.triangles, self.boxes, queries, turn, places, found, distances)
         return Closest(places, self.order[found], distances)
 
 
@@ -64,22 +73,25 @@ def _morton(points: Points3) -> Int64[np.ndarray, " n"]:
     """Bits of the three coordinates, interleaved."""
     low, high = points.min(0), points.max(0)
     cells = ((points - low) / max(float((high - low).max()), 1e-30) * 1023).astype(np.int64)
-    code = np.zeros(len(points), np.int64)
-    for bit in range(10):
-        for axis in range(3):
-            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return code
+    for step, kept in _SPREADING:
+        cells = (cells | cells << step) & kept
+    return cells[:, 0] | cells[:, 1] << 1 | cells[:, 2] << 2
 
 
 @njit(cache=True, nogil=True)
-def _search(triangles, boxes, queries, places, found, distances):
+def _search(triangles, boxes, queries, turn, places, found, distances):
     leaves = boxes.shape[0] // 2
     stack = np.empty(64, np.int64)
     place = np.empty(3)
-    for q in range(queries.shape[0]):
+    last = 0
+    for q in turn:
         point = queries[q]
-        best = np.inf
-        found[q] = 0
+        # The last query's triangle only bounds the search: what is found depends on no order.
+        known = _nearest_on_triangle(triangles[last], point, place)
+        bound = known * _ROOM + _ROOM_MM2 if known < np.inf else np.inf
+        best = bound
+        found[q] = last
+        places[q] = place
         stack[0] = 1
         depth = 1
         while depth > 0:
@@ -102,7 +114,8 @@ def _search(triangles, boxes, queries, places, found, distances):
                 near, far = far, near
             stack[depth], stack[depth + 1] = far, near
             depth += 2
-        distances[q] = np.sqrt(best)
+        last = found[q]
+        distances[q] = np.sqrt(best if best < bound else known)
 
 
 @njit(cache=True, nogil=True)

@@ -31,16 +31,33 @@ def find_crossings(
     corners = np.ascontiguousarray(faces[tree.order])
     asked = np.ones(len(faces), np.bool_) if concerned is None else concerned[tree.order]
     room = np.empty((max(64, len(faces) // 8), 2), np.int64)
-    count = _cross(tree.triangles, tree.boxes, corners, asked, room)
+    done_after = _done_after(asked, len(tree.boxes) // 2)
+    count = _cross(tree.triangles, tree.boxes, corners, asked, done_after, room)
     if count > len(room):
         room = np.empty((count, 2), np.int64)
-        _cross(tree.triangles, tree.boxes, corners, asked, room)
+        _cross(tree.triangles, tree.boxes, corners, asked, done_after, room)
     pairs = np.sort(tree.order[room[:count]], axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
+def _done_after(asked: Bool[np.ndarray, " f"], leaves: int) -> Int64[np.ndarray, " k"]:
+    """The triangle of the tree's order after which nothing under a node is looked at again.
+
+    Each asked pair comes up at its lower triangle; one that was not asked is looked at always.
+    """
+    after = np.full(2 * leaves, -1)
+    number = np.where(asked, np.arange(len(asked)), len(asked))
+    starts = np.arange(0, len(asked), _LEAF)
+    after[leaves : leaves + len(starts)] = np.maximum.reduceat(number, starts)
+    while leaves > 1:
+        below = after[leaves : 2 * leaves]
+        leaves //= 2
+        after[leaves : 2 * leaves] = np.maximum(below[::2], below[1::2])
+    return after
+
+
 @njit(cache=True, nogil=True)
-def _cross(triangles, boxes, corners, asked, found):
+def _cross(triangles, boxes, corners, asked, done_after, found):
     """Fill in crossing pairs as far as there is room; returns how many there are."""
     leaves = boxes.shape[0] // 2
     stack = np.empty(64, np.int64)
@@ -57,7 +74,7 @@ def _cross(triangles, boxes, corners, asked, found):
         while depth > 0:
             depth -= 1
             node = stack[depth]
-            if _apart(own, boxes[node]):
+            if done_after[node] <= t or _apart(own, boxes[node]):
                 continue
             if node < leaves:
                 stack[depth], stack[depth + 1] = 2 * node, 2 * node + 1
@@ -65,7 +82,7 @@ def _cross(triangles, boxes, corners, asked, found):
                 continue
             first = (node - leaves) * _LEAF
             for other in range(first, min(first + _LEAF, triangles.shape[0])):
-                if asked[other] and other <= t:
+                if (asked[other] and other <= t) or _clear(own, triangles[other]):
                     continue
                 if _pass_through(triangles[t], triangles[other], corners[t], corners[other]):
                     if count < found.shape[0]:
@@ -80,6 +97,16 @@ def _apart(one, two):
     for axis in range(3):
         gap = max(gap, one[axis] - two[axis + 3], two[axis] - one[axis + 3])
     return gap > 0
+
+
+@njit(cache=True, nogil=True)
+def _clear(box, triangle):
+    """Whether a triangle lies beside a box."""
+    for axis in range(3):
+        a, b, c = triangle[0, axis], triangle[1, axis], triangle[2, axis]
+        if min(a, b, c) > box[axis + 3] or max(a, b, c) < box[axis]:
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True)

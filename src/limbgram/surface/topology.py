@@ -7,11 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Int32, Int64
+from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from limbgram.geometry.arrays import Faces
 from limbgram.surface.mesh import Mesh
+
+_SMALL_HEAP = 32
+"""Edges from one vertex up to which they are sorted by insertion."""
 
 
 @dataclass(frozen=True)
@@ -23,10 +27,12 @@ class Edges:
     """Edge of each half-edge."""
     uses: Int64[np.ndarray, " e"]
     """Number of faces at each edge: 1 on a boundary, 2 inside a manifold."""
+    half_edges: Int64[np.ndarray, " h"]
+    """Half-edges, those of the first edge first; those of one edge in rising order."""
 
     def faces(self) -> Int32[np.ndarray, "e 2"]:
         """The two faces at each edge, lower first; -1 where there is none."""
-        order = np.argsort(self.of_half_edge, kind="stable")
+        order = self.half_edges
         first = np.cumsum(self.uses) - self.uses
         sides = np.full((len(self.ends), 2), -1, np.int32)
         sides[:, 0] = order[first] // 3
@@ -41,13 +47,71 @@ def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
 
 
 def find_edges(faces: Faces) -> Edges:
-    directed = half_edges(faces).astype(np.int64)
-    base = int(faces.max(initial=0)) + 1
-    low = np.minimum(directed[:, 0], directed[:, 1])
-    high = np.maximum(directed[:, 0], directed[:, 1])
-    keys, of_half_edge, uses = np.unique(low * base + high, return_inverse=True, return_counts=True)
-    ends = np.column_stack([keys // base, keys % base]).astype(np.int32)
-    return Edges(ends, of_half_edge.astype(np.int64), uses.astype(np.int64))
+    tails, heads = half_edges(faces).T
+    pairs = number_pairs(np.minimum(tails, heads), np.maximum(tails, heads))
+    first = pairs.order[pairs.starts[:-1]]
+    low, high = np.minimum(tails[first], heads[first]), np.maximum(tails[first], heads[first])
+    return Edges(np.column_stack([low, high]), pairs.number, np.diff(pairs.starts), pairs.order)
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of whole numbers in rising order, equal ones under one number."""
+
+    number: Int64[np.ndarray, " n"]
+    """Of each pair, from 0."""
+    order: Int64[np.ndarray, " n"]
+    """The pairs sorted; equal ones as they came."""
+    starts: Int64[np.ndarray, " k"]
+    """Where each number begins in the order, and its end."""
+
+
+def number_pairs(
+    one: Int32[np.ndarray, " n"] | Int64[np.ndarray, " n"], two: Int32[np.ndarray, " n"]
+) -> Pairs:
+    """Number pairs of vertices, or of numbers already given."""
+    counts = np.bincount(one)
+    places = np.cumsum(counts) - counts
+    first, second = (np.ascontiguousarray(numbers, np.int64) for numbers in (one, two))
+    return Pairs(*_numbered(first, second, places))
+
+
+@njit(cache=True, nogil=True)
+def _numbered(one, two, places):
+    """Pairs dealt out by their first number, then sorted by the second in each small heap."""
+    count = len(one)
+    order, seconds = np.empty(count, np.int64), np.empty(count, np.int64)
+    for i in range(count):
+        place = places[one[i]]
+        order[place], seconds[place] = i, two[i]
+        places[one[i]] = place + 1
+    number, starts = np.empty(count, np.int64), np.empty(count + 1, np.int64)
+    found = begin = 0
+    for end in places:
+        _sort_heap(seconds[begin:end], order[begin:end])
+        for at in range(begin, end):
+            if at == begin or seconds[at] != seconds[at - 1]:
+                starts[found] = at
+                found += 1
+            number[order[at]] = found - 1
+        begin = end
+    starts[found] = count
+    return number, order, starts[: found + 1].copy()
+
+
+@njit(cache=True, nogil=True)
+def _sort_heap(keys, order):
+    """Sort keys with what goes with them; equal ones stay as they came."""
+    if len(keys) > _SMALL_HEAP:
+        sorting = np.argsort(keys, kind="mergesort")
+        keys[:], order[:] = keys[sorting], order[sorting]
+        return
+    for i in range(1, len(keys)):
+        key, item, at = keys[i], order[i], i
+        while at > 0 and keys[at - 1] > key:
+            keys[at], order[at] = keys[at - 1], order[at - 1]
+            at -= 1
+        keys[at], order[at] = key, item
 
 
 def is_edge_manifold(faces: Faces) -> bool:
@@ -102,7 +166,7 @@ def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
     The faces must be edge-manifold.
     """
     edges = find_edges(faces)
-    order = np.argsort(edges.of_half_edge, kind="stable")
+    order = edges.half_edges
     first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
     one, two = order[first], order[first + 1]
     # Half-edge h of corner h meets its opposite, whose tail is the next corner's vertex.

@@ -8,8 +8,11 @@ Method  each vertex goes where the planes of its faces meet once they have moved
 Fails   EditError: the surface would fold or cut through itself.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Bool, Float64
+from numba import njit
 
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
@@ -57,7 +60,7 @@ def offset_unchecked(
     what = f"The offset by {distance_mm:g} mm"
     moves = distance_mm * unit_offsets(mesh)
     moves = _eased(mesh, moves, ease)
-    turned = _turning(mesh, moves) <= 0
+    turned = _turning(mesh.face_normals(), mesh, moves) <= 0
     if turned.any():
         raise EditError(
             f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
@@ -95,16 +98,19 @@ def unit_offsets(mesh: Mesh) -> Points3:
     return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))
 
 
-def _turning(mesh: Mesh, moves: Points3) -> Float64[np.ndarray, " f"]:
+def _turning(
+    before: Float64[np.ndarray, "f 3"], mesh: Mesh, moves: Points3
+) -> Float64[np.ndarray, " f"]:
     """Cosine between each face's normal and its normal once it has moved."""
-    before, after = mesh.face_normals(), mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
+    after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
     sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     return (before * after).sum(1) / np.maximum(sizes, 1e-30)
 
 
 def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
     """Moves evened out round faces that turn away, in an area that grows until none does."""
-    turned = _turning(mesh, moves) < _TURNED
+    before = mesh.face_normals()
+    turned = _turning(before, mesh, moves) < _TURNED
     touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
     if not turned.any() and not touched.any():
         return moves
@@ -114,12 +120,24 @@ def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> P
             moves = np.where(touched[:, None], mean @ moves, moves)
     for _ in range(_EASING_ROUNDS):
         touched[mesh.faces[turned]] = True
-        if touched[mesh.faces].all(1).mean() > _MOST_EASED:
+        if (~_with_any(~touched, mesh.faces)).mean() > _MOST_EASED:
             break
         around = touched.copy()
-        around[mesh.faces[touched[mesh.faces].any(1)]] = True
-        moves = np.where(around[:, None], mean @ moves, moves)
-        turned = _turning(mesh, moves) < _TURNED
+        around[mesh.faces[_with_any(touched, mesh.faces)]] = True
+        moves = moves.copy()
+        moves[around] = mean[around] @ moves
+        changed = _with_any(around, mesh.faces)
+        near = replace(mesh, faces=mesh.faces[changed])
+        turned[changed] = _turning(before[changed], near, moves) < _TURNED
         if not turned.any():
             break
     return moves
+
+
+@njit(cache=True, nogil=True)
+def _with_any(marked, faces):
+    """Which faces have a marked corner."""
+    found = np.empty(len(faces), np.bool_)
+    for f in range(len(faces)):
+        found[f] = marked[faces[f, 0]] or marked[faces[f, 1]] or marked[faces[f, 2]]
+    return found

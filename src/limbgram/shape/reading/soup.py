@@ -142,7 +142,7 @@ class _Neighbours:
 
 def _neighbours(faces: Faces) -> _Neighbours:
     edges = find_edges(faces)
-    order = np.argsort(edges.of_half_edge, kind="stable")
+    order = edges.half_edges
     first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
     one, two = order[first], order[first + 1]
     tails = half_edges(faces)[:, 0]

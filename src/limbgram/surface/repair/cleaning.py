@@ -9,6 +9,7 @@ from limbgram.surface.topology import (
     corner_fans,
     face_components,
     find_edges,
+    number_pairs,
 )
 
 _MOST_ROUNDS = 50
@@ -29,8 +30,9 @@ def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
     edge2 = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
     flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= 1e-9 * edge2
     faces = faces[~flat]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return faces[np.sort(first)]
+    low, middle, high = np.sort(faces, axis=1).T
+    triples = number_pairs(number_pairs(low, middle).number, high)
+    return faces[np.sort(triples.order[triples.starts[:-1]])]
 
 
 def make_manifold(faces: Faces) -> Faces:
