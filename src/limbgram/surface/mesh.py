@@ -55,13 +55,8 @@ class Mesh:
 
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
-        weighted = self.face_normals()
-        normals = np.zeros_like(self.vertices_mm)
-        for corner in range(3):
-            for axis in range(3):
-                normals[:, axis] += np.bincount(
-                    self.faces[:, corner], weighted[:, axis], len(self.vertices_mm)
-                )
+        faces = np.ascontiguousarray(self.faces, np.int32)
+        normals = _summed(self.face_normals(), faces, len(self.vertices_mm))
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
@@ -84,3 +79,17 @@ def _crosses(vertices, faces):
         found[f, 1] = uz * vx - ux * vz
         found[f, 2] = ux * vy - uy * vx
     return found
+
+
+@njit(cache=True, nogil=True)
+def _summed(weighted, faces, count):
+    """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
+    total = np.zeros((count, 3))
+    for corner in range(3):
+        part = np.zeros((count, 3))
+        for f in range(len(faces)):
+            at = faces[f, corner]
+            for axis in range(3):
+                part[at, axis] += weighted[f, axis]
+        total += part
+    return total

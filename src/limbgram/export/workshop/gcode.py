@@ -25,6 +25,8 @@ from limbgram.surface.mesh import Mesh
 
 _ROUNDING = 0.0005 + 1e-9
 _WORD = re.compile(r"([A-Z])(-?\d+\.?\d*)")
+_CUT = re.compile(r"G1 X(-?[0-9.]+) A(-?[0-9.]+) Z(-?[0-9.]+) F([0-9.]+)")
+"""A cutting move as the program writes it."""
 _KNOWN_CODES = {"G0", "G1", "G21", "G90", "G93", "G94", "M3", "M5", "M30"}
 _DEEPEST_GOUGE_MM = 0.05
 _FASTEST_MIN = 1e5
@@ -160,6 +162,14 @@ def read_moves(text: str, options: CarveOptions) -> Moves:
     rows: list[tuple[float, float, float]] = []
     fast: list[bool] = []
     for line in text.splitlines():
+        cut = _CUT.fullmatch(line) if inverse and not rapid else None
+        if cut is not None:  # nearly all lines: told by one look what the words below would tell
+            x, a, z, f = map(float, cut.groups())
+            state.update(X=x, A=a, Z=z, F=f)
+            rows.append((x, sign * a, z))
+            fast.append(False)
+            minutes += 1 / f
+            continue
         words = _WORD.findall(re.sub(r"\(.*?\)", "", line))
         before = (state["X"], state["Z"])
         for letter, value in words:
