@@ -1,9 +1,9 @@
-"""DXF, release 12: the surface as 3DFACEs, sections as 3D polylines, each on its own layer.
+"""DXF, release 12: surface as 3DFACEs, sections and trimline as 3D polylines, a layer for each.
 
 Release 12 has no field for the unit: comments and layer names say it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -11,9 +11,11 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.export.writing import require, require_same_triangles, target, write_file
+from limbgram.geometry.arrays import Points3
 from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.sections import Section, cut, heights_between
+from limbgram.surface.sections import cut, heights_between
+from limbgram.surface.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
 
 _PRECISION = 1e-6
 _BLOCK = 5_000
@@ -23,29 +25,49 @@ _CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
 def write_dxf(
     mesh: Mesh, path: Path, scale: Scale, *, spacing_mm: float = 10.0, unscaled: bool = False
 ) -> Path:
-    """Write the triangles, and sections across z at multiples of `spacing_mm`; read both back."""
+    """Write triangles, sections across z at multiples of `spacing_mm`, trimline; read all back."""
     path = target(path, scale, unscaled=unscaled)
     unit = scale.unit.upper()
     sections = cut(mesh, heights_between(mesh, spacing_mm).tolist())
+    trimline = trimline_of(mesh)
+    wanted = [*(section.points_mm for section in sections), *trimline]
 
     def encode(stream: BinaryIO) -> None:
-        layers = (f"SURFACE_{unit}", f"SECTIONS_{unit}")
-        stream.write(opening_tags(scale.unit, layers))
+        layers = (f"SURFACE_{unit}", f"SECTIONS_{unit}", f"TRIMLINE_{unit}")
+        stream.write(opening_tags(scale.unit, layers if trimline else layers[:2]))
         stream.writelines(_faces(mesh, layers[0]))
-        stream.writelines(polyline_tags(section, layers[1]) for section in sections)
+        stream.writelines(
+            polyline_tags(section.points_mm, layers[1], closed=section.closed)
+            for section in sections
+        )
+        stream.writelines(polyline_tags(loop, layers[2], closed=True) for loop in trimline)
         stream.write(encoded_tags((0, "ENDSEC"), (0, "EOF")))
 
     def check(written: Path) -> None:
         read = _read(written)
         require_same_triangles(path.name, read.triangles, mesh, _PRECISION)
-        counts = f"{path.name}: {len(read.polylines)} sections of {len(sections)}"
-        require(len(read.polylines) == len(sections), counts)
-        for section, polyline in zip(sections, read.polylines, strict=True):
-            whole = polyline.shape == section.points_mm.shape
-            near = whole and np.allclose(polyline, section.points_mm, rtol=0, atol=_PRECISION)
-            require(near, f"{path.name}: another section at {section.offset_mm:g}")
+        require_same_lines(path.name, read.polylines, wanted)
 
     return write_file(path, encode, check)
+
+
+def trimline_of(mesh: Mesh) -> list[Points3]:
+    """The surface's open edges, the longest first: the brim, and holes if there are any.
+
+    None on a surface that is no manifold: its open edges are no lines.
+    """
+    if not (is_edge_manifold(mesh.faces) and is_vertex_manifold(mesh.faces)):
+        return []
+    return [mesh.vertices_mm[loop] for loop in boundary_loops(mesh.faces)]
+
+
+def require_same_lines(name: str, found: Sequence[Points3], wanted: Sequence[Points3]) -> None:
+    """Refuse a file whose polylines are not those that were written."""
+    require(len(found) == len(wanted), f"{name}: {len(found)} curves of {len(wanted)}")
+    for number, (polyline, points) in enumerate(zip(found, wanted, strict=True), 1):
+        whole = polyline.shape == points.shape
+        near = whole and np.allclose(polyline, points, rtol=0, atol=_PRECISION)
+        require(near, f"{name}: curve {number} lies elsewhere")
 
 
 def opening_tags(unit: str, layers: tuple[str, ...]) -> bytes:
@@ -81,12 +103,12 @@ def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
         yield (face * len(corners) % tuple(corners.ravel())).encode("ascii")
 
 
-def polyline_tags(section: Section, layer: str) -> bytes:
-    """A section as a 3D polyline, closed where the section is."""
-    flags = _THREE_D + (_CLOSED if section.closed else 0)
+def polyline_tags(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
+    """A 3D polyline; a closed one does not repeat its first point."""
+    flags = _THREE_D + (_CLOSED if closed else 0)
     head = f"0\nPOLYLINE\n8\n{layer}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{flags}\n"
     vertex = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_THREE_D_VERTEX}\n"
-    points = vertex * len(section.points_mm) % tuple(section.points_mm.ravel())
+    points = vertex * len(points_mm) % tuple(points_mm.ravel())
     return f"{head}{points}0\nSEQEND\n8\n{layer}\n".encode("ascii")
 
 

@@ -10,7 +10,9 @@ import trimesh
 from ezdxf.render import MeshBuilder
 
 from limbgram.errors import CarveError, OptionsError
+from limbgram.export.dxf import write_dxf
 from limbgram.export.workshop import admit, in_limb_frame, write_polyface_dxf
+from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.surface import Mesh
@@ -49,6 +51,30 @@ def test_what_is_not_sure_does_not_pass(limb: Limb) -> None:
     inches = limb.mesh.with_vertices(limb.mesh.vertices_mm / 25.4)
     with pytest.raises(CarveError, match="unit"):
         admit(limb.with_mesh(inches), "left")
+
+
+@pytest.mark.parametrize("polyface", [False, True])
+def test_a_drawing_holds_the_trimline_as_a_closed_curve(tmp_path: Path, polyface: bool) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=50)
+    normal = np.array([0.6, 0.0, -0.8])
+    vertices, faces, _ = trimesh.intersections.slice_faces_plane(
+        np.asarray(ball.vertices), np.asarray(ball.faces), normal, np.array([0, 0, 10.0])
+    )
+    bowl = trimesh.Trimesh(vertices, faces, process=True)
+    mesh = Mesh(vertices_mm=np.asarray(bowl.vertices), faces=bowl.faces.astype(np.int32))
+    path = tmp_path / "bowl.dxf"
+    if polyface:
+        write_polyface_dxf(mesh, path)
+    else:
+        write_dxf(mesh, path, MILLIMETRES)
+    drawing = ezdxf.readfile(path)
+    assert not drawing.audit().errors
+    (line,) = drawing.modelspace().query('POLYLINE[layer=="TRIMLINE_MM"]')
+    assert line.is_closed
+    points = np.array([tuple(vertex.dxf.location) for vertex in line.vertices])
+    np.testing.assert_allclose(points @ normal, -8.0, atol=1e-5)
+    length = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum()
+    assert length == pytest.approx(2 * np.pi * np.sqrt(50**2 - 8**2), rel=0.01)
 
 
 @pytest.mark.parametrize(("subdivisions", "meshes"), [(3, 1), (6, 3)])

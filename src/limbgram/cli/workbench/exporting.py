@@ -9,7 +9,7 @@ from PIL import Image
 
 from limbgram.carving import CarveOptions
 from limbgram.cli.replies import Reply
-from limbgram.export.dxf import write_dxf
+from limbgram.export.dxf import trimline_of, write_dxf
 from limbgram.export.workshop import (
     AopOptions,
     AopReport,
@@ -165,7 +165,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
 def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
     if not polyface:
         write_dxf(limb.mesh, path, MILLIMETRES, spacing_mm=spacing_mm)
-        lines = [f"Written: {path} (mm; read back and compared)"]
+        lines = [f"Written: {path} (mm; read back and compared)", *_trimlines(limb)]
         return Reply((*lines, _axes(limb)), {"written": str(path), "unit": "mm"})
     report = write_polyface_dxf(limb.mesh, path, spacing_mm=spacing_mm)
     lines = [f"Written: {path} (mm; {report.sections} sections; read back and compared)"]
@@ -180,7 +180,15 @@ def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> R
         "meshes": report.meshes,
         "sections": report.sections,
     }
-    return Reply((*lines, _axes(limb)), content)
+    return Reply((*lines, *_trimlines(limb), _axes(limb)), content)
+
+
+def _trimlines(limb: Limb) -> list[str]:
+    """What lies on the layer of the trimline."""
+    loops = trimline_of(limb.mesh)
+    ahead = (np.roll(loop, -1, axis=0) - loop for loop in loops)
+    lengths = ", ".join(f"{np.linalg.norm(step, axis=1).sum():.0f} mm" for step in ahead)
+    return [f"Layer TRIMLINE_MM: open edges, round {lengths}"] if loops else []
 
 
 def mesh_reply(limb: Limb, path: Path) -> Reply:

@@ -1,4 +1,4 @@
-"""DXF, release 12: the surface as polyface meshes, sections as 3D polylines.
+"""DXF, release 12: the surface as polyface meshes, sections and trimline as 3D polylines.
 
 A polyface mesh keeps vertices apart from faces, so neighbours stay joined, which 3DFACEs do not.
 Its counts are 16-bit numbers, so a larger surface is split into several meshes that touch.
@@ -12,9 +12,15 @@ from typing import BinaryIO
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.export.dxf import encoded_tags, opening_tags, polyline_tags
+from limbgram.export.dxf import (
+    encoded_tags,
+    opening_tags,
+    polyline_tags,
+    require_same_lines,
+    trimline_of,
+)
 from limbgram.export.workshop.limb_file import MILLIMETRES
-from limbgram.export.writing import require, require_same_triangles, write_file
+from limbgram.export.writing import require_same_triangles, write_file
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut, heights_between
 from limbgram.surface.topology import with_faces
@@ -23,7 +29,7 @@ _MOST = 32_767
 """Vertices or faces of one polyface mesh."""
 _POLYFACE, _PLACE, _FACE = 64, 192, 128
 _PRECISION = 1e-6
-_LAYERS = ("SURFACE_MM", "SECTIONS_MM")
+_LAYERS = ("SURFACE_MM", "SECTIONS_MM", "TRIMLINE_MM")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,15 +43,22 @@ class PolyfaceReport:
 
 
 def write_polyface_dxf(mesh: Mesh, path: Path, *, spacing_mm: float = 10.0) -> PolyfaceReport:
-    """Write the surface, and sections across z at multiples of `spacing_mm`; read both back."""
+    """Write surface, sections across z at multiples of `spacing_mm`, trimline; read all back."""
     parts = [with_faces(mesh, faces) for faces in _split(mesh)]
     sections = cut(mesh, heights_between(mesh, spacing_mm).tolist())
+    trimline = trimline_of(mesh)
+    wanted = [*(section.points_mm for section in sections), *trimline]
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(opening_tags(MILLIMETRES.unit, _LAYERS))
+        layers = _LAYERS if trimline else _LAYERS[:2]
+        stream.write(opening_tags(MILLIMETRES.unit, layers))
         for part in parts:
             stream.writelines(_polyface(part))
-        stream.writelines(polyline_tags(section, _LAYERS[1]) for section in sections)
+        stream.writelines(
+            polyline_tags(section.points_mm, _LAYERS[1], closed=section.closed)
+            for section in sections
+        )
+        stream.writelines(polyline_tags(loop, _LAYERS[2], closed=True) for loop in trimline)
         stream.write(encoded_tags((0, "ENDSEC"), (0, "EOF")))
 
     def check(written: Path) -> None:
@@ -54,12 +67,7 @@ def write_polyface_dxf(mesh: Mesh, path: Path, *, spacing_mm: float = 10.0) -> P
             vertices_mm=mesh.vertices_mm, faces=np.concatenate(_split(mesh)).astype(np.int32)
         )
         require_same_triangles(path.name, drawing.triangles, ordered, _PRECISION)
-        counts = f"{len(drawing.polylines)} sections of {len(sections)}"
-        require(len(drawing.polylines) == len(sections), f"{path.name}: {counts}")
-        for section, found in zip(sections, drawing.polylines, strict=True):
-            whole = found.shape == section.points_mm.shape
-            near = whole and np.allclose(found, section.points_mm, rtol=0, atol=_PRECISION)
-            require(near, f"{path.name}: another section at {section.offset_mm:g}")
+        require_same_lines(path.name, drawing.polylines, wanted)
 
     write_file(path, encode, check)
     return PolyfaceReport(path=path, meshes=len(parts), sections=len(sections))
