@@ -10,7 +10,7 @@ from limbgram.geometry.arrays import Faces, Matrix3, Points3
 from limbgram.surface.mesh import Mesh
 
 CLAY = np.array([214.0, 206.0, 196.0])
-FILLED = np.array([222.0, 138.0, 70.0])
+FILLED = (222.0, 138.0, 70.0)
 """Colour of what no photo measured."""
 _LIGHTS = (
     (np.array([-0.45, -0.55, -0.70]), 0.75),
@@ -66,33 +66,57 @@ def shade(
     pixels = frame.project(mesh.vertices_mm)
     pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
     face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
-    hit = face_idx >= 0
-    corners, shares = mesh.faces[face_idx[hit]], weights[hit]
-
-    normals = mesh.vertex_normals() @ frame.picture_from_world.T
-    normal = np.einsum("pc,pcd->pd", shares, normals[corners])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    light = np.full(len(normal), _AMBIENT)
-    for direction, strength in _LIGHTS:
-        toward = direction / np.linalg.norm(direction)
-        light += strength * np.clip(normal @ toward, 0, None)
-
-    filled = np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float)
-    share = np.einsum("pc,pc->p", shares, filled[corners])[:, None] > 0.5
-    ground = CLAY
-    if paint is not None:
-        ground = np.einsum("pc,pcd->pd", shares, paint[corners])
-        light = 1 + _PAINT_RELIEF * (light - 1)
-    picture = np.zeros((*hit.shape, 4))
-    picture[hit, :3] = np.clip(np.where(share, FILLED, ground) * light[:, None], 0, 255)
-    picture[hit, 3] = 255
+    toward = np.array([direction / np.linalg.norm(direction) for direction, _ in _LIGHTS])
+    picture = _lit(
+        face_idx,
+        weights,
+        mesh.faces,
+        mesh.vertex_normals() @ frame.picture_from_world.T,
+        toward * np.array([[strength] for _, strength in _LIGHTS]),
+        np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float),
+        np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),
+        1.0 if paint is None else _PAINT_RELIEF,
+    )
     return _reduced(picture, n)
+
+
+@nb.njit(cache=True, nogil=True)
+def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief):
+    """Colour and opacity of every pixel: the ground, or the colour of what is filled, by light."""
+    height, width = face_idx.shape
+    picture = np.zeros((height, width, 4))
+    normal, ground = np.empty(3), np.empty(3)
+    painted = len(paint) > 1
+    for y in range(height):
+        for x in range(width):
+            f = face_idx[y, x]
+            if f < 0:
+                continue
+            normal[:] = 0.0
+            ground[:] = 0.0
+            share = 0.0
+            for corner in range(3):
+                at, weight = faces[f, corner], weights[y, x, corner]
+                share += weight * filled[at]
+                for axis in range(3):
+                    normal[axis] += weight * normals[at, axis]
+                    ground[axis] += weight * paint[at if painted else 0, axis]
+            length = max(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-12)
+            light = _AMBIENT
+            for k in range(len(lights)):
+                facing = normal[0] * lights[k, 0] + normal[1] * lights[k, 1]
+                light += max((facing + normal[2] * lights[k, 2]) / length, 0.0)
+            light = 1 + relief * (light - 1)
+            for axis in range(3):
+                colour = FILLED[axis] if share > 0.5 else ground[axis]
+                picture[y, x, axis] = min(max(colour * light, 0.0), 255.0)
+            picture[y, x, 3] = 255.0
+    return picture
 
 
 def _reduced(picture: np.ndarray, n: int) -> UInt8[np.ndarray, "h w 4"]:
     """Mean of n x n pixels, colours weighted by their opacity."""
     height, width = picture.shape[0] // n, picture.shape[1] // n
-    picture = picture.copy()
     picture[..., :3] *= picture[..., 3:] / 255
     mean = picture.reshape(height, n, width, n, 4).mean((1, 3))
     mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9) / 255
