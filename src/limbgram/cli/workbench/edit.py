@@ -85,8 +85,17 @@ def apply_command(
     replayed = replay(made, read.limb)
     written = write_limb(replayed.limb, out)
     return Reply(
-        (*lines_of(replayed.ledger), f"Written: {written}"),
-        {"recipe": made.name, "ledger": asdict(replayed.ledger), "written": str(written)},
+        (
+            *(f"Note: {note}." for note in replayed.limb.notes),
+            *lines_of(replayed.ledger),
+            f"Written: {written}",
+        ),
+        {
+            "recipe": made.name,
+            "ledger": asdict(replayed.ledger),
+            "notes": list(replayed.limb.notes),
+            "written": str(written),
+        },
     )
 
 

@@ -81,7 +81,9 @@ def sound_mesh(mesh: Mesh, name: str) -> Sound:
     kept = whole.faces
     if not is_edge_manifold(kept):
         kept = make_manifold(kept)
-    whole = with_faces(whole, kept)
+        whole = _sheets_apart(with_faces(whole, kept))
+    else:
+        whole = with_faces(whole, kept)
     if volume_mm3(whole) < 0:
         whole = replace(whole, faces=whole.faces[:, ::-1].copy())
     told = {
@@ -151,9 +153,9 @@ def _neighbours(faces: Faces) -> _Neighbours:
 
 def _sheets_apart(mesh: Mesh) -> Mesh:
     """Double the vertices at which several sheets meet."""
-    if is_edge_manifold(mesh.faces):
-        return mesh
     fans = corner_fans(mesh.faces)
+    if fans.max(initial=-1) + 1 == len(np.unique(mesh.faces)):
+        return mesh
     first = np.unique(fans, return_index=True)[1]
     vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
     return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)

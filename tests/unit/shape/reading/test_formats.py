@@ -12,7 +12,12 @@ from limbgram.export.workshop import write_limb
 from limbgram.shape import Limb
 from limbgram.shape.reading import mm_per_unit_of, read_limb
 from limbgram.surface import Mesh
-from limbgram.surface.topology import is_edge_manifold, volume_mm3
+from limbgram.surface.topology import (
+    boundary_loops,
+    is_edge_manifold,
+    is_vertex_manifold,
+    volume_mm3,
+)
 
 BOX = trimesh.creation.box((100.0, 80.0, 200.0))
 VOLUME = 100.0 * 80.0 * 200.0
@@ -162,6 +167,26 @@ def test_two_boxes_that_share_an_edge_stay_whole(tmp_path: Path) -> None:
     mesh = read_limb(path).mesh
     assert len(mesh.faces) == 24
     assert is_edge_manifold(mesh.faces)
+
+
+def test_sheets_that_touch_in_a_point_are_parted_there(tmp_path: Path) -> None:
+    """Two open boxes, corner to corner: their rims are two loops, not one that meets itself."""
+    other = BOX.copy()
+    other.apply_translation((100.0, 80.0, 0.0))
+    upper = np.asarray(BOX.vertices)[:, 2] > 0
+    open_faces = FACES[~upper[FACES].all(1)]
+    two = np.concatenate([np.asarray(BOX.vertices), np.asarray(other.vertices)])
+    low = (two[:, 2] < 0)[:, None] & (np.arange(len(two)) >= len(VERTICES))[:, None]
+    two = two + low * np.array([5.0, 5.0, 0.0])  # only the upper corners meet
+    faces = np.concatenate([open_faces, open_faces + len(VERTICES)])
+    path = tmp_path / "touching.stl"
+    trimesh.Trimesh(two, faces, process=False).export(path)
+    mesh = read_limb(path).mesh
+    assert len(mesh.faces) == len(faces)
+    assert is_edge_manifold(mesh.faces)
+    assert is_vertex_manifold(mesh.faces)
+    assert [len(loop) for loop in boundary_loops(mesh.faces)] == [4, 4]
+    assert len(mesh.vertices_mm) == 16
 
 
 @pytest.mark.parametrize(
