@@ -15,6 +15,7 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Limb, LimbFrame
 from limbgram.shape.reading import read_limb
 from limbgram.shape.reading.aop import RadiusMap
+from limbgram.surface.mesh import Mesh
 
 OPTIONS = CarveOptions(scallop_mm=0.2, tool_diameter_mm=16.0, rough_depth_mm=25)
 
@@ -50,6 +51,23 @@ def test_the_program_carves_the_limb(tmp_path: Path, limb: Limb, a_turns: str) -
     assert farthest == pytest.approx(270 if a_turns == "tool" else 90, abs=2)
     assert wall[:, 2].max() == pytest.approx(34, abs=0.03)
     assert wall[:, 2].min() == pytest.approx(30, abs=0.03)
+
+
+def test_a_bone_inside_the_limb_is_told_and_changes_nothing(tmp_path: Path, limb: Limb) -> None:
+    skin = limb.mesh
+    middle = np.array([0.0, 0.0, 15.0])
+    bone_mm = (skin.vertices_mm - middle) * 0.5 + middle
+    both = Mesh(
+        vertices_mm=np.concatenate([skin.vertices_mm, bone_mm]),
+        faces=np.concatenate([skin.faces, skin.faces + len(skin)]),
+    )
+    with_bone = write_gcode(replace(limb, mesh=both), tmp_path / "bone.gcode", OPTIONS)
+    alone = write_gcode(limb, tmp_path / "alone.gcode", OPTIONS)
+    assert (with_bone.bodies_left_out, alone.bodies_left_out) == (1, 0)
+    programs = [report.path.read_text("ascii").splitlines() for report in (with_bone, alone)]
+    assert with_bone.lines == alone.lines
+    different = [one for one, two in zip(*programs, strict=True) if one != two]
+    assert [line[:15] for line in different] == ["( SHAPE SHA256:"]
 
 
 def test_it_does_not_turn_back_between_passes(tmp_path: Path, limb: Limb) -> None:

@@ -130,6 +130,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
     check, blank = report.check, report.toolpath.blank
     side: Side = "none" if limb.frame is None else limb.frame.side
     picture = _picture(path, check.carved.surface(), limb.landmarks, side)
+    inside = report.bodies_left_out
     lines = (
         f"Written: {path} (mm; {report.lines:,} lines, about {check.minutes:.0f} min of cutting; "
         "read back and compared)",
@@ -139,6 +140,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
+        *((f"{inside} bodies inside the limb were left out.",) if inside else ()),
         f"Mirror check: {picture}. {_LOOK}",
     )
     content = {
@@ -146,6 +148,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         "unit": "mm",
         "side": side,
         "shape_sha256": report.shape_sha256,
+        "bodies_left_out": inside,
         "lines": report.lines,
         "minutes": check.minutes,
         "blank_diameter_mm": 2 * blank.radius_mm,

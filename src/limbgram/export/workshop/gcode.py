@@ -21,6 +21,7 @@ from limbgram.carving.toolpath import Strip, Toolpath, plan_toolpath
 from limbgram.errors import CarveError
 from limbgram.export.writing import require, write_file
 from limbgram.shape.limb import Limb
+from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.surface.mesh import Mesh
 
 _ROUNDING = 0.0005 + 1e-9
@@ -42,6 +43,8 @@ class GcodeReport:
     lines: int
     check: CarveCheck
     shape_sha256: str
+    bodies_left_out: int
+    """Bodies inside the limb, such as bones, that nothing was carved of."""
 
 
 def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
@@ -56,9 +59,11 @@ def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
             "`limbgram align` first."
         )
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
-    mesh = Mesh(vertices_mm=points, faces=limb.mesh.faces)
+    whole = Mesh(vertices_mm=points, faces=limb.mesh.faces)
+    outside = outer_bodies(whole)
+    mesh = outside.mesh
     toolpath = plan_toolpath(mesh, options)
-    shape_hash = hash_of_shape(mesh)
+    shape_hash = hash_of_shape(whole)
     text = _header(toolpath, limb.frame.side, shape_hash) + _program(toolpath)
     found: list[CarveCheck] = []
 
@@ -79,6 +84,7 @@ def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
         lines=text.count("\n"),
         check=found[0],
         shape_sha256=shape_hash,
+        bodies_left_out=outside.bodies_left_out,
     )
 
 
