@@ -29,6 +29,9 @@ _TURNED = 0.5
 _MOST_EASED = 0.05
 """Share of the faces whose moves may be evened out; beyond it the offset is refused."""
 _EASING_ROUNDS = 60
+_SCRAP_MM = 0.05
+"""Triangles less high than this have no direction of their own: they go with their longest side."""
+_SCRAP_ROUNDS = 20
 
 
 def offset(mesh: Mesh, distance_mm: float) -> Mesh:
@@ -62,9 +65,15 @@ def offset_unchecked(
     moves = _eased(mesh, moves, ease)
     turned = _turning(mesh.face_normals(), mesh, moves) <= 0
     if turned.any():
+        moves = _scraps_along(mesh, moves)
+        turned = _turning(mesh.face_normals(), mesh, moves) <= 0
+    if turned.any():
+        x, y, z = mesh.vertices_mm[mesh.faces[turned.argmax()]].mean(0)
         raise EditError(
             f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
-            "the surface bends more tightly than that. Offset by less, or smooth the surface first."
+            f"the surface bends more tightly than that, the first near ({x:.1f}, {y:.1f}, {z:.1f}) "
+            "mm. Offset by less, or smooth the surface first; between toes and in slits there is "
+            "no room: fill them in the program that made the shape."
         )
     return mesh.with_vertices(mesh.vertices_mm + moves)
 
@@ -131,6 +140,30 @@ def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> P
         turned[changed] = _turning(before[changed], near, moves) < _TURNED
         if not turned.any():
             break
+    return moves
+
+
+def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
+    """Moves with which a flat scrap that turns away keeps its apex where it is on its longest side.
+
+    The few micrometres by which its corners move differently would turn it over, and mean nothing.
+    """
+    before = mesh.face_normals()
+    moves = moves.copy()
+    for _ in range(_SCRAP_ROUNDS):
+        faces = mesh.faces[_turning(before, mesh, moves) < _TURNED]
+        points = mesh.vertices_mm[faces]
+        longest = np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2).argmax(1)
+        rows = np.arange(len(faces))
+        start, end, apex = (faces[rows, (longest + step) % 3] for step in range(3))
+        side = mesh.vertices_mm[end] - mesh.vertices_mm[start]
+        to_apex = mesh.vertices_mm[apex] - mesh.vertices_mm[start]
+        share = (to_apex * side).sum(1) / np.maximum((side * side).sum(1), 1e-30)
+        flat = np.linalg.norm(to_apex - share[:, None] * side, axis=1) < _SCRAP_MM
+        if not flat.any():
+            break
+        along = moves[start] + share[:, None] * (moves[end] - moves[start])
+        moves[apex[flat]] = along[flat]
     return moves
 
 

@@ -60,3 +60,37 @@ def test_two_sheets_that_would_meet_are_refused() -> None:
     assert len(offset(pair, 2.0)) == len(pair)
     with pytest.raises(EditError, match="pass through each other"):
         offset(pair, 3.0)
+
+
+def with_scraps(ball: Mesh, hair_mm: float, noise_mm: float) -> tuple[Mesh, int]:
+    """Every seventh face split at a point a hair from its side: a scrap without width."""
+    rng = np.random.default_rng(0)
+    at, used = ball.vertices_mm, np.zeros(len(ball), bool)
+    places: list[np.ndarray] = []
+    faces: list[list[int]] = []
+    for number, (a, b, c) in enumerate(ball.faces.tolist()):
+        if number % 7 or used[[a, b, c]].any():
+            faces.append([a, b, c])
+            continue
+        used[[a, b, c]] = True
+        middle = (at[a] + at[b]) / 2
+        inwards = (at[c] - middle) / np.linalg.norm(at[c] - middle)
+        new = len(at) + len(places)
+        places.append(middle + hair_mm * inwards + noise_mm * rng.normal(size=3))
+        faces += [[a, b, new], [b, c, new], [c, a, new]]
+    vertices = np.concatenate([at, np.stack(places)])
+    return Mesh(vertices_mm=vertices, faces=np.array(faces, np.int32)), len(places)
+
+
+@pytest.mark.parametrize("distance_mm", [-3.0, -1.0])
+@pytest.mark.parametrize("hair_mm", [0.005, 0.02])
+def test_flat_scraps_are_no_reason_to_refuse(distance_mm: float, hair_mm: float) -> None:
+    """They turn over where their corners move differently by micrometres."""
+    split, count = with_scraps(mesh_of(trimesh.creation.icosphere(4, 50.0)), hair_mm, 1e-3)
+    moved = offset(split, distance_mm)
+    radii = np.linalg.norm(moved.vertices_mm, axis=1)
+    assert count > 400
+    np.testing.assert_allclose(radii[:-count], 50 + distance_mm, atol=0.1)
+    # Their points lie on chords, as they did before.
+    sunk = np.linalg.norm(split.vertices_mm, axis=1)[-count:] - 50
+    np.testing.assert_allclose(radii[-count:] - (50 + distance_mm), sunk, atol=0.1)

@@ -110,7 +110,8 @@ def wall(limb: Limb, edit: Wall) -> Limb:
     if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
         raise EditError(
             f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
-            "closed. Cut it open by a plane or a trimline first."
+            "closed. Cut it open by a plane or a trimline first; a socket that is a solid already "
+            "needs no wall."
         )
     ease = np.zeros(len(mesh), np.bool_)
     solid = _solid(mesh, border, edit, ease)
@@ -167,7 +168,10 @@ def mirror(limb: Limb, edit: Mirror) -> Limb:
 def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
     """The surface and its offset, joined along the open edges."""
     sign = 1.0 if edit.side == "outward" else -1.0
-    other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
+    try:
+        other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
+    except EditError as error:
+        raise EditError(f"The wall's second surface cannot be made. {error}") from error
     outer, inner = (other, mesh) if sign > 0 else (mesh, other)
     count = len(mesh)
     a, b = border[:, 0], border[:, 1]
