@@ -1,0 +1,80 @@
+"""Outputs that cannot be written, and Ctrl-C: a clear refusal, its exit code, and no half file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.export import writing
+from limbgram.export.workshop import write_limb
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape import Limb, LimbFrame
+from limbgram.shape.reading.aop import RadiusMap
+
+RUNNER = CliRunner()
+
+WRITING = {
+    "table": ["measure", "SCAN", "--csv", "OUT/table.csv"],
+    "picture": ["measure", "SCAN", "--picture", "OUT/picture.png"],
+    "edit": ["edit", "apply", "SCAN", "RECIPE", "-o", "OUT/edited.ply"],
+    "recipe": ["edit", "new", "OUT/new.toml"],
+    "mesh": ["export", "SCAN", "--to", "stl", "-o", "OUT/limb.stl"],
+    "aop": ["export", "SCAN", "--to", "aop", "--side", "left", "-o", "OUT/limb.aop"],
+    "comparison": ["compare", "SCAN", "SCAN", "--align", "as-is", "--picture", "OUT/both.png"],
+    "report": ["report", "SCAN", "-o", "OUT/record"],
+}
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("work")
+    radii = np.tile(30 + 4 * np.cos(np.radians(np.arange(-90, 270, 6.0))), (7, 1))
+    body = RadiusMap(thetas_deg=np.arange(0, 360, 6.0), z_mm=np.linspace(0, 90, 7), radii_mm=radii)
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
+    scan = write_limb(Limb(mesh=body.surface(), frame=frame), folder / "scan.ply")
+    for words in (
+        ["new", str(folder / "recipe.toml"), "--for", str(scan)],
+        ["add", str(folder / "recipe.toml"), "offset", "distance_mm=0.5"],
+    ):
+        assert RUNNER.invoke(app, ["edit", *words]).exit_code == 0
+    return folder
+
+
+def words_of(name: str, work: Path, out: Path) -> list[str]:
+    places = {"SCAN": work / "scan.ply", "RECIPE": work / "recipe.toml"}
+    words = [str(places.get(word, word)) for word in WRITING[name]]
+    return [word.replace("OUT", str(out)) for word in words]
+
+
+@pytest.mark.parametrize("name", WRITING)
+def test_under_a_file_nothing_can_be_written(name: str, work: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("kept")
+    answer = RUNNER.invoke(app, [*words_of(name, work, tmp_path / "file"), "--json"])
+    assert answer.exit_code == 5
+    message = json.loads(answer.stdout)["error"]["message"]
+    assert str(tmp_path / "file") in message
+    assert "folder" in message
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["kept"]
+
+
+@pytest.mark.parametrize("name", WRITING)
+def test_ctrl_c_while_a_file_is_written_leaves_none(
+    name: str, work: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reached: list[int] = []
+
+    def stop(handle: int) -> None:
+        reached.append(handle)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(writing.os, "fsync", stop)
+    before = sorted(work.iterdir())
+    answer = RUNNER.invoke(app, [*words_of(name, work, tmp_path), "--json"])
+    assert answer.exit_code == 130
+    assert len(reached) == 1
+    assert json.loads(answer.stdout)["error"]["kind"] == "Cancelled"
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    assert sorted(work.iterdir()) == before
