@@ -5,10 +5,10 @@ from limbgram.measuring.plate.bending import (
     bending_of,
     curvature_of,
     plate_of,
-    quadrics,
     settle,
     tangent_axes,
 )
+from limbgram.measuring.plate.quadrics import quadrics
 from limbgram.measuring.plate.solver import solve
 
 __all__ = [

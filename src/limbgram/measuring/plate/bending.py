@@ -150,31 +150,6 @@ def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:
     return np.stack([first, np.cross(normals, first), normals], axis=1)
 
 
-def quadrics(
-    mesh: Mesh, plate: Plate, axes: Float64[np.ndarray, "n 3 3"], rings: int = 2
-) -> Float64[np.ndarray, "n 3"]:
-    """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
-    reach = plate.neighbours
-    for _ in range(rings - 1):
-        reach = _pattern(reach @ plate.neighbours)
-    pairs = reach.tocoo()
-    centre, other = pairs.row[pairs.row != pairs.col], pairs.col[pairs.row != pairs.col]
-    count = len(mesh)
-    step = np.einsum("nij,nj->ni", axes[centre], mesh.vertices_mm[other] - mesh.vertices_mm[centre])
-    u, v, height = step.T
-    terms = [u, v, 0.5 * u * u, u * v, 0.5 * v * v]
-    normal = np.zeros((count, 5, 5))
-    right = np.zeros((count, 5))
-    for a in range(5):
-        right[:, a] = np.bincount(centre, terms[a] * height, count)
-        for b in range(a, 5):
-            normal[:, a, b] = normal[:, b, a] = np.bincount(centre, terms[a] * terms[b], count)
-    diagonal = np.einsum("nii->ni", normal)
-    diagonal *= 1.0 + 1e-4
-    diagonal += 1e-9
-    return np.linalg.solve(normal, right[..., None])[:, 2:, 0]
-
-
 def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:
     """1 where the matrix has an entry."""
     return sp.csr_matrix(
