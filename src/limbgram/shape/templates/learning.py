@@ -39,6 +39,8 @@ _HUBER = 1.5
 _ROUNDS = 20
 _SMALLEST_SPREAD_MM = 0.02
 _POOLED_NODES = 1.5
+_POOLED_FOLD = 3
+"""Spreads are pooled over some thirty nodes, of which so many count as independent."""
 _SOFT_NODES = 0.7
 _PAD = 8
 _DECIMALS = 2
@@ -90,6 +92,8 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     known = np.isfinite(fields).sum(0)
     mean, spread = _robust(fields)
     kept = _significant(mean, spread, known, options)
+    if not kept.any():
+        raise MeasureError(_nothing_kept(mean, spread, len(pairs), options))
     return Template(
         name=name,
         pairs=len(pairs),
@@ -223,7 +227,7 @@ def _significant(
         return large
     tested = np.isfinite(spread) & np.isfinite(mean)
     ratio = np.abs(mean[tested]) / (spread[tested] / np.sqrt(known[tested]))
-    chance = 2 * student.sf(ratio, known[tested] - 1)
+    chance = 2 * student.sf(ratio, _POOLED_FOLD * (known[tested] - 1))
     order = np.sort(chance)
     limits = options.false_share * np.arange(1, len(order) + 1) / len(order)
     passed = order[order <= limits]
@@ -231,6 +235,21 @@ def _significant(
     kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
     kept &= large
     return _wrapped(median_filter(_padded(kept.astype(float)), 3)) > 0
+
+
+def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> str:
+    most = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(mean))), mean.shape)
+    if not abs(mean[most]) >= options.least_mm:
+        return (
+            f"Nothing was done to these limbs that is {options.least_mm:g} mm or more on the mean "
+            "of the pairs. Name each shape before its rectification first, and after it second."
+        )
+    return (
+        f"Nothing was done alike to these limbs: where the {pairs} pairs differ most from before, "
+        f"by {mean[most]:+.1f} mm on the mean, they spread by {spread[most]:.1f} mm. Check that "
+        "landmarks stand at the same places on all limbs and that the right shapes are paired, or "
+        "learn from more pairs."
+    )
 
 
 def _softened(kept: Bool[np.ndarray, "h a"]) -> Field:

@@ -92,14 +92,23 @@ def test_the_spread_is_that_of_the_pairs(learned) -> None:
     assert learned.known_pairs.max() == 5
 
 
-def test_nothing_significant_is_found_where_nothing_was_done(bench) -> None:
+def test_three_pairs_are_enough_for_what_stands_out(bench) -> None:
+    found = learn(pairs_of(bench, 0.4)[:3], "three", AS_IS)
+    assert found.displacement_mm.min() == pytest.approx(-6, abs=0.6)
+    assert found.displacement_mm.max() == pytest.approx(4, abs=0.6)
+    assert (found.displacement_mm != 0).mean() < 0.35
+
+
+def test_where_nothing_was_done_alike_there_is_no_template(bench) -> None:
     pairs = []
     for k, build in enumerate(BUILDS):
         limb = bench.limb_of(bench.build(**build))
         pairs.append(Pair(before=limb, after=bench.after(limb, bench.ripple(limb, 20 + k, 0.4))))
-    found = learn(pairs, "nothing", AS_IS)
-    assert (found.displacement_mm != 0).mean() < 0.06
-    assert np.abs(found.displacement_mm).max() < 1.0
+    with pytest.raises(MeasureError, match="Nothing was done alike"):
+        learn(pairs, "nothing", AS_IS)
+    same = [Pair(before=pair.before, after=pair.before) for pair in pairs]
+    with pytest.raises(MeasureError, match=r"0\.1 mm or more"):
+        learn(same, "nothing", AS_IS)
 
 
 def test_one_spoilt_pair_of_five_hardly_counts(bench) -> None:
