@@ -113,6 +113,7 @@ def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
     other = replace(cylinder(), name="Berta.ply", notes=())
     record = record_of(source(cylinder()), source(other, "b"), case=case())
     text = repr(record.tree) + "".join(picture.caption for picture in record.pictures)
+    assert [picture.name for picture in record.pictures] == ["sides", "differences"]
     for name in ("Anna", "Berta", "scar"):
         assert name not in text
     assert [mark["name"] for mark in record.tree["landmarks"]] == ["tibial crest", "own landmark 1"]
@@ -124,6 +125,9 @@ def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
 
 def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
     record = record_of(source(cylinder()), options=RecordOptions(reference="Anna's scar"))
+    assert [picture.name for picture in record.pictures] == ["sides", "sections"]
+    assert "own landmark 1" in record.pictures[1].caption
+    assert not any("Anna" in picture.caption for picture in record.pictures)
     assert record.tree["measures"]["reference"] == "own landmark 1"
     heights = [row["from_reference_mm"] for row in record.tree["measures"]["levels"]]
     assert heights[0] == pytest.approx(-60.0)

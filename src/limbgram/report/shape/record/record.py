@@ -17,6 +17,7 @@ import numpy as np
 
 from limbgram.geometry.arrays import Points3
 from limbgram.report.drawings.drawing import Drawing
+from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.pictures import Picture, png
 from limbgram.report.shape.differences import difference_pictures
 from limbgram.report.shape.record.advice import findings
@@ -82,7 +83,7 @@ class Record:
 
     tree: Json
     pictures: tuple[Picture, ...]
-    """The four sides first, then the differences if something was compared."""
+    """The four sides first, then the differences, or the sections where nothing was compared."""
 
 
 def record_of(
@@ -139,6 +140,8 @@ def record_of(
     drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, frame.side))]
     if compared is not None:
         drawings.append(("differences", "What differs", difference_pictures(compared)))
+    elif any(row.level is not None for row in measures.rows):
+        drawings.append(("sections", "Sections at the levels", sections_drawing(measures)))
     return Record(tree=finite(tree), pictures=tuple(_picture(*drawing) for drawing in drawings))
 
 

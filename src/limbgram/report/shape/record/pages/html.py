@@ -32,7 +32,8 @@ def record_page(tree: Tree, pictures: Sequence[Picture]) -> str:
         "<h2>Measures by level</h2>",
         f'<p class="note">{escape(words.measure_note(tree))}</p>',
         table(words.MEASURE_HEADS, words.measure_rows(tree)),
-        *_comparison(tree, pictures[1:]),
+        *_comparison(tree),
+        *(shown(picture) for picture in pictures[1:]),
         *_recipe(tree),
         "<h2>What each step does to a radius</h2>",
         f'<p class="note">{escape(words.BIAS_NOTE)}</p>',
@@ -60,7 +61,7 @@ def _landmarks(tree: Tree) -> Iterator[str]:
     yield table(words.LANDMARK_HEADS, rows) if rows else "<p>None were marked.</p>"
 
 
-def _comparison(tree: Tree, pictures: Sequence[Picture]) -> Iterator[str]:
+def _comparison(tree: Tree) -> Iterator[str]:
     compared = tree["comparison"]
     if compared is None:
         return
@@ -68,7 +69,6 @@ def _comparison(tree: Tree, pictures: Sequence[Picture]) -> Iterator[str]:
     yield f"<p>{escape(compared['verdict'])}</p>"
     yield f'<p class="note">{words.COMPARISON_NOTE}</p>'
     yield table(words.CHANGE_HEADS, words.change_rows(tree))
-    yield from (shown(picture) for picture in pictures)
 
 
 def _recipe(tree: Tree) -> Iterator[str]:

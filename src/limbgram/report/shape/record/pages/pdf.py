@@ -96,6 +96,8 @@ def _second(tree: Tree, pictures: Sequence[Picture]) -> Sheet:
             sheet.text(more, points=6.5, colour=FAINT)
     for picture in pictures:
         if sheet.room_in - below_in > 1.2:
+            if tree["comparison"] is None:
+                sheet.heading(picture.title)
             sheet.picture(picture, sheet.room_in - below_in)
     sheet.heading("What each step does to a radius")
     sheet.text(words.BIAS_NOTE, points=6.5, colour=FAINT)
