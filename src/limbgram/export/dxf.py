@@ -5,6 +5,7 @@ Release 12 has no field for the unit: comments and layer names say it.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -119,25 +120,27 @@ class _Drawing:
 
 
 def _read(path: Path) -> _Drawing:
-    """Entities by group code; numbers of a kind are gathered first and shaped afterwards."""
-    from ezdxf.lldxf.tagger import ascii_tags_loader  # takes longer than all else here to import
+    """Tags are lines in pairs, a code and a value; code 0 begins an entity."""
+    lines = path.read_text("ascii").split("\n")
+    values = lines[1::2]
+    letters = np.array(lines[: 2 * len(values) : 2], "U3").view(np.uint32).reshape(-1, 3)
+    begins = np.flatnonzero((letters[:, 0] == ord("0")) & (letters[:, 1] == 0))
+    names = np.array([values[k] for k in begins])
+    entity = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(values)))
+    outside = int(begins[0]) if len(begins) else len(values)
+    place = (letters[:, 1] != 0) & (letters[:, 2] == 0)  # codes 10 to 39
+    place &= (letters[:, 0] >= ord("1")) & (letters[:, 0] <= ord("3"))
+    place[:outside] = False
 
-    face_values: list[str] = []
-    vertex_values: list[list[str]] = []
-    values: list[str] | None = None
-    with path.open(encoding="ascii") as stream:
-        for tag in ascii_tags_loader(stream):
-            if tag.code == 0:
-                values = None
-                if tag.value == "3DFACE":
-                    values = face_values
-                elif tag.value == "POLYLINE":
-                    vertex_values.append([])
-                elif tag.value == "VERTEX":
-                    values = vertex_values[-1]
-            elif values is not None and 10 <= tag.code < 40:
-                values.append(tag.value)
-    corners = np.array(face_values, np.float64).reshape(-1, 4, 3)
+    def numbers(name: str) -> np.ndarray:
+        wanted = place.copy()
+        wanted[outside:] &= (names == name)[entity]
+        found = map(float, compress(values, wanted.tolist()))
+        return np.fromiter(found, np.float64, int(wanted.sum())).reshape(-1, 3)
+
+    corners = numbers("3DFACE").reshape(-1, 4, 3)
     require(bool((corners[:, 2] == corners[:, 3]).all()), f"{path.name}: faces of four corners")
-    polylines = [np.array(numbers, np.float64).reshape(-1, 3) for numbers in vertex_values]
+    line_of = np.cumsum(names == "POLYLINE")[names == "VERTEX"]
+    ends = np.searchsorted(line_of, np.arange(1, int((names == "POLYLINE").sum()) + 1), "right")
+    polylines = np.split(numbers("VERTEX"), ends)[:-1]
     return _Drawing(corners[:, :3], polylines)
