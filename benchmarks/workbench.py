@@ -2,8 +2,8 @@
 
 python benchmarks/workbench.py SHAPES [-o benchmarks/results/workbench.md]
 
-SHAPES holds ampscan/, openlimb_TT/, homebrew_socket/ and find_template_foot/. Seconds are those of
-the processor, of all threads together: the wall clock of a busy machine says little.
+SHAPES holds ampscan/, openlimb_TT/, homebrew_socket/ and find_template_foot/. Run it on a quiet
+machine: a busy one takes longer in seconds of the processor, too.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -65,6 +65,10 @@ EDITS = {
     "wall": ["thickness_mm=3"],
     "mirror": ["confirmed_side=left"],
 }
+REFINED = {
+    "ampscan/stl_file.stl": "ampscan.ply",
+    "openlimb_TT/Full Size Mean_Skin_Shape.stl": "openlimb.ply",
+}
 Rows = list[Sequence[str]]
 
 
@@ -85,58 +89,96 @@ def main() -> None:
     ]
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
-        scan = refined(stated.shapes / "ampscan/stl_file.stl", work)
+        scan, other = (refined(stated.shapes / name, work / out) for name, out in REFINED.items())
         for part in chain(
             smoothed(stated.shapes),
             sections(stated.shapes),
             replays(scan, work),
+            replays(other, work),
             commands(scan, work),
         ):
             parts.append(part)
             stated.out.write_text("\n\n".join(parts) + "\n")
 
 
-def refined(path: Path, work: Path) -> Path:
-    """A limb of over 200,000 triangles: each edge halved twice, its facets' edges calmed."""
-    fine = trimesh.load_mesh(path).subdivide().subdivide()
+def refined(path: Path, out: Path) -> Path:
+    """A limb of over 200,000 triangles: each edge halved twice by Loop's rule."""
+    coarse = read_limb(path).mesh
+    fine = trimesh.Trimesh(coarse.vertices_mm, coarse.faces, process=False).subdivide_loop(2)
     mesh = Mesh(vertices_mm=np.asarray(fine.vertices), faces=fine.faces.astype(np.int32))
-    limb = smoothing(Limb(mesh=mesh), Smoothing(passes=10, brim_mm=0.0))
-    return write_limb(limb, work / "scan.ply")
+    return write_limb(Limb(mesh=mesh), out)
 
 
 def commands(scan: Path, work: Path) -> Iterator[str]:
     """Seconds of every command, and what the exports say of themselves."""
     mesh = read_limb(scan).mesh
-    triangles = len(mesh.faces)
-    align = aligning(scan, mesh)
-    rows: Rows = [timed("align", align)[0]]
-    rows.append(timed("measure, 25 levels", ["measure", str(scan)])[0])
-    after = str(work / "reduction.ply")
+    tried = Tried()
+    tried("list of commands", ["--help"])
+    tried("start alone: help of measure", ["measure", "--help"])
+    tried("align", aligning(scan, mesh))
+    tried("measure, 25 levels", ["measure", str(scan)])
+    tried("measure, sock of 2 mm off", ["measure", str(scan), "--sock", "2"])
+    fit = ["--fit", str(work / "fitted.ply")]
+    tried("measure, fit to tape", ["measure", str(scan), *readings(scan), *fit])
     for kind, values in EDITS.items():
         recipe = str(work / f"{kind}.toml")
-        body("edit", "new", recipe, "--for", str(scan))
-        body("edit", "add", recipe, kind, *values)
+        done("edit", "new", recipe, "--for", str(scan))
+        done("edit", "add", recipe, kind, *values)
         out = str(work / f"{kind}.ply")
-        rows.append(timed(f"edit: {kind}", ["edit", "apply", str(scan), recipe, "-o", out])[0])
-    rows.append(timed("compare, as is", ["compare", str(scan), after, "--align", "as-is"])[0])
-    rows.append(timed("compare, ICP", ["compare", str(scan), after])[0])
+        tried(f"edit: {kind}", ["edit", "apply", str(scan), recipe, "-o", out])
+    after, recipe = str(work / "reduction.ply"), str(work / "reduction.toml")
+    tried("compare, as is", ["compare", str(scan), after, "--align", "as-is"])
+    tried("compare, ICP", ["compare", str(scan), after])
     learned = str(work / "learned.json")
-    rows.append(timed("template learn", ["template", "learn", str(scan), after, "-o", learned])[0])
+    tried("template learn", ["template", "learn", str(scan), after, "-o", learned])
     apply = ["template", "apply", str(scan), learned, "-o", str(work / "applied.ply")]
-    rows.append(timed("template apply", apply)[0])
+    tried("template apply", apply)
     told: dict[str, Any] = {}
     for kind in ("stl", "ply", "obj", "glb", "dxf", "aop", "gcode"):
         confirmed = ["--side", "right"] if kind in ("aop", "gcode") else []
         out = str(work / f"out-{kind}.{kind}")
-        row, told[kind] = timed(
+        told[kind] = tried(
             f"export: {kind}", ["export", str(scan), "--to", kind, "-o", out, *confirmed]
         )
-        rows.append(row)
-    rows.append(timed("report", ["report", str(scan), "-o", str(work / "record")])[0])
-    yield f"## Seconds of the processor on {triangles:,} triangles"
-    yield table(("command", "whole command", "in a running process", "exit"), rows)
+    tried("report", ["report", str(scan), "-o", str(work / "record")])
+    both = ["--against", str(scan), "--recipe", recipe, "-o", str(work / "record-of-edit")]
+    tried("report, comparison and recipe", ["report", after, *both])
+    yield f"## Seconds on {len(mesh.faces):,} triangles"
+    yield (
+        "Whole command: a new process, with its start and the reading of the shape. In a running "
+        "process: the same once more where it has run before. CPU: of the processor, all threads."
+    )
+    heads = ("command", "whole: CPU", "wall", "running: CPU", "wall", "exit")
+    yield table(heads, tried.rows)
+    yield from (f"**{name}** answered: {text}" for name, text in tried.refused)
     yield "## What the exports cost"
     yield table(("format", "figure", "value"), list(costs(told)))
+
+
+@dataclass
+class Tried:
+    """Commands that were run, with their seconds; what refuses says so in the results."""
+
+    rows: Rows = field(default_factory=list)
+    refused: list[tuple[str, str]] = field(default_factory=list)
+
+    def __call__(self, name: str, arguments: list[str]) -> Any:
+        """Run it three times, the first to warm up; returns its reply."""
+        body(*arguments)
+        start, wall = time.process_time(), time.perf_counter()
+        reply = body(*arguments)
+        running = time.process_time() - start, time.perf_counter() - wall
+        before, wall = os.times(), time.perf_counter()
+        whole = run(*arguments)
+        whole_s = time.perf_counter() - wall
+        after = os.times()
+        spent = after.children_user + after.children_system
+        spent -= before.children_user + before.children_system
+        seconds = (spent, whole_s, *running)
+        self.rows.append((name, *(f"{one:.2f}" for one in seconds), str(whole.returncode)))
+        if whole.returncode:
+            self.refused.append((name, (whole.stderr + whole.stdout).strip()))
+        return reply
 
 
 def aligning(scan: Path, mesh: Mesh) -> list[str]:
@@ -164,48 +206,60 @@ def costs(told: dict[str, Any]) -> Iterator[Sequence[str]]:
         yield from ((kind, name, f"{told[kind].get(name, float('nan')):.5g}") for name in names)
 
 
-def timed(name: str, arguments: list[str]) -> tuple[Sequence[str], Any]:
-    """A row of seconds, and the command's reply; it is run three times, the first to warm up."""
-    body(*arguments)
-    start = time.process_time()
-    reply = body(*arguments)
-    warm_s = time.process_time() - start
-    before = os.times()
-    whole = subprocess.run(
+def run(*arguments: str, threads: str | None = None) -> subprocess.CompletedProcess[str]:
+    """A command in a process of its own."""
+    told = {} if threads is None else {"NUMBA_NUM_THREADS": threads}
+    return subprocess.run(
         [sys.executable, "-c", "from limbgram.cli.main import app; app()", *arguments],
+        env={**os.environ, **told},
         capture_output=True,
+        text=True,
         check=False,
     )
-    spent = os.times()
-    whole_s = spent.children_user + spent.children_system
-    whole_s -= before.children_user + before.children_system
-    return (name, f"{whole_s:.2f}", f"{warm_s:.2f}", str(whole.returncode)), reply
 
 
 def body(*arguments: str) -> Any:
     """The JSON reply of a command in this process."""
     answer = CliRunner().invoke(app, [*arguments, "--json"])
-    return json.loads(answer.stdout) if answer.stdout else {}
+    if answer.exception is not None and not isinstance(answer.exception, SystemExit):
+        raise answer.exception
+    return json.loads(answer.stdout) if answer.stdout.startswith(("{", "[")) else {}
+
+
+def done(*arguments: str) -> Any:
+    """The reply of a command that everything after it needs."""
+    reply = body(*arguments)
+    if "error" in reply:
+        raise SystemExit(f"limbgram {' '.join(arguments)}: {reply['error']['message']}")
+    return reply
+
+
+def readings(scan: Path) -> list[str]:
+    """Tape readings 1 % over the shape's own girths, at two heights."""
+    heights = ("100", "200")
+    told = done("measure", str(scan), *chain(*(("--height", height) for height in heights)))
+    girths = [row["tape_mm"]["value"] * 1.01 for row in told["levels"]]
+    pairs = zip(heights, girths, strict=True)
+    return list(chain(*(("--tape", f"{height}={girth:.2f}") for height, girth in pairs)))
 
 
 def replays(scan: Path, work: Path) -> Iterator[str]:
     """One recipe of several edits, replayed with one thread and with two."""
-    body(*aligning(scan, read_limb(scan).mesh))
-    recipe = str(work / "several.toml")
-    body("edit", "new", recipe, "--for", str(scan))
+    mesh = read_limb(scan).mesh
+    done(*aligning(scan, mesh))
+    recipe = str(work / f"{scan.stem}-several.toml")
+    done("edit", "new", recipe, "--for", str(scan))
     for kind in ("smoothing", "reduction", "relief"):
-        body("edit", "add", recipe, kind, *EDITS[kind])
+        done("edit", "add", recipe, kind, *EDITS[kind])
     hashes: Rows = []
-    for run, threads in enumerate(("1", "2", "2")):
-        out = work / f"replayed-{run}.ply"
-        subprocess.run(
-            [sys.executable, "-c", "from limbgram.cli.main import app; app()",
-             "edit", "apply", str(scan), recipe, "-o", str(out)],
-            env={**os.environ, "NUMBA_NUM_THREADS": threads}, capture_output=True, check=True,
-        )  # fmt: skip
-        hashes.append((str(run + 1), threads, hashlib.sha256(out.read_bytes()).hexdigest()))
+    for number, threads in enumerate(("1", "2", "2"), 1):
+        out = work / f"{scan.stem}-replayed-{number}.ply"
+        answer = run("edit", "apply", str(scan), recipe, "-o", str(out), threads=threads)
+        if answer.returncode:
+            raise SystemExit(f"The replay was refused: {answer.stderr}{answer.stdout}")
+        hashes.append((str(number), threads, hashlib.sha256(out.read_bytes()).hexdigest()))
     same = len({row[2] for row in hashes}) == 1
-    yield "## Replay of a recipe of three edits"
+    yield f"## Replay of a recipe of three edits: {scan.stem}, {len(mesh.faces):,} triangles"
     yield f"The files are {'the same, byte by byte' if same else 'DIFFERENT'}."
     yield table(("run", "threads", "SHA-256 of the result"), hashes)
 
