@@ -106,6 +106,29 @@ PLACES = {
 }
 
 
+def sized(limb: Limb, factor: float) -> Limb:
+    """The limb lying elsewhere, of another size."""
+    grown = limb.with_mesh(limb.mesh.with_vertices(limb.mesh.vertices_mm * factor))
+    return nearly_told(grown, pose_of(6))
+
+
+@pytest.mark.parametrize(("factor", "word"), [(0.7, "30% narrower"), (1.3, "30% wider")])
+def test_limbs_of_grossly_different_sizes_are_refused(limb, factor: float, word: str) -> None:
+    with pytest.raises(MeasureError, match=f"{word}.*--align landmarks"):
+        by_shape(limb, sized(limb, factor))
+
+
+@pytest.mark.parametrize(("factor", "word"), [(0.95, "smaller"), (1.05, "larger")])
+def test_a_difference_in_size_that_lets_shapes_slide_is_told(limb, factor, word) -> None:
+    (note,) = by_shape(limb, sized(limb, factor)).notes
+    assert f"about {abs(factor - 1):.0%} {word} all round" in note or f"about 4% {word}" in note
+
+
+def test_a_usual_change_in_size_is_no_reason_to_warn(limb) -> None:
+    assert not by_shape(limb, sized(limb, 1.015)).notes
+    assert not by_shape(limb, sized(limb, 0.985)).notes
+
+
 def marked(limb: Limb, pose: Rigid, off: dict[str, np.ndarray] | None = None) -> Limb:
     places = {name: np.array(place) + (off or {}).get(name, 0.0) for name, place in PLACES.items()}
     marks = tuple(

@@ -46,6 +46,8 @@ class Fit:
     converged: bool
     undetermined: tuple[str, ...]
     """Motions that hardly change the fit."""
+    larger_share: float
+    """By how much, as a fraction of all lengths, the second surface is larger than the first."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +106,19 @@ def _fit(
         rounds=rounds,
         converged=settled,
         undetermined=_undetermined(placed, found, weights),
+        larger_share=_larger_share(placed, found, valid),
     )
+
+
+def _larger_share(placed: Points3, found: Counterparts, valid: Bool[np.ndarray, " n"]) -> float:
+    """The growth that, with a shift, takes most of the distances away, by least squares."""
+    if np.count_nonzero(valid) < FEWEST:
+        return float("nan")
+    normals, points = found.smooth_normals[valid], placed[valid]
+    levers = ((points - points.mean(0)) * normals).sum(1)
+    columns = np.column_stack([levers, normals])
+    slope = float(np.linalg.lstsq(columns, found.signed_mm[valid], rcond=None)[0][0])
+    return 1 / max(1 - slope, 0.1) - 1
 
 
 def _valid(found: Counterparts) -> Bool[np.ndarray, " n"]:

@@ -18,7 +18,7 @@ from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.geometry.similarity import fit_similarity
 from limbgram.shape.comparing.counterparts import Ground, measured_faces
 from limbgram.shape.comparing.registration.icp import FEWEST, Fit, IcpOptions, settle
-from limbgram.shape.comparing.registration.starts import possible_starts
+from limbgram.shape.comparing.registration.starts import possible_starts, wider_share
 from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
 
@@ -35,6 +35,10 @@ _RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 _LEAST_USED = 0.2
 _FAR_MM = 5.0
 """Surfaces that stay this far apart, root mean square, are hardly one limb."""
+_MOST_WIDER = 0.15
+"""Nor are shapes of so different widths: their own shape would lay them anywhere along the axis."""
+_LARGER = 0.03
+"""From here on a difference in size moves them along the axis by millimetres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +127,11 @@ def as_is(first: Limb, second: Limb) -> Alignment:
 
 
 def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
-    """Lay the surfaces on each other, robustly, without their brims and filled parts."""
+    """Lay the surfaces on each other, robustly, without their brims and filled parts.
+
+    Raises:
+        MeasureError: no overlap, or sizes so different that the shape tells no place.
+    """
     ground = Ground.of(first.mesh, options.brim_mm)
     start = _told_start(first, second)
     fine_mm = _places(second, _FINE, options)
@@ -142,6 +150,23 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
             f"Only {fit.used_share:.0%} of {second.name or 'the second shape'} finds a place on "
             f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
             "landmarks on both, or align each and compare as they are."
+        )
+    wider = wider_share(_places(first, _MIDDLE, options), fine_mm)
+    if abs(wider) > _MOST_WIDER and fit.rms_mm > _FAR_MM:
+        raise MeasureError(
+            f"{second.name or 'The second shape'} is about {abs(wider):.0%} "
+            f"{'wider' if wider > 0 else 'narrower'} than {first.name or 'the first'}, and "
+            f"{fit.rms_mm:.1f} mm off it (RMS) where it fits best: its shape does not tell where "
+            "along the axis it belongs. Check the units, and that both are of one limb; if so, lay "
+            "them on each other by landmarks (--align landmarks) or as each was aligned (--align "
+            "as-is)."
+        )
+    if abs(fit.larger_share) > _LARGER:
+        notes.append(
+            f"The second shape is about {abs(fit.larger_share):.0%} "
+            f"{'larger' if fit.larger_share > 0 else 'smaller'} all round. Laid by its shape it "
+            "slides along the axis, by several millimetres on a tapering limb, and levels move "
+            "with it: for figures by level align by landmarks."
         )
     if not fit.converged:
         notes.append(f"The alignment had not settled after {fit.rounds} rounds.")

@@ -47,6 +47,12 @@ def possible_starts(first_mm: Points3, second_mm: Points3) -> list[Rigid]:
     return starts
 
 
+def wider_share(first_mm: Points3, second_mm: Points3) -> float:
+    """By how much, as a fraction, the second shape is wider than the first, however both lie."""
+    widths = [np.sqrt(np.linalg.eigvalsh(np.cov(one.T))[:2].sum()) for one in (first_mm, second_mm)]
+    return float(widths[1] / max(widths[0], 1e-9)) - 1
+
+
 def _trunk(points_mm: Points3) -> _Trunk:
     middle = points_mm.mean(0)
     _, axes = np.linalg.eigh(np.cov((points_mm - middle).T))
