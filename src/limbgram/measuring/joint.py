@@ -3,8 +3,9 @@
 Samples lie about a pixel apart on the faces; every photo that sees all three corners of a face
 shows the sample's grey value times its own local gain plus its own local mean. The grey value
 is eliminated per sample (no photo is the reference, none's noise is shared by all), gains and
-means come from a wider window round each vertex. Vu, Labatut, Pons and Keriven 2012 measure a
-mesh by all its photos likewise, pair by pair.
+means, and how the means change as the surface moves, come from a wider window round each
+vertex. Vu, Labatut, Pons and Keriven 2012 measure a mesh by all its photos likewise, pair by
+pair.
 """
 
 import math
@@ -34,9 +35,21 @@ _LEAST_CURVATURE = 0.1
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def local_gains(
-    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, gain, mean
+    coefficients,
+    crops,
+    factor,
+    views,
+    seen_by,
+    vertices,
+    axes,
+    quadric,
+    step_mm,
+    gain,
+    mean,
+    drift,
 ):
-    """Fill gain (n, k; mean square 1 over the photos used, 0 = not used) and mean (n, k)."""
+    """Fill gain (n, k; mean square 1 over the photos used, 0 = not used), mean (n, k) and drift
+    (n, k): how the mean changes per mm of a move of the surface."""
     count, most = seen_by.shape
     for block in prange((count + 63) // 64):
         value = np.empty((most, SAMPLES), np.float32)
@@ -68,15 +81,20 @@ def local_gains(
             for i in range(used):
                 gain[p, photo_of[i]] = gains[i] * math.sqrt(used)
                 mean[p, photo_of[i]] = level[i]
+                change = f4(0)
+                for k in range(SAMPLES):
+                    change += weights[k] * slope[i, k]
+                drift[p, photo_of[i]] = change
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def assemble(
-    coefficients, crops, factor, views, vertices, normals, faces, gain, mean, points,
+    coefficients, crops, factor, views, vertices, normals, faces, gain, mean, drift, lift, points,
     noise_grey, noise_px, robust,
 ):  # fmt: skip
     """Normal equations of the three offsets of every face.
 
+    lift        (n, k) how far above its place each photo shows a vertex, mm
     points      (s, 3) barycentric sample points of a face
     noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
     robust      residuals beyond this many sigmas count less
@@ -114,8 +132,10 @@ def assemble(
                     if g0 <= 0 or g1 <= 0 or g2 <= 0:
                         continue
                     u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
-                    u = u * factor + shift - crops[k, 1]
-                    v = v * factor + shift - crops[k, 2]
+                    nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
+                    up = a * lift[i0, k] + b * lift[i1, k] + c * lift[i2, k]
+                    u = (u + up * nx) * factor + shift - crops[k, 1]
+                    v = (v + up * ny) * factor + shift - crops[k, 2]
                     if not (
                         u > MARGIN_PX
                         and v > MARGIN_PX
@@ -128,8 +148,9 @@ def assemble(
                     )
                     scale[used] = a * g0 + b * g1 + c * g2
                     grey[used] = light - (a * mean[i0, k] + b * mean[i1, k] + c * mean[i2, k])
-                    nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
-                    change[used] = factor * (along_x * nx + along_y * ny)
+                    change[used] = factor * (along_x * nx + along_y * ny) - (
+                        a * drift[i0, k] + b * drift[i1, k] + c * drift[i2, k]
+                    )
                     sum_aa += scale[used] * scale[used]
                     sum_ag += scale[used] * grey[used]
                     sum_ah += scale[used] * change[used]

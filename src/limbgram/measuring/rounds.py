@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.errors import SurfaceError
-from limbgram.geometry.arrays import Faces
 from limbgram.geometry.camera import View
+from limbgram.measuring.blur import apparent_lift_mm
 from limbgram.measuring.imagery import Imagery
 from limbgram.measuring.joint import assemble, local_gains
 from limbgram.measuring.patches import MEASURED, measure_patches
@@ -168,8 +168,8 @@ def _through(
     """Moves of the plate through the believed offsets."""
     length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
     right = np.where(good, offsets_mm, 0.0) / sigma_mm**2
-    data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
-    return settle(mesh, sight.plate, data, right, length_mm)
+    weights = 1 / sigma_mm**2
+    return settle(mesh, sight.plate, weights, sp.csr_matrix(sp.diags(weights)), right, length_mm)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,11 +177,9 @@ class JointEquations:
     """The normal equations of all vertices at once, without the plate."""
 
     data: sp.csr_matrix
-    """(n, n), 1/mm^2."""
-    matrix: Float64[np.ndarray, "f 6"]
-    """What each face adds to `data`."""
-    curvature: Float64[np.ndarray, " f"]
-    """How much of `matrix` the robust cost really bends by."""
+    """(n, n), 1/mm^2, as the robust weights have it: how much the photos say."""
+    soft: sp.csr_matrix
+    """The same as the robust cost really bends: what steps and errors are solved with."""
     right: Float64[np.ndarray, " n"]
     """1/mm."""
     pull: Float32[np.ndarray, "f k"]
@@ -194,7 +192,8 @@ class JointEquations:
 
 def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float64[np.ndarray, " n"]:
     """Moves of all vertices at once."""
-    return settle(mesh, sight.plate, equations.data, equations.right, equations.length_mm)
+    weights = equations.data.diagonal()
+    return settle(mesh, sight.plate, weights, equations.soft, equations.right, equations.length_mm)
 
 
 def joint_equations(
@@ -203,6 +202,7 @@ def joint_equations(
     """What the photos say about all vertices at once, by samples on the faces."""
     gain = np.zeros((len(mesh), len(imagery.views)), np.float32)
     mean = np.zeros_like(gain)
+    drift = np.zeros_like(gain)
     local_gains(
         imagery.coefficients,
         imagery.crops,
@@ -215,6 +215,7 @@ def joint_equations(
         _GAIN_STEP_PX * sight.pixel_mm,
         gain,
         mean,
+        drift,
     )
     matrix, right, pull, curvature = assemble(
         imagery.coefficients,
@@ -226,28 +227,24 @@ def joint_equations(
         mesh.faces,
         gain,
         mean,
+        drift,
+        apparent_lift_mm(mesh.vertices_mm, sight.axes, sight.quadric, imagery.views),
         _FACE_POINTS,
         options.noise_grey,
         options.noise_px,
         options.robust_sigmas,
     )
     anchor = sp.diags(1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2)
+    data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor)
+    less = _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
     return JointEquations(
-        data=sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor),
-        matrix=matrix,
-        curvature=curvature,
+        data=data,
+        soft=sp.csr_matrix(data - less),
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         pull=pull,
         photos=(gain > 0).sum(1),
         length_mm=options.joint_plate_px * float(np.median(sight.pixel_mm)),
     )
-
-
-def softened(equations: JointEquations, faces: Faces) -> sp.csr_matrix:
-    """The data's matrix as the robust cost really bends: what errors are solved with."""
-    count = len(equations.right)
-    less = equations.matrix * (1 - equations.curvature[:, None])
-    return sp.csr_matrix(equations.data - _sparse(less, faces, count))
 
 
 def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:

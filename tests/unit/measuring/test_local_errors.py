@@ -45,7 +45,6 @@ def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
     system = sp.csr_matrix(data + bending_of(plate, data.diagonal(), LENGTH_MM) @ plate.laplacian)
     moved_mm = solve(system, right, np.zeros(len(mesh)))
     left = told - (spread @ moved_mm)[:, None]
-    matrix = np.tile(PHOTOS * weight / 9, (count, 6))
     lifted = mesh.vertices_mm + moved_mm[:, None] * [0.0, 0.0, 1.0]
     mesh = mesh.with_vertices(lifted)
     axes = tangent_axes(np.tile([0.0, 0.0, 1.0], (len(mesh), 1)))
@@ -58,8 +57,7 @@ def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
     )
     equations = JointEquations(
         data=data,
-        matrix=matrix,
-        curvature=np.ones(count),
+        soft=data,
         right=weight * spread.T @ left.sum(1),
         pull=(weight * left * np.sqrt(1 - 1 / PHOTOS)).astype(np.float32),  # texture takes one
         photos=np.full(len(mesh), PHOTOS),

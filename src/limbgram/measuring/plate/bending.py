@@ -94,6 +94,7 @@ def _fold(
 def settle(
     mesh: Mesh,
     plate: Plate,
+    weights: Float64[np.ndarray, " n"],
     data: sp.csr_matrix,
     right: Float64[np.ndarray, " n"],
     length_mm: float,
@@ -106,10 +107,10 @@ def settle(
     own, moves as its neighbours do.
 
     Args:
-        data: (n, n) normal matrix of the measurements, 1/mm^2.
+        weights: how much is known of each vertex, 1/mm^2: what the stiffness is set by.
+        data: (n, n) normal matrix of the measurements, 1/mm^2: the step's.
         right: its right side, 1/mm.
     """
-    weights = data.diagonal()
     bending = bending_of(plate, weights, length_mm)
     system = (data + bending @ plate.laplacian + _rim(plate, weights)).tocsr()
     force = bending @ curvature_of(mesh, plate, length_mm)

@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.measuring.plate import Plate, bending_of, curvature_of
 from limbgram.measuring.plate.solver import solve
-from limbgram.measuring.rounds import JointEquations, Sight, softened
+from limbgram.measuring.rounds import JointEquations, Sight
 from limbgram.surface.mesh import Mesh
 
 _PROBES = 3
@@ -52,16 +52,15 @@ class LocalErrors:
 def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalErrors:
     """Variances along the normal of what the photos measured."""
     plate, length_mm = sight.plate, equations.length_mm
-    soft = softened(equations, mesh.faces)
     bending = bending_of(plate, equations.data.diagonal(), length_mm)
-    system = sp.csr_matrix(soft + bending @ plate.laplacian)
+    system = sp.csr_matrix(equations.soft + bending @ plate.laplacian)
     pool = _Pool.of(plate, equations.photos)
-    weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(soft.diagonal()), 1e-12)
+    weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
     weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
 
     noise = _noise(mesh, equations, system, pool, weak)
     taken = _solved(system, bending @ curvature_of(mesh, plate, length_mm))
-    seen = (taken - _solved(system, soft @ taken)) ** 2
+    seen = (taken - _solved(system, equations.soft @ taken)) ** 2
     detail = pool.energy(seen, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * weak
     variance += _chord(sight, pool) ** 2
