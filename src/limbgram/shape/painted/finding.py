@@ -93,6 +93,8 @@ class PaintedMarks:
 
     marks: tuple[PaintedMark, ...]
     left_out: tuple[LeftOut, ...]
+    shared_share: float = 0.0
+    """Of what has a given colour, so much lies elsewhere than in round spots: the paint has it."""
 
 
 def find_painted_marks(
@@ -123,11 +125,13 @@ def find_painted_marks(
     )
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
     offered: list[tuple[float, PaintedMarks]] = []
+    shared = 0.0
     for hue_idx in range(1 if given is not None else len(hues)):
         spots, inside, total = spots_of(sightings, hues, hue_idx, same_rad, rule)
         plainness = inside / total if total else 0.0
         if given is None and plainness < options.plainest_share:
             continue
+        shared = 0.0 if given is None else 1 - plainness
         seen = _agreed(spots, views, caster, tree, options)
         if seen.marks or given is not None:
             offered.append((plainness, seen))
@@ -135,6 +139,7 @@ def find_painted_marks(
     return PaintedMarks(
         marks=tuple(mark for _, seen in offered for mark in seen.marks),
         left_out=tuple(spot for _, seen in offered for spot in seen.left_out),
+        shared_share=shared,
     )
 
 

@@ -88,12 +88,11 @@ def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
 
 
 def described(entry: Entry) -> str:
-    """An edit in one line: its name and the parameters that differ from their defaults."""
-    given = [
-        f"{field.name} = {_shown(getattr(entry.edit, field.name))}"
-        for field in fields(entry.edit)
-        if getattr(entry.edit, field.name) != field.default
-    ]
+    """An edit in one line: its name and the parameters that differ from their defaults, or all."""
+    values = {field.name: getattr(entry.edit, field.name) for field in fields(entry.edit)}
+    usual = {field.name: field.default for field in fields(entry.edit)}
+    own = {name: value for name, value in values.items() if value != usual[name]}
+    given = [f"{name} = {_shown(value)}" for name, value in (own or values).items()]
     off = "" if entry.on else " (off)"
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}"
 

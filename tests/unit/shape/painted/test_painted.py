@@ -106,6 +106,12 @@ def test_a_mark_that_many_squarely_looking_photos_do_not_show_is_left_out(
     assert len(strict.marks) + len(strict.left_out) >= len(MARKS)
 
 
+def test_a_colour_that_the_paint_has_is_told(capture: Capture) -> None:
+    photos = photos_of(capture.folder / "images")
+    assert found_in(capture, photos, PaintedOptions(colour=MAGENTA)).shared_share < 0.3
+    assert found_in(capture, photos, PaintedOptions(colour=RED)).shared_share > 0.5
+
+
 def test_grey_is_no_colour_for_marks(capture: Capture) -> None:
     with pytest.raises(OptionsError, match="near to grey"):
         found_in(capture, photos_of(capture.folder / "images"), PaintedOptions(colour=(90, 90, 90)))

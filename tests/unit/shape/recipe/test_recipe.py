@@ -13,6 +13,7 @@ from limbgram.shape.recipe import (
     Entry,
     Recipe,
     added,
+    described,
     differences,
     encode_recipe,
     make_edit,
@@ -134,3 +135,8 @@ def test_a_recipe_for_another_scan_is_refused() -> None:
 def test_every_kind_of_edit_has_a_name_for_people() -> None:
     assert {"build-up", "relief", "plane-cut", "sock", "sock-ply", "mirror"} <= set(EDITS)
     assert len(EDITS) == len(set(EDITS.values())) == 17
+
+
+def test_an_edit_that_is_all_default_says_what_it_does() -> None:
+    made = make_edit("sock", {}, "The new edit")
+    assert described(Entry(edit=made)) == "sock: thickness_mm = 0.3"

@@ -13,6 +13,7 @@ from limbgram.geometry.arrays import Vector3
 from limbgram.shape.limb import Limb
 
 _SHOWN_AT_MOST = 12
+_MOST_SHARED = 0.4
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
         "No mark is seen that several photos agree on. Say its colour with --colour; a mark is a "
         "round spot, 4 to 30 mm across, of a colour that the sock does not have."
     ]
+    if found.marks and found.shared_share > _MOST_SHARED:
+        lines.append(
+            f"The sock has that colour too: {found.shared_share:.0%} of it lies outside round "
+            "spots. Look at each place before you name it."
+        )
     left_out = [
         f"Not offered: a spot of colour {_rgb(spot.colour)} at {_place(spot.position_mm)}: "
         f"{spot.reason}."
@@ -79,6 +85,7 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
     if len(left_out) > _SHOWN_AT_MOST:
         lines.append(f"... and {len(left_out) - _SHOWN_AT_MOST} more.")
     content: dict[str, Any] = {
+        "shared_share": found.shared_share,
         "marks": [
             {
                 "number": number,
