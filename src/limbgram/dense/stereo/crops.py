@@ -21,6 +21,8 @@ from limbgram.photos.reading import load_luma, load_mask
 HALVINGS = 2
 """The coarsest pyramid level is a crop halved this often."""
 _ALIGNED = 1 << HALVINGS
+_BAND = 64
+"""Rows for which pixels of the photo are computed at once: what they need stays in the cache."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,11 +123,14 @@ def _source_pixels(
     part = (np.arange(max(width, height) * samples) + 0.5) / samples
     x = (seen.x0 + part[: width * samples]) * reduction - 0.5
     y = ((seen.y0 + part[: height * samples]) * reduction - 0.5)[:, None]
-    y_ideal = (y - straight.cy) / straight.fy
-    x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
-    ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
-    xy = lens.project(ideal).astype(np.float32)
-    return np.ascontiguousarray(xy[..., 0]), np.ascontiguousarray(xy[..., 1])
+    map_x, map_y = np.empty((2, height * samples, width * samples), np.float32)
+    for first in range(0, len(y), _BAND):
+        band = slice(first, first + _BAND)
+        y_ideal = (y[band] - straight.cy) / straight.fy
+        x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
+        ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
+        map_x[band], map_y[band] = np.moveaxis(lens.project(ideal), -1, 0)
+    return map_x, map_y
 
 
 def reduced(grey: GreyImage, factor: int) -> GreyImage:
