@@ -116,6 +116,7 @@ def reconstruct(
     region = run(find_region, photos, metric, options.region)
     depths = run(estimate_depth, photos, metric, region, options.dense)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
+    del depths  # the largest product, and nobody asks for it any more
     coarse = run(repair, wrap(cloud, options.surface, run), cloud, options.repair)
     even = run(refine, coarse, options.edge_px * pixel_on_object_mm(metric))
     mesh = run(measure, photos, metric, even, options.measuring)
