@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float64
 from scipy.ndimage import gaussian_filter, median_filter
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Points3
@@ -227,7 +227,7 @@ def _significant(
         return large
     tested = np.isfinite(spread) & np.isfinite(mean)
     ratio = np.abs(mean[tested]) / (spread[tested] / np.sqrt(known[tested]))
-    chance = 2 * student.sf(ratio, _POOLED_FOLD * (known[tested] - 1))
+    chance = 2 * stdtr(_POOLED_FOLD * (known[tested] - 1), -ratio)
     order = np.sort(chance)
     limits = options.false_share * np.arange(1, len(order) + 1) / len(order)
     passed = order[order <= limits]

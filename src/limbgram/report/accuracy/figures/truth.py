@@ -5,7 +5,6 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import rankdata
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3
@@ -150,6 +149,8 @@ def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarr
     """Spearman's; NaN where one of the two does not vary."""
     if np.ptp(first) == 0 or np.ptp(second) == 0:
         return float("nan")
+    from scipy.stats import rankdata  # all of scipy.stats takes a quarter of a second to import
+
     return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.stats import norm
+from scipy.special import ndtri
 
 _COVERAGE = 0.95
 
@@ -47,7 +47,7 @@ def fit_trend(
     if len(values) > 2:
         residuals = (values - line[0] - line[1] * weeks) / sigmas
         scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
-    reach = float(norm.ppf(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
+    reach = float(ndtri(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
     return Trend(
         per_week=float(line[1]),
         per_week_95=reach * sigma,
