@@ -62,6 +62,7 @@ def _cross(triangles, boxes, corners, asked, done_after, found):
     leaves = boxes.shape[0] // 2
     stack = np.empty(64, np.int64)
     own = np.empty(6)
+    work = (np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     count = 0
     for t in range(triangles.shape[0]):
         if not asked[t]:
@@ -84,7 +85,8 @@ def _cross(triangles, boxes, corners, asked, done_after, found):
             for other in range(first, min(first + _LEAF, triangles.shape[0])):
                 if (asked[other] and other <= t) or _clear(own, triangles[other]):
                     continue
-                if _pass_through(triangles[t], triangles[other], corners[t], corners[other]):
+                one, two = triangles[t], triangles[other]
+                if _pass_through(one, two, corners[t], corners[other], work):
                     if count < found.shape[0]:
                         found[count, 0], found[count, 1] = t, other
                     count += 1
@@ -110,8 +112,8 @@ def _clear(box, triangle):
 
 
 @njit(cache=True, nogil=True)
-def _pass_through(one, two, corners_one, corners_two):
-    """Whether two triangles share more than they touch in (Moeller 1997).
+def _pass_through(one, two, corners_one, corners_two, work):
+    """Whether two triangles share more than they touch in (Moeller 1997); `work` is written on.
 
     Each must have corners on both sides of the other's plane, and the pieces of the planes' common
     line that they cover must overlap. A shared corner counts as lying in both planes.
@@ -129,15 +131,13 @@ def _pass_through(one, two, corners_one, corners_two):
         low = min(low, two[0, axis], two[1, axis], two[2, axis])
         size = max(size, max(high, two[0, axis], two[1, axis], two[2, axis]) - low)
     least = _TOUCH * size
-    normal_one, normal_two = np.empty(3), np.empty(3)
-    heights_one, heights_two = np.empty(3), np.empty(3)
+    normal_one, normal_two, heights_one, heights_two, along = work
     _unit_normal(one, normal_one)
     _unit_normal(two, normal_two)
     if not _straddles(one, corners_one, two, corners_two, normal_two, least, heights_one):
         return False
     if not _straddles(two, corners_two, one, corners_one, normal_one, least, heights_two):
         return False
-    along = np.empty(3)
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
         along[axis] = normal_one[i] * normal_two[j] - normal_one[j] * normal_two[i]
