@@ -24,6 +24,8 @@ _LOST_LENGTH = 3.3
 """What a line along the surface loses, in lengths of itself times (sigma / reach)^2. Detail of
 variance v and wave number q takes v q^2 / 4: half of the local variance at 2.3 per length of the
 plate, of which the reach has 2.26 (girths of nine captures)."""
+_MOST_OVER_USUAL = 4.0
+"""A vertex less sure than this, in usual variances, is so for other reasons than lost relief."""
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
@@ -53,7 +55,8 @@ def lost_length_mm(mesh: Mesh, along_mm: Float64[np.ndarray, " n"]) -> float:
     if mesh.sigma_mm is None or not mesh.correlation_mm:
         return 0.0
     touched = np.flatnonzero(along_mm)
-    square = np.nan_to_num(_local_square(mesh, touched))
+    square = np.nan_to_num(_local_square(mesh, np.arange(len(mesh))))
+    square = np.minimum(square, _MOST_OVER_USUAL * np.median(square))[touched]
     return _LOST_LENGTH * float(along_mm[touched] @ square) / mesh.correlation_mm**2
 
 

@@ -32,8 +32,13 @@ class Sloped:
     value: float
     slopes: Float64[np.ndarray, "k 2"]
     along_mm: Float64[np.ndarray, " k"] | None = None
-    """Length along the surface that belongs to each point, for a measure that is such a length."""
+    """Length along the surface that belongs to each point, for a measure that is such a length and
+    follows the relief."""
 
+
+_TAPE_SHARE = 0.75
+"""What a tape loses of the finest relief, in shares of what the contour loses: it rests on the
+tops (girths of fifty captures: 0.74 to 0.82)."""
 
 Measure = Callable[[Level], Sloped | None]
 
@@ -47,7 +52,7 @@ def tape_mm(level: Level) -> Sloped:
     """What a taut tape reads: the length round the convex hull of the outlines."""
     outer = np.flatnonzero(level.outer)
     hull = outer[ConvexHull(level.points_mm[outer]).vertices]
-    return _around(level, hull, np.roll(hull, -1))
+    return _around(level, hull, np.roll(hull, -1), _TAPE_SHARE)
 
 
 def area_mm2(level: Level) -> Sloped:
@@ -134,8 +139,13 @@ class Sigmas:
         return total
 
 
-def _around(level: Level, ids: Int64[np.ndarray, " k"], after: Int64[np.ndarray, " k"]) -> Sloped:
-    """Length of the pieces that join points to their followers."""
+def _around(
+    level: Level,
+    ids: Int64[np.ndarray, " k"],
+    after: Int64[np.ndarray, " k"],
+    share: float = 1.0,
+) -> Sloped:
+    """Length of the pieces that join points to their followers; `share` of it follows relief."""
     steps = level.points_mm[after] - level.points_mm[ids]
     lengths = np.linalg.norm(steps, axis=1)
     along = steps / np.maximum(lengths, 1e-300)[:, None]
@@ -144,7 +154,7 @@ def _around(level: Level, ids: Int64[np.ndarray, " k"], after: Int64[np.ndarray,
     slopes[ids] -= along
     along_mm = np.bincount(ids, lengths / 2, len(slopes))
     along_mm += np.bincount(after, lengths / 2, len(slopes))
-    return Sloped(float(lengths.sum()), slopes, along_mm)
+    return Sloped(float(lengths.sum()), slopes, share * along_mm)
 
 
 def _caliper(level: Level, axis: int) -> Sloped:
