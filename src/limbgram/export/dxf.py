@@ -5,7 +5,7 @@ Release 12 has no field for the unit: comments and layer names say it.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import compress
+from itertools import compress, islice
 from pathlib import Path
 from typing import BinaryIO
 
@@ -19,6 +19,8 @@ from limbgram.surface.sections import cut, heights_between
 from limbgram.surface.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
 
 _PRECISION = 1e-6
+_TAGS = 200_000
+"""Read at once."""
 _BLOCK = 5_000
 _CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
 
@@ -121,22 +123,17 @@ class _Drawing:
 
 def _read(path: Path) -> _Drawing:
     """Tags are lines in pairs, a code and a value; code 0 begins an entity."""
-    lines = path.read_text("ascii").split("\n")
-    values = lines[1::2]
-    letters = np.array(lines[: 2 * len(values) : 2], "U3").view(np.uint32).reshape(-1, 3)
-    begins = np.flatnonzero((letters[:, 0] == ord("0")) & (letters[:, 1] == 0))
-    names = np.array([values[k] for k in begins])
-    entity = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(values)))
-    outside = int(begins[0]) if len(begins) else len(values)
-    place = (letters[:, 1] != 0) & (letters[:, 2] == 0)  # codes 10 to 39
-    place &= (letters[:, 0] >= ord("1")) & (letters[:, 0] <= ord("3"))
-    place[:outside] = False
+    begun: list[str] = []
+    parts = [(np.zeros(0), np.zeros(0, np.int64))]
+    with path.open(encoding="ascii") as file:
+        while text := "".join(islice(file, 2 * _TAGS)):
+            parts.append(_read_tags(text.removesuffix("\n").split("\n"), begun))
+    every = np.concatenate([part[0] for part in parts])
+    entity = np.concatenate([part[1] for part in parts])
+    names = np.array(begun)
 
     def numbers(name: str) -> np.ndarray:
-        wanted = place.copy()
-        wanted[outside:] &= (names == name)[entity]
-        found = map(float, compress(values, wanted.tolist()))
-        return np.fromiter(found, np.float64, int(wanted.sum())).reshape(-1, 3)
+        return every[(names == name)[entity]].reshape(-1, 3)
 
     corners = numbers("3DFACE").reshape(-1, 4, 3)
     require(bool((corners[:, 2] == corners[:, 3]).all()), f"{path.name}: faces of four corners")
@@ -144,3 +141,16 @@ def _read(path: Path) -> _Drawing:
     ends = np.searchsorted(line_of, np.arange(1, int((names == "POLYLINE").sum()) + 1), "right")
     polylines = np.split(numbers("VERTEX"), ends)[:-1]
     return _Drawing(corners[:, :3], polylines)
+
+
+def _read_tags(lines: list[str], begun: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates, and which entity each belongs to; the entities are added to `begun`."""
+    values = lines[1::2]
+    letters = np.array(lines[: 2 * len(values) : 2], "U3").view(np.uint32).reshape(-1, 3)
+    begins = (letters[:, 0] == ord("0")) & (letters[:, 1] == 0)
+    entity = len(begun) - 1 + np.cumsum(begins)
+    begun += compress(values, begins.tolist())
+    place = (letters[:, 1] != 0) & (letters[:, 2] == 0)  # codes 10 to 39
+    place &= (letters[:, 0] >= ord("1")) & (letters[:, 0] <= ord("3")) & (entity >= 0)
+    found = map(float, compress(values, place.tolist()))
+    return np.fromiter(found, np.float64, int(place.sum())), entity[place]
