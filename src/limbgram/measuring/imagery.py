@@ -62,16 +62,18 @@ def load_crops(photos: Sequence[Photo], views: Sequence[View], points_mm: Points
 def prepare(crops: Sequence[Crop], views: Sequence[View], halvings: int) -> Imagery:
     """Halve the crops `halvings` times, pixel centres kept, and filter them for interpolation."""
     table = np.zeros((len(crops), 5), np.int64)
-    parts: list[np.ndarray] = []
+    total = sum((p.shape[0] >> halvings) * (p.shape[1] >> halvings) for _, _, p in crops)
+    coefficients = np.empty(total, np.float32)
     start = 0
     for k, (x0, y0, pixels) in enumerate(crops):
-        reduced = _spline_coefficients(_halved(pixels, halvings))
+        reduced = _halved(pixels, halvings)
         height, width = reduced.shape
+        place = coefficients[start : start + reduced.size].reshape(height, width)
+        _spline_coefficients(reduced, place)
         table[k] = start, x0 >> halvings, y0 >> halvings, width, height
-        parts.append(reduced.ravel())
         start += reduced.size
     return Imagery(
-        coefficients=np.concatenate(parts),
+        coefficients=coefficients,
         crops=table,
         factor=0.5**halvings,
         views=np.stack([view.packed for view in views]),
@@ -88,9 +90,6 @@ def _halved(pixels: np.ndarray, halvings: int) -> FloatImage:
     return reduced
 
 
-def _spline_coefficients(pixels: FloatImage) -> FloatImage:
-    coefficients = np.empty_like(pixels)
-    spline_filter(
-        pixels, order=3, output=cast(type, coefficients), mode="mirror"
-    )  # stub: class only
-    return coefficients
+def _spline_coefficients(pixels: FloatImage, result: FloatImage) -> None:
+    output = cast(type, result)  # stub: class only
+    spline_filter(pixels, order=3, output=output, mode="mirror")
