@@ -13,6 +13,7 @@ from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.pipeline import Capture, reconstruct
+from limbgram.report import draw
 from limbgram.run import Run
 from limbgram.shape.edits.offset import offset
 from limbgram.shape.measures.geodesic import shortest_path
@@ -43,7 +44,9 @@ def warm_up_command(
             calibrations=(camera,),
             board=parse_board(DEFAULT_BOARD),
         )
-        mesh = reconstruct(given, run=run).mesh
+        done = reconstruct(given, run=run)
+        run(draw, done.photos, done.features, done.pairs, done.metric, done.cloud, done.mesh)
+        mesh = done.mesh
         offset(mesh, -0.5)
         shortest_path(mesh, mesh.vertices_mm[0], mesh.vertices_mm[-1])
     seconds = time.perf_counter() - begin
