@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64, Int32
 
 from limbgram.geometry.arrays import Faces
 from limbgram.geometry.camera import View
-from limbgram.measuring.imagery import Crop, load_crops, prepare
+from limbgram.measuring.imagery import Imagery, load_crops, prepare
 from limbgram.measuring.rounds import (
     JointEquations,
     MatchingOptions,
@@ -79,18 +79,18 @@ def measure(
     crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     believed = np.zeros(len(mesh), bool)
+    full = prepare(crops, views, 0)
     for halvings in track(options.patch_halvings):
-        imagery = prepare(crops, views, halvings)
+        imagery = prepare(crops, views, halvings) if halvings else full
         sight = look(mesh, imagery, views, seen_by)
         moves, believed = match_patches(mesh, imagery, sight, matching)
         mesh = _moved(mesh, moves, sight, matching)
-    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), crops, views, options)
+    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), full, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
-    imagery = prepare(crops, views, 0)
     found: tuple[Sight, JointEquations] | None = None
     for _ in track(range(options.joint_rounds)):
-        sight = look(mesh, imagery, views, seen_by)
-        equations = joint_equations(mesh, imagery, sight, matching)
+        sight = look(mesh, full, views, seen_by)
+        equations = joint_equations(mesh, full, sight, matching)
         mesh = _moved(mesh, match_jointly(mesh, sight, equations), sight, matching)
         found = sight, equations
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
@@ -111,7 +111,7 @@ def _seen_by(
 
 
 def _with_even_brim(
-    mesh: Mesh, crops: Sequence[Crop], views: Sequence[View], options: MeasureOptions
+    mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MeasureOptions
 ) -> Mesh:
     """The brim's notches closed, and of what closes them measured what the photos show."""
     whole = level_brim(mesh, options.brim)
@@ -121,7 +121,6 @@ def _with_even_brim(
     faces = whole.faces[_near(guessed, whole.faces)[whole.faces].all(axis=1)]
     chosen = np.unique(faces)
     part = with_faces(whole, faces)
-    imagery = prepare(crops, views, options.patch_halvings[-1])
     good = np.zeros(len(part), bool)
     for _ in track(range(options.brim_rounds)):
         seen_by, _ = _seen_by(whole, views, matching)

@@ -66,8 +66,8 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         yield Finding(
             topic="surface",
             what="No sock is recorded as taken off this shape.",
-            remedy="If one was worn in the scan, its thickness is in every radius, unless an "
-            "offset of the recipe took it off.",
+            remedy="If one was worn in the scan, its thickness is in every radius. Take it off "
+            "with the edit `sock`, or with `measure --sock` for the figures alone.",
         )
     if limb.mesh.sigma_mm is None:
         yield Finding(
