@@ -33,23 +33,20 @@ _LEAST_CURVATURE = 0.1
 """A robust cost may bend the other way where nothing fits; a solution there has no sigma."""
 
 
+GAIN, MEAN, DRIFT, LIFT = range(4)
+"""What is known of a photo at a vertex: its grey values' factor (0 = not used) and mean, how the
+mean changes for a millimetre's move of the surface, and how far above its place, in millimetres,
+the photo shows the vertex."""
+
+
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def local_gains(
-    coefficients,
-    crops,
-    factor,
-    views,
-    seen_by,
-    vertices,
-    axes,
-    quadric,
-    step_mm,
-    gain,
-    mean,
-    drift,
+    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, at_vertex
 ):
-    """Fill gain (n, k; mean square 1 over the photos used, 0 = not used), mean (n, k) and drift
-    (n, k): how the mean changes per mm of a move of the surface."""
+    """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `at_vertex`.
+
+    at_vertex  (n, c, 4), zeros; photos as in seen_by (n, c)
+    """
     count, most = seen_by.shape
     for block in prange((count + 63) // 64):
         value = np.empty((most, SAMPLES), np.float32)
@@ -79,44 +76,69 @@ def local_gains(
             if not leading_gains(gram, used, gains, scratch):
                 continue
             for i in range(used):
-                gain[p, photo_of[i]] = gains[i] * math.sqrt(used)
-                mean[p, photo_of[i]] = level[i]
+                slot = 0
+                while seen_by[p, slot] != photo_of[i]:
+                    slot += 1
+                at_vertex[p, slot, GAIN] = gains[i] * math.sqrt(used)
+                at_vertex[p, slot, MEAN] = level[i]
                 change = f4(0)
                 for k in range(SAMPLES):
                     change += weights[k] * slope[i, k]
-                drift[p, photo_of[i]] = change
+                at_vertex[p, slot, DRIFT] = change
+
+
+@njit(cache=True)
+def _in_common(seen_by, at_vertex, i0, i1, i2, slots):
+    """Fill `slots` (c, 3) with the photos used at all three vertices; returns how many."""
+    found = 0
+    for s0 in range(seen_by.shape[1]):
+        photo = seen_by[i0, s0]
+        if photo < 0:
+            break
+        if at_vertex[i0, s0, GAIN] <= 0:
+            continue
+        for s1 in range(seen_by.shape[1]):
+            if seen_by[i1, s1] == photo and at_vertex[i1, s1, GAIN] > 0:
+                for s2 in range(seen_by.shape[1]):
+                    if seen_by[i2, s2] == photo and at_vertex[i2, s2, GAIN] > 0:
+                        slots[found, 0], slots[found, 1], slots[found, 2] = s0, s1, s2
+                        found += 1
+    return found
 
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def assemble(
-    coefficients, crops, factor, views, vertices, normals, faces, gain, mean, drift, lift, points,
+    coefficients, crops, factor, views, seen_by, at_vertex, vertices, normals, faces, points,
     noise_grey, noise_px, robust,
 ):  # fmt: skip
     """Normal equations of the three offsets of every face.
 
-    lift        (n, k) how far above its place each photo shows a vertex, mm
+    at_vertex   (n, c, 4) GAIN, MEAN, DRIFT and LIFT of the photos in seen_by (n, c)
     points      (s, 3) barycentric sample points of a face
     noise_grey  sensor noise; noise_px: what remains unmodelled, as a shift in pixels
     robust      residuals beyond this many sigmas count less
-    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right side; (f, photos) what each photo
-    by itself adds to the sum of the right side; (f,) the curvature of the robust cost as a share
-    of the matrix: residuals beyond `robust` hold the surface less than their weight says.
+    Returns (f, 6) upper triangle 00 01 02 11 12 22; (f, 3) right side; (f, c) what each photo that
+    sees a face's first vertex adds to the sum of the right side; (f,) the curvature of the robust
+    cost as a share of the matrix: residuals beyond `robust` hold the surface less than their
+    weight says.
     """
     count = len(faces)
-    photos = len(views)
+    most = seen_by.shape[1]
     shift = 0.5 * factor - 0.5
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
-    pull = np.zeros((count, photos), np.float32)
+    pull = np.zeros((count, most), np.float32)
     curvature = np.ones(count)
     for block in prange((count + 255) // 256):
-        photo_of = np.empty(photos, np.int64)
-        grey = np.empty(photos, np.float32)
-        change = np.empty(photos, np.float32)
-        scale = np.empty(photos, np.float32)
+        slots = np.empty((most, 3), np.int64)
+        slot_of = np.empty(most, np.int64)
+        grey = np.empty(most, np.float32)
+        change = np.empty(most, np.float32)
+        scale = np.empty(most, np.float32)
         for f in range(block * 256, min(count, block * 256 + 256)):
             i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
             held = bent = 0.0
+            common = _in_common(seen_by, at_vertex, i0, i1, i2, slots)
             for s in range(len(points)):
                 a, b, c = points[s, 0], points[s, 1], points[s, 2]
                 x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
@@ -127,13 +149,13 @@ def assemble(
                 n2 = a * normals[i0, 2] + b * normals[i1, 2] + c * normals[i2, 2]
                 used = 0
                 sum_aa = sum_ag = sum_ah = steep = f4(0)
-                for k in range(photos):
-                    g0, g1, g2 = gain[i0, k], gain[i1, k], gain[i2, k]
-                    if g0 <= 0 or g1 <= 0 or g2 <= 0:
-                        continue
+                for j in range(common):
+                    first, second = at_vertex[i0, slots[j, 0]], at_vertex[i1, slots[j, 1]]
+                    third = at_vertex[i2, slots[j, 2]]
+                    k = seen_by[i0, slots[j, 0]]
                     u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
                     nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
-                    up = a * lift[i0, k] + b * lift[i1, k] + c * lift[i2, k]
+                    up = a * first[LIFT] + b * second[LIFT] + c * third[LIFT]
                     u = (u + up * nx) * factor + shift - crops[k, 1]
                     v = (v + up * ny) * factor + shift - crops[k, 2]
                     if not (
@@ -146,16 +168,16 @@ def assemble(
                     light, along_x, along_y = interpolate(
                         coefficients, crops[k, 0], crops[k, 3], u, v
                     )
-                    scale[used] = a * g0 + b * g1 + c * g2
-                    grey[used] = light - (a * mean[i0, k] + b * mean[i1, k] + c * mean[i2, k])
+                    scale[used] = a * first[GAIN] + b * second[GAIN] + c * third[GAIN]
+                    grey[used] = light - (a * first[MEAN] + b * second[MEAN] + c * third[MEAN])
                     change[used] = factor * (along_x * nx + along_y * ny) - (
-                        a * drift[i0, k] + b * drift[i1, k] + c * drift[i2, k]
+                        a * first[DRIFT] + b * second[DRIFT] + c * third[DRIFT]
                     )
                     sum_aa += scale[used] * scale[used]
                     sum_ag += scale[used] * grey[used]
                     sum_ah += scale[used] * change[used]
                     steep += along_x * along_x + along_y * along_y
-                    photo_of[used] = k
+                    slot_of[used] = slots[j, 0]
                     used += 1
                 if used < 2:
                     continue
@@ -174,7 +196,7 @@ def assemble(
                 for k in range(used):
                     residual = grey[k] - scale[k] * texture
                     slope = change[k] - scale[k] * texture_change
-                    pull[f, photo_of[k]] -= weight * residual * slope
+                    pull[f, slot_of[k]] -= weight * residual * slope
                 held += weight * hh
                 bent += weight * hh - 2 * weight * weight * hr * hr / limit
                 hh *= weight

@@ -16,7 +16,7 @@ from limbgram.errors import SurfaceError
 from limbgram.geometry.camera import View
 from limbgram.measuring.blur import apparent_lift_mm
 from limbgram.measuring.imagery import Imagery
-from limbgram.measuring.joint import assemble, local_gains
+from limbgram.measuring.joint import GAIN, LIFT, assemble, local_gains
 from limbgram.measuring.patches import MEASURED, measure_patches
 from limbgram.measuring.plate import Plate, plate_of, quadrics, settle, tangent_axes
 from limbgram.surface.mesh import Mesh
@@ -27,9 +27,16 @@ _HELD_PX, _LOOSE_PX = 0.02, 20.0
 """The same where the surface stays as it is, and where it was only guessed."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
-_FACE_POINTS = (
-    np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [1, 2.5, 2.5], [2.5, 1, 2.5], [2.5, 2.5, 1]]) / 6.0
+_OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
+_FACE_POINTS = np.array(
+    [
+        np.roll([first, (1 - first) / 2, (1 - first) / 2], turn)
+        for first in (_OUTER, _INNER)
+        for turn in range(3)
+    ]
 )
+"""Samples of a face, barycentric. The mean of ab + bc + ca is 1/4, as over the whole face, so that
+a flat face on a round surface is neither lifted nor sunk by where its samples lie."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,8 +189,8 @@ class JointEquations:
     """The same as the robust cost really bends: what steps and errors are solved with."""
     right: Float64[np.ndarray, " n"]
     """1/mm."""
-    pull: Float32[np.ndarray, "f k"]
-    """What each photo adds to the right side, by face."""
+    pull: Float32[np.ndarray, "f c"]
+    """What each photo that sees a face's first vertex adds to the right side."""
     photos: Int64[np.ndarray, " n"]
     """Photos that measured each vertex."""
     length_mm: float
@@ -200,9 +207,10 @@ def joint_equations(
     mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
 ) -> JointEquations:
     """What the photos say about all vertices at once, by samples on the faces."""
-    gain = np.zeros((len(mesh), len(imagery.views)), np.float32)
-    mean = np.zeros_like(gain)
-    drift = np.zeros_like(gain)
+    at_vertex = np.zeros((*sight.seen_by.shape, 4), np.float32)
+    at_vertex[..., LIFT] = apparent_lift_mm(
+        mesh.vertices_mm, sight.axes, sight.quadric, imagery.views, sight.seen_by
+    )
     local_gains(
         imagery.coefficients,
         imagery.crops,
@@ -213,22 +221,18 @@ def joint_equations(
         sight.axes,
         sight.quadric,
         _GAIN_STEP_PX * sight.pixel_mm,
-        gain,
-        mean,
-        drift,
+        at_vertex,
     )
     matrix, right, pull, curvature = assemble(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
         imagery.views,
+        sight.seen_by,
+        at_vertex,
         mesh.vertices_mm,
         np.ascontiguousarray(sight.axes[:, 2]),
         mesh.faces,
-        gain,
-        mean,
-        drift,
-        apparent_lift_mm(mesh.vertices_mm, sight.axes, sight.quadric, imagery.views),
         _FACE_POINTS,
         options.noise_grey,
         options.noise_px,
@@ -242,7 +246,7 @@ def joint_equations(
         soft=sp.csr_matrix(data - less),
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         pull=pull,
-        photos=(gain > 0).sum(1),
+        photos=(at_vertex[..., GAIN] > 0).sum(1),
         length_mm=options.joint_plate_px * float(np.median(sight.pixel_mm)),
     )
 

@@ -58,7 +58,7 @@ def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalEr
     weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
     weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
 
-    noise = _noise(mesh, equations, system, pool, weak)
+    noise = _noise(mesh, sight, equations, system, pool, weak)
     taken = _solved(system, bending @ curvature_of(mesh, plate, length_mm))
     seen = (taken - _solved(system, equations.soft @ taken)) ** 2
     detail = pool.energy(seen, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
@@ -70,6 +70,7 @@ def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalEr
 
 def _noise(
     mesh: Mesh,
+    sight: Sight,
     equations: JointEquations,
     system: sp.csr_matrix,
     pool: "_Pool",
@@ -77,11 +78,11 @@ def _noise(
 ) -> Float64[np.ndarray, " n"]:
     """Variance by the photos' disagreement, and by what they get wrong alike."""
     energy = np.zeros(len(mesh))
-    photo = np.arange(equations.pull.shape[1])
+    photo = sight.seen_by[mesh.faces[:, 0]]
     for probe in range(1, _PROBES + 1):
         bits = photo & probe
         signs = np.where((bits & 1) ^ (bits >> 1 & 1), -1.0, 1.0)
-        pulls = np.repeat(equations.pull @ signs / 3, 3)
+        pulls = np.repeat((equations.pull * signs).sum(axis=1) / 3, 3)
         energy += _solved(system, np.bincount(mesh.faces.ravel(), pulls, len(mesh))) ** 2
     count = np.maximum(equations.photos, 2).astype(np.float64)
     unseen = count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)

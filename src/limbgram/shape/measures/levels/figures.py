@@ -38,7 +38,7 @@ class Sloped:
 
 _TAPE_SHARE = 0.75
 """What a tape loses of the finest relief, in shares of what the contour loses: it rests on the
-tops (girths of fifty captures: 0.74 to 0.82)."""
+tops (0.82 in 250 girths of captures 1000 to 1049, 0.74 in 50 of 3000 to 3009)."""
 
 Measure = Callable[[Level], Sloped | None]
 
