@@ -1,5 +1,6 @@
 """Shading: a picture of a mesh by a z-buffer, parallel projection, three soft lights."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba as nb
@@ -7,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.geometry.arrays import Faces, Matrix3, Points3
+from limbgram.run import in_parallel
 from limbgram.surface.mesh import Mesh
 
 CLAY = np.array([214.0, 206.0, 196.0])
@@ -80,6 +82,13 @@ def shade(
     return _reduced(picture, n)
 
 
+def shade_all(
+    mesh: Mesh, frames: Sequence[Frame], paint: Float64[np.ndarray, "n 3"] | None = None
+) -> list[UInt8[np.ndarray, "h w 4"]]:
+    """`shade` for several frames, side by side on the processors."""
+    return in_parallel(lambda frame: shade(mesh, frame, paint), frames)
+
+
 @nb.njit(cache=True, nogil=True)
 def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief):
     """Colour and opacity of every pixel: the ground, or the colour of what is filled, by light."""
@@ -114,13 +123,27 @@ def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief):
     return picture
 
 
+@nb.njit(cache=True, nogil=True)
 def _reduced(picture: np.ndarray, n: int) -> UInt8[np.ndarray, "h w 4"]:
     """Mean of n x n pixels, colours weighted by their opacity."""
     height, width = picture.shape[0] // n, picture.shape[1] // n
-    picture[..., :3] *= picture[..., 3:] / 255
-    mean = picture.reshape(height, n, width, n, 4).mean((1, 3))
-    mean[..., :3] /= np.maximum(mean[..., 3:], 1e-9) / 255
-    return np.rint(np.clip(mean, 0, 255)).astype(np.uint8)
+    mean = np.zeros((height, width, 4), np.uint8)
+    for y in range(height):
+        for x in range(width):
+            red = green = blue = opacity = 0.0
+            for i in range(n * y, n * y + n):
+                for j in range(n * x, n * x + n):
+                    weight = picture[i, j, 3]
+                    red += weight * picture[i, j, 0]
+                    green += weight * picture[i, j, 1]
+                    blue += weight * picture[i, j, 2]
+                    opacity += weight
+            if opacity > 0:
+                mean[y, x, 0] = round(red / opacity)
+                mean[y, x, 1] = round(green / opacity)
+                mean[y, x, 2] = round(blue / opacity)
+                mean[y, x, 3] = round(opacity / (n * n))
+    return mean
 
 
 @nb.njit(cache=True, nogil=True)

@@ -14,7 +14,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure, SubFigure
 
 from limbgram.report.drawings.drawing import FAINT, INK, Drawing, blank
-from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.shape.comparing.comparing import Comparison
 from limbgram.shape.comparing.telling.verdict import IQR_LIMIT_MM, MRE_LIMIT_MM
 from limbgram.surface.mesh import Mesh
@@ -78,8 +78,9 @@ def _row(
 ) -> None:
     mesh, panels = comparison.first_in_limb, figure.subplots(1, len(_SIDES))
     paint = paint_of(values, colours)
-    for axes, (azimuth_deg, side) in zip(panels, _SIDES):
-        axes.imshow(shade(mesh, _frame(mesh, azimuth_deg), paint))
+    shaded = shade_all(mesh, [_frame(mesh, azimuth_deg) for azimuth_deg, _ in _SIDES], paint)
+    for axes, (azimuth_deg, side), picture in zip(panels, _SIDES, shaded, strict=True):
+        axes.imshow(picture)
         axes.set_axis_off()
         title = side if comparison.axes.anatomical else f"{azimuth_deg}°"
         axes.set_title(title, fontsize=9, color=FAINT)

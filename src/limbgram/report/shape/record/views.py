@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from limbgram.report.drawings.drawing import FAINT, RED, Drawing, blank
-from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.report.drawings.surfaces import scale_bar
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.closest import TriangleTree
@@ -27,15 +27,21 @@ def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: 
     width_px, height_px = int(width_mm / pixel_mm), int(height_mm / pixel_mm)
     figure = blank(_WIDTH_IN, _WIDTH_IN / 4 * height_px / width_px + 0.5)
     normals = _normals_at(mesh_in_limb, landmarks)
-    for axes, (title, azimuth_deg) in zip(figure.subplots(1, 4), _sides(side), strict=True):
-        frame = Frame(
+    sides = _sides(side)
+    frames = [
+        Frame(
             picture_from_world=looking_along(azimuth_deg),
             middle_mm=(low + high) / 2,
             pixel_mm=pixel_mm,
             width_px=width_px,
             height_px=height_px,
         )
-        axes.imshow(shade(mesh_in_limb, frame))
+        for _, azimuth_deg in sides
+    ]
+    shaded = shade_all(mesh_in_limb, frames)
+    panels = figure.subplots(1, 4)
+    for axes, (title, _), frame, picture in zip(panels, sides, frames, shaded, strict=True):
+        axes.imshow(picture)
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=FAINT)
         _number(axes, frame, landmarks, normals)
