@@ -1,18 +1,24 @@
 """`limbgram export`: every format from one command, and no carver's file without a sure side."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.export.workshop import write_limb
+from limbgram.cli.workbench import exporting
+from limbgram.cli.workbench.exporting import dxf_reply
+from limbgram.export.workshop import AopOptions, AopReport, write_aop, write_limb
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Limb, LimbFrame
 from limbgram.shape.reading import read_limb
 from limbgram.shape.reading.aop import RadiusMap
+from limbgram.surface.mesh import Mesh
 
 RUNNER = CliRunner()
 
@@ -79,6 +85,39 @@ def test_dxf_in_two_forms(scan: Path) -> None:
     # At 25 and 50 mm, and at 0 if rounding leaves the end a little lower.
     assert content["sections"] in (2, 3)
     assert content["meshes"] == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ("open", "Layer TRIMLINE_MM: open edges, round 200 mm"),
+        ("closed", "No layer TRIMLINE_MM: the surface has no open edge."),
+        ("doubled", "No layer TRIMLINE_MM: its faces do not join to one surface."),
+    ],
+)
+def test_a_dxf_says_what_its_trimline_is(tmp_path: Path, change: str, told: str) -> None:
+    box = trimesh.creation.box((50.0, 50.0, 100.0))
+    faces = box.faces.astype(np.int32)
+    if change == "open":
+        faces = faces[box.face_normals[:, 2] < 0.5]
+    if change == "doubled":
+        faces = np.concatenate([faces, faces[:1]])
+    limb = Limb(mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=faces))
+    reply = dxf_reply(limb, tmp_path / "box.dxf", 25.0, polyface=False)
+    assert told in reply.lines
+
+
+def test_no_girth_change_where_no_section_was_compared(
+    scan: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_sections(*given: Any) -> AopReport:
+        return replace(write_aop(*given), girths=(), bodies_left_out=1)
+
+    monkeypatch.setattr(exporting, "write_aop", without_sections)
+    reply = exporting.aop_reply(read_limb(scan), scan.with_suffix(".aop"), AopOptions())
+    assert reply.content["girth_change_mm"] is None
+    assert reply.content["girth_change"] is None
+    assert "1 body inside the limb was left out." in reply.lines
 
 
 @pytest.mark.parametrize("kind", ["aop", "gcode"])

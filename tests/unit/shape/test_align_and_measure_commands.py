@@ -72,6 +72,8 @@ def test_a_refused_alignment_leaves_no_limb_file(scan: Path) -> None:
         (["--landmark", "scar"], "no landmark"),
         (["--landmark", "scar=1,2"], "no landmark"),
         (["--plumb", "scar"], "names no two landmarks"),
+        (["--marks", "--colour", "0.9,0.1,0.8"], "whole numbers from 0 to 255"),
+        (["--marks", "--colour", "230,20,256"], "whole numbers from 0 to 255"),
         (["--unit", "furlong"], "no unit"),
     ],
 )

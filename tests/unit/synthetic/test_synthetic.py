@@ -22,6 +22,7 @@ from limbgram.synthetic import (
 )
 from limbgram.synthetic.props.limb import make_limb
 from limbgram.synthetic.props.paint import bake
+from limbgram.synthetic.props.spots import PaintedSpot
 
 TINY = CaptureOptions(photos=4, width_px=240, height_px=160, calibration_photos=2, mesh_step_mm=3.0)
 
@@ -167,3 +168,12 @@ def test_a_board_printed_too_large_is_larger_in_truth_and_not_in_name() -> None:
     assert np.linalg.norm(corners[1] - corners[0]) == pytest.approx(30.9)
     assert truth.board.printed.board.square_mm == 30.0
     assert stage_truth(replace(TINY, board=None)).board is None
+
+
+def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
+    limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
+    begun, round_again = (
+        bake(limb, Paint.NONE, 0.9, 5, 0.4, [PaintedSpot(around=around, height=0.5)])
+        for around in (0.0, 1.0)
+    )
+    np.testing.assert_array_equal(begun, round_again)

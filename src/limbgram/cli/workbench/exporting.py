@@ -23,6 +23,7 @@ from limbgram.export.writing import require, write_file
 from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import is_edge_manifold, is_vertex_manifold
 
 _LOOK = "Compare the picture with the patient before carving."
 
@@ -60,8 +61,8 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
         "rms_mm": report.rms_mm,
         "volume_ml": report.volume_ml,
         "volume_change": report.volume_change,
-        "girth_change": report.girth_change,
-        "girth_change_mm": 0.0 if report.worst_girth is None else report.worst_girth.change_mm,
+        "girth_change": None if report.worst_girth is None else report.girth_change,
+        "girth_change_mm": None if report.worst_girth is None else report.worst_girth.change_mm,
         "girths": [
             {
                 "height_mm": level.height_mm,
@@ -107,8 +108,16 @@ def _cost_lines(report: AopReport) -> list[str]:
             f"mm, {cap.volume_change_ml:+.2f} mL; finer with --distal-slices",
         )
     if report.bodies_left_out:
-        lines.append(f"{report.bodies_left_out} bodies inside the limb were left out.")
+        lines.append(_inside_line(report.bodies_left_out))
     return lines
+
+
+def _inside_line(count: int) -> str:
+    return (
+        "1 body inside the limb was left out."
+        if count == 1
+        else f"{count} bodies inside the limb were left out."
+    )
 
 
 def _axis_lines(report: AopReport) -> list[str]:
@@ -140,7 +149,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
-        *((f"{inside} bodies inside the limb were left out.",) if inside else ()),
+        *((_inside_line(inside),) if inside else ()),
         f"Mirror check: {picture}. {_LOOK}",
     )
     content = {
@@ -187,11 +196,15 @@ def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> R
 
 
 def _trimlines(limb: Limb) -> list[str]:
-    """What lies on the layer of the trimline."""
+    """What lies on the layer of the trimline, or why there is none."""
     loops = trimline_of(limb.mesh)
+    if not loops:
+        closed = is_edge_manifold(limb.mesh.faces) and is_vertex_manifold(limb.mesh.faces)
+        why = "the surface has no open edge" if closed else "its faces do not join to one surface"
+        return [f"No layer TRIMLINE_MM: {why}."]
     ahead = (np.roll(loop, -1, axis=0) - loop for loop in loops)
     lengths = ", ".join(f"{np.linalg.norm(step, axis=1).sum():.0f} mm" for step in ahead)
-    return [f"Layer TRIMLINE_MM: open edges, round {lengths}"] if loops else []
+    return [f"Layer TRIMLINE_MM: open edges, round {lengths}"]
 
 
 def mesh_reply(limb: Limb, path: Path) -> Reply:

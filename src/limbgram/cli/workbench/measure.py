@@ -151,11 +151,15 @@ def _write_bytes(path: Path, content: bytes) -> Path:
     return write_file(path, encode, check)
 
 
+def _bodies(count: int) -> str:
+    return "1 body inside the limb was" if count == 1 else f"{count} bodies inside the limb were"
+
+
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
         *(f"Note: {note}." for note in limb.notes),
         *(
-            [f"Note: {measures.bodies_left_out} bodies inside the limb were not measured."]
+            [f"Note: {_bodies(measures.bodies_left_out)} not measured."]
             if measures.bodies_left_out
             else []
         ),

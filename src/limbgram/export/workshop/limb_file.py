@@ -17,6 +17,7 @@ from limbgram.scale.metric import Scale
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading.reading import read_mesh
 from limbgram.shape.reading.sidecar import (
+    LimbRecord,
     encode_record,
     hash_of,
     limb_file_beside,
@@ -85,7 +86,7 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
     def check(written: Path) -> None:
         record = read_record(written, mesh_path, mesh_hash)
         again = None
-        if record is not None:
+        if isinstance(record, LimbRecord):
             read = Limb(
                 mesh=limb.mesh,
                 landmarks=record.landmarks,

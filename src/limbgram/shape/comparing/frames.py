@@ -53,7 +53,9 @@ def outside_of(limb: Limb) -> Limb:
     if not outside.bodies_left_out:
         return limb
     name = limb.name or "a shape"
-    note = f"{outside.bodies_left_out} bodies inside {name} were left out."
+    count = outside.bodies_left_out
+    inside = f"1 body inside {name} was" if count == 1 else f"{count} bodies inside {name} were"
+    note = f"{inside} left out."
     return replace(limb, mesh=outside.mesh, notes=(*limb.notes, note))
 
 

@@ -5,7 +5,7 @@ Out     Marks, the plainest first: places on the surface, in the mesh's frame.
 Method  vertices of strong colour join with neighbours of nearly the same hue to patches; a patch of
         the size of a mark, round, and unlike what lies round it, is a mark.
         Dabs of a painted sock pass as well: there, say the marks' colour, or use shape.painted.
-Fails   MeasureError: the mesh has no colours, or too many spots pass.
+Fails   MeasureError: the mesh has no colours, or too many spots pass. OptionsError: a grey.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float64, Int64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from limbgram.errors import MeasureError
+from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Vector3
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
@@ -60,6 +60,7 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
 
     Raises:
         MeasureError: the mesh has no colours, or too many spots pass.
+        OptionsError: the given colour is too near to grey to have a hue.
     """
     if mesh.colours is None:
         raise MeasureError(
@@ -69,6 +70,11 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
     chroma, hue_rad = _chroma(mesh.colours), _hue_rad(mesh.colours)
     coloured = chroma >= options.least_chroma
     if options.colour is not None:
+        if max(options.colour) - min(options.colour) < options.least_chroma:
+            raise OptionsError(
+                f"The colour {options.colour} is too near to grey to be told from white and "
+                "shade. Name the strong colour of the marks, such as magenta."
+            )
         wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
         turn = np.abs(np.angle(np.exp(1j * (hue_rad - wanted))))
         coloured &= turn < np.radians(options.same_hue_deg)

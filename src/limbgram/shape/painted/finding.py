@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int64, UInt8
+from jaxtyping import Float64, Int64, UInt8
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -57,6 +57,10 @@ class PaintedOptions:
 DEFAULTS = PaintedOptions()
 _SQUARE_COSINE = 0.64
 _SLACK_MM = 2.0
+_MEDIAN_OVER_MEAN = np.sqrt(np.pi / 2)
+"""Standard deviation of a median of normal errors over that of their mean."""
+_SHARED_PX = 0.25
+"""One standard deviation, along one direction, of what blur and shading do to all photos alike."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,8 +74,8 @@ class PaintedMark:
     spread_mm: float
     """Root mean square distance of the photos' places from the position."""
     sigma_mm: float
-    """One standard deviation of the position along one direction of the surface, by how the photos
-    disagree; not what they share, such as the scale."""
+    """One standard deviation of the position along one direction of the surface: by how the photos
+    disagree, and for the blur and shading that they share; not the scale."""
     photos: tuple[str, ...]
     """Those that show it."""
     looking: int
@@ -94,7 +98,8 @@ class PaintedMarks:
     marks: tuple[PaintedMark, ...]
     left_out: tuple[LeftOut, ...]
     shared_share: float = 0.0
-    """Of what has a given colour, so much lies elsewhere than in round spots: the paint has it."""
+    """Of what has a given colour, so much lies elsewhere than in round spots: the paint has it.
+    0 where no pixel has that colour."""
 
 
 def find_painted_marks(
@@ -126,13 +131,13 @@ def find_painted_marks(
     tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
     offered: list[tuple[float, PaintedMarks]] = []
     shared = 0.0
-    for hue_idx in range(1 if given is not None else len(hues)):
-        spots, inside, total = spots_of(sightings, hues, hue_idx, same_rad, rule)
-        plainness = inside / total if total else 0.0
+    looked_for = len(hues) if given is None else 1
+    for found in spots_of(sightings, hues, looked_for, same_rad, rule):
+        plainness = found.inside_mm2 / found.total_mm2 if found.total_mm2 else 0.0
         if given is None and plainness < options.plainest_share:
             continue
-        shared = 0.0 if given is None else 1 - plainness
-        seen = _agreed(spots, views, caster, tree, options)
+        shared = 1 - plainness if given is not None and found.total_mm2 else 0.0
+        seen = _agreed(found.spots, views, caster, tree, options)
         if seen.marks or given is not None:
             offered.append((plainness, seen))
     offered.sort(key=lambda one: -one[0])
@@ -180,21 +185,28 @@ def _agreed(
         if reason:
             left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
             continue
-        away2 = ((spots.middles_mm[rows] - place) ** 2).sum(1)
-        count = len(rows)
+        away_mm = np.linalg.norm(spots.middles_mm[rows] - place, axis=1)
         marks.append(
             PaintedMark(
                 position_mm=place,
                 colour=colour,
                 diameter_mm=float(np.median(spots.diameters_mm[rows])),
-                spread_mm=float(np.sqrt(away2.mean())),
-                sigma_mm=float(np.sqrt(away2.sum() / (2 * max(count - 1, 1)) / count)),
+                spread_mm=float(np.sqrt((away_mm**2).mean())),
+                sigma_mm=_sigma_mm(away_mm, spots.pixels_mm[rows]),
                 photos=tuple(views[k].name for k in spots.photo_idx[rows]),
                 looking=looking,
             )
         )
     marks.sort(key=lambda mark: tuple(-mark.position_mm[::-1]))
     return PaintedMarks(tuple(marks), tuple(one for one in left_out if not _beside(one, marks)))
+
+
+def _sigma_mm(away_mm: Float64[np.ndarray, " k"], pixels_mm: Float64[np.ndarray, " k"]) -> float:
+    """Of a median of places, from their distances along two directions; and what all share."""
+    count = len(away_mm)
+    of_one = np.sqrt((away_mm**2).sum() / (2 * max(count - 1, 1)))
+    shared = _SHARED_PX * float(np.median(pixels_mm))
+    return float(np.hypot(_MEDIAN_OVER_MEAN * of_one / np.sqrt(count), shared))
 
 
 def _groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:

@@ -6,7 +6,7 @@ Method  the hues that the paint has are the peaks of the hues' histogram over al
         curved limb keeps its middle.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -36,7 +36,20 @@ class Spots:
     diameters_mm: Float64[np.ndarray, " n"]
     """Of the circle of the same area."""
     colours: UInt8[np.ndarray, "n 3"]
+    pixels_mm: Float64[np.ndarray, " n"]
+    """Size of the photo's pixels there, on the surface."""
     photo_idx: Int64[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class HueSpots:
+    """What all photos show of one hue."""
+
+    spots: Spots
+    inside_mm2: float
+    """Area of the round patches."""
+    total_mm2: float
+    """Area of all patches."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,29 +87,60 @@ def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
 
 
 def spots_of(
-    sightings: Sequence[Sighting], hues: np.ndarray, hue_idx: int, same_rad: float, rule: RoundRule
-) -> tuple[Spots, float, float]:
-    """Round patches of a hue in all photos; the area in them, and the hue's area in all, mm2."""
-    found: list[Spots] = []
-    inside = total = 0.0
+    sightings: Iterable[Sighting],
+    hues: Float64[np.ndarray, " k"],
+    looked_for: int,
+    same_rad: float,
+    rule: RoundRule,
+) -> list[HueSpots]:
+    """Round patches of each of the first `looked_for` hues in all photos."""
+    parts: list[list[HueSpots]] = [[] for _ in range(looked_for)]
     for photo_idx, one in enumerate(sightings):
-        turns = np.abs(turn_rad(one.hue_rad[:, None], hues))
-        own = (turns.argmin(1) == hue_idx) & (turns[:, hue_idx] < same_rad)
-        if own.sum() < _FEWEST_PX:
-            continue
-        usual = float(np.quantile(one.saturation[own], 0.75))
-        rows = np.flatnonzero(own & (one.saturation >= _FAINTEST * usual))
-        labels = _labels(one, rows)
-        rows, labels = rows[labels > 0], labels[labels > 0] - 1
-        if not len(rows):
-            continue
-        plain = _near_own_hue(one.hue_rad[rows], labels, _OWN_HUE * same_rad)
-        rows, labels = rows[plain], labels[plain]
-        spots, covered, all_of_it = _measured(one, rows, labels, photo_idx, rule)
-        found.append(spots)
-        inside += covered
-        total += all_of_it
-    return _joined(found), inside, total
+        nearest = _nearest_hue(one.hue_rad, hues, same_rad)
+        for hue_idx, of_hue in enumerate(parts):
+            seen = _in_photo(one, nearest == hue_idx, photo_idx, same_rad, rule)
+            of_hue += [] if seen is None else [seen]
+    return [
+        HueSpots(
+            spots=_joined([part.spots for part in of_hue]),
+            inside_mm2=sum(part.inside_mm2 for part in of_hue),
+            total_mm2=sum(part.total_mm2 for part in of_hue),
+        )
+        for of_hue in parts
+    ]
+
+
+def _nearest_hue(
+    hue_rad: Float32[np.ndarray, " n"], hues: Float64[np.ndarray, " k"], same_rad: float
+) -> Int64[np.ndarray, " n"]:
+    """Index of the hue that each pixel is nearest to; -1 where none is near."""
+    nearest = np.full(len(hue_rad), -1)
+    least = np.full(len(hue_rad), same_rad)
+    for idx, hue in enumerate(hues.tolist()):
+        turn = np.abs(turn_rad(hue_rad, hue))
+        nearest[turn < least] = idx
+        least = np.minimum(least, turn)
+    return nearest
+
+
+def _in_photo(
+    one: Sighting,
+    own: Bool[np.ndarray, " n"],
+    photo_idx: int,
+    same_rad: float,
+    rule: RoundRule,
+) -> HueSpots | None:
+    """Patches of a hue's own pixels in one photo; None where nothing is left of them."""
+    if own.sum() < _FEWEST_PX:
+        return None
+    usual = float(np.quantile(one.saturation[own], 0.75))
+    rows = np.flatnonzero(own & (one.saturation >= _FAINTEST * usual))
+    labels = _labels(one, rows)
+    rows, labels = rows[labels > 0], labels[labels > 0] - 1
+    plain = _near_own_hue(one.hue_rad[rows], labels, _OWN_HUE * same_rad)
+    if not plain.any():
+        return None
+    return _measured(one, rows[plain], labels[plain], photo_idx, rule)
 
 
 def _labels(one: Sighting, rows: Int64[np.ndarray, " k"]) -> Int64[np.ndarray, " k"]:
@@ -123,8 +167,8 @@ def _measured(
     labels: Int64[np.ndarray, " k"],
     photo_idx: int,
     rule: RoundRule,
-) -> tuple[Spots, float, float]:
-    """The round patches among labelled pixels; their area, and that of all patches."""
+) -> HueSpots:
+    """The round patches among labelled pixels."""
     count = int(labels.max()) + 1
     weights = one.areas_mm2[rows].astype(np.float64)
     points = one.points_mm[rows].astype(np.float64)
@@ -147,9 +191,12 @@ def _measured(
         middles_mm=middles[passing],
         diameters_mm=diameters[passing],
         colours=colours[passing],
+        pixels_mm=np.sqrt(areas[passing] / pixels[passing]),
         photo_idx=np.full(int(passing.sum()), photo_idx),
     )
-    return spots, float(areas[passing].sum()), float(areas.sum())
+    return HueSpots(
+        spots=spots, inside_mm2=float(areas[passing].sum()), total_mm2=float(areas.sum())
+    )
 
 
 def _joined(parts: Sequence[Spots]) -> Spots:
@@ -157,5 +204,6 @@ def _joined(parts: Sequence[Spots]) -> Spots:
         middles_mm=np.concatenate([np.zeros((0, 3)), *(part.middles_mm for part in parts)]),
         diameters_mm=np.concatenate([np.zeros(0), *(part.diameters_mm for part in parts)]),
         colours=np.concatenate([np.zeros((0, 3), np.uint8), *(part.colours for part in parts)]),
+        pixels_mm=np.concatenate([np.zeros(0), *(part.pixels_mm for part in parts)]),
         photo_idx=np.concatenate([np.zeros(0, np.int64), *(part.photo_idx for part in parts)]),
     )

@@ -17,7 +17,13 @@ from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
 from limbgram.shape.reading.obj import read_obj
 from limbgram.shape.reading.ply import read_ply
-from limbgram.shape.reading.sidecar import LimbRecord, hash_of, limb_file_beside, read_record
+from limbgram.shape.reading.sidecar import (
+    LimbRecord,
+    OfAnother,
+    hash_of,
+    limb_file_beside,
+    read_record,
+)
 from limbgram.shape.reading.soup import Sound, Soup, sound_mesh
 from limbgram.shape.reading.stl import read_stl
 from limbgram.shape.reading.units import check_size
@@ -61,7 +67,11 @@ def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
     content = _content(path)
     sha256 = hash_of(content)
     record = read_record(limb_file_beside(path), path, sha256)
-    limb, factor = _limb(path, content, record, mm_per_unit)
+    if isinstance(record, OfAnother):
+        limb, factor = _limb(path, content, None, mm_per_unit)
+        limb = replace(limb, notes=(*limb.notes, _unused(path, record)))
+    else:
+        limb, factor = _limb(path, content, record, mm_per_unit)
     return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor)
 
 
@@ -81,6 +91,13 @@ def _limb(
         return replace(limb, landmarks=marks, frame=soup.frame), factor or 1.0
     known = replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
     return known, factor or 1.0
+
+
+def _unused(path: Path, record: OfAnother) -> str:
+    return (
+        f"the limb file {limb_file_beside(path).name} belongs to {record.mesh_name} and was not "
+        f"used: what it says of the sock, side, axes and landmarks is not known of {path.name}"
+    )
 
 
 def read_mesh(path: Path, mm_per_unit: float) -> Mesh:

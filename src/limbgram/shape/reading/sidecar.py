@@ -25,6 +25,13 @@ _SIDES: tuple[Side, ...] = ("left", "right", "none")
 _ROUNDING = 1e-6
 
 
+@dataclass(frozen=True)
+class OfAnother:
+    """The limb file beside a shape is that of another file of the same name."""
+
+    mesh_name: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class LimbRecord:
     """What a limb file says."""
@@ -66,8 +73,8 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
     return (json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | None:
-    """What the limb file says; None if there is none, or if it is that of a file beside.
+def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfAnother | None:
+    """What the limb file says; None if there is none.
 
     Raises:
         ShapeFileError: it belongs to another mesh, or cannot be understood.
@@ -85,7 +92,7 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | Non
             return _record(tree)
         other = str(owner.get("file"))
         if other != mesh_path.name and (mesh_path.parent / Path(other).name).is_file():
-            return None
+            return OfAnother(Path(other).name)
     except OSError as error:
         raise ShapeFileError(f"{path.name} cannot be read: {error.strerror or error}.") from error
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

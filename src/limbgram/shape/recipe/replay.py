@@ -69,7 +69,11 @@ def _outside(limb: Limb) -> Limb:
     found = outer_bodies(limb.mesh)
     if not found.bodies_left_out:
         return limb
-    note = f"{found.bodies_left_out} bodies inside the limb, such as bones, were left out"
+    note = (
+        "1 body inside the limb, such as a bone, was left out"
+        if found.bodies_left_out == 1
+        else f"{found.bodies_left_out} bodies inside the limb, such as bones, were left out"
+    )
     return replace(limb, mesh=found.mesh, notes=(*limb.notes, note))
 
 

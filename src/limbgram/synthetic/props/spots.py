@@ -37,7 +37,8 @@ def scattered_spots(count: int) -> tuple[PaintedSpot, ...]:
 
 def chart_place(limb: Limb, spot: PaintedSpot) -> tuple[int, int]:
     """Row and column of the chart's point that is the middle of the spot."""
-    column = int(spot.around * (limb.grid_mm.shape[1] - 1))
+    columns = limb.grid_mm.shape[1] - 1
+    column = int(spot.around * columns) % columns
     skin = np.flatnonzero(np.diff(limb.grid_mm[:, column, 2]) > 0)
     heights = limb.grid_mm[skin, column, 2] - limb.base_mm
     return int(skin[np.argmin(np.abs(heights - spot.height * limb.height_mm))]), column

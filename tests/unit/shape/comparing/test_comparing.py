@@ -134,7 +134,7 @@ def test_a_body_inside_takes_no_part(limb) -> None:
     )
     found = compare(limb, limb.with_mesh(mesh), AS_IS)
     assert found.levels.volume.difference == pytest.approx(0.0, abs=1e-6)
-    assert any("1 bodies inside" in note for note in found.notes)
+    assert any("1 body inside" in note for note in found.notes)
 
 
 def _closing(limb) -> np.ndarray:

@@ -68,6 +68,13 @@ def test_a_given_colour_leaves_the_others_out() -> None:
     assert np.linalg.norm(mark.position_mm - PLACES[1]) < 0.5
 
 
+@pytest.mark.parametrize("grey", [(255, 255, 255), (0, 0, 0), (130, 120, 110)])
+def test_a_grey_is_no_colour_for_marks(grey: tuple[int, int, int]) -> None:
+    mesh = painted([(PLACES[0], RED, 12)])
+    with pytest.raises(OptionsError, match="near to grey"):
+        find_marks(mesh, MarkOptions(colour=grey))
+
+
 def test_a_painted_sock_is_told_from_marks_on_it() -> None:
     mesh = painted([(PLACES[0], RED, 12), (PLACES[1], GREEN, 10), (PLACES[2], RED, 14)])
     with pytest.raises(MeasureError, match="3 spots on this shape pass as marks"):

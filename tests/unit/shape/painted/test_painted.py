@@ -13,8 +13,12 @@ from limbgram.cases.assessing import painted
 from limbgram.cases.assessing.painted import painted_marks_of
 from limbgram.cases.folder import CaseFolder
 from limbgram.errors import OptionsError
+from limbgram.geometry.rigid import Rigid
 from limbgram.photos import PhotoSet, read_photos
+from limbgram.shape.edits.offset import offset
 from limbgram.shape.painted import PaintedMarks, PaintedOptions, find_painted_marks
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.resampling.decimation import DecimateOptions, decimate
 from limbgram.synthetic import (
     MAGENTA,
     SMALL,
@@ -62,13 +66,16 @@ def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
     assert len(marks) == len(MARKS)
     assert sorted(apart.argmin(1).tolist()) == list(range(len(MARKS)))
     assert 1e-4 < apart.min(1).max() < 0.6  # lower: the answer came out of pixels
-    for mark in marks:
+    for mark, error_mm in zip(marks, apart.min(1).tolist(), strict=True):
+        assert error_mm < 3 * mark.sigma_mm < 3.0
         assert 3 <= len(mark.photos) <= mark.looking < len(capture.photos)
         assert mark.diameter_mm == pytest.approx(MARKS[0].diameter_mm, abs=1.2)
-        assert 0 < mark.sigma_mm <= mark.spread_mm < 1.0
+        assert 0 < mark.spread_mm < 1.0
         red, green, blue = map(int, mark.colour)
         assert red > green + 60
         assert blue > green + 60
+    normalised = apart.min(1) / np.array([mark.sigma_mm for mark in marks])
+    assert 0.3 < np.sqrt((normalised**2).mean()) < 2.0  # about sqrt(2): along two directions
 
 
 def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_path: Path) -> None:
@@ -112,17 +119,52 @@ def test_a_colour_that_the_paint_has_is_told(capture: Capture) -> None:
     assert found_in(capture, photos, PaintedOptions(colour=RED)).shared_share > 0.5
 
 
+def test_a_colour_that_no_pixel_has_is_not_called_the_paints(capture: Capture) -> None:
+    found = find_painted_marks((), (), capture.truth.limb.mesh, PaintedOptions(colour=MAGENTA))
+    assert (found.marks, found.left_out, found.shared_share) == ((), (), 0.0)
+
+
 def test_grey_is_no_colour_for_marks(capture: Capture) -> None:
     with pytest.raises(OptionsError, match="near to grey"):
         found_in(capture, photos_of(capture.folder / "images"), PaintedOptions(colour=(90, 90, 90)))
 
 
-def test_photos_of_another_shape_are_refused(
-    capture: Capture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    mesh = capture.truth.limb.mesh
+@pytest.fixture
+def case(capture: Capture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> CaseFolder:
+    """A case that keeps the true surface, and whose photos are all set aside."""
+    scene = SimpleNamespace(placed=(), views=())
+    kept = SimpleNamespace(
+        mesh=capture.truth.limb.mesh, metric=SimpleNamespace(scene=scene), photos=None
+    )
+    monkeypatch.setattr(painted, "kept_evidence", lambda _: kept)
+    return CaseFolder(tmp_path)
 
-    monkeypatch.setattr(painted, "kept_evidence", lambda _: SimpleNamespace(mesh=mesh))
+
+def about_its_axis(mesh: Mesh, turn_deg: float) -> Mesh:
+    middle = mesh.vertices_mm.mean(0)
+    turn = Rigid.from_rotation_vector(np.array([0, 0, np.radians(turn_deg)]), np.zeros(3))
+    return mesh.with_vertices(turn.apply(mesh.vertices_mm - middle) + middle)
+
+
+@pytest.mark.parametrize("turn_deg", [3.0, 10.0, 30.0])
+def test_a_limb_turned_about_its_axis_is_refused(
+    capture: Capture, case: CaseFolder, turn_deg: float
+) -> None:
+    mesh = about_its_axis(capture.truth.limb.mesh, turn_deg)
+    with pytest.raises(OptionsError, match="not of this shape as it lies now"):
+        painted_marks_of(case, mesh, PaintedOptions())
     moved = mesh.with_vertices(mesh.vertices_mm + np.array([40.0, 0.0, 0.0]))
-    with pytest.raises(OptionsError, match="not of this shape"):
-        painted_marks_of(CaseFolder(tmp_path), moved, PaintedOptions())
+    with pytest.raises(OptionsError, match=r"surface\.ply"):
+        painted_marks_of(case, moved, PaintedOptions())
+
+
+def test_what_was_made_of_the_cases_surface_is_taken(capture: Capture, case: CaseFolder) -> None:
+    """In single precision, in part edited, thinned out, or with the sock taken off."""
+    mesh = capture.truth.limb.mesh
+    single = mesh.with_vertices(mesh.vertices_mm.astype(np.float32).astype(np.float64))
+    swollen = mesh.vertices_mm.copy()
+    upper = swollen[:, 2] > np.quantile(swollen[:, 2], 0.7)
+    swollen[upper, :2] *= 1.3
+    thinned = decimate(mesh, DecimateOptions(max_faces=4000)).mesh
+    for made in (single, mesh.with_vertices(swollen), thinned, offset(mesh, -2.0)):
+        assert painted_marks_of(case, made, PaintedOptions()).marks == ()

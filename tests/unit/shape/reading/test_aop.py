@@ -189,6 +189,14 @@ def test_a_broken_line_is_named_with_its_number(case: str) -> None:
         parse_aop(content, "bad.aop")
 
 
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf"])
+def test_an_axis_that_lies_nowhere_is_not_taken(number: str) -> None:
+    said = f"LIMB FROM FILE: 1 0 0 {number} 0 1 0 0 0 0 1 0"
+    found = read_aop(tiny(comments=(said,)), "tiny.aop")
+    np.testing.assert_array_equal(found.frame.limb_from_mesh.translation, np.zeros(3))
+    assert any("where its axis lies" in warning for warning in found.warnings)
+
+
 def test_places_must_rise() -> None:
     with pytest.raises(ShapeFileError, match="line 18: expected rising slices, found '5'"):
         parse_aop(tiny(slices=("3", "0", "0", "10", "5")), "bad.aop")

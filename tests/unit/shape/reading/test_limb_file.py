@@ -55,7 +55,11 @@ def test_that_of_a_file_beside_is_left_to_it(tmp_path: Path, limb: Limb) -> None
     write_limb(limb, tmp_path / "scan.ply")
     other = tmp_path / "scan.stl"
     trimesh.creation.box((90.0, 90.0, 210.0)).export(other)
-    assert read_limb(other).frame is None
+    left = read_limb(other)
+    assert (left.frame, left.sock_mm, left.landmarks) == (None, 0.0, ())
+    (note,) = left.notes
+    assert "scan.limb.json belongs to scan.ply and was not used" in note
+    assert read_limb(tmp_path / "scan.ply").notes == ()
     (tmp_path / "scan.ply").unlink()
     with pytest.raises(ShapeFileError, match="belongs to another shape"):
         read_limb(other)

@@ -37,6 +37,8 @@ def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:
     assert found.ledger == alone.ledger
     assert any("2 bodies inside" in note for note in found.limb.notes)
     assert alone.limb.notes == ()
+    with_one = replay(RECIPE, limb_of(skin, bones[0]))
+    assert any("1 body inside the limb" in note for note in with_one.limb.notes)
 
 
 def test_a_hollow_stays() -> None:

@@ -42,14 +42,14 @@ def colour_of(text: str | None) -> tuple[int, int, int] | None:
     if text is None:
         return None
     numbers = _numbers(text, 3)
-    if numbers is not None and all(0 <= value <= 255 for value in numbers):
+    if numbers is not None and all(value in range(256) for value in numbers):
         return int(numbers[0]), int(numbers[1]), int(numbers[2])
     try:
         return ImageColor.getrgb(text)[:3]
     except ValueError as error:
         raise OptionsError(
-            f"{text!r} is no colour. Write a name such as magenta, or its red, green and blue from "
-            "0 to 255, such as 230,20,200."
+            f"{text!r} is no colour. Write a name such as magenta, or its red, green and blue as "
+            "whole numbers from 0 to 255, such as 230,20,200."
         ) from error
 
 

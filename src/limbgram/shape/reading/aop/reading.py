@@ -107,7 +107,8 @@ def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
         except ValueError:
             rows = np.zeros((3, 4))
         turn = rows[:, :3]
-        if np.abs(turn @ turn.T - np.eye(3)).max() < _ROUNDING and np.linalg.det(turn) > 0:
+        rigid = np.isfinite(rows).all() and np.abs(turn @ turn.T - np.eye(3)).max() < _ROUNDING
+        if rigid and np.linalg.det(turn) > 0:
             return Rigid(turn.copy(), rows[:, 3].copy())
         warnings.append("where its axis lies in the limb cannot be read; its axis is taken")
     return Rigid.identity()
