@@ -7,6 +7,10 @@ reconstructed from nothing, laid on its truth without changing size, and measure
 the contour, and of a taut tape) at five heights, and the volume between the outer two. One line
 of JSON a capture; seeds that are in the file already are not run again. The last line printed
 says how many of all intervals held.
+
+    python benchmarks/intervals.py a.jsonl b.jsonl --table benchmarks/results/intervals.md
+
+puts runs made so side by side into one table.
 """
 
 import argparse
@@ -20,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from captures import machine
 from limbgram.calibration import calibrate
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.errors import LimbgramError
@@ -47,19 +52,25 @@ COVER = 1.96
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path, help="JSON lines; what is there is kept")
+    parser.add_argument("out", type=Path, nargs="+", help="JSON lines; what is there is kept")
+    parser.add_argument("--table", type=Path, help="run nothing; write what is there to this file")
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=1000, help="first seed")
     chosen = parser.parse_args()
-    done = {line["seed"] for line in lines_of(chosen.out)}
+    if chosen.table:
+        found = [line for path in chosen.out for line in lines_of(path)]
+        chosen.table.write_text(table_of(found))
+        return
+    (out,) = chosen.out
+    done = {line["seed"] for line in lines_of(out)}
     for seed in range(chosen.first, chosen.first + chosen.count):
         if seed in done:
             continue
         line = one(seed)
-        with chosen.out.open("a") as stream:
+        with out.open("a") as stream:
             stream.write(json.dumps(line) + "\n")
         sys.stderr.write(f"{seed}: {line.get('refused') or told([line])}\n")
-    sys.stdout.write(told(lines_of(chosen.out)) + "\n")
+    sys.stdout.write(told(lines_of(out)) + "\n")
 
 
 def options_of(seed: int) -> CaptureOptions:
@@ -173,12 +184,9 @@ def told(lines: list[dict[str, Any]]) -> str:
     """How many intervals held, by kind, and how the errors over their sigmas scatter."""
     parts = [f"{len(lines)} captures, {sum('refused' in line for line in lines)} refused"]
     for kind in ("contour", "tape", "volume"):
-        all_figures = [
-            one for line in lines for one in line.get("figures", ()) if one["kind"] == kind
-        ]
-        if not all_figures:
+        ratios = ratios_of(lines, kind)
+        if not ratios:
             continue
-        ratios = [(one["value"] - one["true"]) / one["sigma"] for one in all_figures]
         held = sum(abs(ratio) <= COVER for ratio in ratios)
         rms = math.sqrt(sum(ratio**2 for ratio in ratios) / len(ratios))
         mean = sum(ratios) / len(ratios)
@@ -190,6 +198,42 @@ def told(lines: list[dict[str, Any]]) -> str:
     if spreads:
         parts.append(f"vertices {np.median(spreads):.2f} ({min(spreads):.2f}-{max(spreads):.2f})")
     return "; ".join(parts)
+
+
+def table_of(lines: list[dict[str, Any]]) -> str:
+    """Markdown: the machine, all intervals together, and one row a capture."""
+    about = machine()
+    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
+    parts = [
+        "# Do stated 95 % intervals hold?",
+        f"{about['processor']}, {about['cores']} cores; {about['system']}; Python "
+        f"{about['python']}; commit {about['commit'][:12]}; {versions}. Error over sigma by "
+        "capture; girths: the mean of five levels.",
+        f"{told(lines)}.",
+    ]
+    rows = ["| seed | limb | contour held | mean | tape held | mean | volume | RMS mm | spread |"]
+    rows.append("|" + " --- |" * 9)
+    for line in sorted(lines, key=lambda one: one["seed"]):
+        kind = options_of(line["seed"]).kind.value
+        if "refused" in line:
+            rows.append(f"| {line['seed']} | {kind} | refused: {line['refused'][:80]} |" + " |" * 6)
+            continue
+        cells = [f"{line['seed']}", kind]
+        for name in ("contour", "tape"):
+            ratios = ratios_of([line], name)
+            held = sum(abs(ratio) <= COVER for ratio in ratios)
+            cells += [f"{held} of {len(ratios)}", f"{np.mean(ratios):+.2f}"]
+        volume = ratios_of([line], "volume")
+        cells += [f"{volume[0]:+.2f}" if volume else "open"]
+        cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]
+        rows.append(f"| {' | '.join(cells)} |")
+    return "\n\n".join(parts) + "\n\n" + "\n".join(rows) + "\n"
+
+
+def ratios_of(lines: list[dict[str, Any]], kind: str) -> list[float]:
+    """Error over sigma of all figures of one kind."""
+    found = [one for line in lines for one in line.get("figures", ()) if one["kind"] == kind]
+    return [(one["value"] - one["true"]) / one["sigma"] for one in found]
 
 
 if __name__ == "__main__":

@@ -45,10 +45,10 @@ def test_a_line_and_a_square_scatter_as_drawn_errors_do() -> None:
 
 
 def test_a_girth_loses_what_waves_of_the_lost_length_add_to_it() -> None:
-    """Half of the variance as waves all round of 2 pi / 2.17 plates: their extra length."""
+    """Half of the variance as waves all round of 2 pi / 2.3 plates: their extra length."""
     mesh = grid(10, correlation_mm=REACH_MM)
     plate_mm = REACH_MM / 2.26
-    wave_number, variance = 2.17 / plate_mm, SIGMA_MM**2 / 2
+    wave_number, variance = 2.3 / plate_mm, SIGMA_MM**2 / 2
     along = np.where(mesh.vertices_mm[:, 1] == 4, 1.0, 0.0)
     told = lost_length_mm(mesh, along)
     assert told == pytest.approx(10.0 * variance * wave_number**2 / 4, rel=0.05)

@@ -14,10 +14,9 @@ from limbgram.measuring.uncertainty.shared import shared_errors
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
-_OFFSET_PX = 0.004
-"""How far the whole surface may lie in or out by the way photos are sampled, in pixels. Volumes of
-58 small captures (seeds 4000 to 4087) say -0.004 px for thighs, 0.000 for shanks and 0.008 for
-bulbous limbs, before face samples were spread evenly, with 0.003 to 0.004 px of scatter each."""
+_OFFSET_PX = 0.001
+"""How far the whole surface may lie in or out by the way photos are sampled, in pixels: the mean of
+17 small captures' volumes (seeds 6000 to 6058), by kind of limb -0.0025 to 0.0025."""
 
 
 def with_sigma(mesh: Mesh, sight: Sight, equations: JointEquations, metric: MetricScene) -> Mesh:

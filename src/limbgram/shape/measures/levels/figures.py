@@ -36,9 +36,9 @@ class Sloped:
     follows the relief."""
 
 
-_TAPE_SHARE = 0.75
+_TAPE_SHARE = 0.8
 """What a tape loses of the finest relief, in shares of what the contour loses: it rests on the
-tops (0.82 in 250 girths of captures 1000 to 1049, 0.74 in 50 of 3000 to 3009)."""
+tops (0.74 to 0.82 in three runs of 10 to 50 small captures)."""
 
 Measure = Callable[[Level], Sloped | None]
 
