@@ -3,8 +3,7 @@
 In      pairs of Limbs: before (aligned, with landmarks) and after.
 Out     a Template.
 Method  lay the after on the before; displacement along the before's normals; all on one chart;
-        robust mean and spread over the pairs; kept where it is significant (Student's t, false
-        discoveries at most 5 %: Benjamini and Hochberg 1995) and not negligible.
+        robust mean and spread over the pairs; kept where it is significant and not negligible.
 Fails   MeasureError: a pair without frame or shared landmark. OptionsError: sides mixed.
 """
 
@@ -12,9 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Bool, Float64
-from scipy.ndimage import gaussian_filter, median_filter
-from scipy.special import stdtr
+from jaxtyping import Float64
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Points3
@@ -26,6 +23,7 @@ from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
 from limbgram.shape.templates.charts import Chart, marks_on, plain_chart, pulled_chart
 from limbgram.shape.templates.fields import Field, fit_field, node_heights
+from limbgram.shape.templates.significance import found_alike, robust, softened
 from limbgram.shape.templates.template import Template, TemplateMark
 
 _SAMPLES = 25_000
@@ -35,14 +33,6 @@ _SETTLED_MM = 2e-3
 _STEEPEST = 0.3
 """Least cosine between the normals of both shapes along which a displacement is taken."""
 _TOP = 1.6
-_HUBER = 1.5
-_ROUNDS = 20
-_SMALLEST_SPREAD_MM = 0.02
-_POOLED_NODES = 1.5
-_POOLED_FOLD = 3
-"""Spreads are pooled over some thirty nodes, of which so many count as independent."""
-_SOFT_NODES = 0.7
-_PAD = 8
 _DECIMALS = 2
 """Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
@@ -90,8 +80,9 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     heights = node_heights(min(_TOP, float(np.median([_top(p.before, reference) for p in pairs]))))
     fields = np.stack([_field(pair, reference, places, heights, options) for pair in pairs])
     known = np.isfinite(fields).sum(0)
-    mean, spread = _robust(fields)
-    kept = _significant(mean, spread, known, options)
+    mean, spread = robust(fields)
+    kept = found_alike(fields, options.false_share)
+    kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
     if not kept.any():
         raise MeasureError(_nothing_kept(mean, spread, len(pairs), options))
     return Template(
@@ -101,7 +92,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         reference=reference,
         marks=marks,
         heights=heights,
-        displacement_mm=np.round(np.nan_to_num(mean) * _softened(kept), _DECIMALS) + 0.0,
+        displacement_mm=np.round(np.nan_to_num(mean) * softened(kept), _DECIMALS) + 0.0,
         spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
     )
@@ -194,49 +185,6 @@ def _top(limb: Limb, reference: str) -> float:
     return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
 
 
-def _robust(fields: Float64[np.ndarray, "p h a"]) -> tuple[Field, Field]:
-    """Huber's mean over the pairs, and their standard deviation, pooled with near nodes."""
-    known = np.isfinite(fields)
-    count = known.sum(0)
-    filled = np.where(known, fields, 0.0)
-    centre = np.nan_to_num(np.nanmedian(np.where(count > 0, fields, 0.0), axis=0))
-    off = np.where(known, np.abs(filled - centre), np.nan)
-    scale = 1.4826 * np.nanmedian(np.where(count > 0, off, 0.0), axis=0)
-    scale = np.maximum(np.nan_to_num(scale), _SMALLEST_SPREAD_MM)
-    weights = known.astype(float)
-    for _ in range(_ROUNDS):
-        size = np.maximum(np.abs(filled - centre), 1e-12)
-        weights = np.where(known, np.minimum(1.0, _HUBER * scale / size), 0.0)
-        centre = (weights * filled).sum(0) / np.maximum(weights.sum(0), 1e-12)
-    square = (weights * (filled - centre) ** 2).sum(0) / np.maximum(weights.sum(0), 1e-12)
-    square *= count / np.maximum(count - 1, 1)
-    several = (count >= 2).astype(float)
-    pooled = _blurred(square * several, _POOLED_NODES) / np.maximum(
-        _blurred(several, _POOLED_NODES), 1e-12
-    )
-    spread = np.where(count >= 2, np.maximum(np.sqrt(pooled), _SMALLEST_SPREAD_MM), np.nan)
-    return np.where(count > 0, centre, np.nan), spread
-
-
-def _significant(
-    mean: Field, spread: Field, known: np.ndarray, options: LearnOptions
-) -> Bool[np.ndarray, "h a"]:
-    """Nodes whose mean is more than chance and more than nothing."""
-    large = np.nan_to_num(np.abs(mean)) >= options.least_mm
-    if not np.isfinite(spread).any():
-        return large
-    tested = np.isfinite(spread) & np.isfinite(mean)
-    ratio = np.abs(mean[tested]) / (spread[tested] / np.sqrt(known[tested]))
-    chance = 2 * stdtr(_POOLED_FOLD * (known[tested] - 1), -ratio)
-    order = np.sort(chance)
-    limits = options.false_share * np.arange(1, len(order) + 1) / len(order)
-    passed = order[order <= limits]
-    kept = np.zeros(mean.shape, bool)
-    kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
-    kept &= large
-    return _wrapped(median_filter(_padded(kept.astype(float)), 3)) > 0
-
-
 def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions) -> str:
     most = np.unravel_index(np.nanargmax(np.abs(np.nan_to_num(mean))), mean.shape)
     if not abs(mean[most]) >= options.least_mm:
@@ -250,21 +198,3 @@ def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions)
         "landmarks stand at the same places on all limbs and that the right shapes are paired, or "
         "learn from more pairs."
     )
-
-
-def _softened(kept: Bool[np.ndarray, "h a"]) -> Field:
-    """1 well within what is kept, 0 well outside, and no step between."""
-    return _blurred(kept.astype(float), _SOFT_NODES)
-
-
-def _blurred(values: Field, nodes: float) -> Field:
-    return _wrapped(gaussian_filter(_padded(values), nodes))
-
-
-def _padded(values: Field) -> Field:
-    """The first row goes on below and the last above; columns go on round the limb."""
-    return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
-
-
-def _wrapped(padded: Field) -> Field:
-    return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
