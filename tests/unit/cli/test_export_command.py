@@ -81,7 +81,8 @@ def test_gcode(scan: Path) -> None:
 
 def test_dxf_in_two_forms(scan: Path) -> None:
     assert Path(str(exported(scan, "--to", "dxf")["written"])).is_file()
-    content = exported(scan, "--to", "dxf", "--polyface", "--spacing", "25")
+    again = str(scan.with_suffix(".dxf"))
+    content = exported(scan, "--to", "dxf", "--polyface", "--spacing", "25", "-o", again)
     # At 25 and 50 mm, and at 0 if rounding leaves the end a little lower.
     assert content["sections"] in (2, 3)
     assert content["meshes"] == 1
@@ -135,3 +136,21 @@ def test_an_option_of_another_format_is_refused(scan: Path) -> None:
 def test_the_shape_itself_is_kept(scan: Path) -> None:
     assert "take the place of the shape" in refused(scan, "--to", "ply", "--out", str(scan))
     assert "does not end in" in refused(scan, "--to", "stl", "--out", str(scan.with_name("a.ply")))
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("dxf", "scan.dxf"), ("aop", "scan.aop"), ("stl", "scan-export.stl")]
+)
+def test_a_file_that_nobody_named_is_not_written_over(scan: Path, kind: str, name: str) -> None:
+    """It may be the scanner's own AOP, or the drawing that a case came with."""
+    there = scan.with_name(name)
+    there.write_bytes(b"an original")
+    words = ["export", str(scan), "--to", kind, *(["--side", "left"] if kind == "aop" else [])]
+    answer = RUNNER.invoke(app, [*words, "--json"])
+    assert answer.exit_code == 2
+    message = json.loads(answer.stdout)["error"]["message"]
+    assert name in message
+    assert "-o" in message
+    assert there.read_bytes() == b"an original"
+    assert exported(scan, *words[2:], "-o", str(there))["written"] == str(there)
+    assert there.read_bytes() != b"an original"

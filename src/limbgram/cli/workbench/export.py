@@ -103,7 +103,12 @@ def export_command(
     to: Annotated[FormatName, typer.Option(help="Kind of file.")],
     out: Annotated[
         Path | None,
-        typer.Option("-o", "--out", help="File to write.", show_default="SHAPE.aop or so"),
+        typer.Option(
+            "-o",
+            "--out",
+            help="File to write, over an older one; without it none is written over.",
+            show_default="SHAPE.aop or so",
+        ),
     ] = None,
     side: Annotated[
         SideName | None,
@@ -185,7 +190,7 @@ def export_command(
     _refuse_others(to, "dxf", given(polyface=polyface or None))
     _refuse_others(to, "aop gcode", given(to_mm=to_mm))
     _refuse_others(to, "aop dxf", given(spacing=spacing))
-    path = out or _default_path(shape, to)
+    path = out or _free_default(shape, to)
     if path.suffix.lower() != f".{to.value}" and to is not FormatName.GCODE:
         raise OptionsError(f"{path.name} does not end in .{to.value}: programs go by the ending.")
     require_apart(path, shape)
@@ -206,10 +211,19 @@ def export_command(
     return drawn(reply, limb)
 
 
-def _default_path(shape: Path, to: FormatName) -> Path:
-    """Beside the shape under its name; kinds that get a limb file of their own need another one."""
+def _free_default(shape: Path, to: FormatName) -> Path:
+    """Beside the shape under its name; kinds that get a limb file of their own need another one.
+
+    A file that lies there may be a scan or a case's own: nobody has said that it may go.
+    """
     with_limb_file = to in (FormatName.STL, FormatName.PLY, FormatName.OBJ, FormatName.GLB)
-    return shape.with_name(f"{shape.stem}{'-export' if with_limb_file else ''}.{to.value}")
+    path = shape.with_name(f"{shape.stem}{'-export' if with_limb_file else ''}.{to.value}")
+    if path.exists():
+        raise OptionsError(
+            f"{path} is there already, and may be another program's or a scan. Choose a name with "
+            "-o; the same name writes over it."
+        )
+    return path
 
 
 def _aop(values: dict[str, Any], spacing: float | None, to_mm: float | None) -> AopOptions:
