@@ -107,6 +107,19 @@ def test_the_limit_keeps_keypoints_all_over_the_picture() -> None:
     assert faint > 2 * np.mean([keypoint.pt[0] > SIZE_PX / 2 for keypoint in strongest])
 
 
+def test_a_limb_in_a_corner_of_the_photo_keeps_its_keypoints() -> None:
+    """Texture on a ninth of the picture, in one tile of four: as many as without tiles."""
+    dice = np.random.default_rng(7)
+    noise = dice.uniform(0, 255, (400, 400)).astype(np.float32)
+    fine = cv2.GaussianBlur(noise, (0, 0), 1.2)
+    picture = np.full((1200, 1200), 128, np.uint8)
+    picture[100:500, 100:500] = cv2.normalize(fine, fine, 0, 255, cv2.NORM_MINMAX)
+    whole = cv2.SIFT.create(contrastThreshold=0.02).detect(picture, None)
+    limit = int(0.8 * len(whole))
+    found = find_keypoints(picture, None, FeatureOptions(max_keypoints=limit))
+    assert 0.99 * limit <= len(found) <= limit
+
+
 def test_keypoints_come_largest_first_and_the_same_every_time() -> None:
     first, second = find_keypoints(texture(3)), find_keypoints(texture(3))
     assert (np.diff(first.scale_px) <= 0).all()
