@@ -133,6 +133,11 @@ def test_an_option_of_another_format_is_refused(scan: Path) -> None:
     assert "--spacing: for aop or dxf only" in refused(scan, "--to", "ply", "--spacing", "3")
 
 
+def test_heights_are_refused_along_a_fitted_axis(scan: Path) -> None:
+    words = ("--to", "aop", "--side", "left", "--axis", "fit", "--from-mm", "10")
+    assert "Leave out --from-mm and --to-mm" in refused(scan, *words)
+
+
 def test_the_shape_itself_is_kept(scan: Path) -> None:
     assert "take the place of the shape" in refused(scan, "--to", "ply", "--out", str(scan))
     assert "does not end in" in refused(scan, "--to", "stl", "--out", str(scan.with_name("a.ply")))

@@ -2,17 +2,20 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from limbgram.carving import MapOptions
+from limbgram.carving.casting import Cast, cast_radii
 from limbgram.errors import CarveError, OptionsError
 from limbgram.export.workshop import AopOptions, write_aop
-from limbgram.export.workshop.aop import LineEnd
-from limbgram.geometry.rigid import Rigid
+from limbgram.export.workshop.aop import LineEnd, axis
+from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.shape.reading import read_limb
 from limbgram.shape.reading.aop import Profile, RadiusMap, read_aop
@@ -173,6 +176,11 @@ def capsule(lean_mm: float = 0.0) -> Limb:
     return Limb(mesh=moved, frame=FRAME, landmarks=(Landmark(name="right", position_mm=right),))
 
 
+def subdivided(mesh: Mesh) -> Mesh:
+    vertices, faces = trimesh.remesh.subdivide(mesh.vertices_mm, mesh.faces)
+    return Mesh(vertices_mm=np.asarray(vertices), faces=faces.astype(np.int32))
+
+
 def test_girths_are_told_above_the_rounded_tip_and_the_tip_for_itself(tmp_path: Path) -> None:
     report = write_aop(capsule(), tmp_path / "capsule.aop")
     assert report.cap is not None
@@ -209,6 +217,35 @@ def test_a_fitted_axis_holds_a_bent_limb_and_the_file_says_where_it_lies(tmp_pat
     )
     # The cut at the top is level in the file's axes, and the fan that closes none is left out.
     assert np.quantile(away.distances_mm, 0.99) < 0.01
+
+
+def test_heights_of_the_limb_cannot_be_given_along_a_fitted_axis(tmp_path: Path) -> None:
+    limb = capsule(lean_mm=60.0)
+    for wanted in (MapOptions(from_mm=20.0), MapOptions(to_mm=120.0)):
+        with pytest.raises(OptionsError, match="Leave out --from-mm and --to-mm"):
+            write_aop(limb, tmp_path / "no.aop", AopOptions(axis="fit", map=wanted))
+    with pytest.raises(CarveError, match="takes it without --from-mm and --to-mm"):
+        write_aop(limb, tmp_path / "no.aop", AopOptions(map=MapOptions(from_mm=1.0)))
+
+
+def test_a_finer_surface_takes_no_finer_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Faces that all the steps of the search cast, for a surface and for its refinement."""
+    cast: list[int] = []
+
+    def counted(mesh: Mesh, *where: Any) -> Cast:
+        cast.append(len(mesh.faces))
+        return cast_radii(mesh, *where)
+
+    monkeypatch.setattr(axis, "cast_radii", counted)
+    limb = capsule(lean_mm=60.0)
+    coarse = axis.fitted_axis(limb.mesh, MapOptions())
+    finer = subdivided(limb.mesh)
+    assert len(finer.faces) == 4 * len(limb.mesh.faces) > 120_000
+    cast.clear()
+    fine = axis.fitted_axis(finer, MapOptions())
+    assert 10_000 < max(cast) < 40_000
+    assert len(cast) <= 160
+    assert angle_between_deg(fine.rotation, coarse.rotation) < 3.0
 
 
 def test_bodies_inside_are_left_out(tmp_path: Path) -> None:

@@ -118,8 +118,14 @@ def export_command(
     spacing: Annotated[
         float | None, typer.Option(help="aop: between slices; dxf: between sections; mm.")
     ] = None,
-    from_mm: Annotated[float | None, typer.Option(help="aop: height of the first slice.")] = None,
-    to_mm: Annotated[float | None, typer.Option(help="aop, gcode: height of the last.")] = None,
+    from_mm: Annotated[
+        float | None,
+        typer.Option(help="aop: height of the first slice in the limb; not with --axis fit."),
+    ] = None,
+    to_mm: Annotated[
+        float | None,
+        typer.Option(help="aop, gcode: height of the last; not with --axis fit."),
+    ] = None,
     spokes: Annotated[int | None, typer.Option(help="aop: radii round a slice.")] = None,
     distal_slices: Annotated[
         int | None, typer.Option(help="aop: more slices at the rounded tip.")
@@ -128,7 +134,8 @@ def export_command(
     axis: Annotated[
         AxisName | None,
         typer.Option(
-            help="aop: the limb's own axis, or one fitted so that radii are single.",
+            help="aop: the limb's own axis, or one fitted so that radii are single; this from end "
+            "to end, without --from-mm and --to-mm.",
             show_default="limb",
         ),
     ] = None,

@@ -45,7 +45,7 @@ class AopOptions:
     map: MapOptions = field(default_factory=MapOptions)
     axis: Literal["limb", "fit"] = "limb"
     """fit: the file's axis is not the limb's but one from which rays meet the surface once; the
-    file says where it lies."""
+    file says where it lies. Then the map's heights are not the limb's, and cannot be given."""
     profile: Profile = "mm"
     line_end: LineEnd = "lf"
     spokes_listed: bool = False
@@ -100,14 +100,16 @@ def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
     try:
         return _mapped_round(Rigid.identity(), mesh, options)
     except CarveError as error:
+        free = replace(options, map=replace(options.map, from_mm=None, to_mm=None))
         try:
-            found, _, _ = _mapped_round(fitted_axis(mesh, options.map), mesh, options)
+            found, _, _ = _mapped_round(fitted_axis(mesh, free.map), mesh, free)
         except CarveError:
             raise error from None
+        limits = "" if free.map == options.map else " without --from-mm and --to-mm"
         tilt_deg = angle_between_deg(found.rotation, np.eye(3))
         raise CarveError(
-            f"{error} An axis tilted by {tilt_deg:.1f} degrees would do: --axis fit takes it, and "
-            "the file says where it lies."
+            f"{error} An axis tilted by {tilt_deg:.1f} degrees would do: --axis fit takes "
+            f"it{limits}, and the file says where it lies."
         ) from error
 
 
@@ -130,6 +132,12 @@ def _apart(one: Rigid, other: Rigid) -> float:
 
 
 def _check(options: AopOptions) -> None:
+    if options.axis == "fit" and (options.map.from_mm, options.map.to_mm) != (None, None):
+        raise OptionsError(
+            "Heights are those of the limb, and with --axis fit the slices are not level in it. "
+            "Leave out --from-mm and --to-mm, or trim the limb at those heights first: "
+            "`limbgram edit`."
+        )
     if options.profile == "ampscan-early" or (
         options.profile == "ampscan" and options.spokes_listed
     ):
