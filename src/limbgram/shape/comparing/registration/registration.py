@@ -18,7 +18,7 @@ from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.geometry.similarity import fit_similarity
 from limbgram.shape.comparing.counterparts import Ground, measured_faces
 from limbgram.shape.comparing.registration.icp import FEWEST, Fit, IcpOptions, settle
-from limbgram.shape.comparing.registration.starts import possible_starts, wider_share
+from limbgram.shape.comparing.registration.starts import possible_starts, width_mm
 from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
 
@@ -35,8 +35,11 @@ _RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 _LEAST_USED = 0.2
 _FAR_MM = 5.0
 """Surfaces that stay this far apart, root mean square, are hardly one limb."""
-_MOST_WIDER = 0.15
-"""Nor are shapes of so different widths: their own shape would lay them anywhere along the axis."""
+_MOST_WIDER, _MOST_OFF = 0.15, 0.05
+"""Nor are shapes of so different widths that stay so far apart, as shares of the first one's width:
+
+their own shape would lay them anywhere along the axis. A part of a limb may be wider than the whole
+and lies on it."""
 _LARGER = 0.03
 """From here on a difference in size moves them along the axis by millimetres."""
 
@@ -151,8 +154,9 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
             f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
             "landmarks on both, or align each and compare as they are."
         )
-    wider = wider_share(_places(first, _MIDDLE, options), fine_mm)
-    if abs(wider) > _MOST_WIDER and fit.rms_mm > _FAR_MM:
+    first_mm = width_mm(_places(first, _MIDDLE, options))
+    wider = width_mm(fine_mm) / first_mm - 1
+    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
         raise MeasureError(
             f"{second.name or 'The second shape'} is about {abs(wider):.0%} "
             f"{'wider' if wider > 0 else 'narrower'} than {first.name or 'the first'}, and "

@@ -47,10 +47,10 @@ def possible_starts(first_mm: Points3, second_mm: Points3) -> list[Rigid]:
     return starts
 
 
-def wider_share(first_mm: Points3, second_mm: Points3) -> float:
-    """By how much, as a fraction, the second shape is wider than the first, however both lie."""
-    widths = [np.sqrt(np.linalg.eigvalsh(np.cov(one.T))[:2].sum()) for one in (first_mm, second_mm)]
-    return float(widths[1] / max(widths[0], 1e-9)) - 1
+def width_mm(places_mm: Points3) -> float:
+    """Mean diameter across the long axis, however the shape lies; exact for a tube."""
+    across = np.linalg.eigvalsh(np.cov(places_mm.T))[:2].sum()
+    return 2 * float(np.sqrt(max(across, 1e-18)))
 
 
 def _trunk(points_mm: Points3) -> _Trunk:
