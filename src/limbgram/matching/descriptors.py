@@ -68,7 +68,7 @@ class ScaleBand:
 class Turn:
     """Which keypoints are comparable: those whose direction turns about as the pair does.
 
-    Of the true matches of rendered and real photos 0.1 % lie more than 45 degrees off.
+    How few of the true matches that costs: docs/method/speed.md.
     """
 
     first_angle_deg: Float32[np.ndarray, " n"]
