@@ -13,6 +13,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 Result = dict[str, Any]
 
@@ -145,6 +146,7 @@ def _plot(swept: Sequence[Result], path: Path) -> None:
     FigureCanvasAgg(figure)
     by_photos, by_pixels, error = figure.subplots(1, 3)
     _lines(by_photos, swept, "photos", "megapixels", "{:g} MP", _cpu_s)
+    _against(by_photos, swept)
     by_photos.set(xlabel="photos", ylabel="CPU seconds", title="Cost against photos")
     _lines(by_pixels, swept, "megapixels", "photos", "{:g} photos", _cpu_s)
     by_pixels.set(xlabel="megapixels a photo", ylabel="CPU seconds", title="Cost against pixels")
@@ -153,6 +155,11 @@ def _plot(swept: Sequence[Result], path: Path) -> None:
     for axes in (by_photos, by_pixels, error):
         axes.set_xscale("log")
         axes.set_yscale("log")
+        stops = sorted({x for line in axes.lines for x in line.get_xdata()})
+        axes.set_xticks(stops, [f"{stop:g}" for stop in stops])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter("{x:g}")
         axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=7)
     figure.savefig(path, dpi=120)
@@ -171,6 +178,20 @@ def _lines(
             (one["setting"][along], value(one)) for one in swept if one["setting"][by] == group
         )
         axes.plot(*zip(*own, strict=True), "o-", ms=4, label=label.format(group))
+
+
+def _against(axes: Axes, swept: Sequence[Result]) -> None:
+    """What a rival's cameras alone cost, beside our whole way, at the commonest resolution."""
+    sizes = [one["setting"]["megapixels"] for one in swept]
+    common = max(set(sizes), key=sizes.count)
+    for name in sorted({name for one in swept for name in one.get("rivals", {})}):
+        own = sorted(
+            (one["setting"]["photos"], one["rivals"][name]["cpu_s"])
+            for one in swept
+            if one["setting"]["megapixels"] == common and name in one.get("rivals", {})
+        )
+        label = f"{name}, cameras only, {common:g} MP"
+        axes.plot(*zip(*own, strict=True), "s--", ms=4, color="0.45", label=label)
 
 
 def _cpu_s(one: Result) -> float:
