@@ -7,7 +7,10 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.run import in_parallel, worker_count
 
+_MANY = 20_000
+"""Queries from which they are shared out among the processors; none depends on another."""
 _LEAF = 4
 """Triangles in a leaf."""
 _ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
@@ -65,7 +68,12 @@ class TriangleTree:
         turn = np.arange(len(queries))
         if np.isfinite(queries).all():
             turn = np.argsort(_morton(queries), kind="stable")  # neighbours walk the same boxes
-        _search(self.triangles, self.boxes, queries, turn, places, found, distances)
+
+        def search(part: Int64[np.ndarray, " m"]) -> None:
+            _search(self.triangles, self.boxes, queries, part, places, found, distances)
+
+        parts = worker_count() if len(turn) > _MANY else 1
+        in_parallel(search, np.array_split(turn, parts))
         return Closest(places, self.order[found], distances)
 
 

@@ -9,8 +9,12 @@ from jaxtyping import Bool, Int64
 from numba import njit
 
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.run import in_parallel, worker_count
 from limbgram.surface.closest import TriangleTree
 
+_MANY, _PARTS = 20_000, 4
+"""Triangles from which they are shared out among the processors, and shares of each: the first
+triangles have more to look at than the last."""
 _LEAF = 4
 """Triangles in a leaf of the tree."""
 _TOUCH = 1e-9
@@ -30,13 +34,20 @@ def find_crossings(
     tree = TriangleTree.of(vertices_mm, faces)
     corners = np.ascontiguousarray(faces[tree.order])
     asked = np.ones(len(faces), np.bool_) if concerned is None else concerned[tree.order]
-    room = np.empty((max(64, len(faces) // 8), 2), np.int64)
     done_after = _done_after(asked, len(tree.boxes) // 2)
-    count = _cross(tree.triangles, tree.boxes, corners, asked, done_after, room)
-    if count > len(room):
-        room = np.empty((count, 2), np.int64)
-        _cross(tree.triangles, tree.boxes, corners, asked, done_after, room)
-    pairs = np.sort(tree.order[room[:count]], axis=1)
+
+    def cross(part: Int64[np.ndarray, " m"]) -> Int64[np.ndarray, "k 2"]:
+        room = np.empty((max(64, len(part) // 8), 2), np.int64)
+        count = _cross(tree.triangles, tree.boxes, corners, asked, done_after, part, room)
+        if count > len(room):
+            room = np.empty((count, 2), np.int64)
+            _cross(tree.triangles, tree.boxes, corners, asked, done_after, part, room)
+        return room[:count]
+
+    turn = np.flatnonzero(asked)
+    parts = _PARTS * worker_count() if len(turn) > _MANY else 1
+    found = np.concatenate(in_parallel(cross, np.array_split(turn, parts)))
+    pairs = np.sort(tree.order[found], axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
@@ -57,16 +68,15 @@ def _done_after(asked: Bool[np.ndarray, " f"], leaves: int) -> Int64[np.ndarray,
 
 
 @njit(cache=True, nogil=True)
-def _cross(triangles, boxes, corners, asked, done_after, found):
-    """Fill in crossing pairs as far as there is room; returns how many there are."""
+def _cross(triangles, boxes, corners, asked, done_after, turn, found):
+    """Fill in crossing pairs of the triangles whose `turn` it is, as far as there is room; returns
+    how many there are."""
     leaves = boxes.shape[0] // 2
     stack = np.empty(64, np.int64)
     own = np.empty(6)
     work = (np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3))
     count = 0
-    for t in range(triangles.shape[0]):
-        if not asked[t]:
-            continue
+    for t in turn:
         for axis in range(3):
             a, b, c = triangles[t, 0, axis], triangles[t, 1, axis], triangles[t, 2, axis]
             own[axis], own[axis + 3] = min(a, b, c), max(a, b, c)

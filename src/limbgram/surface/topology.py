@@ -3,7 +3,9 @@
 A half-edge is one side of a face: half-edge 3 f + k runs from corner k of face f to the next.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from hashlib import blake2b
 
 import numpy as np
 from jaxtyping import Bool, Int32, Int64
@@ -47,11 +49,30 @@ def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
 
 
 def find_edges(faces: Faces) -> Edges:
+    """The edges of a triangle list; those of the last lists asked for are remembered."""
+    digest = blake2b(np.ascontiguousarray(faces).data, digest_size=16).digest()
+    return _edges_of(_Content(faces, (faces.shape, faces.dtype.str, digest)))
+
+
+@dataclass(frozen=True)
+class _Content:
+    """Faces told apart by what they hold: the same array may have been changed in place."""
+
+    faces: Faces = field(compare=False)
+    key: tuple[tuple[int, ...], str, bytes]
+
+
+@lru_cache(maxsize=2)
+def _edges_of(content: _Content) -> Edges:
+    faces = content.faces
     tails, heads = half_edges(faces).T
     pairs = number_pairs(np.minimum(tails, heads), np.maximum(tails, heads))
     first = pairs.order[pairs.starts[:-1]]
     low, high = np.minimum(tails[first], heads[first]), np.maximum(tails[first], heads[first])
-    return Edges(np.column_stack([low, high]), pairs.number, np.diff(pairs.starts), pairs.order)
+    edges = Edges(np.column_stack([low, high]), pairs.number, np.diff(pairs.starts), pairs.order)
+    for part in (edges.ends, edges.of_half_edge, edges.uses, edges.half_edges):
+        part.flags.writeable = False  # others are given the same
+    return edges
 
 
 @dataclass(frozen=True)
