@@ -17,12 +17,13 @@ from jaxtyping import Float32, Float64, Int32
 
 from limbgram.geometry.arrays import Points3
 
-_BLUR_PX = 0.6
-"""Standard deviation of a pixel's reach: its own square (0.29) and half a pixel of lens and
-demosaicing."""
+_BLUR_PX = 0.45
+"""Standard deviation of a pixel's reach: its own square (0.29) and a third of a pixel of lens and
+demosaicing; between sharp photos, which need less, and soft ones, which need more."""
 _SHARE = 0.5
-"""What matching takes of it: 0.4 to 0.6 for dabs of 0.8 to 1.2 mm in two photos 90 degrees apart
-with 0.35 mm of blur (simulated), 0.7 to 1 for soft texture, nothing for texture as fine as blur."""
+"""What matching takes of it. On a painted ball of 40 mm with pixels of 0.4 mm, what was left
+without lift was 0.000, -0.002 and -0.012 mm at reaches of 0.29, 0.58 and 1.04 px: shares of 0, 0.3
+and 0.55. Simulated dabs in two photos: 0.4 to 0.6."""
 _LEAST_COSINE = 0.2
 _MOST_PX = 0.1
 """Larger displacements are those of folds and oddities, where the expansion does not hold."""

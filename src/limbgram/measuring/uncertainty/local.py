@@ -94,9 +94,9 @@ def _solved(system: sp.csr_matrix, right: Float64[np.ndarray, " n"]) -> Float64[
 
 
 def _chord(sight: Sight, pool: "_Pool") -> Float64[np.ndarray, " n"]:
-    """How far vertices stand out where faces are flat and the surface is round: edge^2 / 12 R."""
+    """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R."""
     edge2 = sight.plate.area_mm2 * 2 / np.sqrt(3)
-    return edge2 / 12 * np.abs(pool.mean((sight.quadric[:, 0] + sight.quadric[:, 2]) / 2))
+    return edge2 / 8 * np.abs(pool.mean((sight.quadric[:, 0] + sight.quadric[:, 2]) / 2))
 
 
 @dataclass(frozen=True)
