@@ -20,6 +20,8 @@ _ATTACH_FACTOR = 2.0
 _COMPANY = 3
 """Other thinly spread points that such a point needs round it."""
 _WIDENINGS = (1.0, 2.0, 4.0)
+_LEAST_LINK = 0.04
+"""Gaps narrower than this share of the reach part nothing, however densely points lie."""
 _MOST_LINK = 0.15
 """Longest link over a gap, in half frames."""
 _RIVAL_SHARE = 0.6
@@ -46,7 +48,7 @@ def limb_among(points: Points3, aim: Aim, least_points: int) -> LimbPoints:
     Where two parts of like weight lie apart, points are linked over wider gaps before the choice
     is called a guess: an object may be painted thinly in its middle.
     """
-    spacing = link_length(points)
+    spacing = max(link_length(points), _LEAST_LINK * aim.reach)
     aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
     weights = np.exp(-2 * aside**2)
     choice = None
