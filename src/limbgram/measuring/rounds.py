@@ -183,10 +183,10 @@ def _through(
 class JointEquations:
     """The normal equations of all vertices at once, without the plate."""
 
-    data: sp.csr_matrix
-    """(n, n), 1/mm^2, as the robust weights have it: how much the photos say."""
+    weights: Float64[np.ndarray, " n"]
+    """1/mm^2, as the robust weights have it: how much the photos say about each vertex."""
     soft: sp.csr_matrix
-    """The same as the robust cost really bends: what steps and errors are solved with."""
+    """(n, n), 1/mm^2, as the robust cost really bends: what steps and errors are solved with."""
     right: Float64[np.ndarray, " n"]
     """1/mm."""
     pull: Float32[np.ndarray, "f c"]
@@ -199,8 +199,14 @@ class JointEquations:
 
 def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float64[np.ndarray, " n"]:
     """Moves of all vertices at once."""
-    weights = equations.data.diagonal()
-    return settle(mesh, sight.plate, weights, equations.soft, equations.right, equations.length_mm)
+    return settle(
+        mesh,
+        sight.plate,
+        equations.weights,
+        equations.soft,
+        equations.right,
+        equations.length_mm,
+    )
 
 
 def joint_equations(
@@ -242,7 +248,7 @@ def joint_equations(
     data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor)
     less = _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
     return JointEquations(
-        data=data,
+        weights=data.diagonal(),
         soft=sp.csr_matrix(data - less),
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         pull=pull,

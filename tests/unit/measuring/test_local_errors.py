@@ -56,7 +56,7 @@ def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
         pixel_mm=np.full(len(mesh), EDGE_MM / 4.5),
     )
     equations = JointEquations(
-        data=data,
+        weights=data.diagonal(),
         soft=data,
         right=weight * spread.T @ left.sum(1),
         pull=(weight * left * np.sqrt(1 - 1 / PHOTOS)).astype(np.float32),  # texture takes one

@@ -52,7 +52,7 @@ class LocalErrors:
 def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalErrors:
     """Variances along the normal of what the photos measured."""
     plate, length_mm = sight.plate, equations.length_mm
-    bending = bending_of(plate, equations.data.diagonal(), length_mm)
+    bending = bending_of(plate, equations.weights, length_mm)
     system = sp.csr_matrix(equations.soft + bending @ plate.laplacian)
     pool = _Pool.of(plate, equations.photos)
     weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)

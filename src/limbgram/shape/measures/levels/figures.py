@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.measures.levels.cutting import Level
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.uncertainty import lost_length_mm, propagate
+from limbgram.surface.uncertainty import lost_per_length, propagate
 
 
 @dataclass(frozen=True)
@@ -100,27 +100,24 @@ class Sigmas:
 
     mesh: Mesh
     normals: Points3
+    lost_per_length: Float64[np.ndarray, " n"]
 
     @classmethod
     def of(cls, mesh_in_limb: Mesh) -> "Sigmas":
-        return cls(mesh_in_limb, mesh_in_limb.vertex_normals())
+        return cls(mesh_in_limb, mesh_in_limb.vertex_normals(), lost_per_length(mesh_in_limb))
 
     def figure(self, level: Level, sloped: Sloped) -> Figure:
         if self.mesh.sigma_mm is None:
             return Figure(sloped.value, None)
         sigma = propagate(self.mesh, self.gradient(level, sloped))
         if sigma is not None and sloped.along_mm is not None:
-            sigma = math.hypot(
-                sigma, lost_length_mm(self.mesh, self._spread(level, sloped.along_mm))
-            )
+            sigma = math.hypot(sigma, float(sloped.along_mm @ self._lost_at(level)))
         return Figure(sloped.value, sigma)
 
-    def _spread(self, level: Level, along_mm: Float64[np.ndarray, " k"]) -> np.ndarray:
-        """Lengths at the crossings as lengths at the vertices."""
-        total = np.zeros(len(self.mesh.vertices_mm))
-        for end, share in ((0, 1 - level.shares), (1, level.shares)):
-            total += np.bincount(level.crossed[:, end], share * along_mm, len(total))
-        return total
+    def _lost_at(self, level: Level) -> Float64[np.ndarray, " k"]:
+        """What a millimetre of line loses at each crossing."""
+        ends = self.lost_per_length[level.crossed]
+        return (1 - level.shares) * ends[:, 0] + level.shares * ends[:, 1]
 
     def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.
