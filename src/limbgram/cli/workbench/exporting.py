@@ -22,6 +22,7 @@ from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.export.writing import require, write_file
 from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.limb import Landmark, Limb, Side
+from limbgram.shape.measures.levels.bodies import bodies_inside
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import is_edge_manifold, is_vertex_manifold
 
@@ -108,16 +109,8 @@ def _cost_lines(report: AopReport) -> list[str]:
             f"mm, {cap.volume_change_ml:+.2f} mL; finer with --distal-slices",
         )
     if report.bodies_left_out:
-        lines.append(_inside_line(report.bodies_left_out))
+        lines.append(f"{bodies_inside(report.bodies_left_out)} left out.")
     return lines
-
-
-def _inside_line(count: int) -> str:
-    return (
-        "1 body inside the limb was left out."
-        if count == 1
-        else f"{count} bodies inside the limb were left out."
-    )
 
 
 def _axis_lines(report: AopReport) -> list[str]:
@@ -149,7 +142,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
-        *((_inside_line(inside),) if inside else ()),
+        *((f"{bodies_inside(inside)} left out.",) if inside else ()),
         f"Mirror check: {picture}. {_LOOK}",
     )
     content = {

@@ -34,6 +34,7 @@ from limbgram.shape.measures import (
     fit_to_tape,
     measure,
 )
+from limbgram.shape.measures.levels.bodies import bodies_inside
 from limbgram.shape.measures.table import csv_text, in_ml, tree
 
 _SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
@@ -151,15 +152,11 @@ def _write_bytes(path: Path, content: bytes) -> Path:
     return write_file(path, encode, check)
 
 
-def _bodies(count: int) -> str:
-    return "1 body inside the limb was" if count == 1 else f"{count} bodies inside the limb were"
-
-
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
         *(f"Note: {note}." for note in limb.notes),
         *(
-            [f"Note: {_bodies(measures.bodies_left_out)} not measured."]
+            [f"Note: {bodies_inside(measures.bodies_left_out)} not measured."]
             if measures.bodies_left_out
             else []
         ),

@@ -9,7 +9,7 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.shape.frame.alignment import AlignOptions, align
 from limbgram.shape.frame.axis import fit_axis
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels.bodies import outer_bodies
+from limbgram.shape.measures.levels import bodies
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges
 
@@ -49,14 +49,8 @@ def axes_of(limb: Limb) -> Axes:
 
 def outside_of(limb: Limb) -> Limb:
     """The limb without bodies inside it, such as the bones of a model, and a note of them."""
-    outside = outer_bodies(limb.mesh)
-    if not outside.bodies_left_out:
-        return limb
     name = limb.name or "a shape"
-    count = outside.bodies_left_out
-    inside = f"1 body inside {name} was" if count == 1 else f"{count} bodies inside {name} were"
-    note = f"{inside} left out."
-    return replace(limb, mesh=outside.mesh, notes=(*limb.notes, note))
+    return bodies.outside_of(limb, lambda count: f"{bodies.bodies_inside(count, name)} left out.")
 
 
 def in_limb_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:

@@ -1,17 +1,18 @@
 """Replay: a recipe done to a limb, with the ledger of what each edit did.
 
 The same recipe on the same limb gives the same bytes, whenever and on however many threads. Bodies
-inside the limb, such as bones, take no part and are left out first.
+inside the limb, such as bones, take no part and are left out first:
+edits would push them into its skin.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from limbgram.errors import EditError, OptionsError
 from limbgram.run import track
 from limbgram.shape.edits.editing import do_edit
 from limbgram.shape.edits.solids.making import Mirror
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels.bodies import outer_bodies
+from limbgram.shape.measures.levels.bodies import bodies_inside, outside_of
 from limbgram.shape.recipe.ledger import (
     Ledger,
     Line,
@@ -36,7 +37,7 @@ def replay(recipe: Recipe, limb: Limb) -> Replayed:
     Raises:
         EditError: an edit was refused; the message says which.
     """
-    limb = _outside(limb)
+    limb = outside_of(limb, lambda count: f"{bodies_inside(count, as_bones=True)} left out")
     levels = choose_levels(limb)
     lines: list[Line] = []
     figures = figures_of(limb, levels)
@@ -62,19 +63,6 @@ def replay(recipe: Recipe, limb: Limb) -> Replayed:
         )
         limb, figures = after, gained
     return Replayed(limb=limb, ledger=Ledger(levels_mm=levels, lines=tuple(lines)))
-
-
-def _outside(limb: Limb) -> Limb:
-    """The limb without the bodies inside it, which edits would push into its skin."""
-    found = outer_bodies(limb.mesh)
-    if not found.bodies_left_out:
-        return limb
-    note = (
-        "1 body inside the limb, such as a bone, was left out"
-        if found.bodies_left_out == 1
-        else f"{found.bodies_left_out} bodies inside the limb, such as bones, were left out"
-    )
-    return replace(limb, mesh=found.mesh, notes=(*limb.notes, note))
 
 
 def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:

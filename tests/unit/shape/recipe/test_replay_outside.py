@@ -1,4 +1,4 @@
-"""Bodies inside a limb, such as the bones of a model, take no part in its recipe."""
+"""Bodies inside a limb, such as the bones of a model, take no part in its recipe, nor in comparing it."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 import trimesh
 
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.comparing.frames import outside_of
 from limbgram.shape.edits.solids.making import Offset
 from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.recipe import Entry, Recipe, replay
@@ -35,10 +36,19 @@ def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:
     np.testing.assert_array_equal(found.limb.mesh.vertices_mm, alone.limb.mesh.vertices_mm)
     np.testing.assert_array_equal(found.limb.mesh.faces, alone.limb.mesh.faces)
     assert found.ledger == alone.ledger
-    assert any("2 bodies inside" in note for note in found.limb.notes)
+    assert found.limb.notes == ("2 bodies inside the limb, such as bones, were left out",)
     assert alone.limb.notes == ()
     with_one = replay(RECIPE, limb_of(skin, bones[0]))
-    assert any("1 body inside the limb" in note for note in with_one.limb.notes)
+    assert with_one.limb.notes == ("1 body inside the limb, such as a bone, was left out",)
+
+
+def test_shapes_are_compared_by_their_outsides() -> None:
+    skin, bones = ball(60, (0, 0, 60)), (ball(15, (-16, 0, 60)), ball(15, (16, 0, 60)))
+    shape = replace(limb_of(skin, *bones), name="scan")
+    assert outside_of(shape).notes == ("2 bodies inside scan were left out.",)
+    nameless = outside_of(replace(limb_of(skin, bones[0]), name=""))
+    assert nameless.notes == ("1 body inside a shape was left out.",)
+    assert len(nameless.mesh.faces) == len(skin.faces)
 
 
 def test_a_hollow_stays() -> None:

@@ -1,11 +1,13 @@
 """Bodies: what lies inside another body, such as bones inside the skin, is not measured with it."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Int64
 
 from limbgram.geometry.arrays import Faces, Vector3
+from limbgram.shape.limb import Limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import face_components, with_faces
 
@@ -39,6 +41,22 @@ def outer_bodies(mesh: Mesh) -> Outside:
         return Outside(mesh, 0)
     left_out = np.concatenate([body.face_ids for body in inner])
     return Outside(with_faces(mesh, np.delete(mesh.faces, left_out, axis=0)), len(inner))
+
+
+def outside_of(limb: Limb, note: Callable[[int], str]) -> Limb:
+    """The limb without the bodies inside it, and a note made of how many they were."""
+    found = outer_bodies(limb.mesh)
+    if not found.bodies_left_out:
+        return limb
+    return replace(limb, mesh=found.mesh, notes=(*limb.notes, note(found.bodies_left_out)))
+
+
+def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False) -> str:
+    """How a sentence about them begins: `2 bodies inside the limb were`."""
+    one, several = (", such as a bone,", ", such as bones,") if as_bones else ("", "")
+    if count == 1:
+        return f"1 body inside {place}{one} was"
+    return f"{count} bodies inside {place}{several} were"
 
 
 @dataclass(frozen=True)
