@@ -1,8 +1,8 @@
 """Replay: a recipe done to a limb, with the ledger of what each edit did.
 
 The same recipe on the same limb gives the same bytes, whenever and on however many threads. Bodies
-inside the limb, such as bones, take no part and are left out first:
-edits would push them into its skin.
+inside the limb, such as bones, take no part and are left out first: edits would push them into its
+skin.
 """
 
 from dataclasses import dataclass

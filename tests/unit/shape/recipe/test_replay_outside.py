@@ -1,4 +1,4 @@
-"""Bodies inside a limb, such as the bones of a model, take no part in its recipe, nor in comparing it."""
+"""Bodies inside a limb, such as bones, take no part in its recipe, nor in comparing it."""
 
 from dataclasses import replace
 
