@@ -43,6 +43,7 @@ from limbgram.synthetic import (
     LimbKind,
     make_capture,
 )
+from tables import made_on
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 """Heights of the girths, as shares of the seen height."""
@@ -202,13 +203,9 @@ def told(lines: list[dict[str, Any]]) -> str:
 
 def table_of(lines: list[dict[str, Any]]) -> str:
     """Markdown: the machine, all intervals together, and one row a capture."""
-    about = machine()
-    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     parts = [
         "# Do stated 95 % intervals hold?",
-        f"{about['processor']}, {about['cores']} cores; {about['system']}; Python "
-        f"{about['python']}; commit {about['commit'][:12]}; {versions}. Error over sigma by "
-        "capture; girths: the mean of five levels.",
+        f"{made_on(machine())}. Error over sigma by capture; girths: the mean of five levels.",
         f"{told(lines)}.",
     ]
     rows = ["| seed | limb | contour held | mean | tape held | mean | volume | RMS mm | spread |"]

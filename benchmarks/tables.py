@@ -20,12 +20,9 @@ Result = dict[str, Any]
 
 def write_tables(results: Result, out: Path) -> None:
     """Write OUT.md, and OUT.png where there is a sweep."""
-    machine = results["machine"]
     parts = [
         f"# {out.stem}",
-        f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gb']:.0f} GB; "
-        f"{machine['system']}; Python {machine['python']}; commit {machine['commit'][:12]}; "
-        + ", ".join(f"{name} {number}" for name, number in machine["versions"].items()),
+        made_on(results["machine"]),
         _accuracy(results["sets"]),
         _cost(results["sets"]),
         _stages(results["sets"]),
@@ -35,6 +32,16 @@ def write_tables(results: Result, out: Path) -> None:
     swept = [one for one in results["sets"].values() if "setting" in one and _fine(one)]
     if swept:
         _plot(swept, out.with_suffix(".png"))
+
+
+def made_on(machine: Result) -> str:
+    """What `captures.machine` found out, as a line."""
+    versions = ", ".join(f"{name} {number}" for name, number in machine["versions"].items())
+    return (
+        f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gb']:.0f} GB; "
+        f"{machine['system']}; Python {machine['python']}; commit {machine['commit'][:12]}; "
+        f"{versions}"
+    )
 
 
 def _fine(one: Result) -> bool:
@@ -69,7 +76,7 @@ def _accuracy(sets: Result) -> str:
                 "" if sigma is None else f"{sigma['robust_spread']:.2f}",
             )
         )
-    return "## Accuracy\n\n" + _table(heads, rows) if rows else ""
+    return "## Accuracy\n\n" + table(heads, rows) if rows else ""
 
 
 def _cost(sets: Result) -> str:
@@ -87,7 +94,7 @@ def _cost(sets: Result) -> str:
         for name, one in sets.items()
         if "reconstruct" in one
     ]
-    return "## Cost of `limbgram reconstruct`\n\n" + _table(heads, rows) if rows else ""
+    return "## Cost of `limbgram reconstruct`\n\n" + table(heads, rows) if rows else ""
 
 
 def _stages(sets: Result) -> str:
@@ -105,7 +112,7 @@ def _stages(sets: Result) -> str:
             )
         rows.append(cells)
     heading = "## Stages: wall s / CPU s / peak MB\n\n"
-    return heading + _table(("stage", *done), rows) if rows else ""
+    return heading + table(("stage", *done), rows) if rows else ""
 
 
 def _rivals(sets: Result) -> str:
@@ -130,10 +137,11 @@ def _rivals(sets: Result) -> str:
                     f"{run['peak_mb']:.0f}",
                 )
             )
-    return "## Rivals on the same photos and calibration\n\n" + _table(heads, rows) if rows else ""
+    return "## Rivals on the same photos and calibration\n\n" + table(heads, rows) if rows else ""
 
 
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Markdown; a bar in a cell would end it."""
     lines = [heads, ["---"] * len(heads), *rows]
     return "\n".join(
         "| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in lines

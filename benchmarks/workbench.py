@@ -36,6 +36,7 @@ from limbgram.shape.measures import MeasureOptions, measure
 from limbgram.shape.reading import read_limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import volume_mm3
+from tables import made_on, table
 
 PLANES = 240
 SHAPES = {
@@ -79,13 +80,9 @@ def main() -> None:
         "-o", "--out", type=Path, default=Path(__file__).parent / "results" / "workbench.md"
     )
     stated = parser.parse_args()
-    about = machine()
-    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     parts = [
         "# The shape workbench on real shapes",
-        f"{about['processor']}, {about['cores']} cores, {about['memory_gb']:.0f} GB; "
-        f"{about['system']}; Python {about['python']}; commit {about['commit'][:12]}; {versions}. "
-        "Made by `python benchmarks/workbench.py SHAPES`.",
+        f"{made_on(machine())}. Made by `python benchmarks/workbench.py SHAPES`.",
     ]
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
@@ -301,11 +298,6 @@ def sections(folder: Path) -> Iterator[str]:
                      reasons[:160]))  # fmt: skip
     yield f"## {PLANES} planes across each shape's own z"
     yield table(("shape", "answers", "named errors", "silent gaps", "s", "errors"), rows)
-
-
-def table(heads: Sequence[str], rows: Rows) -> str:
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 if __name__ == "__main__":
