@@ -1,4 +1,4 @@
-"""Rigid motions, named b_from_a: they take coordinates in frame a to coordinates in frame b."""
+"""Rigid motions, named b_from_a: coordinates in frame a to coordinates in frame b; and angles."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -67,3 +67,8 @@ class Rigid:
 def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
     """Angle of the rotation that takes one orientation to the other."""
     return float(np.degrees(Rotation.from_matrix(first.T @ second).magnitude()))
+
+
+def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
+    """Smallest turn from the other angle to this one, with its sign; any number of times round."""
+    return np.angle(np.exp(1j * (np.asarray(one) - np.asarray(other))))

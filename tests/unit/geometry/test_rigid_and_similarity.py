@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from limbgram.geometry.rigid import Rigid, angle_between_deg
+from limbgram.geometry.rigid import Rigid, angle_between_deg, turn_rad
 from limbgram.geometry.similarity import Similarity, fit_similarity
 
 POINTS = np.random.default_rng(5).normal(size=(50, 3)) * 100.0
@@ -69,3 +69,13 @@ def test_a_moved_camera_sees_the_moved_points_in_the_same_place() -> None:
     in_a = camera_from_a.apply(POINTS)
     in_b = b_from_a.move_camera(camera_from_a).apply(b_from_a.apply(POINTS))
     np.testing.assert_allclose(in_b, 3.0 * in_a, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("one_deg", "other_deg", "turn_deg"), [(350, 10, -20), (10, 350, 20), (95, 5, 90), (725, 0, 5)]
+)
+def test_the_smallest_turn_goes_past_zero(
+    one_deg: float, other_deg: float, turn_deg: float
+) -> None:
+    turn = turn_rad(np.radians([one_deg]), np.radians(other_deg))
+    np.testing.assert_allclose(np.degrees(turn), [turn_deg], atol=1e-9)

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Vector3
+from limbgram.geometry.rigid import turn_rad
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges
@@ -76,7 +77,7 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
                 "shade. Name the strong colour of the marks, such as magenta."
             )
         wanted = _hue_rad(np.array([options.colour], np.uint8))[0]
-        turn = np.abs(np.angle(np.exp(1j * (hue_rad - wanted))))
+        turn = np.abs(turn_rad(hue_rad, wanted))
         coloured &= turn < np.radians(options.same_hue_deg)
     labels = _patches(mesh, coloured, hue_rad, np.radians(options.same_hue_deg))
     areas = _vertex_areas_mm2(mesh)
@@ -129,7 +130,7 @@ def _patches(
 ) -> Int64[np.ndarray, " n"]:
     """Label of each vertex: coloured neighbours of nearly one hue share theirs."""
     ends = find_edges(mesh.faces).ends
-    turn = np.angle(np.exp(1j * (hue_rad[ends[:, 0]] - hue_rad[ends[:, 1]])))
+    turn = turn_rad(hue_rad[ends[:, 0]], hue_rad[ends[:, 1]])
     alike = coloured[ends].all(1) & (np.abs(turn) < same_rad)
     links = ends[alike]
     count = len(mesh.vertices_mm)

@@ -21,9 +21,10 @@ from scipy.spatial import KDTree
 from limbgram.errors import OptionsError
 from limbgram.geometry.arrays import Points3, Vector3
 from limbgram.geometry.camera import View
+from limbgram.geometry.rigid import turn_rad
 from limbgram.photos import Photo
 from limbgram.shape.painted.sighting import Caster, hue_and_saturation, sightings_of
-from limbgram.shape.painted.spots import RoundRule, Spots, hues_of, spots_of, turn_rad
+from limbgram.shape.painted.spots import RoundRule, Spots, hues_of, spots_of
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 

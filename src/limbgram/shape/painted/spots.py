@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float32, Float64, Int64, UInt8
 from scipy.ndimage import gaussian_filter1d
 
 from limbgram.geometry.arrays import Points3
+from limbgram.geometry.rigid import turn_rad
 from limbgram.shape.painted.sighting import Sighting
 
 _BINS = 180
@@ -79,11 +80,6 @@ def hues_of(sightings: Sequence[Sighting], same_rad: float) -> Float64[np.ndarra
         if all(abs(turn_rad(hue, known)) >= same_rad for known in hues):
             hues.append(hue)
     return np.array(hues)
-
-
-def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
-    """Smallest turn from one hue to another, with its sign."""
-    return np.angle(np.exp(1j * (np.asarray(one) - np.asarray(other))))
 
 
 def spots_of(

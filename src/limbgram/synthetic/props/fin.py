@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float64
 from numpy.typing import NDArray
 
+from limbgram.geometry.rigid import turn_rad
+
 HEIGHT_MM = 12.0
 """How far the fin stands out."""
 _LENGTH_MM = 60.0
@@ -25,7 +27,7 @@ def fin_rise_mm(
     thickness_mm: float,
 ) -> Float64[np.ndarray, "n c"]:
     """Rise of the skin; the fin has `thickness_mm` at half its height."""
-    aside = np.angle(np.exp(1j * (angles - _ANGLE))) * radius_mm
+    aside = turn_rad(angles, _ANGLE) * radius_mm
     along = 1 / (1 + np.abs((height - _MIDDLE * limb_mm) / (_LENGTH_MM / 2)) ** 6)
     return HEIGHT_MM * along / (1 + np.abs(aside / (thickness_mm / 2)) ** 8)
 

@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float32, Float64
 from scipy.interpolate import PchipInterpolator
 
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.geometry.rigid import turn_rad
 from limbgram.surface.mesh import Mesh
 from limbgram.synthetic.props.fin import columns_round, fin_rise_mm
 
@@ -198,7 +199,7 @@ def _skin(
     for bump in plan.bumps:
         centre = np.radians(bump.angle_deg + rng.uniform(-6, 6))
         at = (bump.height + rng.uniform(-0.02, 0.02)) * height_mm
-        around = np.angle(np.exp(1j * (angles - centre))) * radius / bump.around_mm
+        around = turn_rad(angles, centre) * radius / bump.around_mm
         along = (height - at) / bump.along_mm
         rise += bump.rise_mm * rng.uniform(0.8, 1.2) * np.exp(-0.5 * (around**2 + along**2))
     rise += _scar_mm(radius * np.cos(angles), height, height_mm)
