@@ -27,6 +27,10 @@ FORMATS_FOR_PEOPLE = "JPEG, PNG or TIFF" + (" or HEIF" if HAS_HEIF else "")
 MEGAPIXELS_DECODER = 178
 """Pillow refuses larger pictures as decompression bombs."""
 
+_SRGB = np.arange(256) / 255
+LINEAR_OF_SRGB = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+"""Linear light of the 256 values that a pixel's red, green or blue may have."""
+
 DECODING_FAULTS = (
     OSError,
     SyntaxError,

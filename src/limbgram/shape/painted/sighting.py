@@ -16,10 +16,9 @@ from jaxtyping import Bool, Float32, Float64, Int32, UInt8
 from limbgram.geometry.arrays import ColourImage, Points3, Vector3
 from limbgram.geometry.camera import View
 from limbgram.photos import Photo, load_colour
+from limbgram.photos.decoding import LINEAR_OF_SRGB
 from limbgram.surface.mesh import Mesh
 
-_SRGB = np.arange(256) / 255
-_LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
 _MARGIN_PX = 4
 _LEAST_COSINE = 0.5
 """Pixels that meet the surface more obliquely than 60 degrees are left out."""
@@ -114,7 +113,7 @@ def hue_and_saturation(
     pixels: UInt8[np.ndarray, "*shape 3"],
 ) -> tuple[Float32[np.ndarray, "*shape"], Float32[np.ndarray, "*shape"]]:
     """Hue, and share of the light that is not white, in linear light: shade changes neither."""
-    red, green, blue = np.moveaxis(_LINEAR.astype(np.float32)[pixels], -1, 0)
+    red, green, blue = np.moveaxis(LINEAR_OF_SRGB.astype(np.float32)[pixels], -1, 0)
     hue = np.arctan2(np.float32(np.sqrt(3)) * (green - blue), 2 * red - green - blue)
     brightest = np.maximum(np.maximum(red, green), blue)
     least = np.minimum(np.minimum(red, green), blue)

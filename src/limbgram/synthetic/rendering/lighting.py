@@ -11,14 +11,12 @@ import numpy as np
 from limbgram.errors import OptionsError
 from limbgram.geometry.arrays import Vector3
 from limbgram.geometry.rigid import Rigid
+from limbgram.photos.decoding import LINEAR_OF_SRGB
 from limbgram.synthetic.rendering.shading import Light
 
 LAMP_IN_WORLD = np.array([900.0, -700.0, 1900.0])
 _FLASH_IN_CAMERA = np.array([0.0, -90.0, 0.0])
 _STEP_ASIDE_MM = 25.0
-_SRGB = np.arange(256) / 255
-LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
-"""Linear light of the 256 sRGB values."""
 
 
 class Shadow(Enum):
@@ -87,5 +85,5 @@ def light_of(
         flash_mm=float(flash_mm),
         gloss=float(lighting.gloss),
         polish=float(lighting.polish),
-        linear=LINEAR,
+        linear=LINEAR_OF_SRGB,
     )
