@@ -42,6 +42,18 @@ def write_file(
     return path
 
 
+def write_bytes(path: Path, content: bytes) -> Path:
+    """Write a file whose bytes are at hand; proved by reading the same ones."""
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content)
+
+    def check(written: Path) -> None:
+        require(written.read_bytes() == content, f"{path.name}: other bytes")
+
+    return write_file(path, encode, check)
+
+
 def write_folder(
     path: Path, files: dict[str, Callable[[BinaryIO], None]], check: Callable[[Path], None]
 ) -> Path:

@@ -10,7 +10,12 @@ import pytest
 
 from limbgram.errors import ExportError
 from limbgram.export import write_stl
-from limbgram.export.writing import require_same_triangles, write_file, write_folder
+from limbgram.export.writing import (
+    require_same_triangles,
+    write_bytes,
+    write_file,
+    write_folder,
+)
 from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 
@@ -51,6 +56,24 @@ def test_a_byte_changed_by_the_disk_is_found(
     with pytest.raises(ExportError, match=r"surface\.stl: a corner lies"):
         write_stl(mesh, tmp_path / "surface.stl", metric_scale)
     assert not list(tmp_path.iterdir())
+
+
+def test_bytes_are_kept_only_if_they_read_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "table.csv"
+    assert write_bytes(path, b"whole") == path
+    sync = os.fsync
+
+    def spoil(handle: int) -> None:
+        sync(handle)
+        os.pwrite(handle, b"x", 2)
+
+    monkeypatch.setattr(os, "fsync", spoil)
+    with pytest.raises(ExportError, match=r"found table\.csv: other bytes"):
+        write_bytes(path, b"later")
+    assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
+    assert path.read_bytes() == b"whole"
 
 
 def test_a_folder_gives_way_only_to_a_proved_one(tmp_path: Path) -> None:

@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from datetime import date
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.stating import UnitOfAll, require_output, shape_of
 from limbgram.errors import OptionsError
-from limbgram.export.writing import require, write_file
+from limbgram.export.writing import write_bytes
 from limbgram.shape.comparing import (
     CompareOptions,
     Comparison,
@@ -31,9 +31,6 @@ from limbgram.shape.comparing.telling.lines import (
     series_lines,
 )
 from limbgram.shape.comparing.telling.trees import comparison_tree, repeats_tree, series_tree
-
-if TYPE_CHECKING:
-    from limbgram.report.drawings.drawing import Drawing
 
 
 class WayName(StrEnum):
@@ -99,39 +96,26 @@ def compare_command(
         series = follow(
             visits, FollowOptions(compare=options, assumed_volume_share=repeatability / 100)
         )
-        written = None if picture is None else write_picture(_course(series), picture)
+        written = None if picture is None else write_bytes(picture, _course(series))
         return _reply(series_lines(series), series_tree(series), written)
     comparison = compare(limbs[0], limbs[1], options)
-    written = None if picture is None else write_picture(_differences(comparison), picture)
+    written = None if picture is None else write_bytes(picture, _differences(comparison))
     return _reply(comparison_lines(comparison), comparison_tree(comparison), written)
 
 
-def write_picture(drawing: "Drawing", path: Path) -> Path:
-    """Write a drawing as PNG."""
-    from limbgram.report.pictures import png
-
-    content = png(drawing.figure).tobytes()
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
-
-    def check(written: Path) -> None:
-        require(written.read_bytes() == content, f"{path.name}: other bytes")
-
-    return write_file(path, encode, check)
-
-
-def _course(series: Series) -> "Drawing":
+def _course(series: Series) -> bytes:
     """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
+    from limbgram.report.pictures import png
     from limbgram.report.shape.course import course
 
-    return course(series)
+    return png(course(series).figure).tobytes()
 
 
-def _differences(comparison: Comparison) -> "Drawing":
+def _differences(comparison: Comparison) -> bytes:
+    from limbgram.report.pictures import png
     from limbgram.report.shape.differences import difference_pictures
 
-    return difference_pictures(comparison)
+    return png(difference_pictures(comparison).figure).tobytes()
 
 
 def _reply(lines: tuple[str, ...], content: dict[str, Any], written: Path | None) -> Reply:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -21,7 +21,7 @@ from limbgram.cli.workbench.stating import (
 )
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
-from limbgram.export.writing import require, write_file
+from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.measures import (
@@ -126,9 +126,9 @@ def _write(
     table, picture, fit = paths
     written: list[Path] = []
     if table is not None:
-        written.append(_write_bytes(table, csv_text(measures).encode()))
+        written.append(write_bytes(table, csv_text(measures).encode()))
     if picture is not None:
-        written.append(_write_bytes(picture, _picture(measures)))
+        written.append(write_bytes(picture, _picture(measures)))
     if fit is not None and fitted is not None:
         written.append(write_limb(fitted.limb, fit))
     return written
@@ -140,16 +140,6 @@ def _picture(measures: Measures) -> bytes:
     from limbgram.report.pictures import png
 
     return png(sections_drawing(measures).figure).tobytes()
-
-
-def _write_bytes(path: Path, content: bytes) -> Path:
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
-
-    def check(written: Path) -> None:
-        require(written.read_bytes() == content, f"{path.name}: other bytes")
-
-    return write_file(path, encode, check)
 
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:

@@ -1,9 +1,8 @@
 """`limbgram report`: a shape's page and PDF for the record."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import typer
 
@@ -13,7 +12,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.compare import WayName
 from limbgram.cli.workbench.stating import AlignedShape, UnitOfAll, shape_of
 from limbgram.errors import ExportError, OptionsError
-from limbgram.export.writing import require, write_file
+from limbgram.export.writing import write_bytes
 from limbgram.report.shape.record import (
     RecipeSource,
     Record,
@@ -117,26 +116,12 @@ def _write(record: Record, folder: Path) -> list[Path]:
         ) from error
     tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)
     return [
-        _write_bytes(folder / "report.json", f"{tree}\n".encode()),
-        _write_bytes(
+        write_bytes(folder / "report.json", f"{tree}\n".encode()),
+        write_bytes(
             folder / "report.html", record_page(record.tree, record.pictures).encode("utf-8")
         ),
-        _write_bytes(folder / "report.pdf", record_pdf(record.tree, record.pictures)),
+        write_bytes(folder / "report.pdf", record_pdf(record.tree, record.pictures)),
     ]
-
-
-def _write_bytes(path: Path, content: bytes) -> Path:
-    def check(written: Path) -> None:
-        require(written.read_bytes() == content, f"{path.name}: other bytes")
-
-    return write_file(path, _stream(content), check)
-
-
-def _stream(content: bytes) -> Callable[[BinaryIO], None]:
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content)
-
-    return encode
 
 
 def _lines(tree: dict[str, Any]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.workbench.compare import WayName, write_picture
+from limbgram.cli.workbench.compare import WayName
 from limbgram.cli.workbench.stating import (
     AlignedShape,
     UnitOfAll,
@@ -19,7 +19,7 @@ from limbgram.cli.workbench.stating import (
 )
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
-from limbgram.export.writing import require, write_file
+from limbgram.export.writing import require, write_bytes, write_file
 from limbgram.shape.comparing import RegistrationOptions
 from limbgram.shape.templates import (
     LearnOptions,
@@ -137,9 +137,10 @@ def show_command(
     known = read_template(template)
     written: list[Path] = []
     if picture is not None:
+        from limbgram.report.pictures import png
         from limbgram.report.shape.rectification import unrolled
 
-        written = [write_picture(unrolled(known), picture)]
+        written = [write_bytes(picture, png(unrolled(known).figure).tobytes())]
     return Reply(
         (*_lines(known), *(f"Written: {path}" for path in written)),
         {**_tree(known), "written": [str(path) for path in written]},
