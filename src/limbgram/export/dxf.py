@@ -3,26 +3,41 @@
 Release 12 has no field for the unit: comments and layer names say it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import compress, islice
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from jaxtyping import Float64, Int16, Int64
+from numba import njit
 
 from limbgram.export.writing import require, require_same_triangles, target, write_file
 from limbgram.geometry.arrays import Points3
 from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.sections import cut, heights_between
+from limbgram.surface.sections import Section, cut, heights_between
 from limbgram.surface.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
 
-_PRECISION = 1e-6
-_TAGS = 200_000
-"""Read at once."""
-_BLOCK = 5_000
+POLYFACE, PLACE, CORNERS = 64, 192, 128
+"""Flags of a mesh of joined faces, of its vertices, and of its faces."""
 _CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
+_CORNER_CODES = tuple(10 * axis + corner for corner in range(4) for axis in (1, 2, 3))
+_NEWLINE, _MINUS, _POINT, _ZERO, _NINE = b"\n-.09"
+_LONGEST_WORD = 8
+_PRECISION = 1e-6
+_BLOCK = 5_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curves:
+    """What is drawn beside the surface."""
+
+    sections: tuple[Section, ...]
+    """Across z at multiples of a spacing."""
+    trimline: tuple[Points3, ...] | None
+    """The surface's open edges, the longest first: the brim, and holes if there are any. None
+    where its faces do not join to one surface: its open edges are no lines."""
 
 
 def write_dxf(
@@ -30,50 +45,63 @@ def write_dxf(
 ) -> Path:
     """Write triangles, sections across z at multiples of `spacing_mm`, trimline; read all back."""
     path = target(path, scale, unscaled=unscaled)
-    unit = scale.unit.upper()
-    sections = cut(mesh, heights_between(mesh, spacing_mm).tolist())
-    trimline = trimline_of(mesh)
-    wanted = [*(section.points_mm for section in sections), *trimline]
+    return write_triangles(mesh, path, scale.unit, curves_of(mesh, spacing_mm))
+
+
+def curves_of(mesh: Mesh, spacing_mm: float) -> Curves:
+    """Sections at multiples of the spacing, and the trimline."""
+    whole = is_edge_manifold(mesh.faces) and is_vertex_manifold(mesh.faces)
+    loops = boundary_loops(mesh.faces) if whole else ()
+    return Curves(
+        sections=cut(mesh, heights_between(mesh, spacing_mm).tolist()),
+        trimline=tuple(mesh.vertices_mm[loop] for loop in loops) if whole else None,
+    )
+
+
+def write_triangles(mesh: Mesh, path: Path, unit: str, curves: Curves) -> Path:
+    """Write the surface as 3DFACEs, with the curves; read all back."""
+    return write_drawing(path, unit, _faces(mesh, surface_layer(unit)), mesh, curves)
+
+
+def write_drawing(
+    path: Path, unit: str, surface: Iterable[bytes], mesh: Mesh, curves: Curves
+) -> Path:
+    """Write the entities of a surface and its curves, and read them back.
+
+    Args:
+        mesh: The triangles of the surface in the order of its entities.
+    """
+    layers = (surface_layer(unit), f"SECTIONS_{unit.upper()}", f"TRIMLINE_{unit.upper()}")
+    trimline = curves.trimline or ()
+    wanted = [*(section.points_mm for section in curves.sections), *trimline]
 
     def encode(stream: BinaryIO) -> None:
-        layers = (f"SURFACE_{unit}", f"SECTIONS_{unit}", f"TRIMLINE_{unit}")
-        stream.write(opening_tags(scale.unit, layers if trimline else layers[:2]))
-        stream.writelines(_faces(mesh, layers[0]))
+        stream.write(_opening(unit, layers if trimline else layers[:2]))
+        stream.writelines(surface)
         stream.writelines(
-            polyline_tags(section.points_mm, layers[1], closed=section.closed)
-            for section in sections
+            _polyline(section.points_mm, layers[1], closed=section.closed)
+            for section in curves.sections
         )
-        stream.writelines(polyline_tags(loop, layers[2], closed=True) for loop in trimline)
+        stream.writelines(_polyline(loop, layers[2], closed=True) for loop in trimline)
         stream.write(encoded_tags((0, "ENDSEC"), (0, "EOF")))
 
     def check(written: Path) -> None:
-        read = _read(written)
+        read = _read(written, path.name)
         require_same_triangles(path.name, read.triangles, mesh, _PRECISION)
-        require_same_lines(path.name, read.polylines, wanted)
+        _require_same_lines(path.name, read.polylines, wanted)
 
     return write_file(path, encode, check)
 
 
-def trimline_of(mesh: Mesh) -> list[Points3]:
-    """The surface's open edges, the longest first: the brim, and holes if there are any.
-
-    None on a surface that is no manifold: its open edges are no lines.
-    """
-    if not (is_edge_manifold(mesh.faces) and is_vertex_manifold(mesh.faces)):
-        return []
-    return [mesh.vertices_mm[loop] for loop in boundary_loops(mesh.faces)]
+def surface_layer(unit: str) -> str:
+    return f"SURFACE_{unit.upper()}"
 
 
-def require_same_lines(name: str, found: Sequence[Points3], wanted: Sequence[Points3]) -> None:
-    """Refuse a file whose polylines are not those that were written."""
-    require(len(found) == len(wanted), f"{name}: {len(found)} curves of {len(wanted)}")
-    for number, (polyline, points) in enumerate(zip(found, wanted, strict=True), 1):
-        whole = polyline.shape == points.shape
-        near = whole and np.allclose(polyline, points, rtol=0, atol=_PRECISION)
-        require(near, f"{name}: curve {number} lies elsewhere")
+def encoded_tags(*tags: tuple[int, str]) -> bytes:
+    return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
 
 
-def opening_tags(unit: str, layers: tuple[str, ...]) -> bytes:
+def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
     """Header, layers, and the beginning of the entities."""
     tags: list[tuple[int, str]] = [
         (999, f"limbgram, unit: {unit}"),
@@ -93,20 +121,17 @@ def opening_tags(unit: str, layers: tuple[str, ...]) -> bytes:
     return encoded_tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
 
 
-def encoded_tags(*tags: tuple[int, str]) -> bytes:
-    return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
-
-
 def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
     """A triangle is a 3DFACE whose fourth corner repeats its third."""
-    places = (f"{10 * axis + corner}\n%.6f\n" for corner in range(4) for axis in (1, 2, 3))
-    face = f"0\n3DFACE\n8\n{layer}\n" + "".join(places)
+    face = f"0\n3DFACE\n8\n{layer}\n" + "".join(f"{code}\n%s\n" for code in _CORNER_CODES)
+    numbers = "%.6f " * mesh.vertices_mm.size % tuple(mesh.vertices_mm.ravel().tolist())
+    places_mm = np.array(numbers.split(), object).reshape(-1, 3)
     for start in range(0, len(mesh.faces), _BLOCK):
-        corners = mesh.vertices_mm[mesh.faces[start : start + _BLOCK][:, [0, 1, 2, 2]]]
-        yield (face * len(corners) % tuple(corners.ravel())).encode("ascii")
+        corners = places_mm[mesh.faces[start : start + _BLOCK][:, [0, 1, 2, 2]]]
+        yield (face * len(corners) % tuple(corners.ravel().tolist())).encode("ascii")
 
 
-def polyline_tags(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
+def _polyline(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
     """A 3D polyline; a closed one does not repeat its first point."""
     flags = _THREE_D + (_CLOSED if closed else 0)
     head = f"0\nPOLYLINE\n8\n{layer}\n66\n1\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{flags}\n"
@@ -115,42 +140,106 @@ def polyline_tags(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
     return f"{head}{points}0\nSEQEND\n8\n{layer}\n".encode("ascii")
 
 
+def _require_same_lines(name: str, found: Sequence[Points3], wanted: Sequence[Points3]) -> None:
+    """Refuse a file whose polylines are not those that were written."""
+    require(len(found) == len(wanted), f"{name}: {len(found)} curves of {len(wanted)}")
+    for number, (polyline, points) in enumerate(zip(found, wanted, strict=True), 1):
+        whole = polyline.shape == points.shape
+        near = whole and np.allclose(polyline, points, rtol=0, atol=_PRECISION)
+        require(near, f"{name}: curve {number} lies elsewhere")
+
+
 @dataclass(frozen=True)
 class _Drawing:
-    triangles: np.ndarray
-    polylines: list[np.ndarray]
+    triangles: Float64[np.ndarray, "f 3 3"]
+    """Of 3DFACEs, then of polyface meshes."""
+    polylines: list[Points3]
 
 
-def _read(path: Path) -> _Drawing:
-    """Tags are lines in pairs, a code and a value; code 0 begins an entity."""
-    begun: list[str] = []
-    parts = [(np.zeros(0), np.zeros(0, np.int64))]
-    with path.open(encoding="ascii") as file:
-        while text := "".join(islice(file, 2 * _TAGS)):
-            parts.append(_read_tags(text.removesuffix("\n").split("\n"), begun))
-    every = np.concatenate([part[0] for part in parts])
-    entity = np.concatenate([part[1] for part in parts])
-    names = np.array(begun)
-
-    def numbers(name: str) -> np.ndarray:
-        return every[(names == name)[entity]].reshape(-1, 3)
-
-    corners = numbers("3DFACE").reshape(-1, 4, 3)
-    require(bool((corners[:, 2] == corners[:, 3]).all()), f"{path.name}: faces of four corners")
-    line_of = np.cumsum(names == "POLYLINE")[names == "VERTEX"]
-    ends = np.searchsorted(line_of, np.arange(1, int((names == "POLYLINE").sum()) + 1), "right")
-    polylines = np.split(numbers("VERTEX"), ends)[:-1]
-    return _Drawing(corners[:, :3], polylines)
+def _read(path: Path, name: str) -> _Drawing:
+    tags = _Tags(name, *_tags(np.fromfile(path, np.uint8)))
+    corners = tags.rows("3DFACE", *_CORNER_CODES).reshape(-1, 4, 3)
+    require(bool((corners[:, 2] == corners[:, 3]).all()), f"{name}: faces of four corners")
+    points, flags = tags.rows("VERTEX", 10, 20, 30), tags.rows("VERTEX", 70)[:, 0]
+    joined = tags.rows("POLYLINE", 70)[:, 0] == POLYFACE
+    begun = tags.entities[tags.codes == 0]
+    line_of = np.cumsum(begun == _word("POLYLINE"))[begun == _word("VERTEX")] - 1
+    of_curve = ~joined[line_of]
+    ends = np.searchsorted(line_of[of_curve], np.flatnonzero(~joined), "right")
+    polylines = np.split(points[of_curve], ends)[:-1]
+    # Faces of a polyface mesh count its vertices from 1.
+    place = flags == PLACE
+    first = np.searchsorted(line_of[place], line_of[flags == CORNERS])
+    idx = tags.rows("VERTEX", 71, 72, 73) - 1 + first[:, None]
+    require(bool(((idx >= 0) & (idx < place.sum())).all()), f"{name}: faces without vertices")
+    triangles = np.concatenate([corners[:, :3], points[place][idx.astype(np.int64)]])
+    return _Drawing(triangles, polylines)
 
 
-def _read_tags(lines: list[str], begun: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates, and which entity each belongs to; the entities are added to `begun`."""
-    values = lines[1::2]
-    letters = np.array(lines[: 2 * len(values) : 2], "U3").view(np.uint32).reshape(-1, 3)
-    begins = (letters[:, 0] == ord("0")) & (letters[:, 1] == 0)
-    entity = len(begun) - 1 + np.cumsum(begins)
-    begun += compress(values, begins.tolist())
-    place = (letters[:, 1] != 0) & (letters[:, 2] == 0)  # codes 10 to 39
-    place &= (letters[:, 0] >= ord("1")) & (letters[:, 0] <= ord("3")) & (entity >= 0)
-    found = map(float, compress(values, place.tolist()))
-    return np.fromiter(found, np.float64, int(place.sum())), entity[place]
+@dataclass(frozen=True)
+class _Tags:
+    """Pairs of lines, a code and a value; code 0 begins an entity."""
+
+    name: str
+    codes: Int16[np.ndarray, " t"]
+    numbers: Float64[np.ndarray, " t"]
+    """NaN where the value is none."""
+    entities: Int64[np.ndarray, " t"]
+    """Name of the entity that each belongs to, as `_word` has it."""
+
+    def rows(self, entity: str, *codes: int) -> Float64[np.ndarray, "n k"]:
+        """Values under these codes, which must follow each other in this order."""
+        asked = (self.entities == _word(entity)) & np.isin(self.codes, codes)
+        found = self.codes[asked]
+        times = len(found) // len(codes)
+        in_order = np.array_equal(found, np.tile(np.array(codes, np.int16), times))
+        require(in_order, f"{self.name}: {entity} with other parts")
+        return self.numbers[asked].reshape(-1, len(codes))
+
+
+def _word(name: str) -> int:
+    """Up to eight letters as one number."""
+    return int.from_bytes(name.encode("ascii"), "big")
+
+
+@njit(cache=True, nogil=True)
+def _tags(text):
+    """Of each pair of lines: code, value if it is a number, name of the entity it belongs to."""
+    lines = 0
+    for letter in text:
+        lines += letter == _NEWLINE
+    codes = np.empty(lines // 2, np.int16)
+    numbers, entities = np.empty(len(codes)), np.empty(len(codes), np.int64)
+    at = entity = 0
+    for tag in range(len(codes)):
+        code, _, at = _value(text, at)
+        number, word, at = _value(text, at)
+        if code == 0:
+            entity = word
+        codes[tag] = -1 if np.isnan(code) else code
+        numbers[tag], entities[tag] = number, entity
+    return codes, numbers, entities
+
+
+@njit(cache=True, nogil=True)
+def _value(text, start):
+    """A line as a number, NaN if it is none, and as a word, 0 if it is longer than eight letters;
+    where the next line begins."""
+    at, sign, number, share, word = start, 1.0, 0.0, 1.0, 0
+    digits, after_point, plain = 0, False, True
+    while text[at] != _NEWLINE:
+        letter = text[at]
+        word = word * 256 + letter if at < start + _LONGEST_WORD else 0
+        if _ZERO <= letter <= _NINE:
+            number = 10 * number + (letter - _ZERO)
+            digits += 1
+            if after_point:
+                share *= 10
+        elif letter == _POINT and not after_point:
+            after_point = True
+        elif letter == _MINUS and at == start:
+            sign = -1.0
+        else:
+            plain = False
+        at += 1
+    return sign * number / share if plain and digits else np.nan, word, at + 1

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 from ezdxf.render import MeshBuilder
 
-from limbgram.errors import CarveError, OptionsError
-from limbgram.export.dxf import write_dxf
+from limbgram.errors import CarveError, ExportError, OptionsError
+from limbgram.export.dxf import curves_of, write_drawing, write_dxf
 from limbgram.export.workshop import admit, in_limb_frame, write_polyface_dxf
 from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.geometry.rigid import Rigid
@@ -83,7 +83,7 @@ def test_a_polyface_drawing_is_the_surface(tmp_path: Path, subdivisions: int, me
     mesh = Mesh(vertices_mm=np.asarray(ball.vertices), faces=ball.faces.astype(np.int32))
     report = write_polyface_dxf(mesh, tmp_path / "ball.dxf", spacing_mm=20)
     assert report.meshes == meshes  # 81,920 faces of 32,767 at most
-    assert report.sections == 5
+    assert len(report.curves.sections) == 5
     if subdivisions > 3:
         return
     drawing = ezdxf.readfile(report.path)
@@ -101,3 +101,35 @@ def test_a_polyface_drawing_is_the_surface(tmp_path: Path, subdivisions: int, me
         points = np.array([tuple(vertex.dxf.location) for vertex in line.vertices])
         assert np.ptp(points[:, 2]) == 0
         np.testing.assert_allclose(np.linalg.norm(points, axis=1), 50, atol=0.5)
+
+
+@pytest.mark.parametrize(
+    ("written", "read", "finding"),
+    [
+        (b"\n30\n2.000000\n", b"\n30\n2.000003\n", "a corner lies 3e-06 from its place"),
+        (b"\n30\n2.000000\n", b"\n30\n2.0000x0\n", "a corner lies nan from its place"),
+        (b"\n30\n2.000000\n", b"\n31\n2.000000\n", "3DFACE with other parts"),
+        (b"\n13\n", b"\n13\n9", "faces of four corners"),
+        (b"0\n3DFACE\n", b"0\n3DFACES\n", "0 triangles of 1"),
+    ],
+)
+def test_a_drawing_that_reads_back_otherwise_is_not_kept(
+    tmp_path: Path, written: bytes, read: bytes, finding: str
+) -> None:
+    face = b"0\n3DFACE\n8\nSURFACE_MM\n" + b"".join(
+        b"%d\n%d.000000\n" % (10 * axis + corner, place[axis - 1])
+        for corner, place in enumerate(((1, 0, 2), (0, 3, 0), (-4, 0, 0), (-4, 0, 0)))
+        for axis in (1, 2, 3)
+    )
+    mesh = Mesh(
+        vertices_mm=np.array([[1.0, 0, 2], [0, 3, 0], [-4, 0, 0]]),
+        faces=np.array([[0, 1, 2]], np.int32),
+    )
+    curves = curves_of(mesh, 5.0)
+    path = tmp_path / "one.dxf"
+    assert write_drawing(path, "mm", [face], mesh, curves).is_file()
+    assert face.count(written) == 1
+    other = tmp_path / "other.dxf"
+    with pytest.raises(ExportError, match=finding):
+        write_drawing(other, "mm", [face.replace(written, read)], mesh, curves)
+    assert not other.exists()

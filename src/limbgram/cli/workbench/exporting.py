@@ -9,7 +9,7 @@ from PIL import Image
 
 from limbgram.carving import CarveOptions
 from limbgram.cli.replies import Reply
-from limbgram.export.dxf import trimline_of, write_dxf
+from limbgram.export.dxf import Curves, curves_of, write_triangles
 from limbgram.export.workshop import (
     AopOptions,
     AopReport,
@@ -24,7 +24,6 @@ from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.shape.measures.levels.bodies import bodies_inside
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import is_edge_manifold, is_vertex_manifold
 
 _LOOK = "Compare the picture with the patient before carving."
 
@@ -169,11 +168,13 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
 
 def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
     if not polyface:
-        write_dxf(limb.mesh, path, MILLIMETRES, spacing_mm=spacing_mm)
-        lines = [f"Written: {path} (mm; read back and compared)", *_trimlines(limb)]
+        curves = curves_of(limb.mesh, spacing_mm)
+        write_triangles(limb.mesh, path, MILLIMETRES.unit, curves)
+        lines = [f"Written: {path} (mm; read back and compared)", *_trimlines(curves)]
         return Reply((*lines, _axes(limb)), {"written": str(path), "unit": "mm"})
     report = write_polyface_dxf(limb.mesh, path, spacing_mm=spacing_mm)
-    lines = [f"Written: {path} (mm; {report.sections} sections; read back and compared)"]
+    sections = len(report.curves.sections)
+    lines = [f"Written: {path} (mm; {sections} sections; read back and compared)"]
     if report.meshes > 1:
         lines.append(
             f"The surface was split into {report.meshes} polyface meshes that touch: the format "
@@ -183,17 +184,20 @@ def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> R
         "written": str(path),
         "unit": "mm",
         "meshes": report.meshes,
-        "sections": report.sections,
+        "sections": sections,
     }
-    return Reply((*lines, *_trimlines(limb), _axes(limb)), content)
+    return Reply((*lines, *_trimlines(report.curves), _axes(limb)), content)
 
 
-def _trimlines(limb: Limb) -> list[str]:
+def _trimlines(curves: Curves) -> list[str]:
     """What lies on the layer of the trimline, or why there is none."""
-    loops = trimline_of(limb.mesh)
+    loops = curves.trimline
     if not loops:
-        closed = is_edge_manifold(limb.mesh.faces) and is_vertex_manifold(limb.mesh.faces)
-        why = "the surface has no open edge" if closed else "its faces do not join to one surface"
+        why = (
+            "its faces do not join to one surface"
+            if loops is None
+            else "the surface has no open edge"
+        )
         return [f"No layer TRIMLINE_MM: {why}."]
     ahead = (np.roll(loop, -1, axis=0) - loop for loop in loops)
     lengths = ", ".join(f"{np.linalg.norm(step, axis=1).sum():.0f} mm" for step in ahead)
