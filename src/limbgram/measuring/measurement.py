@@ -48,8 +48,8 @@ _GRAZING_DEG = 85.0
 class MeasureOptions:
     """Which rounds are made."""
 
-    patch_halvings: tuple[int, ...] = (1, 0)
-    """Photo reductions of the rounds of patches, coarse to fine: 1 is half size, 0 full size."""
+    patch_halvings: tuple[int, ...] = (1,)
+    """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
 
     joint_rounds: int = 2
     """Rounds at full size in which all vertices are measured at once."""
@@ -78,23 +78,45 @@ def measure(
     matching = options.matching
     crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
-    believed = np.zeros(len(mesh), bool)
-    full = prepare(crops, views, 0)
     for halvings in track(options.patch_halvings):
-        imagery = prepare(crops, views, halvings) if halvings else full
-        sight = look(mesh, imagery, views, seen_by)
-        moves, believed = match_patches(mesh, imagery, sight, matching)
-        mesh = _moved(mesh, moves, sight, matching)
-    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), full, views, options)
+        mesh, _ = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
+    imagery = prepare(crops, views, 0)
+    del crops  # all photos are in them a second time
+    mesh, believed = _by_patches(mesh, imagery, views, seen_by, matching)
+    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), imagery, views, options)
     seen_by, unseen = _seen_by(mesh, views, matching)
     found: tuple[Sight, JointEquations] | None = None
     for _ in track(range(options.joint_rounds)):
-        sight = look(mesh, full, views, seen_by)
-        equations = joint_equations(mesh, full, sight, matching)
-        mesh = _moved(mesh, match_jointly(mesh, sight, equations), sight, matching)
-        found = sight, equations
+        found = None  # two rounds' equations never lie side by side
+        mesh, found = _jointly(mesh, imagery, views, seen_by, matching)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     return mesh if found is None else with_sigma(mesh, *found, metric)
+
+
+def _by_patches(
+    mesh: Mesh,
+    imagery: Imagery,
+    views: Sequence[View],
+    seen_by: Int32[np.ndarray, "n c"],
+    options: MatchingOptions,
+) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
+    """The mesh moved by a patch per vertex, and whose patch is believed."""
+    sight = look(mesh, imagery, views, seen_by)
+    moves, believed = match_patches(mesh, imagery, sight, options)
+    return _moved(mesh, moves, sight, options), believed
+
+
+def _jointly(
+    mesh: Mesh,
+    imagery: Imagery,
+    views: Sequence[View],
+    seen_by: Int32[np.ndarray, "n c"],
+    options: MatchingOptions,
+) -> tuple[Mesh, tuple[Sight, JointEquations]]:
+    """The mesh moved by all vertices at once, and what moved it."""
+    sight = look(mesh, imagery, views, seen_by)
+    equations = joint_equations(mesh, imagery, sight, options)
+    return _moved(mesh, match_jointly(mesh, sight, equations), sight, options), (sight, equations)
 
 
 def _seen_by(

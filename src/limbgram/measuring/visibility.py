@@ -16,6 +16,8 @@ from limbgram.surface.mesh import Mesh
 
 _LIFT = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
+_BLOCK = 16384
+"""Vertices ranked at a time: the ranks of many photos are larger than what is kept of them."""
 
 
 def incidence_cosines(
@@ -49,8 +51,13 @@ def incidence_cosines(
 def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndarray, "n c"]:
     """The `count` most frontal views of each vertex, best first; -1 where there are fewer."""
     count = min(count, cosines.shape[1])
-    order = np.argsort(-cosines, axis=1, kind="stable")[:, :count].astype(np.int32)
-    return np.where(np.take_along_axis(cosines, order, 1) > 0, order, np.int32(-1))
+    best = np.empty((len(cosines), count), np.int32)
+    for start in range(0, len(cosines), _BLOCK):
+        block = cosines[start : start + _BLOCK]
+        order = np.argsort(-block, axis=1, kind="stable")[:, :count].astype(np.int32)
+        seen = np.take_along_axis(block, order, 1) > 0
+        best[start : start + _BLOCK] = np.where(seen, order, np.int32(-1))
+    return best
 
 
 def typical_edge_mm(mesh: Mesh) -> float:
