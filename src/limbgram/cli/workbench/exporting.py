@@ -2,10 +2,9 @@
 
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from limbgram.carving import CarveOptions
 from limbgram.cli.replies import Reply
@@ -19,7 +18,7 @@ from limbgram.export.workshop import (
     write_polyface_dxf,
 )
 from limbgram.export.workshop.limb_file import MILLIMETRES
-from limbgram.export.writing import require, write_file
+from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.shape.measures.levels.bodies import bodies_inside
@@ -231,14 +230,5 @@ def _picture(path: Path, mesh: Mesh, landmarks: tuple[Landmark, ...], side: Side
     from limbgram.report.shape.mirrorcheck import mirror_check
 
     drawing = mirror_check(mesh, landmarks, side, path.name)
-    content = png(drawing.figure)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(content.tobytes())
-
-    def check(written: Path) -> None:
-        with Image.open(written, formats=["PNG"]) as picture:
-            shown = np.asarray(picture)
-        require(shown.ndim == 3 and shown.size > 0, "no picture")
-
-    return write_file(path.with_name(f"{path.stem}-mirror-check.png"), encode, check)
+    beside = path.with_name(f"{path.stem}-mirror-check.png")
+    return write_bytes(beside, png(drawing.figure).tobytes())
