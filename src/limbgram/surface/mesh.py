@@ -59,6 +59,11 @@ class Mesh:
         normals = _summed(self.face_normals(), faces, len(self.vertices_mm))
         return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
+    def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
+        """A third of the area of the triangles round each vertex."""
+        thirds = np.linalg.norm(self.face_normals(), axis=1) / 6
+        return np.bincount(self.faces.ravel(), np.repeat(thirds, 3), len(self))
+
 
 def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
     """Cross product of each face's sides: twice its area along its normal."""

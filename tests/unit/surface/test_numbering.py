@@ -1,4 +1,4 @@
-"""Edges and nearest places, against sorting and searching everything."""
+"""Edges, areas and nearest places, against closed forms, sorting and searching everything."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import crosses
+from limbgram.surface.mesh import Mesh, crosses
 from limbgram.surface.topology import find_edges, half_edges, number_pairs
 
 
@@ -63,3 +63,10 @@ def test_no_triangle_is_nearer_than_the_one_that_is_found(apart_mm: float) -> No
     turned = tree.closest(queries[::-1])
     np.testing.assert_array_equal(turned.faces[::-1], together.faces)
     np.testing.assert_array_equal(turned.points_mm[::-1], together.points_mm)
+
+
+def test_each_vertex_has_a_third_of_its_triangles() -> None:
+    corners = np.array([[0.0, 0, 5], [2, 0, 5], [2, 2, 5], [0, 2, 5], [9, 9, 9]])
+    square = Mesh(vertices_mm=corners, faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    wanted = np.array([4, 2, 4, 2, 0]) / 3
+    np.testing.assert_allclose(square.vertex_areas_mm2(), wanted, rtol=1e-15)

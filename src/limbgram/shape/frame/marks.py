@@ -80,7 +80,7 @@ def find_marks(mesh: Mesh, options: MarkOptions = DEFAULTS) -> tuple[Mark, ...]:
         turn = np.abs(turn_rad(hue_rad, wanted))
         coloured &= turn < np.radians(options.same_hue_deg)
     labels = _patches(mesh, coloured, hue_rad, np.radians(options.same_hue_deg))
-    areas = _vertex_areas_mm2(mesh)
+    areas = mesh.vertex_areas_mm2()
     sizes = np.bincount(labels, areas * coloured)
     diameters = np.sqrt(4 * sizes / np.pi)
     fitting = (diameters >= options.smallest_mm) & (diameters <= options.largest_mm)
@@ -138,8 +138,3 @@ def _patches(
         (np.ones(len(links), np.int8), (links[:, 0], links[:, 1])), shape=(count,) * 2
     )
     return connected_components(graph, directed=False)[1].astype(np.int64)
-
-
-def _vertex_areas_mm2(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    thirds = np.linalg.norm(mesh.face_normals(), axis=1) / 6
-    return np.bincount(mesh.faces.ravel(), np.repeat(thirds, 3), len(mesh.vertices_mm))

@@ -7,7 +7,6 @@ Displacement is the distance of the new surface from the old one, positive outwa
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
 
 from limbgram.shape.edits.marking.neighbours import roughness_mm
 from limbgram.shape.edits.marking.places import moved_by
@@ -99,7 +98,7 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
         side = (away * old.face_normals()[closest.faces]).sum(1)
         distance[moved] = np.where(side < 0, -1.0, 1.0) * closest.distances_mm
     distance[np.abs(distance) < 1e-9] = 0.0
-    area = _vertex_area(new)
+    area = new.vertex_areas_mm2()
     whole = float(area.sum())
     return Displacement(
         largest_mm=float(distance[int(np.argmax(np.abs(distance)))]),
@@ -153,8 +152,3 @@ def _changed(old: Mesh, new: Mesh) -> np.ndarray:
     changed = np.ones(len(new), np.bool_)
     changed[:shared] = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).any(1)
     return changed
-
-
-def _vertex_area(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    areas = np.linalg.norm(mesh.face_normals(), axis=1) / 6
-    return np.bincount(mesh.faces.ravel(), np.repeat(areas, 3), len(mesh))

@@ -28,7 +28,7 @@ _BISECTIONS = 50
 def surface_figures(evidence: Evidence) -> Json:
     """Completeness, openings, photos per place, and sigma."""
     mesh = evidence.mesh
-    areas = vertex_areas(mesh)
+    areas = mesh.vertex_areas_mm2()
     measured = measured_vertices(mesh)
     repairs = mesh.repairs
     return {
@@ -45,12 +45,6 @@ def surface_figures(evidence: Evidence) -> Json:
         "photos_per_place": _photos_per_place(mesh, evidence.metric.scene.views),
         "sigma": _sigma(mesh, areas),
     }
-
-
-def vertex_areas(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    """Area of the surface round each vertex, mm^2."""
-    thirds = np.linalg.norm(mesh.face_normals(), axis=1) / 6
-    return np.bincount(mesh.faces.ravel(), np.repeat(thirds, 3), len(mesh))
 
 
 def measured_vertices(mesh: Mesh) -> np.ndarray:
