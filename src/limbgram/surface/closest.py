@@ -42,21 +42,23 @@ class TriangleTree:
     @classmethod
     def of(cls, vertices_mm: Points3, faces: Faces) -> "TriangleTree":
         corners = vertices_mm[faces]
-        order = np.argsort(_morton(corners.mean(1)), kind="stable")
-        triangles = np.ascontiguousarray(corners[order])
+        first, second, third = (corners[:, k] for k in range(3))
+        order = np.argsort(_morton((first + second + third) / 3), kind="stable")
+        low = np.minimum(np.minimum(first, second), third)[order]
+        high = np.maximum(np.maximum(first, second), third)[order]
         leaves = 1 << max(0, (-(-len(faces) // _LEAF) - 1).bit_length())
         boxes = np.full((2 * leaves, 6), np.inf)
         boxes[:, 3:] = -np.inf
         starts = np.arange(0, len(faces), _LEAF)
         filled = slice(leaves, leaves + len(starts))
-        boxes[filled, :3] = np.minimum.reduceat(triangles.min(1), starts)
-        boxes[filled, 3:] = np.maximum.reduceat(triangles.max(1), starts)
+        boxes[filled, :3] = np.minimum.reduceat(low, starts)
+        boxes[filled, 3:] = np.maximum.reduceat(high, starts)
         while leaves > 1:
             below = boxes[leaves : 2 * leaves]
             leaves //= 2
             boxes[leaves : 2 * leaves, :3] = np.minimum(below[::2, :3], below[1::2, :3])
             boxes[leaves : 2 * leaves, 3:] = np.maximum(below[::2, 3:], below[1::2, 3:])
-        return cls(triangles, order, boxes)
+        return cls(corners[order], order, boxes)
 
     def closest(self, points_mm: Points3) -> Closest:
         if not len(points_mm):
@@ -89,7 +91,7 @@ def _morton(points: Points3) -> Int64[np.ndarray, " n"]:
 @njit(cache=True, nogil=True)
 def _search(triangles, boxes, queries, turn, places, found, distances):
     leaves = boxes.shape[0] // 2
-    stack = np.empty(64, np.int64)
+    stack, away2 = np.empty(64, np.int64), np.empty(64)
     place = np.empty(3)
     last = 0
     for q in turn:
@@ -100,12 +102,12 @@ def _search(triangles, boxes, queries, turn, places, found, distances):
         best = bound
         found[q] = last
         places[q] = place
-        stack[0] = 1
+        stack[0], away2[0] = 1, 0.0
         depth = 1
         while depth > 0:
             depth -= 1
             node = stack[depth]
-            if _box_distance2(boxes[node], point) >= best:
+            if away2[depth] >= best:
                 continue
             if node >= leaves:
                 first = (node - leaves) * _LEAF
@@ -118,9 +120,11 @@ def _search(triangles, boxes, queries, turn, places, found, distances):
                             places[q, axis] = place[axis]
                 continue
             near, far = 2 * node, 2 * node + 1
-            if _box_distance2(boxes[far], point) < _box_distance2(boxes[near], point):
-                near, far = far, near
+            near2, far2 = _box_distance2(boxes[near], point), _box_distance2(boxes[far], point)
+            if far2 < near2:
+                near, near2, far, far2 = far, far2, near, near2
             stack[depth], stack[depth + 1] = far, near
+            away2[depth], away2[depth + 1] = far2, near2
             depth += 2
         last = found[q]
         distances[q] = np.sqrt(best if best < bound else known)

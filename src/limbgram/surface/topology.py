@@ -199,13 +199,14 @@ def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
 
 def is_vertex_manifold(faces: Faces) -> bool:
     """The faces at every vertex make one fan; the faces must be edge-manifold."""
-    return corner_fans(faces).max(initial=-1) + 1 == len(np.unique(faces))
+    return corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces))
 
 
 def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
     """The mesh with other faces on its vertices; vertices without a face are dropped."""
-    used, compact = np.unique(faces, return_inverse=True)
-    return replace(taking_vertices(mesh, used), faces=compact.reshape(-1, 3).astype(np.int32))
+    used = _used(faces)
+    compact = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return replace(taking_vertices(mesh, np.flatnonzero(used)), faces=compact[faces])
 
 
 def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
@@ -229,6 +230,11 @@ def volume_mm3(mesh: Mesh) -> float:
     a, b, c = (mesh.vertices_mm[faces[:, k]] - centre for k in range(3))
     total = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
     return total
+
+
+def _used(faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Whether a vertex has a face; up to the last that has."""
+    return np.bincount(faces.ravel()) > 0
 
 
 def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:

@@ -108,8 +108,9 @@ def measured_vertices(mesh: Mesh, brim_mm: float) -> Bool[np.ndarray, " n"]:
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     brim = brim_points(mesh)
     if len(brim) and brim_mm > 0:
-        away_mm = np.asarray(KDTree(brim).query(mesh.vertices_mm)[0])
-        measured = measured & (away_mm > brim_mm)
+        within = float(np.nextafter(brim_mm, np.inf))
+        away_mm = KDTree(brim).query(mesh.vertices_mm, distance_upper_bound=within)[0]
+        measured = measured & np.isinf(away_mm)
     return measured
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.surface.mesh import crosses
 from limbgram.surface.topology import (
     broken_half_edges,
     corner_fans,
@@ -28,7 +29,7 @@ def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
     """Faces with three different corners and an area, each only once."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     edge2 = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
-    flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= 1e-9 * edge2
+    flat = np.linalg.norm(crosses(vertices, faces), axis=1) <= 1e-9 * edge2
     faces = faces[~flat]
     low, middle, high = np.sort(faces, axis=1).T
     triples = number_pairs(number_pairs(low, middle).number, high)
