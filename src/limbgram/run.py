@@ -2,15 +2,17 @@
 
 A stage stays a plain function. Where it loops over photos, pairs or tiles it writes
 `for photo in track(photos)` or `in_parallel(work, photos)`; inside a run those report
-progress and raise Cancelled, outside they do nothing.
+progress and raise Cancelled, outside they do nothing. Of loops inside one another the
+outermost reports: a bar never goes back for what one of its own steps does.
 """
 
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -48,6 +50,7 @@ class Run:
     timings: list[Timing] = field(default_factory=list)
     _stop: threading.Event = field(default_factory=threading.Event)
     _stage: str = ""
+    _looping: bool = False
 
     def __call__(self, stage: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         self._stage = getattr(stage, "__name__", "stage").replace("_", " ")
@@ -67,9 +70,23 @@ class Run:
 
     def report(self, done: int, total: int) -> None:
         """Tell the listener how far the stage is, or raise Cancelled."""
+        self.check()
+        self.listener(self._stage, done, total)
+
+    def check(self) -> None:
+        """Raise Cancelled where the user asked to stop."""
         if self._stop.is_set():
             raise Cancelled("Stopped as asked. Finished stages are kept; run again to continue.")
-        self.listener(self._stage, done, total)
+
+    @contextmanager
+    def loop(self, total: int) -> Generator[Callable[[int], None]]:
+        """What to call with the steps done; inside another loop it only looks for a stop."""
+        outermost, self._looping = not self._looping, True
+        try:
+            yield (lambda done: self.report(done, total)) if outermost else lambda _: self.check()
+        finally:
+            if outermost:
+                self._looping = False
 
 
 _current: ContextVar[Run | None] = ContextVar("limbgram_run", default=None)
@@ -82,10 +99,11 @@ def track(items: Iterable[T], total: int | None = None) -> Iterator[T]:
         yield from items
         return
     count = total if total is not None else len(items) if isinstance(items, Sequence) else 0
-    for done, item in enumerate(items):
-        run.report(done, count)
-        yield item
-    run.report(count, count)
+    with run.loop(count) as tell:
+        for done, item in enumerate(items):
+            tell(done)
+            yield item
+        tell(count)
 
 
 def in_parallel(work: Callable[[S], T], items: Sequence[S], workers: int | None = None) -> list[T]:
@@ -96,11 +114,17 @@ def in_parallel(work: Callable[[S], T], items: Sequence[S], workers: int | None 
     limit = workers or worker_count()
     if limit == 1:
         return [work(item) for item in track(items)]
-    futures: list[Future[T]] = []
-    with ThreadPoolExecutor(limit) as pool:
-        futures = [pool.submit(copy_context().run, work, item) for item in items]
+    run = _current.get() or Run()
+    with run.loop(len(items)) as tell, ThreadPoolExecutor(limit) as pool:
+        futures: list[Future[T]] = []
         try:
-            return [future.result() for future in track(futures)]
+            futures = [pool.submit(copy_context().run, work, item) for item in items]
+            results: list[T] = []
+            for done, future in enumerate(futures):
+                tell(done)
+                results.append(future.result())
+            tell(len(items))
+            return results
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
