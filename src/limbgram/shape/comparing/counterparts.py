@@ -132,12 +132,6 @@ def brim_points(mesh: Mesh) -> Points3:
     return ends[edge, 0] + share[:, None] * (ends[edge, 1] - ends[edge, 0])
 
 
-def vertex_areas_mm2(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    """A third of the area of the triangles round each vertex."""
-    areas = np.linalg.norm(mesh.face_normals(), axis=1) / 6
-    return np.bincount(mesh.faces.ravel(), np.repeat(areas, 3), len(mesh))
-
-
 def _corner_normals(mesh: Mesh, flat: Points3) -> Points3:
     corners = mesh.vertices_mm[mesh.faces]
     normals = np.zeros_like(mesh.vertices_mm)

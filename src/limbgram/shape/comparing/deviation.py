@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import MeasureError
-from limbgram.shape.comparing.counterparts import Ground, measured_vertices, vertex_areas_mm2
+from limbgram.shape.comparing.counterparts import Ground, measured_vertices
 from limbgram.surface.mesh import Mesh
 
 LOCAL_LIMIT_MM = 1.0
@@ -67,7 +67,7 @@ def deviation(first: Mesh, second: Mesh, brim_mm: float) -> Deviation:
     grounds = Ground.of(first, brim_mm), Ground.of(second, brim_mm)
     on_first = _map(first, grounds[1], brim_mm, sign=-1.0)
     on_second = _map(second, grounds[0], brim_mm, sign=1.0)
-    angles, areas = on_first.normal_angle_deg, vertex_areas_mm2(first)
+    angles, areas = on_first.normal_angle_deg, first.vertex_areas_mm2()
     known = np.isfinite(angles)
     return Deviation(
         on_first=on_first,
@@ -82,7 +82,7 @@ def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> Differen
     """sign: 1 if the mesh is the second surface, -1 if it is the first."""
     found = ground.counterparts(mesh.vertices_mm)
     own = mesh.vertex_normals()
-    areas = vertex_areas_mm2(mesh)
+    areas = mesh.vertex_areas_mm2()
     valid = measured_vertices(mesh, brim_mm) & ~found.at_brim & found.measured & (areas > 0)
     if not valid.any():
         raise MeasureError(
