@@ -95,8 +95,7 @@ def _cross(triangles, boxes, corners, asked, done_after, turn, found):
             for other in range(first, min(first + _LEAF, triangles.shape[0])):
                 if (asked[other] and other <= t) or _clear(own, triangles[other]):
                     continue
-                one, two = triangles[t], triangles[other]
-                if _pass_through(one, two, corners[t], corners[other], work):
+                if _pass_through(triangles, corners, t, other, work):
                     if count < found.shape[0]:
                         found[count, 0], found[count, 1] = t, other
                     count += 1
@@ -122,7 +121,7 @@ def _clear(box, triangle):
 
 
 @njit(cache=True, nogil=True)
-def _pass_through(one, two, corners_one, corners_two, work):
+def _pass_through(triangles, corners, one, two, work):
     """Whether two triangles share more than they touch in (Moeller 1997); `work` is written on.
 
     Each must have corners on both sides of the other's plane, and the pieces of the planes' common
@@ -131,22 +130,23 @@ def _pass_through(one, two, corners_one, corners_two, work):
     shared = 0
     for i in range(3):
         for j in range(3):
-            shared += corners_one[i] == corners_two[j]
+            shared += corners[one, i] == corners[two, j]
     if shared >= 2:
         return False
     size = 0.0
     for axis in range(3):
-        low = min(one[0, axis], one[1, axis], one[2, axis])
-        high = max(one[0, axis], one[1, axis], one[2, axis])
-        low = min(low, two[0, axis], two[1, axis], two[2, axis])
-        size = max(size, max(high, two[0, axis], two[1, axis], two[2, axis]) - low)
+        low, high = np.inf, -np.inf
+        for k in range(3):
+            a, b = triangles[one, k, axis], triangles[two, k, axis]
+            low, high = min(low, a, b), max(high, a, b)
+        size = max(size, high - low)
     least = _TOUCH * size
     normal_one, normal_two, heights_one, heights_two, along = work
-    _unit_normal(one, normal_one)
-    _unit_normal(two, normal_two)
-    if not _straddles(one, corners_one, two, corners_two, normal_two, least, heights_one):
+    _unit_normal(triangles, two, normal_two)
+    if not _straddles(triangles, corners, one, two, normal_two, least, heights_one):
         return False
-    if not _straddles(two, corners_two, one, corners_one, normal_one, least, heights_two):
+    _unit_normal(triangles, one, normal_one)
+    if not _straddles(triangles, corners, two, one, normal_one, least, heights_two):
         return False
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
@@ -156,33 +156,33 @@ def _pass_through(one, two, corners_one, corners_two, work):
         return False
     for axis in range(3):
         along[axis] /= length
-    low_one, high_one = _covered(one, one[0], along, heights_one)
-    low_two, high_two = _covered(two, one[0], along, heights_two)
+    low_one, high_one = _covered(triangles[one], triangles[one, 0], along, heights_one)
+    low_two, high_two = _covered(triangles[two], triangles[one, 0], along, heights_two)
     return min(high_one, high_two) - max(low_one, low_two) > least
 
 
 @njit(cache=True, nogil=True)
-def _unit_normal(triangle, normal):
+def _unit_normal(triangles, t, normal):
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        normal[axis] = (triangle[1, i] - triangle[0, i]) * (triangle[2, j] - triangle[0, j]) - (
-            triangle[1, j] - triangle[0, j]
-        ) * (triangle[2, i] - triangle[0, i])
+        normal[axis] = (triangles[t, 1, i] - triangles[t, 0, i]) * (
+            triangles[t, 2, j] - triangles[t, 0, j]
+        ) - (triangles[t, 1, j] - triangles[t, 0, j]) * (triangles[t, 2, i] - triangles[t, 0, i])
     length = max(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-300)
     for axis in range(3):
         normal[axis] /= length
 
 
 @njit(cache=True, nogil=True)
-def _straddles(triangle, corners, other, other_corners, normal, least, heights):
+def _straddles(triangles, corners, t, other, normal, least, heights):
     """Fill in the heights of corners above the other's plane; whether they lie to both sides."""
     above = below = False
     for k in range(3):
         height = 0.0
         for axis in range(3):
-            height += normal[axis] * (triangle[k, axis] - other[0, axis])
+            height += normal[axis] * (triangles[t, k, axis] - triangles[other, 0, axis])
         for j in range(3):
-            if corners[k] == other_corners[j]:
+            if corners[t, k] == corners[other, j]:
                 height = 0.0
         if abs(height) <= least:
             height = 0.0

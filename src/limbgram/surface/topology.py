@@ -223,13 +223,12 @@ def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
 
 def volume_mm3(mesh: Mesh) -> float:
     """Enclosed volume; an opening counts as closed by a cone from its vertices' mean."""
-    total = 0.0
     faces = mesh.faces
     border = boundary_half_edges(faces)
     centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
-    a, b, c = (mesh.vertices_mm[faces[:, k]] - centre for k in range(3))
-    total = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
-    return total
+    around = mesh.vertices_mm - centre
+    a, b, c = (around[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
 
 
 def _used(faces: Faces) -> Bool[np.ndarray, " n"]:
