@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.shape.edits.guard import require_sound
 from limbgram.shape.limb import Landmark, Limb
-from limbgram.shape.templates.charts import pulled_chart
+from limbgram.shape.templates.charts import plain_chart, pulled_chart
 from limbgram.shape.templates.fields import read_field
 from limbgram.shape.templates.template import Template
 
@@ -50,7 +50,7 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
             "its side, or learn the template from limbs of a stated side."
         )
     marks = {mark.name: mark.place for mark in template.marks}
-    chart = pulled_chart(limb, template.reference, marks)
+    chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
     mesh = limb.mesh
     in_limb = (
         mesh.vertices_mm

@@ -128,13 +128,12 @@ def marks_on(limb: Limb, chart: LimbChart) -> dict[str, Chart]:
     return {mark.name: place for mark, place in zip(limb.landmarks, places) if place[0] > _NEAR_TIP}
 
 
-def pulled_chart(limb: Limb, reference: str, template_marks: Mapping[str, Chart]) -> LimbChart:
-    """The chart in which the limb's landmarks lie where the template's do.
+def pulled_chart(limb: Limb, chart: LimbChart, template_marks: Mapping[str, Chart]) -> LimbChart:
+    """A plain chart, pulled until the limb's landmarks lie where the template's do.
 
     Raises:
         MeasureError: a landmark lies elsewhere on this limb than any pull may reach.
     """
-    chart = plain_chart(limb, reference)
     own = marks_on(limb, chart)
     names = sorted(set(own) & set(template_marks))
     if not names:

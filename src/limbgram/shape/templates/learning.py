@@ -21,7 +21,7 @@ from limbgram.shape.comparing.frames import axes_of, brim_height_mm, in_limb_fra
 from limbgram.shape.comparing.registration import RegistrationOptions
 from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
-from limbgram.shape.templates.charts import Chart, marks_on, plain_chart, pulled_chart
+from limbgram.shape.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
 from limbgram.shape.templates.fields import Field, fit_field, node_heights
 from limbgram.shape.templates.significance import found_alike, robust, softened
 from limbgram.shape.templates.template import Template, TemplateMark
@@ -75,10 +75,17 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         )
     pairs = [Pair(before=outside_of(one.before), after=outside_of(one.after)) for one in pairs]
     reference = _reference(pairs, options.reference)
-    marks = _marks([pair.before for pair in pairs], reference)
+    charts = [plain_chart(pair.before, reference) for pair in pairs]
+    marks = _marks([pair.before for pair in pairs], charts)
     places = {mark.name: mark.place for mark in marks}
-    heights = node_heights(min(_TOP, float(np.median([_top(p.before, reference) for p in pairs]))))
-    fields = np.stack([_field(pair, reference, places, heights, options) for pair in pairs])
+    tops = [_top(pair.before, chart) for pair, chart in zip(pairs, charts, strict=True)]
+    heights = node_heights(min(_TOP, float(np.median(tops))))
+    fields = np.stack(
+        [
+            _field(pair, pulled_chart(pair.before, chart, places), heights, options)
+            for pair, chart in zip(pairs, charts, strict=True)
+        ]
+    )
     known = np.isfinite(fields).sum(0)
     mean, spread = robust(fields)
     kept = found_alike(fields, options.false_share)
@@ -126,13 +133,8 @@ def displacements(pair: Pair, options: LearnOptions) -> tuple[Points3, Float64[n
 
 
 def _field(
-    pair: Pair,
-    reference: str,
-    places: dict[str, Chart],
-    heights: Float64[np.ndarray, " h"],
-    options: LearnOptions,
+    pair: Pair, chart: LimbChart, heights: Float64[np.ndarray, " h"], options: LearnOptions
 ) -> Field:
-    chart = pulled_chart(pair.before, reference, places)
     points, moved_mm = displacements(pair, options)
     return fit_field(chart.places(points), moved_mm, heights)
 
@@ -160,9 +162,9 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
     return max(shared, key=lambda name: (shared[name], name))
 
 
-def _marks(limbs: Sequence[Limb], reference: str) -> tuple[TemplateMark, ...]:
+def _marks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[TemplateMark, ...]:
     """Mean chart places of the landmarks that all limbs have."""
-    each = [marks_on(limb, plain_chart(limb, reference)) for limb in limbs]
+    each = [marks_on(limb, chart) for limb, chart in zip(limbs, charts, strict=True)]
     shared = sorted(set.intersection(*(set(marks) for marks in each)))
     marks: list[TemplateMark] = []
     for name in shared:
@@ -178,9 +180,8 @@ def _marks(limbs: Sequence[Limb], reference: str) -> tuple[TemplateMark, ...]:
     return tuple(marks)
 
 
-def _top(limb: Limb, reference: str) -> float:
+def _top(limb: Limb, chart: LimbChart) -> float:
     """Chart height of the brim."""
-    chart = plain_chart(limb, reference)
     brim_mm = brim_height_mm(in_limb_frame(limb.mesh, axes_of(limb).limb_from_mesh))
     return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
 
