@@ -11,6 +11,8 @@ from limbgram.mapping.adjustment import Adjusted, adjust
 from limbgram.mapping.scene import Observations, Scene
 
 PHOTOS, POINTS, NOISE_PX, TRIALS = 6, 90, 0.3, 12
+ALIKE = 9
+"""Neighbours that err as one: what the adjustment takes residuals for (3 sigmas, squared)."""
 CAMERA = Camera(width_px=900, height_px=900, fx=1500.0, fy=1500.0, cx=450.0, cy=450.0)
 KNOWN = Calibration(
     label="", source="board", camera=CAMERA, covariance=np.zeros((10, 10)), rms_px=0.1
@@ -18,7 +20,7 @@ KNOWN = Calibration(
 
 
 def drawn(seed: int) -> Scene:
-    """A ring round a cloud of points, measured with noise."""
+    """A ring round a cloud of bunches of points, measured with a bunch's noise."""
     random = np.random.default_rng(seed)
     points = np.random.default_rng(0).normal(size=(POINTS, 3)) * 40.0
     poses: list[Rigid] = []
@@ -28,16 +30,16 @@ def drawn(seed: int) -> Scene:
         centre = 600.0 * np.array([np.cos(turn), np.sin(turn), 0.2 * (k % 2)])
         poses.append(Rigid.looking_at(centre, np.zeros(3), np.array([0.0, 0.0, 1.0])))
         exact = CAMERA.project(poses[-1].apply(points))
-        xy.append(exact + random.normal(0, NOISE_PX, exact.shape))
+        xy.append(np.tile(exact + random.normal(0, NOISE_PX, exact.shape), (ALIKE, 1)))
     return Scene(
         names=tuple(f"{k}.jpg" for k in range(PHOTOS)),
         cameras=(CAMERA,),
         camera_idx=(0,) * PHOTOS,
         camera_from_world=tuple(poses),
-        points_in_world=points,
+        points_in_world=np.tile(points, (ALIKE, 1)),
         observations=Observations(
-            np.repeat(np.arange(PHOTOS, dtype=np.int32), POINTS),
-            np.tile(np.arange(POINTS, dtype=np.int32), PHOTOS),
+            np.repeat(np.arange(PHOTOS, dtype=np.int32), POINTS * ALIKE),
+            np.tile(np.arange(POINTS * ALIKE, dtype=np.int32), PHOTOS),
             np.concatenate(xy),
         ),
         verdicts=(),

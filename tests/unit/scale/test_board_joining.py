@@ -16,6 +16,8 @@ from limbgram.targets import BoardDetections
 
 TIE_PX, CORNER_PX = 0.3, 0.03
 RAYS = 4
+ALIKE = 9
+"""Neighbours that err as one: what the adjustment takes residuals for (3 sigmas, squared)."""
 
 
 def calibrated(lens: Camera, sigma_px: float = 0.1) -> Cameras:
@@ -25,8 +27,11 @@ def calibrated(lens: Camera, sigma_px: float = 0.1) -> Cameras:
     return Cameras((Calibration(camera=lens, covariance=covariance, source="board"),))
 
 
-def measured(capture, seed: int = 0) -> Scene:
-    """The capture's scene with spots that four neighbouring photos show, adjusted without board."""
+def measured(capture, seed: int = 0, alike: int = 1) -> Scene:
+    """The capture's scene with spots that four neighbouring photos show, adjusted without board.
+
+    alike: spots in a bunch, which err as one.
+    """
     draw = np.random.default_rng(seed)
     scene, photos = capture.scene, len(capture.room_views)
     kept = draw.permutation(len(scene.points_in_world))[:300]
@@ -37,7 +42,15 @@ def measured(capture, seed: int = 0) -> Scene:
         [scene.view(p).project(scene.points_in_world[[k]])[0] for p, k in zip(photo, point)]
     )
     xy += draw.normal(scale=TIE_PX, size=xy.shape)
-    scene = replace(scene, observations=Observations(photo, point, xy))
+    scene = replace(
+        scene,
+        points_in_world=np.tile(scene.points_in_world, (alike, 1)),
+        observations=Observations(
+            np.tile(photo, alike),
+            np.concatenate([point + len(kept) * k for k in range(alike)]).astype(np.int32),
+            np.tile(xy, (alike, 1)),
+        ),
+    )
     return alone(scene, calibrated(scene.cameras[0]))
 
 
@@ -64,7 +77,7 @@ def against_room(scene: Scene, capture) -> tuple[float, float]:
 def test_scale_comes_back_within_its_sigma_and_photos_stand_better(capture) -> None:
     ratios, gains = [], []
     for seed in range(4):
-        scene, detections = measured(capture, seed), capture.detections(CORNER_PX, seed)
+        scene, detections = measured(capture, seed, ALIKE), capture.detections(CORNER_PX, seed)
         before, after = to_millimetres(scene, detections), joined(scene, detections)
         error, rms_mm = against_room(after.scene, capture)
         covariance, slopes = after.scene.camera_covariance, after.scale.by_cameras
