@@ -94,7 +94,7 @@ def _local_variance(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float:
     if reach == 0.0:
         return float(pulls @ pulls)
     if len(touched) > _MOST_EXACT:
-        alike = math.pi * reach**2 / np.maximum(_areas(mesh)[touched], 1e-12)
+        alike = math.pi * reach**2 / np.maximum(mesh.vertex_areas_mm2()[touched], 1e-12)
         return float(pulls**2 @ np.maximum(alike, 1.0))
     tree = KDTree(mesh.vertices_mm[touched])
     pairs: Int64[np.ndarray, "p 2"] = tree.query_pairs(_REACHES * reach, output_type="ndarray")
@@ -139,13 +139,7 @@ def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.
 
 def _bend(mesh: Mesh) -> float:
     """Typical curvature of the surface, 1/mm."""
-    normals, areas = mesh.vertex_normals(), _areas(mesh)
+    normals, areas = mesh.vertex_normals(), mesh.vertex_areas_mm2()
     middle = areas @ mesh.vertices_mm / areas.sum()
     distance = np.einsum("ij,ij->i", mesh.vertices_mm - middle, normals)
     return float(areas.sum() / max(float(areas @ np.abs(distance)), 1e-12))
-
-
-def _areas(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    """A third of the faces round each vertex, mm^2."""
-    doubled = np.linalg.norm(mesh.face_normals(), axis=1)
-    return np.bincount(mesh.faces.ravel(), np.repeat(doubled / 6, 3), len(mesh))
