@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float64, UInt8
 
 from limbgram.geometry.arrays import Faces, Matrix3, Points3
+from limbgram.geometry.rigid import turned
 from limbgram.run import in_parallel
 from limbgram.surface.mesh import Mesh
 
@@ -39,7 +40,7 @@ class Frame:
 
     def project(self, points_mm: Points3) -> Points3:
         """Pixels x and y, and depth in pixels."""
-        seen = (points_mm - self.middle_mm) @ self.picture_from_world.T / self.pixel_mm
+        seen = turned(points_mm - self.middle_mm, self.picture_from_world) / self.pixel_mm
         return seen + np.array([(self.width_px - 1) / 2, (self.height_px - 1) / 2, 0.0])
 
 
@@ -73,7 +74,7 @@ def shade(
         face_idx,
         weights,
         mesh.faces,
-        mesh.vertex_normals() @ frame.picture_from_world.T,
+        turned(mesh.vertex_normals(), frame.picture_from_world),
         toward * np.array([[strength] for _, strength in _LIGHTS]),
         np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float),
         np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from limbgram.geometry.arrays import Matrix3
+from limbgram.geometry.rigid import turned
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
 from limbgram.report.drawings.shading import Frame, shade
 from limbgram.shape.limb import Landmark, Side
@@ -71,7 +72,7 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
 
 
 def _view(axes: Axes, mesh: Mesh, landmarks: tuple[Landmark, ...], turn: Matrix3) -> None:
-    seen = mesh.vertices_mm @ turn.T
+    seen = turned(mesh.vertices_mm, turn)
     size = np.ptp(seen, axis=0)
     pixel_mm = float(max(size[0], size[1]) / _HEIGHT_PX)
     frame = Frame(
