@@ -1,11 +1,12 @@
 """Drawing of a limb's levels: where they lie on it, and all sections over each other."""
 
 import numpy as np
+from jaxtyping import UInt8
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
-from limbgram.report.drawings.shading import Frame, looking_along, shade
+from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.shape.frame import in_limb_frame
 from limbgram.shape.measures import Measures, Row
 from limbgram.surface.mesh import Mesh
@@ -29,9 +30,11 @@ def sections_drawing(measures: Measures) -> Drawing:
     figure = blank(min(14.0, 1.8 + height_in * sum(widths) / float(size[2])), height_in)
     front, beside, above = figure.subplots(1, 3, width_ratios=widths)
     rows = [row for row in measures.rows if row.level is not None]
-    _side(front, mesh, rows, 90)
+    frames = [_frame(mesh, azimuth_deg) for azimuth_deg in (90, outer_deg)]
+    of_front, of_side = shade_all(mesh, frames)
+    _side(front, frames[0], of_front, rows, _TOWARDS[90])
     front.set_title("front", fontsize=9, color=FAINT)
-    _side(beside, mesh, rows, outer_deg)
+    _side(beside, frames[1], of_side, rows, _TOWARDS[outer_deg])
     side = "patient's left" if outer_deg else "patient's right"
     beside.set_title(f"from the {side}; girth by tape, mm", fontsize=9, color=FAINT)
     _label(beside, rows)
@@ -43,32 +46,36 @@ def sections_drawing(measures: Measures) -> Drawing:
     )
 
 
-def _side(axes: Axes, mesh: Mesh, rows: list[Row], azimuth_deg: int) -> None:
-    """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
+def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     picture_from_limb = looking_along(azimuth_deg)
     span = _MARGIN * (high - low)
-    width_mm = float(np.abs(picture_from_limb[0] @ span))
     pixel_mm = float(span[2]) / _HEIGHT_PX
-    frame = Frame(
+    return Frame(
         picture_from_world=picture_from_limb,
         middle_mm=(low + high) / 2,
         pixel_mm=pixel_mm,
-        width_px=max(1, int(width_mm / pixel_mm)),
+        width_px=max(1, int(float(np.abs(picture_from_limb[0] @ span)) / pixel_mm)),
         height_px=_HEIGHT_PX,
     )
-    middle = picture_from_limb[0] @ frame.middle_mm
-    half = frame.width_px * pixel_mm / 2
-    z = (frame.middle_mm[2] - float(span[2]) / 2, frame.middle_mm[2] + float(span[2]) / 2)
-    axes.imshow(shade(mesh, frame), extent=(middle - half, middle + half, *z))
+
+
+def _side(
+    axes: Axes, frame: Frame, picture: UInt8[np.ndarray, "h w 4"], rows: list[Row], towards: str
+) -> None:
+    """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
+    right = frame.picture_from_world[0]
+    middle, height = right @ frame.middle_mm, frame.middle_mm[2]
+    half, tall = (frame.pixel_mm * size / 2 for size in (frame.width_px, frame.height_px))
+    axes.imshow(picture, extent=(middle - half, middle + half, height - tall, height + tall))
     lines: list[np.ndarray] = []
     for row in rows:
         if row.level is not None:
-            across = row.level.points_mm @ picture_from_limb[0, :2]
+            across = row.level.points_mm @ right[:2]
             ends = [float(across.min()), float(across.max())]
             lines.append(np.column_stack([ends, [row.height_mm] * 2]))
     axes.add_collection(LineCollection(lines, colors=BLUE, linewidths=0.7))
-    plain(axes).set_xlabel(_TOWARDS[azimuth_deg], fontsize=8, color=INK)
+    plain(axes).set_xlabel(towards, fontsize=8, color=INK)
 
 
 def _label(axes: Axes, rows: list[Row]) -> None:

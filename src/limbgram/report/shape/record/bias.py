@@ -20,6 +20,7 @@ from limbgram.shape.limb import Limb
 from limbgram.shape.measures import Measures
 from limbgram.shape.recipe import Ledger
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import with_faces
 
 _KEEPS_SHAPE = "smoothing"
 """The edit that is meant to change nothing but wrinkles."""
@@ -197,8 +198,7 @@ def _without_lids(part: Mesh, ends_mm: tuple[float, float]) -> Mesh:
     """The part without what lies flat in its end planes: a radius map ends there."""
     heights = part.vertices_mm[part.faces][:, :, 2]
     lids = [(np.abs(heights - end) < _FLAT_MM).all(1) for end in ends_mm]
-    kept, faces = np.unique(part.faces[~(lids[0] | lids[1])], return_inverse=True)
-    return Mesh(vertices_mm=part.vertices_mm[kept], faces=faces.reshape(-1, 3).astype(np.int32))
+    return with_faces(part, part.faces[~(lids[0] | lids[1])])
 
 
 def _unknown(step: str, why: str) -> Bias:
