@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from limbgram.geometry.rigid import Rigid, angle_between_deg, turn_rad
+from limbgram.geometry.rigid import Rigid, angle_between_deg, turn_rad, turned
 from limbgram.geometry.similarity import Similarity, fit_similarity
 
 POINTS = np.random.default_rng(5).normal(size=(50, 3)) * 100.0
@@ -37,6 +37,15 @@ def test_looking_at_puts_the_target_on_the_axis_and_up_upwards() -> None:
     np.testing.assert_allclose(in_camera[0], [0.0, 0.0, distance], atol=1e-9)
     assert in_camera[1, 1] < -9.0  # y points down in a photo
     assert np.linalg.det(pose.rotation) == pytest.approx(1.0)
+
+
+def test_many_vectors_turn_each_by_itself_and_in_order() -> None:
+    quarter = Rigid.from_rotation_vector(np.array([0, 0, np.pi / 2]), np.zeros(3)).rotation
+    count = 50_001
+    vectors = np.column_stack([np.arange(count), np.zeros(count), -np.arange(count)])
+    expected = vectors[:, [1, 0, 2]]
+    np.testing.assert_allclose(turned(vectors, quarter), expected, atol=1e-9)
+    np.testing.assert_array_equal(turned(vectors, quarter)[-3:], turned(vectors[-3:], quarter))
 
 
 def test_angle_between_known_turns() -> None:
