@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float64, Int32
 
 from limbgram.geometry.arrays import Faces
 from limbgram.geometry.camera import View
-from limbgram.measuring.imagery import Imagery, load_crops, prepare
+from limbgram.measuring.imagery import Crop, Imagery, load_crops, prepare
 from limbgram.measuring.rounds import (
     JointEquations,
     MatchingOptions,
@@ -60,8 +60,9 @@ class MeasureOptions:
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
 
-    brim_rounds: int = 3
-    """Rounds in which a closed notch is measured from its rim inwards."""
+    brim_rounds: int = 2
+    """Rounds at each size, half and full, in which a closed notch is measured from its rim
+    inwards."""
 
     matching: MatchingOptions = field(default_factory=MatchingOptions)
 
@@ -81,9 +82,10 @@ def measure(
     for halvings in track(options.patch_halvings):
         mesh, _ = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
     imagery = prepare(crops, views, 0)
-    del crops  # all photos are in them a second time
     mesh, believed = _by_patches(mesh, imagery, views, seen_by, matching)
-    mesh = _with_even_brim(cut_back(mesh, ~believed, options.rim_rings), imagery, views, options)
+    mesh = cut_back(mesh, ~believed, options.rim_rings)
+    mesh = _with_even_brim(mesh, crops, imagery, views, options)
+    del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
     found: tuple[Sight, JointEquations] | None = None
     for _ in track(range(options.joint_rounds)):
@@ -133,9 +135,16 @@ def _seen_by(
 
 
 def _with_even_brim(
-    mesh: Mesh, imagery: Imagery, views: Sequence[View], options: MeasureOptions
+    mesh: Mesh,
+    crops: Sequence[Crop],
+    full: Imagery,
+    views: Sequence[View],
+    options: MeasureOptions,
 ) -> Mesh:
-    """The brim's notches closed, and of what closes them measured what the photos show."""
+    """The brim's notches closed, and of what closes them measured what the photos show.
+
+    A closed notch starts pixels off: photos of half size lead to it, those of full size measure.
+    """
     whole = level_brim(mesh, options.brim)
     if whole is mesh or whole.filled is None:
         return mesh
@@ -144,12 +153,13 @@ def _with_even_brim(
     chosen = np.unique(faces)
     part = with_faces(whole, faces)
     good = np.zeros(len(part), bool)
-    for _ in track(range(options.brim_rounds)):
-        seen_by, _ = _seen_by(whole, views, matching)
-        sight = look(part, imagery, views, seen_by[chosen])
-        moves, good = match_guessed(part, imagery, sight, guessed[chosen], matching)
-        part = _moved(part, moves, sight, matching)
-        whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
+    for imagery in (prepare(crops, views, 1), full):
+        for _ in track(range(options.brim_rounds)):
+            seen_by, _ = _seen_by(whole, views, matching)
+            sight = look(part, imagery, views, seen_by[chosen])
+            moves, good = match_guessed(part, imagery, sight, guessed[chosen], matching)
+            part = _moved(part, moves, sight, matching)
+            whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_))
 
 

@@ -52,7 +52,7 @@ class MatchingOptions:
     least_views: int = 3
     """fewer photos than this see it so squarely: then steeper ones are taken, up to"""
 
-    steep_incidence_deg: float = 78.0
+    steep_incidence_deg: float = 82.0
     """this angle."""
 
     min_correlation: float = 0.6

@@ -93,6 +93,21 @@ def test_a_vertex_of_a_single_photo_has_a_pixel() -> None:
     assert sigma[500] > EDGE_MM / 4.5 > 2 * np.median(sigma)
 
 
+def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
+    found = solved(0.14, 1)
+    usual = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
+    found.equations.pull[wild] *= 1000
+    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    apart_mm = np.linalg.norm(
+        found.mesh.vertices_mm - found.mesh.vertices_mm[30 * SIDE + 30], axis=1
+    )
+    far = _inside() & (apart_mm > 25)
+    assert far.sum() > 500
+    assert 0.98 < np.median(sigma[far] / usual[far]) < 1.05
+    assert sigma[30 * SIDE + 30] > 1.5 * usual[30 * SIDE + 30]
+
+
 def _sheet() -> Mesh:
     """A rhomb of equilateral triangles."""
     column, row = (part.ravel() for part in np.meshgrid(np.arange(SIDE), np.arange(SIDE)))

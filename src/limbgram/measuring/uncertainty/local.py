@@ -126,7 +126,9 @@ class _Pool:
         """Mean of the counted vertices near by, single odd ones cut off."""
         if not self.counted.any():
             return squares
-        usual = float(np.mean(squares[self.counted]))
+        counted = squares[self.counted]
+        most = 2 * _MOST_OVER_POOLED * float(np.median(counted))
+        usual = float(np.mean(np.minimum(counted, most)))
         capped = np.minimum(squares, 2 * _MOST_OVER_POOLED * usual)
         wide = self._counted_mean(capped, _WIDE_RINGS, usual)
         return self._counted_mean(np.minimum(squares, _MOST_OVER_POOLED * wide), rings, usual)
