@@ -3,6 +3,7 @@
 A command's file is imported when it is called, so the list of commands comes at once.
 """
 
+import os
 from importlib import import_module
 from typing import Any, cast
 
@@ -96,8 +97,14 @@ class Commands(TyperGroup):
         return name, command if name is None else loaded(name), rest
 
 
+_ONE_BY_ONE = "OPENBLAS_NUM_THREADS"
+"""Set to 1, matrix products add up in one order: the same bytes on any number of processors, and
+no threads that spin while they wait. Larger pieces of work are shared out over threads anyway."""
+
+
 def loaded(name: str) -> Any:
     """A command with its options, out of its file."""
+    os.environ.setdefault(_ONE_BY_ONE, "1")  # read once, when numpy is first imported
     module, _, attribute = COMMANDS[name][0].partition(":")
     made = getattr(import_module(f"limbgram.cli.{module}"), attribute)
     around = _group(TyperGroup)

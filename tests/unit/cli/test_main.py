@@ -1,5 +1,6 @@
 """The list of commands, and commands that come out of their files when called."""
 
+import os
 import subprocess
 import sys
 
@@ -45,3 +46,23 @@ except SystemExit as end:
     )
     assert "reconstruct" in answer.stdout
     assert answer.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize(("given", "kept"), [(None, "1"), ("3", "3")])
+def test_matrix_products_run_on_one_thread_unless_asked_otherwise(
+    given: str | None, kept: str
+) -> None:
+    asked = """
+import os, sys
+from limbgram.cli.main import loaded
+assert "numpy" not in sys.modules
+loaded("measure")
+assert "numpy" in sys.modules
+print(os.environ["OPENBLAS_NUM_THREADS"])
+"""
+    around = {name: text for name, text in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    around |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
+    told = subprocess.run(
+        [sys.executable, "-c", asked], check=True, capture_output=True, text=True, env=around
+    )
+    assert told.stdout.split() == [kept]
