@@ -1,9 +1,10 @@
 """Dense: the limb's region, depth maps of it, and one cloud of oriented points."""
 
-from limbgram.dense.depth import Cloud, DepthMap
+from limbgram.dense.depth import DepthMap
 from limbgram.dense.fusion import FusionOptions, fuse
 from limbgram.dense.region import Region, RegionOptions, find_region
 from limbgram.dense.stereo import DenseOptions, estimate_depth
+from limbgram.geometry.cloud import Cloud
 
 __all__ = [
     "Cloud",

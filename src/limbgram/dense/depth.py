@@ -1,9 +1,9 @@
-"""Depth maps: the surface as one photo sees it, and the cloud that many of them make."""
+"""Depth maps: the surface as one photo sees it."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Float32
 
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
@@ -31,20 +31,3 @@ class DepthMap:
     window_px2: float = 0.0
     """Mean squared reach, in one direction, of the flat windows that were correlated: on a
     surface of mean curvature H, their depth is too large by about H times this (in mm^2)."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cloud:
-    """Oriented points of the surface."""
-
-    points_mm: Float32[np.ndarray, "n 3"]
-    normals: Float32[np.ndarray, "n 3"]
-    """Unit, outwards."""
-    colours: UInt8[np.ndarray, "n 3"]
-    views: UInt8[np.ndarray, " n"]
-    """Number of photos that agree on the point."""
-    spacing_mm: float
-    """Typical distance between neighbours."""
-
-    def __len__(self) -> int:
-        return len(self.points_mm)

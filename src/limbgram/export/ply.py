@@ -9,7 +9,6 @@ from typing import BinaryIO
 import numpy as np
 from jaxtyping import Shaped
 
-from limbgram.dense.depth import Cloud
 from limbgram.export.writing import (
     require,
     require_same_triangles,
@@ -17,6 +16,7 @@ from limbgram.export.writing import (
     target,
     write_file,
 )
+from limbgram.geometry.cloud import Cloud
 from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 

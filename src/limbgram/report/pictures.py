@@ -12,8 +12,8 @@ from jaxtyping import UInt8
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from limbgram.dense.depth import Cloud
 from limbgram.features.keypoints import Features
+from limbgram.geometry.cloud import Cloud
 from limbgram.photos.photo import PhotoSet
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
 from limbgram.report.drawings.maps import sigma_map

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.dense.depth import Cloud
+from limbgram.geometry.cloud import Cloud
 from limbgram.surface import Mesh, pivot, repair
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.topology import (

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import ExportError
 from limbgram.export import (
     write_cloud_ply,
@@ -18,6 +17,7 @@ from limbgram.export import (
     write_ply,
     write_stl,
 )
+from limbgram.geometry.cloud import Cloud
 from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from limbgram.dense.depth import Cloud
+from limbgram.geometry.cloud import Cloud
 
 MakeCloud = Callable[..., Cloud]
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
+from limbgram.geometry.cloud import Cloud
 from limbgram.surface import pivot
 from limbgram.surface.topology import boundary_half_edges, face_components, is_edge_manifold
 from limbgram.surface.topology import volume_mm3 as volume_of

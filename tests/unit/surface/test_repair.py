@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
+from limbgram.geometry.cloud import Cloud
 from limbgram.surface import Mesh, PoissonOptions, pivot, poisson, repair
 from limbgram.surface.repair.cleaning import drop_flat_and_double, make_manifold
 from limbgram.surface.topology import (

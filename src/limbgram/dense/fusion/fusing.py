@@ -17,12 +17,13 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import KDTree
 
-from limbgram.dense.depth import Cloud, DepthMap
+from limbgram.dense.depth import DepthMap
 from limbgram.dense.fusion.grid import Grid, grid_of, thin
 from limbgram.dense.fusion.sighting import sight
 from limbgram.dense.fusion.smoothing import project_to_surface
 from limbgram.dense.region import Region
 from limbgram.errors import DenseError, OptionsError
+from limbgram.geometry.cloud import Cloud
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import in_parallel, worker_count
 from limbgram.scale.metric import MetricScene

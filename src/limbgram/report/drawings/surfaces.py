@@ -6,9 +6,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from limbgram.dense.depth import Cloud
 from limbgram.geometry.arrays import Points3
 from limbgram.geometry.camera import View
+from limbgram.geometry.cloud import Cloud
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 from limbgram.scale.metric import MetricScene

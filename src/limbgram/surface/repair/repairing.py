@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import KDTree
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.geometry.cloud import Cloud
 from limbgram.surface.mesh import Mesh, Repairs
 from limbgram.surface.repair.cleaning import (
     drop_dangling,

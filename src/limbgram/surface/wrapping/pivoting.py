@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
+from limbgram.geometry.cloud import Cloud
 from limbgram.run import track
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.wrapping.grid import build_grid, in_cell_order, keep_apart

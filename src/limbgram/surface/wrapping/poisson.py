@@ -16,8 +16,8 @@ import pycolmap
 import trimesh
 from scipy.spatial import KDTree
 
-from limbgram.dense.depth import Cloud
 from limbgram.errors import SurfaceError
+from limbgram.geometry.cloud import Cloud
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import with_faces
 from limbgram.surface.wrapping.pivoting import measure_spacing_mm
