@@ -33,8 +33,10 @@ figure { margin: .4rem 0 1rem; } img, svg { max-width: 100%; height: auto; }
 table { border-collapse: collapse; font-size: .86rem; } td, th { padding: .2rem .8rem .2rem 0;
   text-align: left; vertical-align: top; border-bottom: 1px solid #e4e9ec; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+td.why { color: #55636c; max-width: 44rem; }
 tr.bad td { color: var(--red); } .wide { overflow-x: auto; }
-@media print { h2 { break-after: avoid; } figure, tr { break-inside: avoid; } }
+@media print { .wide { overflow: visible; } h2 { break-after: avoid; }
+  figure, tr { break-inside: avoid; } }
 """
 
 
@@ -70,18 +72,29 @@ def shown(picture: Picture) -> str:
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], bad: Sequence[bool] = ()) -> str:
-    """An HTML table; heads that begin with # stand over columns of numbers."""
-    numeric = [head.startswith("#") for head in heads]
-    kinds = [' class="n"' if right else "" for right in numeric]
+    """An HTML table; heads that begin with # stand over columns of numbers.
+
+    The last cell of a row that has fewer cells than there are heads is a sentence over the rest.
+    """
+    kinds = [' class="n"' if head.startswith("#") else "" for head in heads]
     top = "".join(
         f"<th{kind}>{escape(head.lstrip('#'))}</th>"
         for kind, head in zip(kinds, heads, strict=True)
     )
     lines = [f"<tr>{top}</tr>"]
     for idx, row in enumerate(rows):
-        cells = "".join(
-            f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, row, strict=True)
-        )
         marked = ' class="bad"' if idx < len(bad) and bad[idx] else ""
-        lines.append(f"<tr{marked}>{cells}</tr>")
+        lines.append(f"<tr{marked}>{_cells(kinds, row)}</tr>")
     return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+
+
+def _cells(kinds: Sequence[str], row: Sequence[str]) -> str:
+    """A row's cells, the last of a short row wrapped over the columns that are left."""
+    left = len(kinds) - len(row)
+    own = row[:-1] if left > 0 else row
+    cells = "".join(
+        f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds[: len(own)], own, strict=True)
+    )
+    if left > 0:
+        cells += f'<td class="why" colspan="{left + 1}">{escape(row[-1])}</td>'
+    return cells

@@ -135,14 +135,18 @@ class Sheet:
         *,
         points: float = 7.0,
     ) -> None:
-        """A table; heads that begin with # stand over columns of numbers, to the right."""
+        """A table; heads that begin with # stand over columns of numbers, to the right.
+
+        The last cell of a row that has fewer cells than there are heads is a sentence that is
+        wrapped over the rest.
+        """
         step_in = 1.55 * points / _POINTS_PER_IN
-        whole = sum(shares)
+        columns_in = [self.width_in * share / sum(shares) for share in shares]
         for k, row in enumerate((heads, *rows)):
             y = self._y(self.down_in + step_in * 0.72)
-            x_in = self.left_in
-            for head, cell, share in zip(heads, row, shares, strict=True):
-                width_in = self.width_in * share / whole
+            x_in, cells, lines = self.left_in, list(row), 1
+            sentence = cells.pop() if len(cells) < len(heads) else None
+            for head, cell, width_in in zip(heads, cells, columns_in):
                 right = head.startswith("#")
                 letters = max(4, int(width_in * _CHARACTERS_PER_IN / points))
                 self.figure.text(
@@ -155,9 +159,20 @@ class Sheet:
                     ha="right" if right else "left",
                 )
                 x_in += width_in
-            self.down_in += step_in
+            if sentence is not None:
+                lines = self._sentence(x_in + 0.08, y, sentence, points)
+            self.down_in += step_in + (lines - 1) * _LINE * points / _POINTS_PER_IN
             self._rule()
         self.down_in += 0.04
+
+    def _sentence(self, x_in: float, y: float, words: str, points: float) -> int:
+        """Words from a place to the right edge, first line at `y`; how many lines they took."""
+        room_in = self.left_in + self.width_in - x_in
+        lines = textwrap.wrap(words, max(4, int(room_in * _CHARACTERS_PER_IN / points)))
+        down = _LINE * points / _POINTS_PER_IN / PAGE_IN[1]
+        for number, line in enumerate(lines):
+            self.figure.text(self._x(x_in), y - number * down, line, fontsize=points, color=FAINT)
+        return max(1, len(lines))
 
     def rows_that_fit(self, reserve_in: float, points: float = 7.0) -> int:
         """Rows of a table below its head, with so much kept free below."""

@@ -16,6 +16,8 @@ from limbgram.report.shape.record.pages import words
 _MOST_LEVELS = 26
 _FINDING_IN = 0.26
 """Room of a finding."""
+_SENTENCE_IN = 0.13
+"""What a reason in place of figures takes beside its first line."""
 _SIGN = "Checked by: ____________________   Date: ______________   Signature: ____________________"
 
 Tree = dict[str, Any]
@@ -36,8 +38,10 @@ def _first(tree: Tree, pictures: Sequence[Picture]) -> Sheet:
     sheet.heading("Measures by level")
     sheet.text(words.measure_note(tree), points=7, colour=FAINT)
     told = [one for one in tree["findings"] if one["topic"] != "tape"]
-    most = min(_MOST_LEVELS, sheet.rows_that_fit(1.0 + _FINDING_IN * len(told)))
     rows = words.measure_rows(tree)
+    sentences = sum(len(row) < len(words.MEASURE_HEADS) for row in rows)
+    below_in = 1.0 + _FINDING_IN * len(told) + _SENTENCE_IN * sentences
+    most = min(_MOST_LEVELS, sheet.rows_that_fit(below_in))
     step = max(1, -(-len(rows) // max(most, 1)))
     sheet.table(words.MEASURE_HEADS, rows[::step], (2, 3, 3, 3, 3, 3, 3.4))
     if step > 1:

@@ -87,7 +87,7 @@ def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
 
 
 def measure_rows(tree: Tree) -> list[Row]:
-    """A row a level; what has no answer says why in its place."""
+    """A row a level; one without an answer has a second cell alone, which says why."""
     return [_measure_row(row) for row in tree["measures"]["levels"]]
 
 
@@ -185,7 +185,7 @@ def _height(tree: Tree, row: Tree) -> str:
 def _measure_row(row: Tree) -> Row:
     height = f"{row['from_reference_mm']:.1f}"
     if row["tape_mm"] is None:
-        return height, row["reason"], "", "", "", "", ""
+        return height, row["reason"]
     area, volume = row["area_mm2"], row["volume_below_ml"]
     per = {"value": area["value"] / 100, "sigma": area["sigma"] and area["sigma"] / 100}
     return (
@@ -203,7 +203,7 @@ def _change_row(row: Tree) -> Row:
     height = f"{row['height_mm']:.1f}"
     tape, below = row.get("tape_mm"), row["volume_below_ml"]
     if tape is None:
-        return height, row["reason"] or "-", "", "", "", "", "", ""
+        return height, row["reason"] or "-"
     return (
         height,
         f"{tape['second']:.1f}",
