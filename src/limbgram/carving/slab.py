@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
@@ -19,6 +18,8 @@ class Distance:
 
 def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
     """The surface between two heights, its triangles cut; open where it is cut."""
+    import trimesh  # a fifth of a second, which most commands do without
+
     vertices, faces = mesh.vertices_mm, mesh.faces.astype(np.int64)
     for height_mm, up in ((low_mm, 1.0), (high_mm, -1.0)):
         vertices, faces, _ = trimesh.intersections.slice_faces_plane(

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import pycolmap
 from scipy.spatial.transform import Rotation
 
 from limbgram.export.writing import require, target, write_file, write_folder
-from limbgram.mapping.colmap import without_skew
+from limbgram.geometry.camera import without_skew
 from limbgram.mapping.scene import Scene
 from limbgram.scale.metric import MetricScene
 
@@ -111,6 +110,8 @@ def _write_points(stream: BinaryIO, scene: Scene) -> None:
 
 def _check(written: Path, scene: Scene) -> None:
     """What pycolmap reads projects the points to where our own cameras do."""
+    import pycolmap  # only where photos were placed
+
     read = pycolmap.Reconstruction(str(written))
     seen = np.unique(scene.observations.point_idx)
     require(read.num_reg_images() == len(scene.placed), f"{read.num_reg_images()} photos")

@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import trimesh
 from jaxtyping import Float32
-from trimesh.exchange.gltf import export_glb
 
 from limbgram.export.writing import (
     require,
@@ -32,6 +30,9 @@ _VIEWER_FROM_WORLD = np.array(
 
 def write_glb(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
     """Write a binary glTF in metres, and read it back in units of the mesh."""
+    import trimesh  # a fifth of a second, which most commands do without
+    from trimesh.exchange.gltf import export_glb
+
     path = target(path, scale, unscaled=unscaled)
     sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
 

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
-import trimesh
 
 from limbgram.export.writing import (
     require_same_triangles,
@@ -34,6 +33,8 @@ def write_stl(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
         stream.write(records.tobytes())
 
     def check(written: Path) -> None:
+        import trimesh  # a fifth of a second, which most commands do without
+
         read = trimesh.load_mesh(written, file_type="stl", process=False)
         require_same_triangles(path.name, np.asarray(read.triangles), mesh, single_precision(mesh))
 

@@ -143,3 +143,10 @@ class View:
         """Rotation (9, row-major), translation (3), lens (10): one row for kernels."""
         pose = self.camera_from_world
         return np.concatenate([pose.rotation.ravel(), pose.translation, self.camera.packed])
+
+
+def without_skew(camera: Camera, xy_px: Points2) -> Points2:
+    """Pixels as the same camera without skew would have them."""
+    straight = xy_px.copy()
+    straight[:, 0] -= camera.skew * (xy_px[:, 1] - camera.cy) / camera.fy
+    return straight

@@ -16,7 +16,7 @@ from jaxtyping import Float64, Int32
 
 from limbgram.calibration.cameras import Calibration, Cameras
 from limbgram.geometry.arrays import Points2
-from limbgram.geometry.camera import Camera
+from limbgram.geometry.camera import Camera, without_skew
 from limbgram.geometry.rigid import Rigid
 from limbgram.mapping.scene import Observations, Scene
 from limbgram.photos.photo import PhotoSet
@@ -105,13 +105,6 @@ def _write_pair(database: pycolmap.Database, pair: VerifiedPair) -> None:
     geometry.inlier_matches = np.ascontiguousarray(pair.matches.keypoint_idx, np.uint32)
     first, second = pair.matches.first + 1, pair.matches.second + 1
     database.write_two_view_geometry(first, second, geometry)
-
-
-def without_skew(camera: Camera, xy_px: Points2) -> Points2:
-    """Pixels as the same camera without skew would have them."""
-    straight = xy_px.copy()
-    straight[:, 0] -= camera.skew * (xy_px[:, 1] - camera.cy) / camera.fy
-    return straight
 
 
 def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:

@@ -19,7 +19,6 @@ from limbgram.errors import PlacementError
 from limbgram.features.keypoints import Features
 from limbgram.mapping.adjustment import adjust
 from limbgram.mapping.agreement import agreed_places
-from limbgram.mapping.colmap import map_incrementally
 from limbgram.mapping.scene import Observations, Ring, Scene
 from limbgram.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.mapping.verdicts import contradicted, judge, photo_points
@@ -73,6 +72,8 @@ def place(
         raise PlacementError(f"No two photos show the same points. {_ADVICE}")
     places_px = agreed_places(features, pairs)
     seeds = farthest_reaching(pairs, options.mapper_matches)
+    from limbgram.mapping.colmap import map_incrementally  # loads pycolmap
+
     found = map_incrementally(photos, places_px, seeds, cameras, options.seed)
     if not found:
         raise PlacementError(

@@ -1,9 +1,9 @@
 """GLB: metres and +Y up by the format's own rule; turned to millimetres and +Z up."""
 
 import io
+from typing import Any
 
 import numpy as np
-import trimesh
 
 from limbgram.errors import ShapeFileError
 from limbgram.shape.reading.soup import Soup
@@ -16,6 +16,8 @@ _FOREIGN = (ValueError, KeyError, IndexError, TypeError, AttributeError, NotImpl
 
 def read_glb(content: bytes, name: str) -> Soup:
     """All surfaces of the scene as one, in metres."""
+    import trimesh  # a fifth of a second, which other files do without
+
     try:
         scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
         whole = scene.to_mesh()
@@ -29,16 +31,16 @@ def read_glb(content: bytes, name: str) -> Soup:
         ) from error
     if colours is not None:
         colours = colours[:, :3].astype(np.uint8)
-    sigma = _sigma(scene, len(places))
+    sigma = _sigma(list(scene.geometry.values()), len(places))
     return Soup(
         mesh=Mesh(vertices_mm=places, faces=faces, colours=colours, sigma_mm=sigma),
         stated_unit="m",
     )
 
 
-def _sigma(scene: trimesh.Scene, count: int) -> np.ndarray | None:
+def _sigma(surfaces: list[Any], count: int) -> np.ndarray | None:
     """Sigmas of our own files, in metres; NaN where they say that there is none."""
-    parts = [getattr(part, "vertex_attributes", {}) for part in scene.geometry.values()]
+    parts = [getattr(part, "vertex_attributes", {}) for part in surfaces]
     if len(parts) != 1 or "_SIGMA" not in parts[0]:
         return None
     sigma = np.asarray(parts[0]["_SIGMA"], np.float32).ravel()

@@ -12,10 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pycolmap
-import trimesh
 from scipy.spatial import KDTree
-from trimesh.exchange.ply import export_ply
 
 from limbgram.errors import OptionsError, SurfaceError
 from limbgram.geometry.arrays import Faces, Points3
@@ -84,6 +81,10 @@ def _to_deviation(mesh: Mesh, limit_mm: float) -> Decimated:
 
 
 def _simplify(mesh: Mesh, ratio: float) -> Mesh:
+    import pycolmap  # a quarter of a second together, which most commands do without
+    import trimesh
+    from trimesh.exchange.ply import export_ply
+
     settings = pycolmap.MeshSimplificationOptions()
     settings.target_face_ratio = ratio
     settings.interpolate_colors = False

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pycolmap
-import trimesh
 from scipy.spatial import KDTree
 
 from limbgram.errors import SurfaceError
@@ -44,6 +42,9 @@ _BOX = 1.1
 
 def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     """The surface whose inside has the points' normals as its gradient, where points support it."""
+    import pycolmap  # a quarter of a second together, which most commands do without
+    import trimesh
+
     spacing_mm = measure_spacing_mm(cloud)
     extent = float(np.ptp(cloud.points_mm, axis=0).max())
     finest = np.log2(_BOX * extent / (options.cell_in_spacings * spacing_mm))

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from scipy.interpolate import CubicSpline
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -61,6 +60,8 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     Raises:
         EditError: fewer than three points, or points so far apart that the line would jump.
     """
+    from scipy.interpolate import CubicSpline  # a tenth of a second, for curves alone
+
     if len(picked_mm) < 3:
         raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
     ring = np.concatenate([picked_mm, picked_mm[:1]])
