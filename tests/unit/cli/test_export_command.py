@@ -72,6 +72,26 @@ def test_aop_and_its_mirror_check(scan: Path) -> None:
     assert picture.read_bytes()[:4] == b"\x89PNG"
 
 
+def test_default_names_of_all_kinds_stand_side_by_side(scan: Path) -> None:
+    """Limb files and mirror checks too: none takes another's place."""
+    kinds = ("stl", "obj", "glb", "ply", "dxf", "aop", "gcode")
+    carved = ("aop", "gcode")
+    contents = [
+        exported(scan, "--to", kind, *(("--side", "left") if kind in carved else ()))
+        for kind in kinds
+    ]
+    written = {str(content["written"]) for content in contents}
+    pictures = {str(content["mirror_check"]) for content in contents[5:]}
+    assert len(written) == len(kinds)
+    assert {Path(picture).name for picture in pictures} == {
+        "scan.aop-mirror-check.png",
+        "scan.gcode-mirror-check.png",
+    }
+    for content in contents[:4]:
+        read = read_limb(Path(str(content["written"])))
+        assert read.frame is not None
+
+
 def test_gcode(scan: Path) -> None:
     content = exported(scan, "--to", "gcode", "--side", "left", "--tool", "16", "--scallop", "0.2")
     assert content["gouge_mm"] < 0.02  # type: ignore[operator]
@@ -80,7 +100,8 @@ def test_gcode(scan: Path) -> None:
 
 
 def test_dxf_in_two_forms(scan: Path) -> None:
-    assert Path(str(exported(scan, "--to", "dxf")["written"])).is_file()
+    content = exported(scan, "--to", "dxf", "--spacing", "25")
+    assert content["sections"] in (2, 3)
     again = str(scan.with_suffix(".dxf"))
     content = exported(scan, "--to", "dxf", "--polyface", "--spacing", "25", "-o", again)
     # At 25 and 50 mm, and at 0 if rounding leaves the end a little lower.
@@ -106,6 +127,7 @@ def test_a_dxf_says_what_its_trimline_is(tmp_path: Path, change: str, told: str)
     limb = Limb(mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=faces))
     reply = dxf_reply(limb, tmp_path / "box.dxf", 25.0, polyface=False)
     assert told in reply.lines
+    assert f"({reply.content['sections']} sections" in reply.lines[0].replace("mm; ", "")
 
 
 def test_no_girth_change_where_no_section_was_compared(
@@ -144,7 +166,7 @@ def test_the_shape_itself_is_kept(scan: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"), [("dxf", "scan.dxf"), ("aop", "scan.aop"), ("stl", "scan-export.stl")]
+    ("kind", "name"), [("dxf", "scan.dxf"), ("aop", "scan.aop"), ("stl", "scan-export-stl.stl")]
 )
 def test_a_file_that_nobody_named_is_not_written_over(scan: Path, kind: str, name: str) -> None:
     """It may be the scanner's own AOP, or the drawing that a case came with."""

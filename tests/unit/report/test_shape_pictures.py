@@ -8,13 +8,15 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from limbgram.geometry.rigid import Rigid
+from limbgram.report.drawings.drawing import Drawing
 from limbgram.report.pictures import png
 from limbgram.report.shape.course import course
 from limbgram.report.shape.differences import difference_pictures, paint_of
+from limbgram.report.shape.mirrorcheck import mirror_check
 from limbgram.report.shape.rectification import unrolled
 from limbgram.shape.comparing import CompareOptions, RegistrationOptions, compare
 from limbgram.shape.comparing.following import FollowOptions, Visit, follow
-from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.limb import Landmark, Limb, LimbFrame
 from limbgram.shape.templates import Template, TemplateMark
 from limbgram.shape.templates.fields import ANGLES, node_heights
 from limbgram.surface.mesh import Mesh
@@ -121,3 +123,52 @@ def test_a_template_is_drawn_front_in_the_middle() -> None:
     assert row == 20
     assert column == ANGLES // 2
     assert "-5.0" in drawing.caption
+
+
+def numbers_by_view(drawing: Drawing) -> dict[str, set[str]]:
+    """Numbers of the landmarks in each view of a mirror check."""
+    return {
+        axes.get_title(): {text.get_text() for text in axes.texts if text.get_text().isdigit()}
+        for axes in drawing.figure.axes
+        if axes.get_images()
+    }
+
+
+def test_a_mirror_check_shows_each_landmark_only_where_it_can_be_seen(stump) -> None:
+    radius = 50 * np.sqrt(100 / 150)
+    places = {
+        "front": [0, 1],
+        "patient's right": [1, 0],
+        "patient's left": [-1, 0],
+        "back": [0, -1],
+    }
+    marks = tuple(
+        Landmark(name=f"on the {side}", position_mm=np.array([radius * x, radius * y, 100.0]))
+        for side, (x, y) in places.items()
+    )
+    drawing = mirror_check(stump.mesh, marks, "left", "a.aop")
+    assert numbers_by_view(drawing) == {
+        "seen from the front": {"1"},
+        "seen from the patient's right": {"2"},
+        "seen from the patient's left": {"3"},
+    }
+    key = drawing.figure.get_supxlabel()
+    assert "3 on the patient's left " in f"{key} "
+    assert "4 on the back (out of sight)" in key
+    assert key.count("out of sight") == 1
+
+
+def test_the_views_of_a_mirror_check_have_one_scale_though_the_limb_is_deeper_than_wide(
+    stump,
+) -> None:
+    deep = stump.mesh.with_vertices(stump.mesh.vertices_mm * [0.5, 1.0, 1.0])
+    drawing = mirror_check(deep, (), "left", "a.aop")
+    png(drawing.figure)
+    views = [axes for axes in drawing.figure.axes if axes.get_images()]
+    heights = []
+    for axes in views:
+        drawn = np.asarray(axes.get_images()[0].get_array())[..., 3] > 0
+        per_pixel = axes.get_window_extent().height / abs(np.diff(axes.get_ylim())[0])
+        heights.append(np.ptp(np.flatnonzero(drawn.any(1))) * per_pixel)
+    assert len(heights) == 3
+    np.testing.assert_allclose(heights, heights[0], rtol=0.01)

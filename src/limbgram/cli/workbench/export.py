@@ -219,12 +219,14 @@ def export_command(
 
 
 def _free_default(shape: Path, to: FormatName) -> Path:
-    """Beside the shape under its name; kinds that get a limb file of their own need another one.
+    """Beside the shape under its name; kinds that get a limb file, SHAPE.limb.json, need a name
+    of their own each: one limb file describes one mesh.
 
     A file that lies there may be a scan or a case's own: nobody has said that it may go.
     """
     with_limb_file = to in (FormatName.STL, FormatName.PLY, FormatName.OBJ, FormatName.GLB)
-    path = shape.with_name(f"{shape.stem}{'-export' if with_limb_file else ''}.{to.value}")
+    own = f"-export-{to.value}" if with_limb_file else ""
+    path = shape.with_name(f"{shape.stem}{own}.{to.value}")
     if path.exists():
         raise OptionsError(
             f"{path} is there already, and may be another program's or a scan. Choose a name with "

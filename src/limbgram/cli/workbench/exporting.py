@@ -169,8 +169,10 @@ def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> R
     if not polyface:
         curves = curves_of(limb.mesh, spacing_mm)
         write_triangles(limb.mesh, path, MILLIMETRES.unit, curves)
-        lines = [f"Written: {path} (mm; read back and compared)", *_trimlines(curves)]
-        return Reply((*lines, _axes(limb)), {"written": str(path), "unit": "mm"})
+        sections = len(curves.sections)
+        lines = [f"Written: {path} (mm; {sections} sections; read back and compared)"]
+        content = {"written": str(path), "unit": "mm", "sections": sections}
+        return Reply((*lines, *_trimlines(curves), _axes(limb)), content)
     report = write_polyface_dxf(limb.mesh, path, spacing_mm=spacing_mm)
     sections = len(report.curves.sections)
     lines = [f"Written: {path} (mm; {sections} sections; read back and compared)"]
@@ -230,5 +232,5 @@ def _picture(path: Path, mesh: Mesh, landmarks: tuple[Landmark, ...], side: Side
     from limbgram.report.shape.mirrorcheck import mirror_check
 
     drawing = mirror_check(mesh, landmarks, side, path.name)
-    beside = path.with_name(f"{path.stem}-mirror-check.png")
+    beside = path.with_name(f"{path.name}-mirror-check.png")
     return write_bytes(beside, png(drawing.figure).tobytes())

@@ -1,23 +1,33 @@
 """The mirror check: what an exported file holds, seen as nobody can mistake it.
 
-Sections from proximal, front up, and the shape from the front and from the patient's right, drawn
-from what was read back. Laid beside the patient, a mirrored shape shows.
+Sections from proximal, front up, and the shape from the front and from both sides at one scale,
+drawn from what was read back. Laid beside the patient, a mirrored shape shows.
 """
+
+import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from limbgram.geometry.arrays import Matrix3
-from limbgram.geometry.rigid import turned
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
-from limbgram.report.drawings.shading import Frame, shade
+from limbgram.report.drawings.shading import shade_all
+from limbgram.report.drawings.surfaces import scale_bar
+from limbgram.report.shape.views import limb_frames, normals_at, number_landmarks
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut
 
-_HEIGHT_PX = 460
-_FROM_THE_RIGHT = np.array([[0.0, 1.0, 0], [0, 0, -1.0], [-1.0, 0, 0]])
-_FROM_THE_FRONT = np.array([[-1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]])
+_WIDTH_IN = 12.0
+_LETTERS = 200
+"""That fit on a line of the key."""
+_LINE_IN = 0.14
+_VIEWS = (
+    ("seen from the front", 90, "RIGHT", "LEFT"),
+    ("seen from the patient's right", 0, "BACK", "FRONT"),
+    ("seen from the patient's left", 180, "FRONT", "BACK"),
+)
+"""Title, degrees from the patient's right towards the front, what lies left and right in it."""
 _LEVELS = (0.2, 0.4, 0.6, 0.8)
 _COLOURS = ("#2b6ca3", "#3c8d5a", "#d9822b", "#b8403a")
 
@@ -25,22 +35,23 @@ _COLOURS = ("#2b6ca3", "#3c8d5a", "#d9822b", "#b8403a")
 def mirror_check(
     mesh_in_limb: Mesh, landmarks_in_limb: tuple[Landmark, ...], side: Side, title: str
 ) -> Drawing:
-    """Three panels: sections from proximal, the shape from the front and from the right."""
-    figure = blank(10.5, 4.2)
-    sections, front, beside = figure.subplots(1, 3)
+    """Four panels: sections from proximal, the shape from the front, the right and the left."""
+    frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg, _, _ in _VIEWS])
+    tall = min(frames[0].height_px / frames[0].width_px, 2.2)
+    normals = normals_at(mesh_in_limb, landmarks_in_limb)
+    figure = blank(_WIDTH_IN, _WIDTH_IN / 4.6 * max(tall, 1.0) + 1.3)
+    sections, *views = figure.subplots(1, 4, width_ratios=(1.3, 1, 1, 1))
     _sections(sections, mesh_in_limb)
-    _view(front, mesh_in_limb, landmarks_in_limb, _FROM_THE_FRONT)
-    _view(beside, mesh_in_limb, landmarks_in_limb, _FROM_THE_RIGHT)
-    sections.set_title("sections seen from proximal", fontsize=9, color=FAINT, pad=16)
-    front.set_title("seen from the front", fontsize=9, color=FAINT, pad=16)
-    beside.set_title("seen from the patient's right", fontsize=9, color=FAINT, pad=16)
-    _sign(sections, "FRONT", (0.5, 1.0), "center", "bottom")
-    _sign(sections, "RIGHT", (1.0, 0.5), "left", "center")
-    _sign(sections, "LEFT", (0.0, 0.5), "right", "center")
-    _sign(front, "RIGHT", (0.0, 0.5), "right", "center")
-    _sign(front, "LEFT", (1.0, 0.5), "left", "center")
-    _sign(beside, "FRONT", (1.0, 0.5), "left", "center")
-    _sign(beside, "BACK", (0.0, 0.5), "right", "center")
+    seen: set[int] = set()
+    shaded = shade_all(mesh_in_limb, frames)
+    for axes, frame, picture, named in zip(views, frames, shaded, _VIEWS, strict=True):
+        axes.imshow(picture)
+        axes.set_axis_off()
+        axes.set_title(named[0], fontsize=9, color=FAINT, pad=16)
+        seen |= number_landmarks(axes, frame, landmarks_in_limb, normals)
+        scale_bar(axes, frame)
+        _sign(axes, named[2], (0.0, 1.0), "left", "bottom")
+        _sign(axes, named[3], (1.0, 1.0), "right", "bottom")
     size = np.ptp(mesh_in_limb.vertices_mm, axis=0)
     told = "no side" if side == "none" else f"the patient's {side.upper()} side"
     figure.suptitle(
@@ -48,12 +59,26 @@ def mirror_check(
         "(right-left, front-back, along)",
         fontsize=10,
         color=INK,
+        parse_math=False,
     )
+    key = _key(landmarks_in_limb, seen)
+    if key:
+        figure.set_size_inches(_WIDTH_IN, figure.get_figheight() + _LINE_IN * len(key.split("\n")))
+        figure.supxlabel(key, fontsize=7, color=RED, x=0.02, ha="left", parse_math=False)
     return Drawing(
         figure,
         "Drawn from the file as it was read back. RIGHT is the patient's right. Compare with the "
         "patient before carving: a mirrored shape has its features on the other side.",
     )
+
+
+def _key(landmarks: Sequence[Landmark], seen: set[int]) -> str:
+    """Which number is which landmark, and which of them the shape covers in all three views."""
+    named = [
+        f"{number} {mark.name}{'' if number in seen else ' (out of sight)'}"
+        for number, mark in enumerate(landmarks, start=1)
+    ]
+    return textwrap.fill("    ".join(named), _LETTERS)
 
 
 def _sections(axes: Axes, mesh: Mesh) -> None:
@@ -62,32 +87,25 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
         for section in cut(mesh, [low + share * (high - low)]):
             points = section.points_mm
             closed = np.concatenate([points, points[:1]]) if section.closed else points
-            label = f"{share:.0%} of the length"
+            label = f"{share:.0%}"
             known = axes.get_legend_handles_labels()[1]
             axes.plot(*closed[:, :2].T, color=colour, lw=1, label="" if label in known else label)
     axes.plot(0, 0, "+", color=INK)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.legend(fontsize=6, loc="upper center", bbox_to_anchor=(0.5, 0), ncol=4, frameon=False)
-
-
-def _view(axes: Axes, mesh: Mesh, landmarks: tuple[Landmark, ...], turn: Matrix3) -> None:
-    seen = turned(mesh.vertices_mm, turn)
-    size = np.ptp(seen, axis=0)
-    pixel_mm = float(max(size[0], size[1]) / _HEIGHT_PX)
-    frame = Frame(
-        picture_from_world=turn,
-        middle_mm=(mesh.vertices_mm.min(0) + mesh.vertices_mm.max(0)) / 2,
-        pixel_mm=pixel_mm,
-        width_px=int(size[0] / pixel_mm) + 3,
-        height_px=int(size[1] / pixel_mm) + 3,
+    axes.set_title("sections seen from proximal", fontsize=9, color=FAINT, pad=16)
+    axes.legend(
+        fontsize=7,
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        ncol=4,
+        frameon=False,
+        title="height, as a share of the length",
+        title_fontsize=7,
     )
-    axes.imshow(shade(mesh, frame))
-    for mark in landmarks:
-        x, y, _ = frame.project(mark.position_mm[None])[0]
-        axes.plot(x, y, ".", color=RED, ms=4)
-        axes.text(x + 6, y, mark.name, fontsize=6, color=RED, va="center", clip_on=True)
-    axes.set_axis_off()
+    _sign(axes, "FRONT", (0.5, 1.0), "center", "bottom")
+    _sign(axes, "RIGHT", (1.0, 0.5), "left", "center")
+    _sign(axes, "LEFT", (0.0, 0.5), "right", "center")
 
 
 def _sign(axes: Axes, text: str, place: tuple[float, float], across: str, along: str) -> None:
