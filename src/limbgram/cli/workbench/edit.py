@@ -60,6 +60,10 @@ positions_in=mesh. An edit that would fold the surface or push it through itself
 
 edit_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
 
+_NOTHING_DONE = (
+    "No edit was done: the recipe has none that is switched on. What is written is the scan itself."
+)
+
 RecipeFile = Annotated[Path, typer.Argument(help="The recipe's file, TOML.")]
 Number = Annotated[int, typer.Argument(help="Number of the edit, counted from 1.")]
 Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON document.")]
@@ -84,16 +88,17 @@ def apply_command(
         require_scan(made, read.sha256, scan.name)
     replayed = replay(made, read.limb)
     written = write_limb(replayed.limb, out)
+    done = bool(replayed.ledger.lines)
     return Reply(
         (
             *(f"Note: {note}." for note in replayed.limb.notes),
-            *lines_of(replayed.ledger),
+            *(lines_of(replayed.ledger) if done else (_NOTHING_DONE,)),
             f"Written: {written}",
         ),
         {
             "recipe": made.name,
             "ledger": asdict(replayed.ledger),
-            "notes": list(replayed.limb.notes),
+            "notes": [*replayed.limb.notes, *(() if done else (_NOTHING_DONE,))],
             "written": str(written),
         },
     )

@@ -113,7 +113,11 @@ def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
 
 
 def encode_recipe(recipe: Recipe) -> bytes:
-    """The recipe's file; reading it gives an equal recipe."""
+    """The recipe's file; reading it gives an equal recipe.
+
+    Every parameter that has a value is written, defaults too: a recipe stands by itself, and does
+    the same when a later version has another default.
+    """
     lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}", f"name = {_text(recipe.name)}"]
     if recipe.scan_sha256:
         lines.append(f"scan_sha256 = {_text(recipe.scan_sha256)}")
@@ -122,7 +126,7 @@ def encode_recipe(recipe: Recipe) -> bytes:
         lines += [] if entry.on else ["on = false"]
         for field in fields(entry.edit):
             value = getattr(entry.edit, field.name)
-            if value is not None and value != field.default:
+            if value is not None:
                 lines.append(f"{field.name} = {_written(value)}")
     return ("\n".join(lines) + "\n").encode()
 

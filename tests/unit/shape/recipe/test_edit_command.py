@@ -63,6 +63,24 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
     assert "Outwards; negative inwards." in edit("kinds", "offset")
 
 
+def test_a_recipe_without_edits_says_that_nothing_was_done(scan: Path, tmp_path: Path) -> None:
+    recipe, out = tmp_path / "none.toml", tmp_path / "out.ply"
+    edit("new", recipe)
+    edit("add", recipe, "smoothing")
+    assert "No edit was done" not in edit("apply", scan, recipe, "-o", out)
+    edit("off", recipe, "1")
+    assert "No edit was done" in edit("apply", scan, recipe, "-o", out)
+    answer = json.loads(edit("apply", scan, recipe, "-o", out, "--json"))
+    assert any("No edit was done" in note for note in answer["notes"])
+
+
+def test_a_default_that_was_typed_stands_in_the_file(tmp_path: Path) -> None:
+    recipe = tmp_path / "a.toml"
+    edit("new", recipe)
+    edit("add", recipe, "sock", "thickness_mm=0.3")
+    assert "thickness_mm = 0.3\n" in recipe.read_text()
+
+
 def test_another_scan_needs_a_word(scan: Path, tmp_path: Path) -> None:
     recipe, other = tmp_path / "a.toml", tmp_path / "other.stl"
     edit("new", recipe, "--for", scan)

@@ -1,5 +1,7 @@
 """Recipes: read, changed, compared; what is not known is an error that lists what is."""
 
+import tomllib
+from dataclasses import MISSING, asdict, fields
 from pathlib import Path
 
 import pytest
@@ -54,6 +56,35 @@ RECIPE = Recipe(name="first fitting", entries=(FIRST, SECOND))
 def test_a_written_recipe_is_read_as_meant() -> None:
     assert parse_recipe(TEXT, "a.toml") == RECIPE
     assert parse_recipe(encode_recipe(RECIPE).decode(), "b.toml") == RECIPE
+
+
+NEEDED: dict[str, object] = {
+    "at": "patellar tendon",
+    "depth_mm": 3.0,
+    "height_mm": 3.0,
+    "falloff_mm": 18.0,
+    "distance_mm": 1.0,
+    "heights_mm": [10.0, 90.0],
+    "per_cent": [0.0, 3.0],
+    "of": "girth",
+    "name": "alpha-6mm",
+    "through": ["fibula head", [1.0, 2.5, 3.0]],
+    "confirmed_side": "left",
+}
+
+
+@pytest.mark.parametrize("kind", EDITS)
+def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: str) -> None:
+    """Defaults are written too: a later version may have others."""
+    needed = [f for f in fields(EDITS[kind]) if f.default is MISSING]
+    values = {f.name: NEEDED.get(f.name, 5.0) for f in needed}
+    made = make_edit(kind, values, "the test")
+    recipe = Recipe(name="x", entries=(Entry(edit=made),))
+    text = encode_recipe(recipe).decode()
+    assert parse_recipe(text, "a.toml") == recipe
+    (written,) = tomllib.loads(text)["edit"]
+    told = {name for name, value in asdict(made).items() if value is not None}
+    assert set(written) == told | {"do"}
 
 
 @pytest.mark.parametrize(
