@@ -19,6 +19,7 @@ from limbgram.cli.workbench.stating import (
 from limbgram.cli.workbench.stating.marks import marks_seen
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb_file
+from limbgram.shape.bodies import outside_of
 from limbgram.shape.frame import (
     NAMES,
     AlignOptions,
@@ -149,6 +150,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
     written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
     frame = frame_of(limb)
     motion = frame.limb_from_mesh
+    limb = outside_of(limb)
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
     places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
     lines = [

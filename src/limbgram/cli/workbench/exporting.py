@@ -12,6 +12,7 @@ from limbgram.export.dxf import Curves, curves_of, write_triangles
 from limbgram.export.workshop import (
     AopOptions,
     AopReport,
+    GcodeReport,
     write_aop,
     write_gcode,
     write_limb,
@@ -20,8 +21,8 @@ from limbgram.export.workshop import (
 from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import angle_between_deg
+from limbgram.shape.bodies import left_out
 from limbgram.shape.limb import Landmark, Limb, Side
-from limbgram.shape.measures.levels.bodies import bodies_inside
 from limbgram.surface.mesh import Mesh
 
 _LOOK = "Compare the picture with the patient before carving."
@@ -106,8 +107,7 @@ def _cost_lines(report: AopReport) -> list[str]:
             f"At the rounded tip, the lowest {cap.to_mm:.0f} mm: surface within {cap.max_mm:.2f} "
             f"mm, {cap.volume_change_ml:+.2f} mL; finer with --distal-slices",
         )
-    if report.bodies_left_out:
-        lines.append(f"{bodies_inside(report.bodies_left_out)} left out.")
+    lines += _left_out(report)
     return lines
 
 
@@ -125,12 +125,16 @@ def _axis_lines(report: AopReport) -> list[str]:
     ]
 
 
+def _left_out(report: AopReport | GcodeReport) -> list[str]:
+    told = left_out(report.bodies_left_out, report.loose, frame="in the limb frame")
+    return [f"{sentence}." for sentence in told]
+
+
 def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
     report = write_gcode(limb, path, options)
     check, blank = report.check, report.toolpath.blank
     side: Side = "none" if limb.frame is None else limb.frame.side
     picture = _picture(path, check.carved.surface(), limb.landmarks, side)
-    inside = report.bodies_left_out
     lines = (
         f"Written: {path} (mm; {report.lines:,} lines, about {check.minutes:.0f} min of cutting; "
         "read back and compared)",
@@ -140,7 +144,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
-        *((f"{bodies_inside(inside)} left out.",) if inside else ()),
+        *_left_out(report),
         f"Mirror check: {picture}. {_LOOK}",
     )
     content = {
@@ -148,7 +152,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         "unit": "mm",
         "side": side,
         "shape_sha256": report.shape_sha256,
-        "bodies_left_out": inside,
+        "bodies_left_out": report.bodies_left_out,
         "lines": report.lines,
         "minutes": check.minutes,
         "blank_diameter_mm": 2 * blank.radius_mm,

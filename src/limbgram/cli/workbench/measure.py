@@ -23,6 +23,7 @@ from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.bodies import left_out, outer_bodies
 from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.measures import (
     Figure,
@@ -34,7 +35,6 @@ from limbgram.shape.measures import (
     fit_to_tape,
     measure,
 )
-from limbgram.shape.measures.levels.bodies import bodies_inside
 from limbgram.shape.measures.table import csv_text, in_ml, tree
 
 _SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
@@ -98,7 +98,8 @@ def measure_command(
     require_apart(fit, shape)
     limb = shape_of(shape, unit).limb
     if unaligned:
-        up = Rigid(np.eye(3), np.array([0.0, 0.0, -float(limb.mesh.vertices_mm[:, 2].min())]))
+        lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
+        up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
         limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
     options = MeasureOptions(
         spacing_mm=every,
@@ -146,9 +147,13 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
         *(f"Note: {note}." for note in limb.notes),
         *(
-            [f"Note: {bodies_inside(measures.bodies_left_out)} not measured."]
-            if measures.bodies_left_out
-            else []
+            f"Note: {told}."
+            for told in left_out(
+                measures.bodies_left_out,
+                measures.loose,
+                frame="in the limb frame",
+                done="not measured",
+            )
         ),
         f"Heights in mm from {measures.reference or 'the distal end'}; lengths in mm. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),

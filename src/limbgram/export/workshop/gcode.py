@@ -20,8 +20,8 @@ from limbgram.carving.simulation import CarveCheck, Moves, check_carving
 from limbgram.carving.toolpath import Strip, Toolpath, plan_toolpath
 from limbgram.errors import CarveError
 from limbgram.export.writing import require, write_file
+from limbgram.shape.bodies import Apart, outer_bodies
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.surface.mesh import Mesh
 
 _ROUNDING = 0.0005 + 1e-9
@@ -44,7 +44,9 @@ class GcodeReport:
     check: CarveCheck
     shape_sha256: str
     bodies_left_out: int
-    """Bodies inside the limb, such as bones, that nothing was carved of."""
+    """Bodies inside the limb, such as bones, and loose ones beside it: none were carved."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
 
 
 def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
@@ -61,6 +63,7 @@ def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
     points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     whole = Mesh(vertices_mm=points, faces=limb.mesh.faces)
     outside = outer_bodies(whole)
+    outside.require_one_limb()
     mesh = outside.mesh
     toolpath = plan_toolpath(mesh, options)
     shape_hash = hash_of_shape(whole)
@@ -85,6 +88,7 @@ def write_gcode(limb: Limb, path: Path, options: CarveOptions) -> GcodeReport:
         check=found[0],
         shape_sha256=shape_hash,
         bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
     )
 
 

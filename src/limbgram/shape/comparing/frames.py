@@ -6,10 +6,10 @@ import numpy as np
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape import bodies
 from limbgram.shape.frame.alignment import AlignOptions, align
 from limbgram.shape.frame.axis import fit_axis
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels import bodies
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges
 
@@ -48,9 +48,9 @@ def axes_of(limb: Limb) -> Axes:
 
 
 def outside_of(limb: Limb) -> Limb:
-    """The limb without bodies inside it, such as the bones of a model, and a note of them."""
+    """The limb without bodies inside it or loose beside it, and notes of them."""
     name = limb.name or "a shape"
-    return bodies.outside_of(limb, lambda count: f"{bodies.bodies_inside(count, name)} left out.")
+    return bodies.outside_of(limb, name, stop=".")
 
 
 def in_limb_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:

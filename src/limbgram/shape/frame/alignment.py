@@ -15,6 +15,7 @@ import numpy as np
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Matrix3, Vector3
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.bodies import outer_bodies
 from limbgram.shape.frame.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.shape.frame.landmarks import Facing, Kind, known_names, landmark
 from limbgram.shape.limb import Landmark, Limb, LimbFrame, Side
@@ -54,6 +55,9 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     Raises:
         MeasureError: proximal or anterior is not told, or told in contradiction.
     """
+    found = outer_bodies(limb.mesh)
+    found.require_one_limb()
+    whole, limb = limb, limb.with_mesh(found.mesh)
     axis = (
         fit_axis(limb.mesh, options.fit)
         if options.axis is None
@@ -66,7 +70,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
         tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
         frame = _frame(limb, axis.point_mm, tilt.rotation @ frame.rotation)
     _require_agreement(limb, frame, options)
-    return replace(limb, frame=LimbFrame(limb_from_mesh=frame, side=options.side))
+    return replace(whole, frame=LimbFrame(limb_from_mesh=frame, side=options.side))
 
 
 def _proximal(limb: Limb, axis: Axis, options: AlignOptions) -> Vector3:

@@ -2,8 +2,8 @@
 
 In      an aligned Limb, and which heights, lengths, volumes and tape readings are wanted.
 Out     Measures: a row for every height, with figures or the reason why there are none.
-Fails   MeasureError: the limb is not aligned, no height has an answer, or a volume, length or tape
-        reading that was asked for has none.
+Fails   MeasureError: the limb is not aligned, there are several, no height has an answer, or a
+        volume, length or tape reading that was asked for has none.
 """
 
 import math
@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from limbgram.errors import MeasureError, OptionsError
+from limbgram.shape.bodies import Apart, outer_bodies
 from limbgram.shape.frame.landmarks import landmark
 from limbgram.shape.frame.posture import frame_of, in_limb_frame
 from limbgram.shape.limb import Limb
 from limbgram.shape.measures.lengths import Length, Place, length_between
-from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.shape.measures.levels.cutting import Level, Refused, levels_at
 from limbgram.shape.measures.levels.figures import MEASURES, Figure, Sigmas, tape_mm
 from limbgram.shape.measures.levels.volumes import DISTAL_END, Volumes
@@ -87,13 +87,16 @@ class Measures:
     lengths: tuple[Length, ...]
     tape: tuple[TapeCheck, ...]
     bodies_left_out: int
-    """Closed pieces inside the limb, such as bones, that were not measured."""
+    """Pieces inside the limb, such as bones, and loose ones beside it: not measured."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
 
 
 def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
     """Measure an aligned limb."""
     bare = limb if options.sock_mm is None else without_sock(limb, options.sock_mm)
     outside = outer_bodies(in_limb_frame(bare))
+    outside.require_one_limb()
     sigmas = Sigmas.of(outside.mesh)
     zero = _reference_mm(bare, options.reference)
     heights = _heights(sigmas, zero, options)
@@ -116,6 +119,7 @@ def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
         ),
         tape=_tape(sigmas, zero, options.tape),
         bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
     )
 
 

@@ -53,6 +53,10 @@ def tree(measures: Measures) -> dict[str, Any]:
         "side": None if frame is None else frame.side,
         "sock_taken_off_mm": measures.limb.sock_mm,
         "bodies_left_out": measures.bodies_left_out,
+        "loose_bodies": [
+            {"in_limb_mm": body.place_mm.tolist(), "size_mm": body.size_mm}
+            for body in measures.loose
+        ],
         "reference": measures.reference or "distal end",
         "reference_height_mm": measures.reference_mm,
         "levels": [_level(row) for row in measures.rows],

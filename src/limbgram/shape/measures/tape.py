@@ -15,10 +15,10 @@ from jaxtyping import Float64
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Points2, Points3
+from limbgram.shape.bodies import outer_bodies
 from limbgram.shape.frame.landmarks import with_landmarks
 from limbgram.shape.frame.posture import frame_of, in_limb_frame, with_vertices_in_limb
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.shape.measures.levels.cutting import Level, level_at
 from limbgram.shape.measures.levels.figures import Figure, area_mm2, tape_mm
 
@@ -120,7 +120,9 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
     heights = heights[order]
     wanted = np.array([readings[k].girth_mm for k in order])
     start = in_limb_frame(limb)
-    skin = outer_bodies(start).mesh
+    outside = outer_bodies(start)
+    outside.require_one_limb()
+    skin = outside.mesh
     levels = [level_at(skin, float(height)) for height in heights]
     middles = np.stack([_middle(level) for level in levels])
     before = np.array([tape_mm(level).value for level in levels])

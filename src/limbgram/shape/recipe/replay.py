@@ -2,17 +2,17 @@
 
 The same recipe on the same limb gives the same bytes, whenever and on however many threads. Bodies
 inside the limb, such as bones, take no part and are left out first: edits would push them into its
-skin.
+skin. So are loose bodies beside it.
 """
 
 from dataclasses import dataclass
 
 from limbgram.errors import EditError, OptionsError
 from limbgram.run import track
+from limbgram.shape.bodies import outside_of
 from limbgram.shape.edits.editing import do_edit
 from limbgram.shape.edits.solids.making import Mirror
 from limbgram.shape.limb import Limb
-from limbgram.shape.measures.levels.bodies import bodies_inside, outside_of
 from limbgram.shape.recipe.ledger import (
     Ledger,
     Line,
@@ -37,7 +37,7 @@ def replay(recipe: Recipe, limb: Limb) -> Replayed:
     Raises:
         EditError: an edit was refused; the message says which.
     """
-    limb = outside_of(limb, lambda count: f"{bodies_inside(count, as_bones=True)} left out")
+    limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
     lines: list[Line] = []
     figures = figures_of(limb, levels)

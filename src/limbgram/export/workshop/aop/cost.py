@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float64
 from limbgram.carving import Mapped
 from limbgram.carving.slab import clipped, distance_to, volume_between_mm3
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.bodies import Apart, Outside
 from limbgram.shape.reading.aop import AopReading
 from limbgram.surface.mesh import Mesh
 
@@ -66,7 +67,9 @@ class AopReport:
     axis_from_limb: Rigid
     """The motion to the file's axis; none unless another axis was fitted."""
     bodies_left_out: int
-    """Bodies inside the limb, such as bones."""
+    """Bodies inside the limb, such as bones, and loose ones beside it."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
     held: AopReading
     """The file as it was read back."""
 
@@ -87,7 +90,7 @@ def cost_of(
     mapped: Mapped,
     held: AopReading,
     axis_from_limb: Rigid,
-    bodies_left_out: int,
+    outside: Outside,
 ) -> AopReport:
     """Compare the file as it was read back with the mesh, which is in the frame of its axis."""
     found = held.radius_map
@@ -114,7 +117,8 @@ def cost_of(
         cap=_cap(mesh, file, mapped.first_mm, cap_mm) if begin else None,
         mapped=mapped,
         axis_from_limb=axis_from_limb,
-        bodies_left_out=bodies_left_out,
+        bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
         held=held,
     )
 

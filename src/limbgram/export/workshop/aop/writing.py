@@ -19,8 +19,8 @@ from limbgram.export.workshop.aop.axis import fitted_axis
 from limbgram.export.workshop.aop.cost import AopReport, cost_of
 from limbgram.export.writing import require, write_file
 from limbgram.geometry.rigid import Rigid, angle_between_deg
+from limbgram.shape.bodies import outer_bodies
 from limbgram.shape.limb import Limb, LimbFrame
-from limbgram.shape.measures.levels.bodies import outer_bodies
 from limbgram.shape.reading.aop import (
     PLACE_COMMENT,
     AopReading,
@@ -68,6 +68,7 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
     _check(options)
     points = frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
     outside = outer_bodies(Mesh(vertices_mm=points, faces=limb.mesh.faces))
+    outside.require_one_limb()
     axis_from_limb, mesh, mapped = _mapped(outside.mesh, options)
     frame = replace(frame, limb_from_mesh=axis_from_limb @ frame.limb_from_mesh)
     place = _limb_from_file(axis_from_limb, mapped) if options.axis == "fit" else None
@@ -87,7 +88,7 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
         )
 
     write_file(path, encode, check)
-    return cost_of(path, mesh, mapped, held[0], axis_from_limb, outside.bodies_left_out)
+    return cost_of(path, mesh, mapped, held[0], axis_from_limb, outside)
 
 
 def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
