@@ -6,6 +6,7 @@ CASE/stages/NAME/     one folder a stage: product.json, arrays.npz, stage.json (
 CASE/deliverables/    the files for other programs
 CASE/report/          pictures; CASE/report.html shows them; CASE/summary.json has the figures
 CASE/accuracy.*       what the case knows of its own error: JSON, page, PDF
+CASE/accuracy-truth.* the same beside a truth that it was compared with
 CASE/case.json        versions, hashes, verdicts, timings
 CASE/log.txt          what the libraries said
 """
@@ -68,8 +69,11 @@ class CaseFolder:
     def page(self) -> Path:
         return self.root / "report.html"
 
-    def accuracy(self, suffix: Literal["json", "html", "pdf"]) -> Path:
-        return self.root / f"accuracy.{suffix}"
+    def accuracy(
+        self, suffix: Literal["json", "html", "pdf"], *, against_truth: bool = False
+    ) -> Path:
+        """What the case says of itself, or what a comparison with a truth said."""
+        return self.root / f"accuracy{'-truth' if against_truth else ''}.{suffix}"
 
     def camera_file(self, idx: int) -> Path:
         return self.root / ("camera.json" if idx == 0 else f"camera-{idx + 1}.json")

@@ -1,4 +1,8 @@
-"""Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf."""
+"""Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf.
+
+A comparison with a truth goes into accuracy-truth.* beside them: the case's own verdict stays what
+others cite, whatever it was compared with.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +22,8 @@ from limbgram.report.pictures import Picture
 def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> dict[str, Any]:
     """Assess a finished case from what it keeps, and write page, PDF and JSON into it.
 
+    Beside a truth they have names of their own, and what the case says of itself stays.
+
     Raises:
         CaseError: it is no finished case, its products cannot be read, or the truth cannot.
     """
@@ -27,7 +33,7 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> d
     pictures = accuracy_pictures(evidence, assessment)
     with locked(case):
         write_accuracy(case, assessment, pictures)
-        with written_whole(case.accuracy("pdf")) as half:
+        with written_whole(case.accuracy("pdf", against_truth=known is not None)) as half:
             half.write_bytes(accuracy_pdf(assessment.tree, pictures))
     return assessment.tree
 
@@ -47,7 +53,8 @@ def evidence_of(case: CaseFolder, done: Reconstruction) -> Evidence:
 def write_accuracy(
     case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
 ) -> None:
-    """Write CASE/accuracy.json and the page that shows it."""
-    write_json(case.accuracy("json"), assessment.tree)
-    with written_whole(case.accuracy("html")) as half:
+    """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
+    against_truth = assessment.tree["truth"] is not None
+    write_json(case.accuracy("json", against_truth=against_truth), assessment.tree)
+    with written_whole(case.accuracy("html", against_truth=against_truth)) as half:
         half.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")

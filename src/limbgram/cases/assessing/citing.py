@@ -19,7 +19,7 @@ def cited(case: CaseFolder) -> CaseSource:
     try:
         accuracy: dict[str, Any] = json.loads(case.accuracy("json").read_text("utf-8"))
         record = json.loads(case.record.read_text("utf-8"))
-        schema, unit = accuracy["schema"], accuracy["unit"]
+        schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
         files = frozenset(str(file["sha256"]) for file in record["files"])
         hash_of_record = file_sha256(case.record)
     except (OSError, ValueError, KeyError, TypeError) as error:
@@ -31,6 +31,11 @@ def cited(case: CaseFolder) -> CaseSource:
         raise CaseError(
             f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
             "accuracy` on the case again."
+        )
+    if truth is not None:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is a comparison with a truth, not what the case "
+            "says of itself. Run `limbgram accuracy` on the case again, without --truth."
         )
     if unit != "mm":
         raise CaseError(

@@ -42,7 +42,8 @@ def accuracy_command(
     """Say how accurate a finished case is: one page, a PDF of two pages, and JSON.
 
     Reads what the case keeps and computes nothing again: residuals, rays and angles, known
-    lengths, cameras, completeness, uncertainty, and what to do for a better result.
+    lengths, cameras, completeness, uncertainty, and what to do for a better result. Beside a truth
+    the files are called accuracy-truth, and those without it stay.
     """
     folder = CaseFolder(case)
     with display(as_json) as shown:
@@ -52,15 +53,15 @@ def accuracy_command(
 
 def accuracy_lines(case: CaseFolder, tree: dict[str, Any]) -> tuple[str, ...]:
     """The assessment for people at a terminal."""
-    found = tree["findings"]
+    found, against_truth = tree["findings"], tree["truth"] is not None
     advice = [f"  {one['what']}\n    -> {one['remedy']}" for one in found[:_SHOWN]]
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
         tree["headline"],
         *_truth_lines(tree["truth"]),
         *(("What limits it:", *advice, *more) if found else ()),
-        f"Look at it: {case.accuracy('html')}",
-        f"To print or file: {case.accuracy('pdf')}",
+        f"Look at it: {case.accuracy('html', against_truth=against_truth)}",
+        f"To print or file: {case.accuracy('pdf', against_truth=against_truth)}",
     )
 
 

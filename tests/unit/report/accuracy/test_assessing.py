@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from limbgram.cases.assessing import assess_case
+from limbgram.cases.assessing.citing import cited
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.store import write_product
@@ -55,6 +56,29 @@ def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_pat
     assert truth["rms_mm"] < 1e-5  # single precision of the file
     assert truth["camera_rms_mm"] is None
     assert truth["sigma"]["robust_spread"] < 1e-3
+
+
+def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
+    with_sigmas: Evidence, tmp_path: Path
+) -> None:
+    case = CaseFolder(tmp_path / "case")
+    case.root.mkdir()
+    keep(case, with_sigmas)
+    case.record.write_text(json.dumps({"state": "finished", "files": []}))
+    assess_case(case, None, "surface")
+    own = {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")}
+    larger = with_sigmas.mesh.with_vertices(1.2 * with_sigmas.mesh.vertices_mm)
+    wrong = write_ply(larger, tmp_path / "wrong.ply", with_sigmas.metric.scale)
+    tree = assess_case(case, wrong, "frame")
+    assert tree["light"] == "red"
+    assert {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")} == own
+    beside = case.accuracy("json", against_truth=True)
+    assert json.loads(beside.read_text("utf-8")) == tree
+    assert len(list(case.root.glob("accuracy-truth.*"))) == 3
+    assert cited(case).accuracy["light"] == "green"
+    case.accuracy("json").write_bytes(beside.read_bytes())  # as earlier versions wrote it
+    with pytest.raises(CaseError, match="without --truth"):
+        cited(case)
 
 
 def test_what_is_no_finished_case_is_refused(with_sigmas: Evidence, tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ line says why.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -86,16 +85,6 @@ def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
 
 
 def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
-    truth: dict[str, Any] | None = None if case is None else case.accuracy["truth"]
-    if truth is not None:
-        return Bias(
-            step="surface",
-            bias_mm=truth["mean_mm"],
-            typical_mm=truth["rms_mm"],
-            largest_mm=None,
-            volume_share=truth["volume_error"],
-            basis="compared with a truth",
-        )
     if case is not None:
         expected = case.accuracy["expected"]
         return Bias(
