@@ -1,13 +1,16 @@
 """The limb: a surface with what a clinician knows of it."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 from limbgram.geometry.arrays import Vector3
 from limbgram.geometry.rigid import Rigid
 from limbgram.surface.mesh import Mesh
 
 Side = Literal["left", "right", "none"]
+Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
+"""Of limb: it tells what the names of landmarks mean."""
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +42,8 @@ class Limb:
     landmarks: tuple[Landmark, ...] = ()
     frame: LimbFrame | None = None
     """None until aligned."""
+    kind: Kind | None = None
+    """None until somebody said it."""
     sock_mm: float = 0.0
     """Thickness of the sock that has been taken off the surface already."""
     name: str = ""

@@ -59,7 +59,8 @@ def align_command(
         SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
     ] = None,
     kind: Annotated[
-        KindName | None, typer.Option(help="What the names of the landmarks mean.")
+        KindName | None,
+        typer.Option(help="What the names of the landmarks mean; kept with the shape."),
     ] = None,
     landmark: Annotated[
         list[str] | None,
@@ -72,17 +73,22 @@ def align_command(
         str | None, typer.Option(help="Long axis, pointing proximally, instead of the fit: +z.")
     ] = None,
     proximal: Annotated[
-        str | None, typer.Option(help="Roughly towards the body, if nothing else tells: +z.")
+        str | None,
+        typer.Option(help="Roughly towards the body, if nothing else tells, or for a foot: +z."),
     ] = None,
     anterior: Annotated[
-        str | None, typer.Option(help="Roughly forwards, instead of landmarks: +y or 0.2,-1,0.")
+        str | None,
+        typer.Option(
+            help="Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0."
+        ),
     ] = None,
     plumb: Annotated[
         str | None,
         typer.Option(help="UPPER:LOWER landmarks to lie one above the other in the side view."),
     ] = None,
     flexion: Annotated[
-        float, typer.Option(help="Turn further, degrees; positive takes the top backwards.")
+        float,
+        typer.Option(help="Turn further, -120 to 120 degrees; positive takes the top backwards."),
     ] = 0.0,
     marks: Annotated[
         bool, typer.Option("--marks", help="Only list the painted marks that are seen.")
@@ -137,6 +143,7 @@ def align_command(
         anterior=direction(anterior, "--anterior"),
         plumb=None if plumb is None else pair_of(plumb, "--plumb"),
         flexion_deg=flexion,
+        declared=read.declared,
     )
     aligned = align(
         with_landmarks(limb, landmarks_of(landmark or [], () if seen is None else seen.places_mm)),
@@ -173,6 +180,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
         "landmarks": [
             {"name": name, "in_limb_mm": place.tolist()} for name, place in places.items()
         ],
+        "kind": limb.kind,
         "notes": list(limb.notes),
         "written": str(limb_file_beside(shape)),
     }

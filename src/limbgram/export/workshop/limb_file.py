@@ -92,6 +92,7 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
                 landmarks=record.landmarks,
                 frame=record.frame,
                 sock_mm=record.sock_mm,
+                kind=record.kind,
             )
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
         require(again == written.read_bytes(), f"{path.name}: another record")

@@ -1,11 +1,9 @@
 """Frame: landmarks and the limb's axes."""
 
-from limbgram.shape.frame.alignment import AlignOptions, align
+from limbgram.shape.frame.alignment import align
 from limbgram.shape.frame.axis import Axis, AxisOptions, axis_along, fit_axis
 from limbgram.shape.frame.landmarks import (
-    KINDS,
     NAMES,
-    Kind,
     LandmarkName,
     PickOptions,
     landmark,
@@ -13,6 +11,8 @@ from limbgram.shape.frame.landmarks import (
 )
 from limbgram.shape.frame.marks import Mark, MarkOptions, find_marks
 from limbgram.shape.frame.posture import frame_of, in_limb_frame, with_vertices_in_limb
+from limbgram.shape.frame.stated import AlignOptions
+from limbgram.shape.limb import KINDS, Kind
 
 __all__ = [
     "KINDS",

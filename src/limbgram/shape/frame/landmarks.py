@@ -5,21 +5,21 @@ A name that no template knows is kept as it is; it does not turn the limb.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from types import MappingProxyType
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Vector3
-from limbgram.shape.limb import Landmark, Limb
+from limbgram.shape.limb import KINDS, Kind, Landmark, Limb
 from limbgram.surface.closest import TriangleTree
-
-Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
 """Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
+_ALIKE = 0.8
+"""Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,9 +91,29 @@ NAMES: Mapping[Kind, tuple[LandmarkName, ...]] = MappingProxyType(
 )
 
 
-def known_names(kind: Kind) -> Mapping[str, LandmarkName]:
-    """What the template of a kind of limb knows, by name."""
-    return {known.name: known for known in NAMES[kind]}
+def known_name(name: str, kind: Kind) -> LandmarkName | None:
+    """What the template of a kind of limb knows of a name; capitals do not matter."""
+    return next((row for row in NAMES[kind] if row.name == name.strip().casefold()), None)
+
+
+def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
+    """What the template of the kind knows of a name, or else any template.
+
+    A place of one name lies on the same side of every kind of limb, at another level.
+    """
+    first = () if kind is None else (kind,)
+    found = (known_name(name, one) for one in (*first, *KINDS))
+    return next((row for row in found if row is not None), None)
+
+
+def likely_meant(name: str, kind: Kind | None) -> str | None:
+    """The known name that a name of no template is a slip of the pen for."""
+    if known_anywhere(name, kind) is not None:
+        return None
+    kinds = KINDS if kind is None else (kind,)
+    names = [row.name for one in kinds for row in NAMES[one]]
+    near = get_close_matches(name.strip().casefold(), names, n=1, cutoff=_ALIKE)
+    return near[0] if near else None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.errors import ShapeFileError
-from limbgram.shape.limb import Limb
+from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
 from limbgram.shape.reading.obj import read_obj
@@ -50,6 +50,9 @@ class ShapeFile:
     sha256: str
     mm_per_unit: float
     """Millimetres in one unit of the file."""
+    declared: LimbFrame | None = None
+    """What the shape's own file says of side, front and proximal end, as an AOP does; not what its
+    limb file says."""
 
 
 def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
@@ -66,31 +69,46 @@ def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
     """Read a shape as `read_limb` does, and tell its file's hash and unit."""
     content = _content(path)
     sha256 = hash_of(content)
-    record = read_record(limb_file_beside(path), path, sha256)
-    if isinstance(record, OfAnother):
-        limb, factor = _limb(path, content, None, mm_per_unit)
-        limb = replace(limb, notes=(*limb.notes, _unused(path, record)))
-    else:
-        limb, factor = _limb(path, content, record, mm_per_unit)
-    return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor)
-
-
-def _limb(
-    path: Path, content: bytes, record: LimbRecord | None, mm_per_unit: float | None
-) -> tuple[Limb, float]:
-    """The limb, and the millimetres in one unit of its file."""
+    found = read_record(limb_file_beside(path), path, sha256)
+    record = None if isinstance(found, OfAnother) else found
     soup = _soup(path, content)
     factor = _factor(soup, record, mm_per_unit, path.name)
+    _require_one_side(soup.frame, record, path)
+    limb = _limb(path, soup, record, factor)
+    if isinstance(found, OfAnother):
+        limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
+    return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor or 1.0, declared=soup.frame)
+
+
+def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | None) -> Limb:
     sound = _measured(soup, factor, path.name)
-    notes = (*soup.notes, *sound.notes)
-    limb = Limb(mesh=sound.mesh, name=path.name, notes=notes)
+    limb = Limb(mesh=sound.mesh, name=path.name, notes=(*soup.notes, *sound.notes))
     if record is None:
         marks = tuple(
             replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
         )
-        return replace(limb, landmarks=marks, frame=soup.frame), factor or 1.0
-    known = replace(limb, landmarks=record.landmarks, frame=record.frame, sock_mm=record.sock_mm)
-    return known, factor or 1.0
+        return replace(limb, landmarks=marks, frame=soup.frame)
+    return replace(
+        limb,
+        landmarks=record.landmarks,
+        frame=record.frame,
+        sock_mm=record.sock_mm,
+        kind=record.kind,
+    )
+
+
+def _require_one_side(declared: LimbFrame | None, record: LimbRecord | None, path: Path) -> None:
+    """Refuse a limb file that makes the other limb of a shape whose own file names its side."""
+    if declared is None or record is None or record.frame is None:
+        return
+    sides = {declared.side, record.frame.side}
+    if sides == {"left", "right"}:
+        raise ShapeFileError(
+            f"{path.name} says that it is a {declared.side} limb and its limb file "
+            f"{limb_file_beside(path).name} says {record.frame.side}: one is wrong. Check it on "
+            "the patient. If it is the limb file, move it away and align again; if it is the "
+            "shape's own, have it corrected where it came from."
+        )
 
 
 def _unused(path: Path, record: OfAnother) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 
 from limbgram.errors import ShapeFileError
 from limbgram.geometry.rigid import Rigid
-from limbgram.shape.limb import Landmark, Limb, LimbFrame, Side
+from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Side
 
 _FORMAT, _VERSION = "limbgram limb", 1
 _LARGEST_BYTES = 4_000_000
@@ -41,6 +41,8 @@ class LimbRecord:
     landmarks: tuple[Landmark, ...]
     frame: LimbFrame | None
     sock_mm: float
+    kind: Kind | None
+    """None also in files older than this entry."""
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
@@ -58,6 +60,7 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
         "format": _FORMAT,
         "version": _VERSION,
         "mesh": {"file": mesh_name, "sha256": mesh_hash, "mm_per_unit": mm_per_unit},
+        "kind": limb.kind,
         "side": None if frame is None else frame.side,
         "limb_from_mesh": None
         if frame is None
@@ -120,7 +123,14 @@ def _record(tree: dict[str, Any]) -> LimbRecord:
         landmarks=tuple(_landmark(mark) for mark in marks),
         frame=None if tree["limb_from_mesh"] is None else _frame(tree),
         sock_mm=sock_mm,
+        kind=_kind(tree.get("kind")),
     )
+
+
+def _kind(listed: Any) -> Kind | None:
+    if listed is not None and listed not in KINDS:
+        raise ValueError(f"kind {listed!r}")
+    return listed
 
 
 def _landmark(tree: dict[str, Any]) -> Landmark:

@@ -25,6 +25,7 @@ def limb() -> Limb:
         landmarks=(Landmark(name="Fibula Head", position_mm=np.array([50.0, 1 / 3, -7.0])),),
         frame=LimbFrame(limb_from_mesh=motion, side="left"),
         sock_mm=0.3,
+        kind="transtibial",
     )
 
 
@@ -34,6 +35,7 @@ def test_it_keeps_everything(tmp_path: Path, limb: Limb) -> None:
     assert limb.frame is not None
     assert read.frame.side == "left"
     assert read.sock_mm == 0.3
+    assert read.kind == "transtibial"
     assert read.landmarks[0].name == "Fibula Head"
     np.testing.assert_array_equal(read.landmarks[0].position_mm, limb.landmarks[0].position_mm)
     ours, theirs = limb.frame.limb_from_mesh, read.frame.limb_from_mesh
@@ -98,6 +100,7 @@ def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
         ("format", "other"),
         ("version", 2),
         ("side", "upper"),
+        ("kind", "arm"),
         ("sock_mm", -1),
         ("sock_mm", "thin"),
         ("landmarks", [{"name": "", "position_mm": [0, 0, 0]}]),
