@@ -4,12 +4,16 @@ A command's file is imported when it is called, so the list of commands comes at
 """
 
 import os
+import sys
+from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, cast
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
+
+from limbgram.cli.replies import refuse_in_json
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -89,8 +93,36 @@ COMMANDS = {
 """Module and name of each command, and the first line of its help."""
 
 
+_UsageError: Any = typer.BadParameter.__base__
+"""What is raised where the words of a command line make no sense; typer names it nowhere else."""
+
+
 class Commands(TyperGroup):
     """All commands by name and line; the one that is called comes out of its file."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Do what the words say; with --json among them a refusal of the words is JSON too."""
+        words = sys.argv[1:] if args is None else list(args)
+        in_json = standalone_mode and "--json" in words
+        alone = standalone_mode and not in_json
+        try:
+            ended = super().main(args, prog_name, complete_var, alone, windows_expand_args, **extra)
+        except _UsageError as error:
+            if not in_json:
+                raise
+            refuse_in_json("OptionsError", error.format_message(), error.exit_code)
+            sys.exit(error.exit_code)
+        if in_json:
+            sys.exit(ended)
+        return ended
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, command, rest = super().resolve_command(ctx, args)

@@ -55,10 +55,15 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
     return answer
 
 
+def refuse_in_json(kind: str, message: str, exit_code: int) -> None:
+    """A refusal as the one JSON document on standard output."""
+    refusal = {"error": {"kind": kind, "message": message}, "exit_code": exit_code}
+    sys.stdout.write(json.dumps(refusal) + "\n")
+
+
 def _refuse(error: LimbgramError, as_json: bool) -> None:
     if as_json:
-        refusal = {"error": {"kind": type(error).__name__, "message": str(error)}}
-        sys.stdout.write(json.dumps({**refusal, "exit_code": error.exit_code}) + "\n")
+        refuse_in_json(type(error).__name__, str(error), error.exit_code)
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"

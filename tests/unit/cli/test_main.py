@@ -1,5 +1,6 @@
 """The list of commands, and commands that come out of their files when called."""
 
+import json
 import os
 import subprocess
 import sys
@@ -30,6 +31,33 @@ def test_a_mistyped_command_is_refused_with_the_nearest_name() -> None:
     answer = CliRunner().invoke(app, ["measur"])
     assert answer.exit_code == 2
     assert "'measure'" in answer.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["measure", "a.stl", "--every", "bogus"], "--every"),
+        (["measure", "a.stl", "--evry", "5"], "--evry"),
+        (["measur", "a.stl"], "'measure'"),
+        (["edit", "add"], "recipe"),
+        (["edit", "swap", "a.toml"], "'swap'"),
+    ],
+)
+def test_words_that_make_no_sense_are_refused_in_json_if_json_was_asked_for(
+    words: list[str], told: str
+) -> None:
+    answer = CliRunner().invoke(app, [*words, "--json"])
+    refusal = json.loads(answer.stdout)
+    assert answer.exit_code == refusal["exit_code"] == 2
+    assert refusal["error"]["kind"] == "OptionsError"
+    assert told in refusal["error"]["message"]
+    assert not answer.stderr
+
+
+def test_json_changes_no_other_exit_code() -> None:
+    assert CliRunner().invoke(app, ["measure", "none.stl", "--json"]).exit_code == 3
+    assert CliRunner().invoke(app, ["edit", "kinds", "--json"]).exit_code == 0
+    assert CliRunner().invoke(app, ["measure", "--help", "--json"]).exit_code == 0
 
 
 def test_the_list_of_commands_waits_for_no_library() -> None:
