@@ -155,13 +155,13 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
                 done="not measured",
             )
         ),
-        f"Heights in mm from {measures.reference or 'the distal end'}; lengths in mm. "
+        f"Heights in mm from {measures.counting}; lengths in mm. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
-            f"{_text(in_ml(row.volume_mm3), 2)} mL"
+            f"{_text(in_ml(row.volume_mm3), 2)} mL" + (f" ({row.note})" if row.note else "")
             for row in measures.volumes
         ),
         *(

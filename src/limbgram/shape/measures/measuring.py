@@ -18,11 +18,15 @@ from limbgram.shape.limb import Limb
 from limbgram.shape.measures.lengths import Length, Place, length_between
 from limbgram.shape.measures.levels.cutting import Level, Refused, levels_at
 from limbgram.shape.measures.levels.figures import MEASURES, Figure, Sigmas, tape_mm
-from limbgram.shape.measures.levels.volumes import DISTAL_END, Volumes
+from limbgram.shape.measures.levels.volumes import DISTAL_END, PROXIMAL_END, Volumes
 from limbgram.shape.measures.sock import without_sock
 from limbgram.shape.measures.tape import TapeCheck, TapeReading, check_reading
 
 _MOST_LEVELS = 5000
+_AT_ORIGIN_MM = 0.5
+"""A tip as near to the frame's origin is the distal end from which heights count."""
+_BEYOND_MM = 1.0
+"""A volume may begin or end as far beyond the limb, and as the sock is thick; it is clamped."""
 _TOUCHING_MM = 1e-6
 """Levels of even spacing that lie as near to an end of the limb only touch it."""
 
@@ -35,7 +39,8 @@ class MeasureOptions:
     heights_mm: tuple[float, ...] | None = None
     """In place of even spacing."""
     reference: str | None = None
-    """Landmark from which heights count; None for the distal end."""
+    """Landmark from which heights count; None for the limb frame's origin, where the distal
+    end was when it was aligned."""
     sock_mm: float | None = None
     """Thickness of the sock in the scan, taken off first; None takes nothing more off."""
     volumes_mm: tuple[tuple[float, float], ...] = ()
@@ -53,7 +58,7 @@ class Row:
     """One height of the table."""
 
     height_mm: float
-    """In the limb frame: from the distal end."""
+    """In the limb frame: from its origin."""
     from_reference_mm: float
     figures: Mapping[str, Figure | None]
     """By the names of MEASURES, and the volume from the distal end up to here; None where a figure
@@ -71,6 +76,8 @@ class VolumeRow:
     low_mm: float
     high_mm: float
     volume_mm3: Figure
+    note: str = ""
+    """Where a height lay just beyond the limb and its end was taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +89,8 @@ class Measures:
     reference: str | None
     reference_mm: float
     """Its height in the limb frame."""
+    tip_mm: float
+    """Height of the lowest point in the limb frame: 0 where the shape is as it was aligned."""
     rows: tuple[Row, ...]
     volumes: tuple[VolumeRow, ...]
     lengths: tuple[Length, ...]
@@ -90,6 +99,23 @@ class Measures:
     """Pieces inside the limb, such as bones, and loose ones beside it: not measured."""
     loose: tuple[Apart, ...]
     """Those beside it, in the limb frame."""
+
+    @property
+    def counted_from(self) -> str:
+        """What the heights truly count from: edits and socks move the tip away from the origin."""
+        if self.reference is not None:
+            return self.reference
+        return "distal end" if abs(self.tip_mm) <= _AT_ORIGIN_MM else "origin of the limb frame"
+
+    @property
+    def counting(self) -> str:
+        """The same in a sentence: `Heights from ...`."""
+        if self.reference is not None:
+            return self.reference
+        away = abs(self.tip_mm) > _AT_ORIGIN_MM
+        return f"the {self.counted_from}" + (
+            f"; the tip lies at {self.tip_mm:.1f} mm" if away else ""
+        )
 
 
 def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
@@ -108,10 +134,10 @@ def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
         limb=bare,
         reference=options.reference,
         reference_mm=zero,
+        tip_mm=float(sigmas.mesh.vertices_mm[:, 2].min()),
         rows=rows,
         volumes=tuple(
-            VolumeRow(low_mm=low, high_mm=high, volume_mm3=volumes.between(low + zero, high + zero))
-            for low, high in options.volumes_mm
+            _volume(volumes, zero, span, _BEYOND_MM + bare.sock_mm) for span in options.volumes_mm
         ),
         lengths=tuple(
             length_between(sigmas, _place(bare, start), _place(bare, end))
@@ -182,6 +208,31 @@ def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) 
         loops=len(level.depth),
         reason=" ".join(reasons),
         level=level,
+    )
+
+
+def _volume(
+    volumes: Volumes, zero: float, span_mm: tuple[float, float], most_beyond_mm: float
+) -> VolumeRow:
+    """A volume; a height that lies just beyond the limb stands for its end."""
+    z = volumes.sigmas.mesh.vertices_mm[:, 2]
+    ends = float(z.min()), float(z.max())
+    heights: list[float] = []
+    notes: list[str] = []
+    for height in (span_mm[0] + zero, span_mm[1] + zero):
+        beyond, end = max((ends[0] - height, ends[0]), (height - ends[1], ends[1]))
+        if 0 < beyond <= most_beyond_mm:
+            heights.append(DISTAL_END if end == ends[0] else PROXIMAL_END)
+            notes.append(
+                f"the limb ends at {end - zero:.2f} mm, which was taken for {height - zero:g} mm"
+            )
+        else:
+            heights.append(height)
+    return VolumeRow(
+        low_mm=span_mm[0],
+        high_mm=span_mm[1],
+        volume_mm3=volumes.between(*heights),
+        note="; ".join(notes),
     )
 
 

@@ -32,7 +32,7 @@ def csv_text(measures: Measures) -> str:
     sheet.writerow(
         ["height_mm", "from_reference_mm", "reference", *COLUMNS, *sigmas, "loops", "reason"]
     )
-    reference = measures.reference or "distal end"
+    reference = measures.counted_from
     for row in measures.rows:
         figures = _in_columns(row)
         values = ["" if f is None else round(f.value, _DECIMALS) for f in figures]
@@ -57,14 +57,16 @@ def tree(measures: Measures) -> dict[str, Any]:
             {"in_limb_mm": body.place_mm.tolist(), "size_mm": body.size_mm}
             for body in measures.loose
         ],
-        "reference": measures.reference or "distal end",
+        "reference": measures.counted_from,
         "reference_height_mm": measures.reference_mm,
+        "tip_height_mm": measures.tip_mm,
         "levels": [_level(row) for row in measures.rows],
         "volumes": [
             {
                 "from_mm": row.low_mm if np.isfinite(row.low_mm) else None,
                 "to_mm": row.high_mm if np.isfinite(row.high_mm) else None,
                 "volume_ml": _figure(in_ml(row.volume_mm3)),
+                "note": row.note or None,
             }
             for row in measures.volumes
         ],

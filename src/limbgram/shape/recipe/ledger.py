@@ -17,6 +17,8 @@ from limbgram.surface.sections import cut
 from limbgram.surface.topology import volume_mm3
 
 _LEVELS = 6
+_WHOLE_MM = 2 * _LEVELS
+"""A shape that is as high has its levels at whole millimetres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,10 +70,11 @@ class Ledger:
 
 
 def choose_levels(limb: Limb) -> tuple[float, ...]:
-    """Even heights over the limb."""
+    """Even heights over the limb, in whole millimetres: measuring there gives the same girths."""
     heights = _upright(limb).vertices_mm[:, 2]
     low, high = float(heights.min()), float(heights.max())
-    return tuple(low + (high - low) * (k + 0.5) / _LEVELS for k in range(_LEVELS))
+    even = [low + (high - low) * (k + 0.5) / _LEVELS for k in range(_LEVELS)]
+    return tuple(float(round(level)) if high - low >= _WHOLE_MM else level for level in even)
 
 
 def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
@@ -123,7 +126,9 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
-        texts.append("   girths " + _girths(ledger.levels_mm, old, new))
+        texts.append(
+            "   girths along the contour, by height " + _girths(ledger.levels_mm, old, new)
+        )
     return tuple(texts)
 
 
@@ -131,11 +136,11 @@ def _girths(levels_mm: tuple[float, ...], old: Figures, new: Figures) -> str:
     parts: list[str] = []
     for level, before, after in zip(levels_mm, old.girths_mm, new.girths_mm, strict=True):
         if after is None:
-            parts.append(f"{level:.0f}: -")
+            parts.append(f"{level:g}: -")
         elif before is None:
-            parts.append(f"{level:.0f}: {after:.1f}")
+            parts.append(f"{level:g}: {after:.1f}")
         else:
-            parts.append(f"{level:.0f}: {after:.1f} ({after - before:+.1f})")
+            parts.append(f"{level:g}: {after:.1f} ({after - before:+.1f})")
     return ", ".join(parts) + " mm"
 
 

@@ -23,6 +23,7 @@ N = 96
 CORNERS = 2 * N * math.sin(math.pi / N)
 """Length round the polygon of radius 1."""
 UNIT = 0.5 * N * math.sin(2 * math.pi / N)
+ORIGIN = "origin of the limb frame"
 POSE = Rigid.from_rotation_vector(np.array([0.4, -1.0, 0.7]), np.array([200.0, -30, 55]))
 
 
@@ -214,6 +215,42 @@ def test_bones_inside_the_skin_are_not_measured(
     table = measure(aligned(hollow), MeasureOptions(heights_mm=(100.0,)))
     assert table.bodies_left_out == 0
     assert value(table.rows[0].figures, "area_mm2") == pytest.approx(UNIT * (2500 - 144), rel=1e-9)
+
+
+def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
+    """A tip that an edit moved by 5 mm is no origin any more; 0.3 mm of sock change no words."""
+    at_40 = MeasureOptions(heights_mm=(40.0,))
+    for up_mm, counted in ((0.3, "distal end"), (-0.3, "distal end"), (5.0, ORIGIN), (-2, ORIGIN)):
+        raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, up_mm]))
+        table = measure(aligned(raised), at_40)
+        assert table.counted_from == counted
+        assert table.tip_mm == pytest.approx(up_mm)
+        assert tree(table)["reference"] == counted
+        assert tree(table)["tip_height_mm"] == pytest.approx(up_mm)
+        assert next(csv.DictReader(io.StringIO(csv_text(table))))["reference"] == counted
+        assert ("the tip lies at" in table.counting) == (counted == ORIGIN)
+    assert table.counting == f"the {ORIGIN}; the tip lies at -2.0 mm"
+    limb = aligned(raised, ("knee", 50, 0, 160.0))
+    assert measure(limb, MeasureOptions(heights_mm=(-100,), reference="knee")).counting == "knee"
+
+
+def test_a_volume_from_just_below_the_tip_begins_at_the_tip(cylinder: Mesh) -> None:
+    """0.31 mm of the limb's end gone with the sock, as in a thin nylon's."""
+    raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, 0.31]))
+    spans = ((0.0, 100.0), (100.0, 0.0), (100.0, 200.9), (50.0, 100.0))
+    table = measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=spans))
+    high = [row.volume_mm3.value / (UNIT * 2500) for row in table.volumes]
+    assert high == pytest.approx([99.69, -99.69, 100.31, 50.0], rel=1e-9)
+    notes = [row.note for row in table.volumes]
+    assert notes[0] == "the limb ends at 0.31 mm, which was taken for 0 mm"
+    assert notes[2] == "the limb ends at 200.31 mm, which was taken for 200.9 mm"
+    assert notes[3] == ""
+    for low, most in ((-0.8, 100.0), (50.0, 201.5)):
+        with pytest.raises(MeasureError, match="or `end`"):
+            measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=((low, most),)))
+    in_sock = replace(aligned(raised), sock_mm=2.0)
+    table = measure(in_sock, MeasureOptions(heights_mm=(40.0,), volumes_mm=((-2.5, 100.0),)))
+    assert table.volumes[0].volume_mm3.value == pytest.approx(UNIT * 2500 * 99.69, rel=1e-9)
 
 
 def test_what_cannot_be_asked_is_refused(cylinder: Mesh) -> None:

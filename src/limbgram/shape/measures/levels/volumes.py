@@ -96,7 +96,7 @@ class Volumes:
             if np.isnan(height) or (np.isfinite(height) and not ends[0] <= height <= ends[1]):
                 raise MeasureError(
                     f"There is no volume up to {height:.2f} mm: the limb reaches from "
-                    f"{ends[0]:.2f} to {ends[1]:.2f} mm. Choose heights between them."
+                    f"{ends[0]:.2f} to {ends[1]:.2f} mm. Choose heights between them, or `end`."
                 )
         open_here = (self.border[:, 0] < high_mm) & (self.border[:, 1] > low_mm)
         if open_here.any():

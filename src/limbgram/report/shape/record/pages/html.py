@@ -81,5 +81,5 @@ def _recipe(tree: Tree) -> Iterator[str]:
         '<p class="note">Largest and mean: how far the surface moved, + outwards. Volume: of the '
         "closed shape, an open brim closed from its middle.</p>"
     )
-    yield "<h3>Girths after each edit, by height from the distal end (contour, mm)</h3>"
+    yield "<h3>Girths after each edit, by height in the limb frame (contour, mm)</h3>"
     yield table(*words.girth_ledger(tree))
