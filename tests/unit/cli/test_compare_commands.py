@@ -90,6 +90,22 @@ def test_two_shapes(shapes, tmp_path: Path) -> None:
     assert spoken.stdout.splitlines()[0] == found["verdict"]
 
 
+def test_a_shape_made_from_the_other_is_taken_as_it_lies(shapes) -> None:
+    """1.0201 times the volume; laid by shape the wider dome rises on the other one."""
+    words = ("compare", shapes["first"], shapes["wide"])
+    found, by_shape = answered(*words), answered(*words, "--align", "icp")
+    assert found["alignment"]["way"] == "as-is"
+    assert "one was made from the other" in found["verdict"]
+    assert found["volume"]["ml"]["share"] == pytest.approx(0.0201, abs=1e-4)
+    assert by_shape["alignment"]["way"] == "icp"
+    assert by_shape["alignment"]["slid_from_frames_mm"] > 0.1
+    spoken = RUNNER.invoke(app, list(words)).stdout
+    assert "ML change  AP change  mL since last" in spoken
+    slabs = [level["volume_since_last_level_ml"]["second"] for level in found["levels"]]
+    assert sum(slabs) == pytest.approx(found["volume"]["ml"]["second"])
+    assert all("volume_below_ml" not in level for level in found["levels"])
+
+
 def test_one_limb_over_time(shapes, tmp_path: Path) -> None:
     days = ("--day", "2026-02-01", "--day", "2026-01-04", "--repeatability", "0.1")
     picture = tmp_path / "course.png"
@@ -136,6 +152,7 @@ def test_a_template_is_learned_shown_and_applied(shapes, tmp_path: Path) -> None
     learned = answered("template", "learn", *pair, "-o", str(kept), *AS_IS)
     assert learned["most_inward_mm"] == pytest.approx(-5, abs=0.2)
     assert learned["reference"] == "patellar tendon"
+    assert "limb frame on limb frame" in learned.pop("notes")[0]
     shown = answered("template", "show", str(kept), "--picture", str(tmp_path / "t.png"))
     assert shown == {**learned, "written": [str(tmp_path / "t.png")]}
     half = ("--strength", "0.5")
@@ -146,6 +163,15 @@ def test_a_template_is_learned_shown_and_applied(shapes, tmp_path: Path) -> None
     assert beside["side"] == "right"
     found = answered("compare", shapes["wide"], str(made), *AS_IS)
     assert found["surface"]["on_first"]["largest_mm"] == pytest.approx(2.5, abs=0.15)
+
+
+def test_a_template_learns_what_was_taken_off_where_the_shape_lies(shapes, tmp_path: Path) -> None:
+    learned = answered(
+        "template", "learn", shapes["first"], shapes["wide"], "-o", f"{tmp_path}/w.json"
+    )
+    assert "taken as they lie" in learned["notes"][0]
+    assert learned["most_outward_mm"] == pytest.approx(0.5, abs=0.05)
+    assert len(learned["notes"]) == 1
 
 
 def test_templates_that_cannot_be_are_refused(shapes, tmp_path: Path) -> None:

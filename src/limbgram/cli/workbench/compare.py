@@ -36,6 +36,7 @@ from limbgram.shape.comparing.telling.trees import comparison_tree, repeats_tree
 class WayName(StrEnum):
     """How shapes are laid on each other."""
 
+    AUTO = "auto"
     ICP = "icp"
     LANDMARKS = "landmarks"
     VOLUME = "volume"
@@ -48,8 +49,13 @@ def compare_command(
         list[Path], typer.Argument(help="The shape to compare with, then the other one or more.")
     ],
     way: Annotated[
-        WayName, typer.Option("--align", help="How they are laid on each other; never scaled.")
-    ] = WayName.ICP,
+        WayName,
+        typer.Option(
+            "--align",
+            help="How they are laid on each other; never scaled. auto: as they lie where one was "
+            "made from the other, else icp.",
+        ),
+    ] = WayName.AUTO,
     weight: Annotated[
         list[str] | None,
         typer.Option(help="Weight of a landmark, with --align landmarks: NAME=0.5. Repeat it."),

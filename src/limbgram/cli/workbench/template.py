@@ -58,8 +58,13 @@ def learn_command(
         str, typer.Option(help="What it is called.", show_default="the file's name")
     ] = "",
     way: Annotated[
-        WayName, typer.Option("--align", help="How each after is laid on its before.")
-    ] = WayName.ICP,
+        WayName,
+        typer.Option(
+            "--align",
+            help="How each after is laid on its before. auto: as they lie where it was made "
+            "from it, else icp.",
+        ),
+    ] = WayName.AUTO,
     reference: Annotated[
         str | None,
         typer.Option(help="Landmark from which heights count.", show_default="the most proximal"),
@@ -79,10 +84,16 @@ def learn_command(
     options = LearnOptions(
         registration=RegistrationOptions(way=way.value, brim_mm=brim), reference=reference
     )
-    template = learn(pairs, name or out.stem, options)
+    learned = learn(pairs, name or out.stem, options)
+    template, notes = learned.template, learned.notes
     written = _write(template, out)
     return Reply(
-        (*_lines(template), f"Written: {written}"), {**_tree(template), "written": [str(written)]}
+        (
+            *_lines(template),
+            *(f"Note: {note}" for note in notes),
+            f"Written: {written}",
+        ),
+        {**_tree(template), "notes": list(notes), "written": [str(written)]},
     )
 
 

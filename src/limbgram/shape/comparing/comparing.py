@@ -21,6 +21,7 @@ from limbgram.shape.comparing.registration import (
     Alignment,
     RegistrationOptions,
     as_is,
+    as_they_lie,
     by_landmarks,
     by_shape,
 )
@@ -29,6 +30,10 @@ from limbgram.shape.limb import Limb
 from limbgram.surface.mesh import Mesh
 
 _SOCK_MM = 0.01
+_SLID_MM, _LOOSE_MM, _LOOSE_GROWTH = 1.0, 0.5, 3.0
+"""From here on pointed out: a slide along the axis, its standard deviation, and what 1 mm of growth
+
+all round would slide, mm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +97,9 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
         second_in_limb=two,
         deviation=deviation(one, two, brim_mm),
         radial=radial,
-        levels=changes_by_level(one, two, shared_heights_mm(one, two, options.spacing_mm)),
+        levels=changes_by_level(
+            one, two, shared_heights_mm(one, two, options.spacing_mm), alignment.slide_sigma_mm
+        ),
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -104,10 +111,51 @@ def lay(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> 
             return by_landmarks(first, second, options.landmark_weights)
         case "as-is":
             return as_is(first, second)
+        case "auto":
+            return as_they_lie(first, second) or _by_shape(first, second, axes, options)
         case "icp":
-            return by_shape(first, second, options)
+            return _by_shape(first, second, axes, options)
         case "volume":
             return _by_volume(first, second, axes, options)
+
+
+def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """By shape, and how sure its place along the axis is."""
+    laid = by_shape(first, second, options)
+    loose = laid.looseness
+    if loose is None:
+        return laid
+    along = axes.limb_from_mesh.rotation[2]
+    sigma_mm = float(np.sqrt(along @ loose.covariance_mm2 @ along))
+    growth = float(along @ loose.growth_shift)
+    place = f"its place along the long axis is known to ± {sigma_mm:.2f} mm (1 sigma)"
+    slid_mm = _slid_mm(first, second, axes, laid)
+    if slid_mm is not None:
+        place += f" and lies {slid_mm:+.2f} mm from where the limb frames put it"
+    notes = list(laid.notes)
+    if abs(slid_mm or 0.0) > _SLID_MM or sigma_mm > _LOOSE_MM or abs(growth) > _LOOSE_GROWTH:
+        notes.append(
+            f"Laid by shape, the second slides along the long axis: {place}. 1 mm taken off or "
+            f"added all round passes for a slide of {abs(growth):.1f} mm, and girths and volumes "
+            "move with it. If one shape was made from the other, or both are aligned well, take "
+            "them as they lie (--align as-is); landmarks do not slide either."
+        )
+    return replace(
+        laid,
+        sentence=f"{laid.sentence}; {place}",
+        slide_sigma_mm=sigma_mm,
+        slid_mm=slid_mm,
+        notes=tuple(notes),
+    )
+
+
+def _slid_mm(first: Limb, second: Limb, axes: Axes, laid: Alignment) -> float | None:
+    """Along the first's long axis, from where the limb frames say that the second lies."""
+    if first.frame is None or second.frame is None or laid.looseness is None:
+        return None
+    middle = laid.looseness.middle_mm[None]
+    told = as_is(first, second).first_from_second @ laid.first_from_second.inverse
+    return float((middle - told.apply(middle))[0] @ axes.limb_from_mesh.rotation[2])
 
 
 def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:

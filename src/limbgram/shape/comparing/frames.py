@@ -7,8 +7,9 @@ import numpy as np
 from limbgram.errors import MeasureError
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import bodies
-from limbgram.shape.frame.alignment import AlignOptions, align
+from limbgram.shape.frame.alignment import align
 from limbgram.shape.frame.axis import fit_axis
+from limbgram.shape.frame.stated import AlignOptions
 from limbgram.shape.limb import Limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_half_edges

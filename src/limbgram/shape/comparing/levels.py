@@ -18,6 +18,8 @@ COMPARED = ("tape_mm", "contour_mm", "ml_mm", "ap_mm", "area_mm2")
 PLY_SHARE = 0.011
 """Volume of one sock ply (Sanders et al.: the limit that 4 of 10 fabricators kept)."""
 _CLEAR_MM = 0.5
+_STEP_MM = 0.4
+"""Up and down from a level to see how figures change along the axis; less than what is clear."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,8 @@ class LevelChange:
     height_mm: float
     measures: dict[str, Change]
     """By the names of COMPARED; empty where a shape has no whole section."""
-    below: Change | None
-    """Volume from the level below, or from the distal end, to this one, mm3."""
+    since_last: Change | None
+    """Volume of the slab from the last level, or from the distal end, to this one, mm3."""
     reason: str | None
     """Why there are no measures."""
 
@@ -98,20 +100,36 @@ def shared_heights_mm(
 
 
 def changes_by_level(
-    first_in_limb: Mesh, second_in_limb: Mesh, heights_mm: tuple[float, ...]
+    first_in_limb: Mesh,
+    second_in_limb: Mesh,
+    heights_mm: tuple[float, ...],
+    slide_sigma_mm: float = 0.0,
 ) -> LevelChanges:
-    """Measure both shapes at and between the same heights."""
+    """Measure both shapes at and between the same heights.
+
+    Args:
+        slide_sigma_mm: Standard deviation of where the second lies along the axis; it goes into
+            the sigmas of the second's figures.
+    """
     sigmas = Sigmas.of(first_in_limb), Sigmas.of(second_in_limb)
     volumes = Volumes.of(sigmas[0]), Volumes.of(sigmas[1])
     cuts = [levels_at(mesh, heights_mm) for mesh in (first_in_limb, second_in_limb)]
     closed = not any(_open_below(mesh) for mesh in (first_in_limb, second_in_limb))
     low = DISTAL_END if closed else heights_mm[0]
-    volume = _volume(volumes, low, heights_mm[-1])
+    if second_in_limb.sigma_mm is None:
+        slide_sigma_mm = 0.0
+    slides = [{}] * len(heights_mm)
+    if slide_sigma_mm > 0:
+        slides = _slides(second_in_limb, heights_mm, slide_sigma_mm)
+    lost = [slide_sigma_mm * _area_mm2(cut) for cut in cuts[1]]
+    volume = _volume(volumes, low, heights_mm[-1], lost[-1] - (0 if closed else lost[0]))
     levels: list[LevelChange] = []
-    for height, one, two in zip(heights_mm, *cuts):
-        slab = _volume(volumes, low, height) if height > low else None
-        levels.append(_level(sigmas, one, two, slab if isinstance(slab, Change) else None))
-        low = height
+    below = 0.0
+    for height, one, two, slide, above in zip(heights_mm, *cuts, slides, lost):
+        slab = _volume(volumes, low, height, above - below) if height > low else None
+        slab = slab if isinstance(slab, Change) else None
+        levels.append(_level(sigmas, one, two, slab, slide))
+        low, below = height, above
     return LevelChanges(
         levels=tuple(levels),
         volume=volume if isinstance(volume, Change) else None,
@@ -122,7 +140,11 @@ def changes_by_level(
 
 
 def _level(
-    sigmas: tuple[Sigmas, Sigmas], one: Level | Refused, two: Level | Refused, below: Change | None
+    sigmas: tuple[Sigmas, Sigmas],
+    one: Level | Refused,
+    two: Level | Refused,
+    since_last: Change | None,
+    slide: dict[str, float],
 ) -> LevelChange:
     reasons = [level.reason for level in (one, two) if isinstance(level, Refused)]
     measures: dict[str, Change] = {}
@@ -130,18 +152,50 @@ def _level(
         for name in COMPARED:
             sloped = MEASURES[name](one), MEASURES[name](two)
             if sloped[0] is not None and sloped[1] is not None:
-                measures[name] = Change(
-                    sigmas[0].figure(one, sloped[0]), sigmas[1].figure(two, sloped[1])
-                )
+                second = _loosened(sigmas[1].figure(two, sloped[1]), slide.get(name, 0.0))
+                measures[name] = Change(sigmas[0].figure(one, sloped[0]), second)
     return LevelChange(
         height_mm=one.height_mm,
         measures=measures,
-        below=below,
+        since_last=since_last,
         reason=reasons[0] if reasons else None,
     )
 
 
-def _volume(volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float) -> Change | str:
+def _slides(
+    mesh_in_limb: Mesh, heights_mm: tuple[float, ...], slide_sigma_mm: float
+) -> list[dict[str, float]]:
+    """By height and name: standard deviation of a figure from that of where the shape lies."""
+    ends = [
+        levels_at(mesh_in_limb, [h + step for h in heights_mm]) for step in (-_STEP_MM, _STEP_MM)
+    ]
+    slides: list[dict[str, float]] = []
+    for under, over in zip(*ends):
+        slide: dict[str, float] = {}
+        if not isinstance(under, Refused) and not isinstance(over, Refused):
+            for name in COMPARED:
+                low, high = MEASURES[name](under), MEASURES[name](over)
+                if low is not None and high is not None:
+                    slope = (high.value - low.value) / (2 * _STEP_MM)
+                    slide[name] = abs(slope) * slide_sigma_mm
+        slides.append(slide)
+    return slides
+
+
+def _loosened(figure: Figure, slide: float) -> Figure:
+    if figure.sigma is None:
+        return figure
+    return Figure(figure.value, math.hypot(figure.sigma, slide))
+
+
+def _area_mm2(level: Level | Refused) -> float:
+    area = None if isinstance(level, Refused) else MEASURES["area_mm2"](level)
+    return 0.0 if area is None else area.value
+
+
+def _volume(
+    volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float, slide_mm3: float
+) -> Change | str:
     if not low_mm < high_mm:
         return (
             "The shapes share one level only and are open below it, so there is no volume between "
@@ -151,7 +205,7 @@ def _volume(volumes: tuple[Volumes, Volumes], low_mm: float, high_mm: float) -> 
         first, second = (volume.between(low_mm, high_mm) for volume in volumes)
     except MeasureError as error:
         return str(error)
-    return Change(first, second)
+    return Change(first, _loosened(second, slide_mm3))
 
 
 def _open_below(mesh_in_limb: Mesh) -> bool:

@@ -2,12 +2,13 @@
 
 from limbgram.shape.templates.applying import Applied, apply_template
 from limbgram.shape.templates.files import encode_template, read_template
-from limbgram.shape.templates.learning import LearnOptions, Pair, learn
+from limbgram.shape.templates.learning import Learned, LearnOptions, Pair, learn
 from limbgram.shape.templates.template import Template, TemplateMark
 
 __all__ = [
     "Applied",
     "LearnOptions",
+    "Learned",
     "Pair",
     "Template",
     "TemplateMark",

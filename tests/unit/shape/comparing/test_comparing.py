@@ -87,8 +87,8 @@ def test_one_ply_of_volume_is_one_ply(make_limb) -> None:
     for level in found.levels:
         assert level.measures["tape_mm"].share == pytest.approx(np.sqrt(1.011) - 1, abs=1e-9)
         assert level.measures["area_mm2"].share == pytest.approx(0.011, abs=1e-9)
-        assert level.below.share == pytest.approx(0.011, abs=1e-9)
-    whole = sum(level.below.difference for level in found.levels)
+        assert level.since_last.share == pytest.approx(0.011, abs=1e-9)
+    whole = sum(level.since_last.difference for level in found.levels)
     assert whole == pytest.approx(found.volume.difference)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.shape.templates.significance import found_alike, robust
+from limbgram.shape.templates.learning.significance import found_alike, robust
 
 HEIGHTS, ANGLES = 24, 40
 SPACING_MM = 5.0

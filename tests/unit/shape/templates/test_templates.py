@@ -19,6 +19,7 @@ from limbgram.shape.templates import (
 from limbgram.shape.templates.charts import plain_chart, pulled_chart
 from limbgram.shape.templates.fields import fit_field, node_heights, read_field
 from limbgram.shape.templates.files import decode_template
+from limbgram.surface.topology import volume_mm3
 
 AS_IS = LearnOptions(registration=RegistrationOptions(way="as-is"))
 BUILDS = [
@@ -54,12 +55,12 @@ def pairs_of(bench, noise_mm: float) -> list[Pair]:
 def own(bench):
     limb = bench.limb_of(bench.build())
     done = bench.after(limb, bench.rectification(limb))
-    return learn([Pair(before=limb, after=done)], "own", AS_IS)
+    return learn([Pair(before=limb, after=done)], "own", AS_IS).template
 
 
 @pytest.fixture(scope="module")
 def learned(bench):
-    return learn(pairs_of(bench, 0.4), "learned", AS_IS)
+    return learn(pairs_of(bench, 0.4), "learned", AS_IS).template
 
 
 def test_one_pair_gives_back_what_was_done_to_it(bench, own) -> None:
@@ -93,7 +94,7 @@ def test_the_spread_is_that_of_the_pairs(learned) -> None:
 
 
 def test_three_pairs_are_enough_for_what_stands_out(bench) -> None:
-    found = learn(pairs_of(bench, 0.4)[:3], "three", AS_IS)
+    found = learn(pairs_of(bench, 0.4)[:3], "three", AS_IS).template
     assert found.displacement_mm.min() == pytest.approx(-6, abs=0.6)
     assert found.displacement_mm.max() == pytest.approx(4, abs=0.6)
     assert (found.displacement_mm != 0).mean() < 0.35
@@ -115,7 +116,7 @@ def test_one_spoilt_pair_of_five_hardly_counts(bench) -> None:
     pairs = pairs_of(bench, 0.0)
     limb = bench.limb_of(bench.build())
     wrong = bench.after(limb, bench.rectification(limb, {"tibial crest": 8.0}))
-    spoilt = learn([*pairs[1:], Pair(before=limb, after=wrong)], "spoilt", AS_IS)
+    spoilt = learn([*pairs[1:], Pair(before=limb, after=wrong)], "spoilt", AS_IS).template
     applied = apply_template(limb, spoilt)
     crest = next(m.position_mm for m in limb.landmarks if m.name == "tibial crest")
     near = np.linalg.norm(limb.mesh.vertices_mm - crest, axis=1) < 5
@@ -125,7 +126,7 @@ def test_one_spoilt_pair_of_five_hardly_counts(bench) -> None:
 def test_pairs_may_lie_anywhere_if_laid_by_shape(bench) -> None:
     limb = bench.limb_of(bench.build())
     done = replace(bench.after(limb, bench.rectification(limb)), frame=None)
-    found = learn([Pair(before=bench.lying(limb, 3), after=bench.lying(done, 4))], "laid")
+    found = learn([Pair(before=bench.lying(limb, 3), after=bench.lying(done, 4))], "laid").template
     error = apply_template(limb, found).moved_mm - bench.rectification(limb)
     assert rms(error[below_brim(limb)]) < 0.1
 
@@ -252,3 +253,32 @@ def test_enormous_displacements_in_a_file_are_refused(own) -> None:
     tree["displacement_mm"][3] = tree["displacement_mm"][3].replace("0.00", "1e9", 1)
     with pytest.raises(ValueError, match="cannot be"):
         decode_template(json.dumps(tree).encode())
+
+
+def test_two_limbs_are_no_rectification(bench) -> None:
+    """25 % wider: more than 10 mm off all round."""
+    limb, other = bench.limb_of(bench.build()), bench.limb_of(bench.build(size=1.25, squeeze=0.1))
+    done = bench.after(limb, bench.rectification(limb))
+    (warned,) = (
+        note
+        for note in learn([Pair(before=limb, after=other)], "two", AS_IS).notes
+        if "RMS" in note
+    )
+    assert "more than a rectification does" in warned
+    told = learn([Pair(before=limb, after=done)], "one", AS_IS).notes
+    assert not any("more than a rectification" in note for note in told)
+
+
+def test_by_default_a_pair_is_taken_as_it_lies(bench) -> None:
+    """3 % of girth off the lower half: by shape the limb would slide and hide a part of it."""
+    limb = bench.lying(bench.limb_of(bench.build()), 7)
+    inside = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    inside[:, :2] *= 1 - np.interp(inside[:, 2], [20, 160], [0.03, 0.0])[:, None]
+    done = limb.with_mesh(limb.mesh.with_vertices(limb.frame.limb_from_mesh.inverse.apply(inside)))
+    learned = learn([Pair(before=limb, after=done)], "reduction")
+    assert any("taken as they lie" in note for note in learned.notes)
+    applied = apply_template(limb, learned.template).limb
+    true_mm3, found_mm3 = (
+        volume_mm3(shape.mesh) - volume_mm3(limb.mesh) for shape in (done, applied)
+    )
+    assert found_mm3 == pytest.approx(true_mm3, rel=0.03)

@@ -149,7 +149,7 @@ def _compare(
     shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
 ) -> Comparison:
     """The shape less the other one."""
-    way: Way = "as-is" if done is not None and done.apart_mm is not None else "icp"
+    way: Way = "as-is" if done is not None and done.apart_mm is not None else "auto"
     return compare(
         other.limb,
         shape.limb,

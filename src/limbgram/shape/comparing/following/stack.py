@@ -53,7 +53,11 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     heights = tuple(sorted(shared))
     if not heights:
         raise MeasureError("The scans share no level: look at their alignment.")
-    against = [changes_by_level(meshes[0], mesh, heights) for mesh in meshes]
+    loose_mm = [0.0, *(alignment.slide_sigma_mm for alignment in alignments)]
+    against = [
+        changes_by_level(meshes[0], mesh, heights, sigma_mm)
+        for mesh, sigma_mm in zip(meshes, loose_mm)
+    ]
     for limb, change in zip(limbs, against):
         if change.volume is None:
             raise MeasureError(f"{limb.name or 'A scan'}: {change.reason}")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.geometry.arrays import Points3
+from limbgram.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.comparing.counterparts import Counterparts, Ground
 
@@ -27,8 +27,24 @@ _NEARLY_STILL_MM = 0.05
 """From here on it stays settled which places have a counterpart: else those at brims flicker."""
 _TOUCHING_MM = 1e-6
 """Nearer than this the way to the nearest place is rounding, and the normal stands for it."""
+_PATCH = 0.5
+"""Side of a patch whose places err alike, in shares of the mean reach of the surface."""
 _LOOSE = 3e-5
 """A motion is undetermined if the surface answers it by less than the root of this, mm per mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Looseness:
+    """How freely the second surface still slides on the first, in the first's frame."""
+
+    middle_mm: Vector3
+    """Of the places that count."""
+    covariance_mm2: Matrix3
+    """Of a shift there, whatever turns with it: patches err alike, and growth all round of the size
+
+    by which they still differ would pass for a shift."""
+    growth_shift: Vector3
+    """Shift that growth of 1 mm all round would be taken for, mm per mm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +64,8 @@ class Fit:
     """Motions that hardly change the fit."""
     larger_share: float
     """By how much, as a fraction of all lengths, the second surface is larger than the first."""
+    looseness: Looseness | None
+    """None where nothing holds the surfaces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +125,7 @@ def _fit(
         converged=settled,
         undetermined=_undetermined(placed, found, weights),
         larger_share=_larger_share(placed, found, valid),
+        looseness=_looseness(placed, found, weights),
     )
 
 
@@ -119,6 +138,36 @@ def _larger_share(placed: Points3, found: Counterparts, valid: Bool[np.ndarray, 
     columns = np.column_stack([levers, normals])
     slope = float(np.linalg.lstsq(columns, found.signed_mm[valid], rcond=None)[0][0])
     return 1 / max(1 - slope, 0.1) - 1
+
+
+def _looseness(
+    placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n"]
+) -> Looseness | None:
+    """From the normal matrix and the robust distances, summed by patch: neighbours err alike.
+
+    A patch errs as one, so its whole pull counts once (the clustered sandwich estimator).
+    """
+    if np.count_nonzero(weights) < FEWEST:
+        return None
+    middle, reach_mm = _arms(placed, weights)
+    columns = _columns(placed, found.smooth_normals, middle, reach_mm)
+    normal = (columns * weights[:, None]).T @ columns / weights.sum()
+    inverse = np.linalg.pinv(normal, rcond=_SINGULAR, hermitian=True) / weights.sum()
+    cells = np.floor((placed - middle) / (_PATCH * reach_mm)).astype(int)
+    patch = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
+    pulls = columns * (weights * found.signed_mm)[:, None]
+    patches = np.zeros((int(patch.max()) + 1, 6))
+    np.add.at(patches, patch, pulls)
+    few = len(patches) / max(len(patches) - 6, 1)
+    covariance = few * inverse @ (patches.T @ patches) @ inverse
+    growth = (inverse @ (columns.T @ weights))[3:]
+    off_mm, counted = np.bincount(patch, weights * found.signed_mm), np.bincount(patch, weights)
+    off_mm2 = float(np.sum(off_mm**2 / np.maximum(counted, 1e-12)) / counted.sum())
+    return Looseness(
+        middle_mm=middle,
+        covariance_mm2=covariance[3:, 3:] + off_mm2 * np.outer(growth, growth),
+        growth_shift=growth,
+    )
 
 
 def _valid(found: Counterparts) -> Bool[np.ndarray, " n"]:

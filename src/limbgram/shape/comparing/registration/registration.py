@@ -13,25 +13,23 @@ from typing import Literal, get_args
 import numpy as np
 
 from limbgram.errors import MeasureError, OptionsError
-from limbgram.geometry.arrays import Points3
-from limbgram.geometry.rigid import Rigid, angle_between_deg
+from limbgram.geometry.rigid import Rigid
 from limbgram.geometry.similarity import fit_similarity
-from limbgram.shape.comparing.counterparts import Ground, measured_faces
-from limbgram.shape.comparing.registration.icp import FEWEST, Fit, IcpOptions, settle
-from limbgram.shape.comparing.registration.starts import possible_starts, width_mm
-from limbgram.shape.comparing.sampling import sample_evenly
+from limbgram.shape.comparing.counterparts import Ground
+from limbgram.shape.comparing.registration.descent import why_alike
+from limbgram.shape.comparing.registration.icp import IcpOptions, Looseness, settle
+from limbgram.shape.comparing.registration.mirroring import about_mirrors
+from limbgram.shape.comparing.registration.searching import FINE, MIDDLE, places_of, tried_starts
+from limbgram.shape.comparing.registration.starts import width_mm
 from limbgram.shape.limb import Limb
 
-Way = Literal["icp", "landmarks", "volume", "as-is"]
+Way = Literal["auto", "icp", "landmarks", "volume", "as-is"]
+"""auto: as they lie where one was made from the other, else by icp."""
 WAYS: tuple[Way, ...] = get_args(Way)
 
 _FEWEST_LANDMARKS = 3
 _SPREAD_MM = 5.0
 """Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
-_COARSE, _MIDDLE, _FINE = 300, 1500, 10_000
-"""Places on the second surface while starts are tried, while the best compete, and at last."""
-_KEPT = 3
-_RIVAL_COST, _RIVAL_DEG = 1.05, 10.0
 _LEAST_USED = 0.2
 _FAR_MM = 5.0
 """Surfaces that stay this far apart, root mean square, are hardly one limb."""
@@ -48,7 +46,7 @@ _LARGER = 0.03
 class RegistrationOptions:
     """How a second shape is laid on a first."""
 
-    way: Way = "icp"
+    way: Way = "auto"
     brim_mm: float = 5.0
     """Strip along open edges that takes no part."""
     landmark_weights: Mapping[str, float] = field(default_factory=dict)
@@ -70,6 +68,12 @@ class Alignment:
     """Says the way, for every report that gives figures found by it."""
     rms_mm: float | None
     """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
+    looseness: Looseness | None = None
+    """How well the shapes hold each other; None where they were not laid by shape."""
+    slide_sigma_mm: float = 0.0
+    """Standard deviation of where the second lies along the long axis, as far as it is known."""
+    slid_mm: float | None = None
+    """Along that axis, from where limb frames put it; None without frames."""
     notes: tuple[str, ...] = ()
 
 
@@ -129,6 +133,19 @@ def as_is(first: Limb, second: Limb) -> Alignment:
     return Alignment(way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None)
 
 
+def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
+    """The coordinates of both files, where one shape was made from the other; else None."""
+    reason = why_alike(first, second)
+    if reason is None:
+        return None
+    return Alignment(
+        way="as-is",
+        first_from_second=Rigid.identity(),
+        sentence=f"none: taken as they lie, because {reason} (--align icp lays them by shape)",
+        rms_mm=None,
+    )
+
+
 def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
     """Lay the surfaces on each other, robustly, without their brims and filled parts.
 
@@ -137,11 +154,11 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     """
     ground = Ground.of(first.mesh, options.brim_mm)
     start = _told_start(first, second)
-    fine_mm = _places(second, _FINE, options)
+    fine_mm = places_of(second, FINE, options.brim_mm)
     notes: list[str] = []
     fit = None if start is None else settle(fine_mm, ground, start, options.icp)
     if fit is None or fit.used_share < _LEAST_USED:
-        best, rival = _tried_starts(first, second, ground, options)
+        best, rival = tried_starts(first, second, ground, options.brim_mm, options.icp)
         fit = settle(fine_mm, ground, best.first_from_second, options.icp)
         if rival:
             notes.append(
@@ -154,7 +171,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
             f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
             "landmarks on both, or align each and compare as they are."
         )
-    first_mm = width_mm(_places(first, _MIDDLE, options))
+    first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
     wider = width_mm(fine_mm) / first_mm - 1
     if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
         raise MeasureError(
@@ -179,6 +196,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
             f"Even laid on each other the shapes are {fit.rms_mm:.1f} mm apart (RMS). If they "
             "should be one limb, a unit, a side or the pose is wrong: look at the picture."
         )
+    notes += about_mirrors(first, second, ground, fit, options.brim_mm, options.icp)
     notes += [
         f"The shapes do not tell about {motion}: figures that depend on it are arbitrary."
         for motion in fit.undetermined
@@ -189,6 +207,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         sentence=f"by shape (robust ICP, point to surface, {options.brim_mm:g} mm of brim left "
         f"out; {fit.rms_mm:.3f} mm RMS, {fit.used_share:.0%} of the surface used), rigid",
         rms_mm=fit.rms_mm,
+        looseness=fit.looseness,
         notes=tuple(notes),
     )
 
@@ -201,47 +220,3 @@ def _told_start(first: Limb, second: Limb) -> Rigid | None:
         if first.frame is None or second.frame is None:
             return None
         return as_is(first, second).first_from_second
-
-
-def _tried_starts(
-    first: Limb, second: Limb, ground: Ground, options: RegistrationOptions
-) -> tuple[Fit, bool]:
-    """The best fit of many starts, and whether another one does nearly as well."""
-    coarse_mm, middle_mm = _places(second, _COARSE, options), _places(second, _MIDDLE, options)
-    quick = IcpOptions(tolerance_mm=0.05, max_rounds=10, cap_mm=options.icp.cap_mm)
-    starts = possible_starts(_places(first, _MIDDLE, options), middle_mm)
-    fits = sorted(
-        (settle(coarse_mm, ground, start, quick) for start in starts),
-        key=lambda fit: fit.cost_mm,
-    )
-    apart: list[Fit] = []
-    for fit in fits:
-        if len(apart) < _KEPT and all(_turned(fit, other) for other in apart):
-            apart.append(fit)
-    longer = IcpOptions(tolerance_mm=0.01, max_rounds=40, cap_mm=options.icp.cap_mm)
-    better = sorted(
-        (settle(middle_mm, ground, fit.first_from_second, longer) for fit in apart),
-        key=lambda fit: fit.cost_mm,
-    )
-    best = better[0]
-    rival = any(
-        other.cost_mm < _RIVAL_COST * best.cost_mm and _turned(best, other) for other in better[1:]
-    )
-    return best, rival
-
-
-def _turned(one: Fit, other: Fit) -> bool:
-    turn = angle_between_deg(one.first_from_second.rotation, other.first_from_second.rotation)
-    return turn > _RIVAL_DEG
-
-
-def _places(limb: Limb, count: int, options: RegistrationOptions) -> Points3:
-    """Evenly spread places that were measured and lie away from the brim."""
-    samples = sample_evenly(limb.mesh, count)
-    kept = measured_faces(limb.mesh, options.brim_mm)[samples.faces]
-    if np.count_nonzero(kept) < FEWEST:
-        raise MeasureError(
-            f"{limb.name or 'A shape'} has no measured surface farther than {options.brim_mm:g} mm "
-            "from its open edges. Leave less of the brim out, or fill its holes."
-        )
-    return samples.points_mm[kept]

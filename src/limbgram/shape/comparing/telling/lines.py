@@ -7,7 +7,8 @@ from limbgram.shape.comparing.levels import Change
 from limbgram.shape.comparing.telling.verdict import verdict
 
 _HEADING = (
-    f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML':>8}{'AP':>8}{'mL below':>10}{'change':>9}"
+    f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
+    f"{'mL since last':>15}{'change':>9}"
 )
 
 
@@ -23,6 +24,8 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
         f"{figures.compared_share:.1%} of the first compared.",
         f"Normals: turned by {found.snae_mean_deg:.1f} degrees on average, 95 % by less than "
         f"{found.snae_p95_deg:.1f}.",
+        "Levels: tape and mL are the second's, mL of the slab since the last level (the first from "
+        "where the volume begins); changes are second less first.",
         _HEADING,
         *(
             f"{level.height_mm:8.1f}  {level.reason}"
@@ -30,9 +33,9 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
             else f"{level.height_mm:8.1f}"
             f"{_second(level.measures.get('tape_mm'), 10)}"
             f"{_difference(level.measures.get('tape_mm'), 9)}"
-            f"{_difference(level.measures.get('ml_mm'), 8)}"
-            f"{_difference(level.measures.get('ap_mm'), 8)}"
-            f"{_second(level.below, 10, 1000)}{_difference(level.below, 9, 1000)}"
+            f"{_difference(level.measures.get('ml_mm'), 11)}"
+            f"{_difference(level.measures.get('ap_mm'), 11)}"
+            f"{_second(level.since_last, 15, 1000)}{_difference(level.since_last, 9, 1000)}"
             for level in comparison.levels.levels
         ),
     )

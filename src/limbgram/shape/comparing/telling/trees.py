@@ -133,6 +133,8 @@ def _alignment(alignment: Alignment) -> dict[str, Any]:
         "way": alignment.way,
         "in_words": alignment.sentence,
         "rms_mm": None if alignment.rms_mm is None else _number(alignment.rms_mm),
+        "slide_sigma_mm": None if alignment.looseness is None else alignment.slide_sigma_mm,
+        "slid_from_frames_mm": alignment.slid_mm,
         "first_from_second": {
             "rotation": motion.rotation.tolist(),
             "translation_mm": motion.translation.tolist(),
@@ -144,7 +146,7 @@ def _level(level: LevelChange) -> dict[str, Any]:
     return {
         "height_mm": level.height_mm,
         **{name: _change(change, 1.0) for name, change in level.measures.items()},
-        "volume_below_ml": _change(level.below, _MM3_PER_ML),
+        "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
         "reason": level.reason,
     }
 

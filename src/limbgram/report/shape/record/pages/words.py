@@ -16,7 +16,7 @@ MEASURE_HEADS = (
 )  # fmt: skip
 LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
 CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
-                "#volume below it mL", "#change")  # fmt: skip
+                "#mL since the last level", "#change")  # fmt: skip
 LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
 BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "how it is known")
 FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
@@ -201,7 +201,7 @@ def _measure_row(row: Tree) -> Row:
 
 def _change_row(row: Tree) -> Row:
     height = f"{row['height_mm']:.1f}"
-    tape, below = row.get("tape_mm"), row["volume_below_ml"]
+    tape, slab = row.get("tape_mm"), row["volume_since_last_level_ml"]
     if tape is None:
         return height, row["reason"] or "-"
     return (
@@ -211,8 +211,8 @@ def _change_row(row: Tree) -> Row:
         f"{100 * tape['share']:+.2f}",
         f"{row['ml_mm']['difference']:+.1f}",
         f"{row['ap_mm']['difference']:+.1f}",
-        "-" if below is None else f"{below['second']:.1f}",
-        "-" if below is None else f"{below['difference']:+.1f}",
+        "-" if slab is None else f"{slab['second']:.1f}",
+        "-" if slab is None else f"{slab['difference']:+.1f}",
     )
 
 

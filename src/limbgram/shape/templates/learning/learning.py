@@ -8,62 +8,42 @@ Fails   MeasureError: a pair without frame or shared landmark. OptionsError: sid
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
 
 from limbgram.errors import MeasureError, OptionsError
-from limbgram.geometry.arrays import Points3
-from limbgram.shape.comparing.comparing import lay
-from limbgram.shape.comparing.counterparts import Ground, measured_faces
 from limbgram.shape.comparing.frames import axes_of, brim_height_mm, in_limb_frame, outside_of
-from limbgram.shape.comparing.registration import RegistrationOptions
-from limbgram.shape.comparing.sampling import sample_evenly
 from limbgram.shape.limb import Limb
 from limbgram.shape.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
 from limbgram.shape.templates.fields import Field, fit_field, node_heights
-from limbgram.shape.templates.significance import found_alike, robust, softened
+from limbgram.shape.templates.learning.displacing import (
+    LearnOptions,
+    Pair,
+    about_pair,
+    displacements,
+)
+from limbgram.shape.templates.learning.significance import found_alike, robust, softened
 from limbgram.shape.templates.template import Template, TemplateMark
 
-_SAMPLES = 25_000
-_STEPS = 8
-_MET_MM = 0.02
-_SETTLED_MM = 2e-3
-_STEEPEST = 0.3
-"""Least cosine between the normals of both shapes along which a displacement is taken."""
 _TOP = 1.6
 _DECIMALS = 2
 """Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pair:
-    """A shape before and after a rectification."""
-
-    before: Limb
-    after: Limb
-
-
-@dataclass(frozen=True, kw_only=True)
-class LearnOptions:
-    """How pairs are laid on each other, and what is kept."""
-
-    registration: RegistrationOptions = field(default_factory=RegistrationOptions)
-    reference: str | None = None
-    """Landmark from which heights count; None takes the most proximal that all pairs have."""
-    false_share: float = 0.05
-    """Of the nodes that are kept, at most this share by chance."""
-    least_mm: float = 0.1
-    """Smaller mean displacements are not kept."""
-    farthest_mm: float = 30.0
-    """Larger displacements are no rectification."""
-
-
 DEFAULTS = LearnOptions()
 
 
-def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) -> Template:
+@dataclass(frozen=True, kw_only=True)
+class Learned:
+    """A template, and how far to trust it."""
+
+    template: Template
+    notes: tuple[str, ...]
+    """How each after was laid on its before, and what is odd about the pairs."""
+
+
+def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) -> Learned:
     """Average what was done to the limbs of several pairs, or keep what was done to one."""
     sides = {pair.before.frame.side for pair in pairs if pair.before.frame is not None}
     if not pairs or ("none" in sides and len(sides) > 1):
@@ -80,10 +60,15 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     places = {mark.name: mark.place for mark in marks}
     tops = [_top(pair.before, chart) for pair, chart in zip(pairs, charts, strict=True)]
     heights = node_heights(min(_TOP, float(np.median(tops))))
+    moves = [displacements(pair, options) for pair in pairs]
     fields = np.stack(
         [
-            _field(pair, pulled_chart(pair.before, chart, places), heights, options)
-            for pair, chart in zip(pairs, charts, strict=True)
+            fit_field(
+                pulled_chart(pair.before, chart, places).places(move.points_mm),
+                move.moved_mm,
+                heights,
+            )
+            for pair, chart, move in zip(pairs, charts, moves, strict=True)
         ]
     )
     known = np.isfinite(fields).sum(0)
@@ -92,7 +77,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     kept &= np.nan_to_num(np.abs(mean)) >= options.least_mm
     if not kept.any():
         raise MeasureError(_nothing_kept(mean, spread, len(pairs), options))
-    return Template(
+    template = Template(
         name=name,
         pairs=len(pairs),
         sided="none" not in sides,
@@ -103,40 +88,8 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         spread_mm=np.round(spread, _DECIMALS),
         known_pairs=known,
     )
-
-
-def displacements(pair: Pair, options: LearnOptions) -> tuple[Points3, Float64[np.ndarray, " n"]]:
-    """Places on the before, in its limb frame, and how far along its normal the after lies."""
-    before = pair.before
-    axes = axes_of(before)
-    alignment = lay(before, pair.after, axes, options.registration)
-    brim_mm = options.registration.brim_mm
-    placed = in_limb_frame(pair.after.mesh, alignment.first_from_second)
-    ground = Ground.of(placed, brim_mm)
-    samples = sample_evenly(before.mesh, _SAMPLES)
-    moved = np.zeros(len(samples.points_mm))
-    active = np.arange(len(moved))
-    for _ in range(_STEPS):
-        normals = samples.normals[active]
-        there = samples.points_mm[active] + moved[active, None] * normals
-        found = ground.counterparts(there)
-        lean = np.einsum("nc,nc->n", normals, found.flat_normals)
-        gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
-        step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
-        moved[active] += step
-        active = active[np.abs(step) > _SETTLED_MM]
-    found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
-    met = np.abs(found.signed_mm) < _MET_MM
-    own = measured_faces(before.mesh, brim_mm)[samples.faces]
-    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
-    return axes.limb_from_mesh.apply(samples.points_mm[good]), moved[good]
-
-
-def _field(
-    pair: Pair, chart: LimbChart, heights: Float64[np.ndarray, " h"], options: LearnOptions
-) -> Field:
-    points, moved_mm = displacements(pair, options)
-    return fit_field(chart.places(points), moved_mm, heights)
+    notes = [note for pair, move in zip(pairs, moves) for note in about_pair(pair, move)]
+    return Learned(template=template, notes=tuple(notes))
 
 
 def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
