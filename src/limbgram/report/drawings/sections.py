@@ -1,4 +1,8 @@
-"""Drawing of a limb's levels: where they lie on it, and all sections over each other."""
+"""Drawing of a limb's levels: where they lie on it, and all sections over each other.
+
+All heights count from the reference. The patient's left lies to the right in the front view and in
+the sections, which are seen from the distal end.
+"""
 
 import numpy as np
 from jaxtyping import UInt8
@@ -15,6 +19,8 @@ _HEIGHT_PX = 560
 _MOST_LABELS = 24
 _MARGIN = 1.06
 _COLOURS = "viridis"
+_FROM_BELOW = np.array([-1.0, 1.0])
+"""Seen from the distal end with the front upwards the patient's right lies to the left."""
 _TOWARDS = {90: "to the patient's left, mm", 0: "forwards, mm", 180: "backwards, mm"}
 """What lies to the right in a view, by its azimuth."""
 
@@ -32,17 +38,21 @@ def sections_drawing(measures: Measures) -> Drawing:
     rows = [row for row in measures.rows if row.level is not None]
     frames = [_frame(mesh, azimuth_deg) for azimuth_deg in (90, outer_deg)]
     of_front, of_side = shade_all(mesh, frames)
-    _side(front, frames[0], of_front, rows, _TOWARDS[90])
+    zero = measures.reference_mm
+    _side(front, frames[0], of_front, rows, zero)
+    front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
+    front.set_ylabel(f"height from the {measures.counted_from}, mm", fontsize=8, color=INK)
     front.set_title("front", fontsize=9, color=FAINT)
-    _side(beside, frames[1], of_side, rows, _TOWARDS[outer_deg])
+    _side(beside, frames[1], of_side, rows, zero)
+    beside.set_xlabel(_TOWARDS[outer_deg], fontsize=8, color=INK)
     side = "patient's left" if outer_deg else "patient's right"
     beside.set_title(f"from the {side}; girth by tape, mm", fontsize=9, color=FAINT)
     _label(beside, rows)
     _sections(above, rows)
     return Drawing(
         figure,
-        f"{len(rows)} levels. Heights count from {measures.reference or 'the distal end'}; the "
-        "sections are seen from the proximal end, front upwards, the patient's right to the right.",
+        f"{len(rows)} levels. Heights count from {measures.counting}; the sections are seen from "
+        "the distal end, front upwards, the patient's left to the right as in the front view.",
     )
 
 
@@ -61,11 +71,11 @@ def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
 
 
 def _side(
-    axes: Axes, frame: Frame, picture: UInt8[np.ndarray, "h w 4"], rows: list[Row], towards: str
+    axes: Axes, frame: Frame, picture: UInt8[np.ndarray, "h w 4"], rows: list[Row], zero: float
 ) -> None:
     """The shaded limb from one side, in millimetres, its sections drawn as seen edge on."""
     right = frame.picture_from_world[0]
-    middle, height = right @ frame.middle_mm, frame.middle_mm[2]
+    middle, height = right @ frame.middle_mm, frame.middle_mm[2] - zero
     half, tall = (frame.pixel_mm * size / 2 for size in (frame.width_px, frame.height_px))
     axes.imshow(picture, extent=(middle - half, middle + half, height - tall, height + tall))
     lines: list[np.ndarray] = []
@@ -73,9 +83,9 @@ def _side(
         if row.level is not None:
             across = row.level.points_mm @ right[:2]
             ends = [float(across.min()), float(across.max())]
-            lines.append(np.column_stack([ends, [row.height_mm] * 2]))
+            lines.append(np.column_stack([ends, [row.from_reference_mm] * 2]))
     axes.add_collection(LineCollection(lines, colors=BLUE, linewidths=0.7))
-    plain(axes).set_xlabel(towards, fontsize=8, color=INK)
+    plain(axes)
 
 
 def _label(axes: Axes, rows: list[Row]) -> None:
@@ -85,17 +95,17 @@ def _label(axes: Axes, rows: list[Row]) -> None:
         girth = row.figures["tape_mm"]
         if girth is not None:
             text = f"{row.from_reference_mm:.0f}: {girth.value:.1f}"
-            axes.text(right, row.height_mm, text, fontsize=6.5, color=INK, va="center")
+            axes.text(right, row.from_reference_mm, text, fontsize=6.5, color=INK, va="center")
 
 
 def _sections(axes: Axes, rows: list[Row]) -> None:
-    """All outlines over each other, coloured by height."""
+    """All outlines over each other, coloured by height, as they lie seen from the distal end."""
     lines: list[np.ndarray] = []
     heights: list[float] = []
     for row in rows:
         if row.level is None:
             continue
-        points = row.level.points_mm
+        points = row.level.points_mm * _FROM_BELOW
         for loop in range(len(row.level.depth)):
             ring = points[row.level.loop == loop]
             lines.append(np.concatenate([ring, ring[:1]]))
@@ -105,7 +115,11 @@ def _sections(axes: Axes, rows: list[Row]) -> None:
     axes.plot([0], [0], "+", color=ORANGE, ms=9)
     axes.set_aspect("equal")
     axes.autoscale()
-    plain(axes).set_title("sections, front upwards", fontsize=9, color=FAINT)
+    for along, name in ((0.02, "R"), (0.98, "L")):
+        axes.text(along, 0.98, name, transform=axes.transAxes, color=INK, va="top", ha="center")
+    plain(axes).set_title("sections from the distal end, front upwards", fontsize=9, color=FAINT)
+    axes.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
+    axes.set_ylabel(_TOWARDS[0], fontsize=8, color=INK)
     bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.6)
     bar.set_label("height, mm", fontsize=8, color=INK)
     bar.ax.tick_params(labelsize=7, colors=INK)

@@ -1,0 +1,61 @@
+"""The levels' drawing: one scale of heights, the patient's left on one side in all views."""
+
+import numpy as np
+import pytest
+import trimesh
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from limbgram.geometry.rigid import Rigid
+from limbgram.report.drawings.sections import sections_drawing
+from limbgram.shape.limb import Landmark, Limb, LimbFrame
+from limbgram.shape.measures import MeasureOptions, measure
+from limbgram.surface.mesh import Mesh
+
+ABOVE_MM = 120.0
+
+
+def lines_of(axes: Axes) -> list[np.ndarray]:
+    (drawn,) = [one for one in axes.collections if isinstance(one, LineCollection)]
+    return [np.asarray(line) for line in drawn.get_segments()]
+
+
+@pytest.fixture(scope="module")
+def views() -> list[Axes]:
+    """A box from 20 mm right to 60 mm left, 30 mm back to 10 mm front; heights from 120 mm up."""
+    box = trimesh.creation.box(bounds=[[-60.0, -30, 0], [20, 10, 200]])
+    limb = Limb(
+        mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=box.faces.astype(np.int32)),
+        landmarks=(Landmark(name="knee", position_mm=np.array([20.0, 0, ABOVE_MM])),),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+    )
+    options = MeasureOptions(heights_mm=(-100.0, 50.0), reference="knee")
+    return list(sections_drawing(measure(limb, options)).figure.axes)
+
+
+@pytest.mark.parametrize("view", [0, 1])
+def test_levels_and_limb_stand_at_their_heights_from_the_landmark(
+    views: list[Axes], view: int
+) -> None:
+    assert [line[0, 1] for line in lines_of(views[view])] == pytest.approx([-100, 50])
+    _, _, low, high = views[view].images[0].get_extent()
+    assert (low + high) / 2 == pytest.approx(100 - ABOVE_MM)
+    assert 200 <= high - low < 220
+    assert views[0].get_ylabel() == "height from the knee, mm"
+
+
+def test_girths_stand_beside_their_levels(views: list[Axes]) -> None:
+    told = {text.get_text(): text.get_position()[1] for text in views[1].texts}
+    assert told == {"-100: 240.0": pytest.approx(-100), "50: 240.0": pytest.approx(50)}
+
+
+def test_the_patients_left_lies_to_the_right_in_front_view_and_sections(views: list[Axes]) -> None:
+    for view in (views[0], views[2]):
+        for line in lines_of(view):
+            assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((-20, 60))
+        assert view.get_xlabel() == "to the patient's left, mm"
+    for line in lines_of(views[2]):
+        assert (line[:, 1].min(), line[:, 1].max()) == pytest.approx((-30, 10))
+    assert views[2].get_ylabel() == "forwards, mm"
+    along = {text.get_text(): text.get_position()[0] for text in views[2].texts}
+    assert along["R"] < 0.5 < along["L"]
