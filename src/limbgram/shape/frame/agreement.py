@@ -75,6 +75,16 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
     return (f"the front lies {off_deg:.0f} degrees from where the shape's own file has it",)
 
 
+def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:
+    """What to note if the limb was aligned for another side."""
+    if limb.frame is None or limb.frame.side == options.side:
+        return ()
+    return (
+        f"the limb was aligned as {limb.frame.side!r} before and is {options.side!r} now: check it "
+        "on the patient",
+    )
+
+
 def odd_names(limb: Limb, kind: Kind | None) -> tuple[str, ...]:
     """What to note of landmarks whose names tell nothing, but nearly do."""
     meant = ((mark.name, likely_meant(mark.name, kind)) for mark in limb.landmarks)

@@ -19,6 +19,7 @@ from limbgram.shape.bodies import outer_bodies
 from limbgram.shape.frame.agreement import (
     front_of_file,
     odd_names,
+    other_side_before,
     require_landmarks_agree,
     require_side_of_file,
 )
@@ -48,7 +49,7 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
     up, notes = proximal_of(limb, axis, options)
     frame = _frame(limb, axis.point_mm, _turned_about(up, limb, axis, options))
-    notes += front_of_file(frame, options)
+    notes += other_side_before(limb, options) + front_of_file(frame, options)
     angle = _flexion_rad(limb, frame, options)
     if angle:
         tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))

@@ -72,6 +72,13 @@ def test_a_side_that_the_file_does_not_name_is_refused(stump: Limb) -> None:
     assert align(bare, replace(options, declared=file_says("none"))).frame is not None
 
 
+def test_another_side_than_before_is_noted(stump: Limb) -> None:
+    left = align(replace(stump, landmarks=()), AlignOptions(side="left", anterior=FRONT))
+    assert left.notes == align(left, AlignOptions(side="left", anterior=FRONT)).notes == ()
+    (note,) = align(left, AlignOptions(side="right", anterior=FRONT)).notes
+    assert "as 'left' before and is 'right' now" in note
+
+
 def test_the_front_is_that_of_the_file(stump: Limb) -> None:
     bare = replace(stump, landmarks=())
     options = AlignOptions(side="right", declared=file_says("right", 30.0))
