@@ -22,6 +22,8 @@ _LINE = 1.32
 _CHARACTERS_PER_IN = 130.0
 """Letters of one point that fit on an inch, on average."""
 _POINTS_PER_IN = 72.0
+_PICTURE_DPI = 200
+"""Of pictures on the sheets: their small print is still read."""
 
 
 def pdf_of(figures: Sequence[Figure]) -> bytes:
@@ -30,7 +32,7 @@ def pdf_of(figures: Sequence[Figure]) -> bytes:
     with PdfPages(file, metadata={"CreationDate": None, "Creator": "limbgram"}) as pages:
         for figure in figures:
             FigureCanvasPdf(figure)
-            pages.savefig(figure)
+            pages.savefig(figure, dpi=_PICTURE_DPI)
     return file.getvalue()
 
 

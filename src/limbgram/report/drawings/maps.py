@@ -32,7 +32,7 @@ def sigma_map(mesh: Mesh, metric: MetricScene) -> Drawing:
     middle, high = np.quantile(known, [0.5, 0.95]) if len(known) else (np.nan, np.nan)
     unit = "mm" if in_mm else "scene units (NO SCALE)"
     return Drawing(
-        size_map(mesh, sigma_mm, "one standard deviation along the normal", in_mm=in_mm),
+        size_map(mesh, sigma_mm, f"one standard deviation along the normal, {unit}", in_mm=in_mm),
         f"How sure the surface is: half of the vertices have a standard deviation below "
         f"{middle:.3f} {unit}, 95 % below {high:.3f}. It holds noise and shading, relief too fine "
         "to be measured, cameras and scale; filled parts have none.",

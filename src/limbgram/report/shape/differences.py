@@ -28,6 +28,8 @@ _TURNED = ("#f3f2ee", "#fdf0c4", "#f7d275", "#e8a33d", "#c2691d", "#7d3a0b")
 _UNKNOWN = np.array([150.0, 150.0, 150.0])
 _SIDES = ((90, "front"), (0, "patient's right"), (270, "back"), (180, "patient's left"))
 _HEIGHT_PX = 430
+_LETTERS = 14
+"""Points; on a sheet of paper the picture has less than half of its width."""
 
 
 def difference_pictures(comparison: Comparison) -> Drawing:
@@ -35,7 +37,7 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     mesh, on_first = comparison.first_in_limb, comparison.deviation.on_first
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     tall = (high[2] - low[2]) / np.hypot(*(high - low)[:2])
-    figure = blank(10.5, 2 * (10.5 / 4 * float(np.clip(tall, 0.4, 3.0)) + 0.75))
+    figure = blank(10.5, 2 * (10.5 / 4 * float(np.clip(tall, 0.4, 3.0)) + 1.05))
     rows: Any = figure.subfigures(2, 1)
     bands = ListedColormap((*reversed(_INSIDE[:-1]), _ALIKE, *_OUTSIDE[:-1]))
     bands = bands.with_extremes(under=_INSIDE[-1], over=_OUTSIDE[-1])
@@ -83,7 +85,7 @@ def _row(
         axes.imshow(picture)
         axes.set_axis_off()
         title = side if comparison.axes.anatomical else f"{azimuth_deg}°"
-        axes.set_title(title, fontsize=9, color=FAINT)
+        axes.set_title(title, fontsize=12, color=FAINT)
     bar = figure.colorbar(
         colours,
         ax=list(panels),
@@ -97,8 +99,8 @@ def _row(
     bar.set_ticks(edges)
     bar.minorticks_off()
     bar.ax.xaxis.set_major_formatter("{x:g}")
-    bar.set_label(label, fontsize=8, color=INK)
-    bar.ax.tick_params(labelsize=8)
+    bar.set_label(label, fontsize=_LETTERS, color=INK)
+    bar.ax.tick_params(labelsize=_LETTERS)
 
 
 def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:

@@ -21,6 +21,12 @@ def read_stl(content: bytes, name: str) -> Soup:
         return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
     if content[:512].lstrip()[:5].lower() == b"solid":
         return Soup(mesh=triangles_merged(_text(content, name)))
+    if len(content) < _HEADER or b"\0" not in content:
+        kind = "it is empty" if not content else f"{len(content):,} bytes of something else"
+        raise ShapeFileError(
+            f"{name} is no STL file, whatever its name says: {kind}. Choose the file that the "
+            "scanner or program exported, or export it again."
+        )
     have = (len(content) - _HEADER) // _RECORD.itemsize
     raise ShapeFileError(
         f"{name} is no whole STL file: its header promises {max(count, 0):,} triangles and there "

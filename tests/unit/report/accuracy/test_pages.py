@@ -7,12 +7,18 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from limbgram.report.accuracy import Evidence, KnownTruth, assess
 from limbgram.report.accuracy.glossary import TERMS, value_at
 from limbgram.report.accuracy.pages import accuracy_page, accuracy_pdf, accuracy_pictures
+from limbgram.report.accuracy.pages.pdf import _banner
 from limbgram.report.accuracy.pages.svg import Series, histogram
 from limbgram.report.alignment import Truth
+from limbgram.report.document.paper import PAGE_IN
+from limbgram.report.drawings.maps import sigma_map
 
 VOID = {"meta", "img", "br"}
 
@@ -101,3 +107,26 @@ def test_a_histogram_draws_each_step_where_it_is() -> None:
     assert xy[1, 1] < base
     assert (base - xy[3, 1]) / (base - xy[1, 1]) == pytest.approx(3, rel=0.01)
     assert xy[-1, 0] - xy[2, 0] == pytest.approx(xy[2, 0] - xy[0, 0], abs=0.2)
+
+
+def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
+    figure = sigma_map(with_sigmas.mesh, with_sigmas.metric).figure
+    assert figure.axes[-1].get_xlabel() == "one standard deviation along the normal, mm"
+    bare = replace(with_sigmas.metric, scale=replace(with_sigmas.metric.scale, unit="unitless"))
+    assert "NO SCALE" in sigma_map(with_sigmas.mesh, bare).figure.axes[-1].get_xlabel()
+
+
+@pytest.mark.parametrize("words", [3, 40])
+def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, words: int) -> None:
+    tree = {**assess(with_sigmas).tree, "headline": "RED: " + "word " * words}
+    figure = Figure(figsize=PAGE_IN)
+    below = _banner(figure, tree)
+    box = next(one for one in figure.artists if isinstance(one, Rectangle))
+    assert box.get_y() == below
+    (said,) = (text for text in figure.texts if text.get_text().startswith("word"))
+    FigureCanvasAgg(figure)
+    height_px = said.get_window_extent().height
+    page_px = figure.get_size_inches()[1] * figure.dpi
+    assert 0.3 < height_px / page_px / box.get_height() < 1.0
+    if words == 3:
+        assert box.get_height() < 0.045

@@ -248,3 +248,19 @@ def test_what_is_no_surface_is_refused(tmp_path: Path, name: str, content: bytes
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ShapeFileError, match="cannot be read"):
         read_limb(tmp_path / "nowhere.stl")
+
+
+@pytest.mark.parametrize("content", [b"", b"a note\n", b"A letter about the fitting. " * 20])
+def test_what_is_no_stl_is_not_called_a_cut_off_one(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "a.stl"
+    path.write_bytes(content)
+    with pytest.raises(ShapeFileError, match="no STL file") as refused:
+        read_limb(path)
+    assert "triangles" not in str(refused.value)
+
+
+def test_a_cut_off_stl_still_says_how_much_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    path.write_bytes(bytes(80) + struct.pack("<I", 12) + bytes(3 * 50))
+    with pytest.raises(ShapeFileError, match="promises 12 triangles and there is room for 3"):
+        read_limb(path)

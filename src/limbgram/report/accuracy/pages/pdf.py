@@ -27,6 +27,8 @@ from limbgram.report.pictures import Picture
 _LIGHTS = {"green": GREEN, "amber": "#a8690a", "red": RED}
 _WRAP = 104
 _SHOWN_FINDINGS = 6
+_HEADLINE, _HEADLINE_PAD, _HEADLINE_TOP = 0.0155, 0.010, 0.942
+"""Height of a line of the verdict, room round them, top of its box, as shares of the page."""
 
 Tree = dict[str, Any]
 
@@ -38,35 +40,44 @@ def accuracy_pdf(tree: Tree, pictures: Sequence[Picture]) -> bytes:
 
 def _first(tree: Tree, pictures: Sequence[Picture]) -> Figure:
     figure = Figure(figsize=PAGE_IN, facecolor="white")
-    _banner(figure, tree)
+    below = _banner(figure, tree)
     for idx, card in enumerate(cards(tree)):
         x = 0.07 + 0.225 * idx
-        figure.text(x, 0.845, textwrap.fill(card.question, 24), fontsize=7.5, color=FAINT, va="top")
-        figure.text(x, 0.800, card.answer, fontsize=14, weight="bold", color=INK)
-        figure.text(x, 0.793, textwrap.fill(card.note, 32), fontsize=6.5, color=FAINT, va="top")
-    figure.text(0.07, 0.755, textwrap.fill(MEANING, 130), fontsize=7, color=FAINT, va="top")
-    y = _findings(figure, tree["findings"], 0.722)
+        figure.text(
+            x, below - 0.025, textwrap.fill(card.question, 24), fontsize=7.5, color=FAINT, va="top"
+        )
+        figure.text(x, below - 0.070, card.answer, fontsize=14, weight="bold", color=INK)
+        figure.text(
+            x, below - 0.077, textwrap.fill(card.note, 32), fontsize=6.5, color=FAINT, va="top"
+        )
+    figure.text(0.07, below - 0.115, textwrap.fill(MEANING, 130), fontsize=7, color=FAINT, va="top")
+    y = _findings(figure, tree["findings"], below - 0.148)
     if pictures:
         image = mpimg.imread(io.BytesIO(pictures[0].png.tobytes()))
         axes = figure.add_axes((0.07, 0.30, 0.86, max(y - 0.33, 0.1)))
         axes.imshow(image, interpolation="antialiased")
         axes.set_axis_off()
-        axes.set_title(pictures[0].title, fontsize=10, weight="bold", color=INK, loc="left")
+        figure.text(0.07, y - 0.026, pictures[0].title, fontsize=10, weight="bold", color=INK)
     _criteria(figure, tree["criteria"])
     figure.text(0.07, 0.03, textwrap.fill(tree["intended_use"], 140), fontsize=6.5, color=FAINT)
     return figure
 
 
-def _banner(figure: Figure, tree: Tree) -> None:
+def _banner(figure: Figure, tree: Tree) -> float:
+    """The verdict in a box as high as its words; returns where the box ends."""
     colour = _LIGHTS[tree["light"]]
+    word, _, reason = tree["headline"].partition(":")
+    lines = textwrap.wrap(reason.strip(), 84)[:4]
+    height = _HEADLINE * max(len(lines), 1) + 2 * _HEADLINE_PAD
+    below = _HEADLINE_TOP - height
+    middle = below + height / 2
     figure.text(0.07, 0.955, f"How accurate is {tree['case']}?", fontsize=13, weight="bold",
                 color=INK)  # fmt: skip
-    figure.add_artist(Rectangle((0.07, 0.87), 0.86, 0.072, color=colour, alpha=0.10, lw=0))
-    figure.add_artist(Rectangle((0.07, 0.87), 0.008, 0.072, color=colour, lw=0))
-    word, _, reason = tree["headline"].partition(":")
-    figure.text(0.095, 0.923, word, fontsize=12, weight="bold", color=colour)
-    lines = textwrap.wrap(reason.strip(), 84)
-    figure.text(0.20, 0.935, "\n".join(lines[:4]), fontsize=9.5, color=INK, va="top")
+    figure.add_artist(Rectangle((0.07, below), 0.86, height, color=colour, alpha=0.10, lw=0))
+    figure.add_artist(Rectangle((0.07, below), 0.008, height, color=colour, lw=0))
+    figure.text(0.095, middle, word, fontsize=12, weight="bold", color=colour, va="center")
+    figure.text(0.20, middle, "\n".join(lines), fontsize=9.5, color=INK, va="center")
+    return below
 
 
 def _findings(figure: Figure, found: Sequence[dict[str, str]], top: float) -> float:
