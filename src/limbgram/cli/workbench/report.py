@@ -52,7 +52,7 @@ def report_command(
         typer.Option(
             "--align",
             help="How the other shape is laid on it; never scaled.",
-            show_default="as-is with a recipe for it, else icp",
+            show_default="as-is with a recipe for it, else auto",
         ),
     ] = None,
     every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 20.0,

@@ -84,6 +84,12 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     notes = [*first.notes, *second.notes, *alignment.notes, *about_socks(first, second)]
     if axes.note:
         notes.append(axes.note)
+    scanned = one.sigma_mm is not None and two.sigma_mm is not None
+    if scanned and alignment.looseness is None and not alignment.exact:
+        notes.append(
+            "What stands behind ± are the errors of both scans, not those of how they were laid on "
+            "each other: 1 mm along the axis moves the volume by a slice of 1 mm."
+        )
     try:
         radial = radial_errors(one, two, brim_mm, options.spokes)
     except MeasureError as error:
@@ -173,6 +179,7 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
         sentence=f"by volume: laid by shape, then slid {slide.shift_mm:+.2f} mm along the long "
         f"axis until both hold the same volume below {slide.height_mm:.1f} mm",
         rms_mm=None,
+        looseness=None,
     )
 
 

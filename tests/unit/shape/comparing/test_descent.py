@@ -106,6 +106,20 @@ def test_laid_by_shape_the_uncertainty_holds_the_slide(limb) -> None:
     assert volumes[1].sigma < 0.02 * volumes[1].first.value, "nor is everything allowed"
 
 
+def test_where_the_uncertainty_leaves_the_alignment_out_it_says_so(limb) -> None:
+    """Frames that were aligned each by itself err; a shape made from the other does not."""
+    scan = framed(limb, 3)
+    scan = scan.with_mesh(replace(scan.mesh, sigma_mm=np.full(len(scan.mesh), 0.1, np.float32)))
+    other = framed(limb, 4)
+    other = other.with_mesh(replace(other.mesh, sigma_mm=scan.mesh.sigma_mm))
+    as_is = CompareOptions(registration=RegistrationOptions(way="as-is"))
+    left_out = "not those of how they were laid"
+    assert any(left_out in note for note in compare(scan, other, as_is).notes)
+    for options in (as_is, CompareOptions()):
+        assert not any(left_out in note for note in compare(scan, reduced(scan), options).notes)
+    assert not any(left_out in note for note in compare(scan, other, BY_SHAPE).notes)
+
+
 def test_the_slide_is_off_by_what_is_told(limb) -> None:
     """Smooth ripples of 0.5 mm: errors of the place along the axis over their sigmas."""
     off: list[float] = []

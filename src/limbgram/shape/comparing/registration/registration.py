@@ -38,6 +38,7 @@ _MOST_WIDER, _MOST_OFF = 0.15, 0.05
 
 their own shape would lay them anywhere along the axis. A part of a limb may be wider than the whole
 and lies on it."""
+_LYING_MM = 1e-3
 _LARGER = 0.03
 """From here on a difference in size moves them along the axis by millimetres."""
 
@@ -70,6 +71,8 @@ class Alignment:
     """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
     looseness: Looseness | None = None
     """How well the shapes hold each other; None where they were not laid by shape."""
+    exact: bool = False
+    """True where one shape was made from the other and still lies as it was made."""
     slide_sigma_mm: float = 0.0
     """Standard deviation of where the second lies along the long axis, as far as it is known."""
     slid_mm: float | None = None
@@ -130,7 +133,11 @@ def as_is(first: Limb, second: Limb) -> Alignment:
     else:
         pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
         sentence = "limb frame on limb frame, as each was aligned by itself"
-    return Alignment(way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None)
+    lying = float(np.abs(pose.apply(second.mesh.vertices_mm) - second.mesh.vertices_mm).max())
+    exact = lying < _LYING_MM and why_alike(first, second) is not None
+    return Alignment(
+        way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
+    )
 
 
 def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
@@ -143,6 +150,7 @@ def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
         first_from_second=Rigid.identity(),
         sentence=f"none: taken as they lie, because {reason} (--align icp lays them by shape)",
         rms_mm=None,
+        exact=True,
     )
 
 
