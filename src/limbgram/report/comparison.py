@@ -42,6 +42,8 @@ class Comparison:
     """Fraction by which the surface is too large."""
     covered: float
     """Share of the seen truth with the surface within 0.25 mm."""
+    girth_heights_mm: tuple[float, ...]
+    """Of the compared girths, in the truth's frame."""
     girth_errors_mm: tuple[float, ...]
     volume_error: float
     """Fraction, between the lowest and the highest compared height."""
@@ -66,6 +68,7 @@ def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
         mean_mm=float(off_mm.mean()),
         scale_error=fit.scale_error,
         covered=float(np.mean(missed_mm < _NEAR_MM)),
+        girth_heights_mm=tuple(girth.height_mm for girth in girths),
         girth_errors_mm=tuple(girth.error_mm for girth in girths),
         volume_error=volume_error,
         camera_rms_mm=float(np.sqrt(np.mean((cameras_mm**2).sum(1)))),

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from limbgram.cli.demo import comparison_lines
 from limbgram.geometry.rigid import Rigid
 from limbgram.report.comparison import Truth, area_mm2, compare, girth_mm, section
 from limbgram.surface.mesh import Mesh
@@ -48,6 +49,12 @@ def test_the_truth_itself_has_no_error() -> None:
     assert result.covered == 1.0
     assert abs(result.volume_error) < 1e-9
     assert max(map(abs, result.girth_errors_mm)) < 1e-6
+    seen_mm = limb().vertices_mm[truth().seen, 2]
+    low, high = np.quantile(seen_mm, [0.02, 0.98])
+    fifths = [low + (high - low) * share for share in (0.2, 0.4, 0.6, 0.8)]
+    assert result.girth_heights_mm == pytest.approx(fifths)
+    girths = next(line for line in comparison_lines(result) if "girths" in line)
+    assert [f"at {height:.1f}" in girths for height in fifths] == [True] * 4
 
 
 def test_a_wrong_scale_is_found_and_not_aligned_away() -> None:

@@ -68,7 +68,9 @@ def accuracy_lines(case: CaseFolder, tree: dict[str, Any]) -> tuple[str, ...]:
 def _truth_lines(truth: dict[str, Any] | None) -> tuple[str, ...]:
     if truth is None:
         return ()
-    girths = ", ".join(f"{one['error_mm']:+.2f}" for one in truth["girths"])
+    girths = ", ".join(
+        f"{one['error_mm']:+.2f} at {one['height_mm']:.1f}" for one in truth["girths"]
+    )
     sigma = truth["sigma"]
     return (
         f"Against {truth['name']} ({truth['alignment']}):",
@@ -78,8 +80,8 @@ def _truth_lines(truth: dict[str, Any] | None) -> tuple[str, ...]:
         f"{truth['within']['0.25 mm']:.2%} of the measured surface",
         f"  covered   0.1 mm {truth['covered']['0.1 mm']:.2%}, 0.25 mm "
         f"{truth['covered']['0.25 mm']:.2%} of the visible truth",
-        f"  scale     {truth['scale_error']:+.4%}; volume {truth['volume_error']:+.3%}; girths "
-        f"{girths} mm",
+        f"  scale     {truth['scale_error']:+.4%}; volume {truth['volume_error']:+.3%}",
+        f"  girths    {girths} mm of height in the truth",
         *(
             ()
             if sigma is None

@@ -36,8 +36,9 @@ TERMS = (
          "The same over the size of a pixel on the object."),
     Term("truth.p95_mm", "Distance to the truth, 95 %", LENGTH,
          "95 % quantile of the absolute distance."),
-    Term("truth.mean_mm", "Mean radial error (MRE, bias)", LENGTH,
-         "Mean signed distance; positive: our surface lies outside the truth."),
+    Term("truth.mean_mm", "Mean signed distance to the truth (bias)", LENGTH,
+         "Mean signed distance of the measured vertices, by the shortest way, not along radii; "
+         "positive: our surface lies outside the truth."),
     Term("truth.iqr_mm", "Interquartile range (IQR)", LENGTH,
          "75 % less 25 % quantile of the signed distance."),
     Term("truth.largest_mm", "Largest distance", LENGTH, "Largest absolute distance."),

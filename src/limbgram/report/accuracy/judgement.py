@@ -64,7 +64,7 @@ FILLED = _Limit("filled", "Surface filled in, not measured", "%", 5.0, 25.0)
 LEFT_OUT = _Limit("left_out", "Surface measured but left out", "%", 5.0, 25.0)
 MISSING = _Limit("photos_missing", "Photos that could not be placed", "%", 10.0, 50.0)
 GAP = _Limit("gap", "Widest gap between photos, seen from the limb", "deg", 60.0, 150.0)
-MEAN = _Limit("surface_mean", "Surface: mean radial error (MRE)", "mm", 0.10, 0.25)
+MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
 SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
 GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
 VOLUME = _Limit("volume", "Volume: error", "%", 0.5, 1.1)
@@ -199,7 +199,10 @@ def _against_truth(truth: Json) -> tuple[Criterion, ...]:
             f"(limit {SURFACE_P95.green:.2f} mm).",
         ),
         SURFACE_RMS.judge(rms, f"RMS distance to the truth {rms:.3f} mm."),
-        MEAN.judge(abs(mean), f"Mean radial error {mean:+.3f} mm (limit {MEAN.green:.2f} mm)."),
+        MEAN.judge(
+            abs(mean),
+            f"Mean signed distance to the truth {mean:+.3f} mm (limit {MEAN.green:.2f} mm).",
+        ),
         SPREAD.judge(iqr, f"Interquartile range {iqr:.3f} mm (limit {SPREAD.green:.2f} mm)."),
         GIRTH.judge(girth, f"The worst girth is off by {girth:.2f} mm."),
         VOLUME.judge(volume, f"The volume is off by {volume:.2f} %."),

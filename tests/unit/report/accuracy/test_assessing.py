@@ -12,6 +12,7 @@ from limbgram.cases.assessing.citing import cited
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.store import write_product
+from limbgram.cli.quality.accuracy import accuracy_lines
 from limbgram.errors import CaseError, OptionsError
 from limbgram.export import write_ply
 from limbgram.photos.photo import PhotoSet
@@ -52,8 +53,14 @@ def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_pat
     case.root.mkdir()
     keep(case, with_sigmas)
     known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale)
-    truth = assess_case(case, known, "frame")["truth"]
+    tree = assess_case(case, known, "frame")
+    truth = tree["truth"]
     assert truth["rms_mm"] < 1e-5  # single precision of the file
+    told = next(line for line in accuracy_lines(case, tree) if line.startswith("  girths"))
+    heights = [one["height_mm"] for one in truth["girths"]]
+    assert len(set(heights)) == 4
+    assert [f" at {height:.1f}" in told for height in heights] == [True] * 4
+    assert "radial error" not in case.accuracy("html", against_truth=True).read_text("utf-8")
     assert truth["camera_rms_mm"] is None
     assert truth["sigma"]["robust_spread"] < 1e-3
 
