@@ -7,12 +7,28 @@ import re
 from typing import get_args
 
 from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline, plane_cut, trimline
-from limbgram.shape.edits.ends.brim import Extension, Flare, extension, flare
+from limbgram.shape.edits.ends.brim import (
+    Extension,
+    Flare,
+    extension,
+    flare,
+    require_flare,
+    require_length,
+)
 from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
-from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction
-from limbgram.shape.edits.presets import Liner, Sock, SockPly, liner, sock, sock_ply
-from limbgram.shape.edits.regional import BuildUp, Relief, build_up, relief
-from limbgram.shape.edits.smoothing import Smoothing, smoothing
+from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction, require_levels
+from limbgram.shape.edits.presets import (
+    Liner,
+    Sock,
+    SockPly,
+    liner,
+    require_plies,
+    require_thickness,
+    sock,
+    sock_ply,
+)
+from limbgram.shape.edits.regional import BuildUp, Relief, build_up, relief, require_area
+from limbgram.shape.edits.smoothing import Smoothing, require_amounts, smoothing
 from limbgram.shape.edits.solids.making import (
     Fill,
     Mirror,
@@ -52,6 +68,31 @@ def name_of(edit: type[Edit]) -> str:
 
 EDITS: dict[str, type[Edit]] = {name_of(kind): kind for kind in get_args(Edit)}
 """The kinds of edit by the names that recipes use."""
+
+
+def require_sense(edit: Edit) -> None:
+    """Refuse numbers that make sense on no limb, before there is one; the rest shows on the limb.
+
+    Raises:
+        EditError: an amount out of its range, or lists of different lengths.
+    """
+    match edit:
+        case BuildUp() | Relief():
+            require_area(edit, f"The {name_of(type(edit))}")
+        case Reduction() | Increase():
+            require_levels(edit, f"The {name_of(type(edit))}")
+        case Sock():
+            require_thickness(edit)
+        case SockPly():
+            require_plies(edit)
+        case Smoothing():
+            require_amounts(edit, "The smoothing")
+        case Extension():
+            require_length(edit, "The extension")
+        case Flare():
+            require_flare(edit, "The flare")
+        case _:
+            pass
 
 
 def do_edit(limb: Limb, edit: Edit) -> Limb:

@@ -66,8 +66,12 @@ def increase(limb: Limb, edit: Increase) -> Limb:
     return change_by_levels(limb, "The increase", edit, 1.0)
 
 
-def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: float) -> Limb:
-    """Scale sections by sign times the per cent."""
+def require_levels(edit: Reduction | Increase, what: str) -> None:
+    """Refuse levels that make sense on no limb.
+
+    Raises:
+        EditError: not one per cent for each level, levels out of order, or per cent out of range.
+    """
     heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
     if len(heights) != len(per_cent) or not len(heights):
         raise EditError(
@@ -81,6 +85,12 @@ def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: fl
             f"{what} takes 0 to {_MOST:g} per cent at each level. For the other way use the "
             "increase or the reduction."
         )
+
+
+def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: float) -> Limb:
+    """Scale sections by sign times the per cent."""
+    require_levels(edit, what)
+    heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
     base = height_mm(limb, 0.0, edit.above, what)
     points = in_limb_frame(limb, what)
     change = sign * np.interp(points[:, 2], base + heights, per_cent) / 100

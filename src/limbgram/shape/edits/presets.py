@@ -72,17 +72,36 @@ class Sock:
     """As worn: about 0.3 for a nylon sheath, 2.3 for a thick terry sock."""
 
 
-def sock(limb: Limb, edit: Sock) -> Limb:
-    """Move the surface inwards by the sock.
+def require_thickness(edit: Sock) -> None:
+    """Refuse a thickness that no sock has.
 
     Raises:
-        EditError: a thickness that no sock has, a sock is off already, or the surface would fold.
+        EditError: it is not above 0 mm, or larger than any sock's.
     """
     if not 0 < edit.thickness_mm <= THICKEST_SOCK_MM:
         raise EditError(
             f"A sock of {edit.thickness_mm:g} mm cannot be. Give its thickness as worn: about 0.3 "
             "mm for a nylon sheath, 2.3 mm for a thick terry sock."
         )
+
+
+def require_plies(edit: SockPly) -> None:
+    """Refuse more plies than anybody wears.
+
+    Raises:
+        EditError: there are more.
+    """
+    if abs(edit.plies) > _MOST_PLIES:
+        raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
+
+
+def sock(limb: Limb, edit: Sock) -> Limb:
+    """Move the surface inwards by the sock.
+
+    Raises:
+        EditError: a thickness that no sock has, a sock is off already, or the surface would fold.
+    """
+    require_thickness(edit)
     if limb.sock_mm:
         raise EditError(
             f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
@@ -124,8 +143,7 @@ def sock_ply(limb: Limb, edit: SockPly) -> Limb:
     Raises:
         EditError: more plies than anybody wears.
     """
-    if abs(edit.plies) > _MOST_PLIES:
-        raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
+    require_plies(edit)
     per_cent = (PLY_VOLUME_PER_CENT * abs(edit.plies),)
     what = f"The change by {edit.plies:g} sock plies"
     if edit.plies < 0:

@@ -86,7 +86,12 @@ def relief(limb: Limb, edit: Relief) -> Limb:
     return _press(limb, edit, "The relief", -1.0)
 
 
-def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
+def require_area(edit: BuildUp | Relief, what: str) -> None:
+    """Refuse an area that makes sense on no limb.
+
+    Raises:
+        EditError: amounts below 0, or not just one of a place and a region.
+    """
     if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
         raise EditError(
             f"{what} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or more. "
@@ -94,6 +99,10 @@ def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
         )
     if (edit.at is None) == (not edit.within):
         raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
+
+
+def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
+    require_area(edit, what)
     given = limb.mesh
     limb, weight = (
         _in_a_region(limb, edit, what)

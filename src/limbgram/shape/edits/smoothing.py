@@ -50,6 +50,19 @@ class Smoothing:
     """Frame of coordinates."""
 
 
+def require_amounts(edit: Smoothing, what: str) -> None:
+    """Refuse numbers that make sense on no limb.
+
+    Raises:
+        EditError: passes or widths out of range.
+    """
+    if not 1 <= edit.passes <= _MOST_PASSES or edit.brim_mm < 0 or edit.leave_mm <= 0:
+        raise EditError(
+            f"{what} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a radius to "
+            "leave above 0 mm."
+        )
+
+
 def smoothing(limb: Limb, edit: Smoothing) -> Limb:
     """Calm the surface.
 
@@ -57,11 +70,7 @@ def smoothing(limb: Limb, edit: Smoothing) -> Limb:
         EditError: numbers that make no sense, or a surface that would fold.
     """
     what = "The smoothing"
-    if not 1 <= edit.passes <= _MOST_PASSES or edit.brim_mm < 0 or edit.leave_mm <= 0:
-        raise EditError(
-            f"{what} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a radius to "
-            "leave above 0 mm."
-        )
+    require_amounts(edit, what)
     free = freedom(limb, edit, what)
     if not (free > 0).any():
         raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from difflib import SequenceMatcher
 
-from limbgram.errors import OptionsError
-from limbgram.shape.edits.editing import Edit, name_of
+from limbgram.errors import EditError, OptionsError
+from limbgram.shape.edits.editing import Edit, name_of, require_sense
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,12 +32,20 @@ class Recipe:
 
 
 def added(recipe: Recipe, edit: Edit, at: int | None = None) -> Recipe:
-    """The recipe with one more edit: at its end, or so that it has the given number."""
+    """The recipe with one more edit: at its end, or so that it has the given number.
+
+    Raises:
+        OptionsError: there is no such place, or the edit's numbers make sense on no limb.
+    """
     place = len(recipe.entries) + 1 if at is None else at
     if not 1 <= place <= len(recipe.entries) + 1:
         raise OptionsError(
             f"An edit can be added as number 1 to {len(recipe.entries) + 1}, not as {place}."
         )
+    try:
+        require_sense(edit)
+    except EditError as error:
+        raise OptionsError(f"Not added: {error}") from error
     entries = list(recipe.entries)
     entries.insert(place - 1, Entry(edit=edit))
     return replace(recipe, entries=tuple(entries))

@@ -141,6 +141,27 @@ def test_changes_leave_the_old_recipe_and_do_what_they_say() -> None:
         undone(RECIPE, 3)
 
 
+@pytest.mark.parametrize(
+    ("kind", "values", "reason"),
+    [
+        ("relief", {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0}, "above 0 mm"),
+        ("build-up", {"depth_mm": 5.0, "falloff_mm": 18.0}, "either a place"),
+        ("reduction", {"heights_mm": [1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "one for each"),
+        ("increase", {"heights_mm": [9.0, 1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "rising"),
+        ("sock", {"thickness_mm": 40.0}, "cannot be"),
+        ("sock-ply", {"plies": 99.0}, "not plausible"),
+        ("smoothing", {"passes": 0}, "passes"),
+        ("extension", {"length_mm": -1.0}, "above 0 mm"),
+        ("flare", {"depth_mm": 0.0, "height_mm": 5.0}, "above 0 mm"),
+    ],
+)
+def test_what_makes_sense_on_no_limb_is_not_added(
+    kind: str, values: dict[str, object], reason: str
+) -> None:
+    with pytest.raises(OptionsError, match=rf"Not added: .*{reason}"):
+        added(RECIPE, make_edit(kind, values, "the test"))
+
+
 def test_differences_say_what_changed_and_nothing_else() -> None:
     assert differences(RECIPE, RECIPE) == ()
     deeper = make_edit(

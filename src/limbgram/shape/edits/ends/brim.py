@@ -48,6 +48,26 @@ class Flare:
     """Width of the bent band, over the surface."""
 
 
+def require_length(edit: Extension, what: str) -> None:
+    """Refuse a length that makes sense on no limb.
+
+    Raises:
+        EditError: it is not above 0 mm.
+    """
+    if edit.length_mm <= 0:
+        raise EditError(f"{what} needs a length above 0 mm.")
+
+
+def require_flare(edit: Flare, what: str) -> None:
+    """Refuse a flare that makes sense on no limb.
+
+    Raises:
+        EditError: its depth or height is not above 0 mm.
+    """
+    if edit.depth_mm <= 0 or edit.height_mm <= 0:
+        raise EditError(f"{what} needs a depth and a height above 0 mm.")
+
+
 def extension(limb: Limb, edit: Extension) -> Limb:
     """Add a wall from the brim to a level edge; it goes on with the slope, and turns to the axis.
 
@@ -55,8 +75,7 @@ def extension(limb: Limb, edit: Extension) -> Limb:
         EditError: no open brim, or a wall that would cut through the limb.
     """
     what = "The extension"
-    if edit.length_mm <= 0:
-        raise EditError(f"{what} needs a length above 0 mm.")
+    require_length(edit, what)
     loop = brim_loop(limb, what)
     points = in_limb_frame(limb, what)
     start = points[loop]
@@ -92,8 +111,7 @@ def flare(limb: Limb, edit: Flare) -> Limb:
         EditError: no open brim, or a surface that would fold.
     """
     what = "The flare"
-    if edit.depth_mm <= 0 or edit.height_mm <= 0:
-        raise EditError(f"{what} needs a depth and a height above 0 mm.")
+    require_flare(edit, what)
     loop = brim_loop(limb, what)
     reached = np.isfinite(_from_brim_mm(limb, loop, edit.height_mm))
     close = np.asarray(reached[limb.mesh.faces].any(1))
