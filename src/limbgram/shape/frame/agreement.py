@@ -77,7 +77,7 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
 
 def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:
     """What to note if the limb was aligned for another side."""
-    if limb.frame is None or limb.frame.side == options.side:
+    if limb.frame is None or limb.frame.side in ("none", options.side):
         return ()
     return (
         f"the limb was aligned as {limb.frame.side!r} before and is {options.side!r} now: check it "

@@ -75,6 +75,8 @@ def test_a_side_that_the_file_does_not_name_is_refused(stump: Limb) -> None:
 def test_another_side_than_before_is_noted(stump: Limb) -> None:
     left = align(replace(stump, landmarks=()), AlignOptions(side="left", anterior=FRONT))
     assert left.notes == align(left, AlignOptions(side="left", anterior=FRONT)).notes == ()
+    unsaid = replace(left, frame=file_says("none"))
+    assert align(unsaid, AlignOptions(side="left", anterior=FRONT)).notes == ()
     (note,) = align(left, AlignOptions(side="right", anterior=FRONT)).notes
     assert "as 'left' before and is 'right' now" in note
 
