@@ -132,6 +132,22 @@ def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
     assert words.measure_rows(record.tree)[0][0] == "-60.0"
 
 
+def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
+    limb = cylinder()
+    mesh = limb.mesh
+    crumb = mesh.with_vertices(mesh.vertices_mm / 50 + np.array([200.0, 0, 50]))
+    both = Mesh(
+        vertices_mm=np.concatenate([mesh.vertices_mm, crumb.vertices_mm]),
+        faces=np.concatenate([mesh.faces, crumb.faces + len(mesh)]).astype(np.int32),
+    )
+    alone, found = (record_of(source(one)).tree for one in (limb, limb.with_mesh(both)))
+    assert found["size_mm"] == alone["size_mm"]
+    assert found["measures"]["levels"] == alone["measures"]["levels"]
+    assert found["bias"] == alone["bias"]
+    (added,) = set(found["notes"]) - set(alone["notes"])
+    assert added.startswith("1 loose body apart from the limb")
+
+
 def test_what_is_not_sure_stands_first() -> None:
     mesh = cylinder().mesh
     filled = replace(mesh, filled=np.arange(len(mesh)) < 100)

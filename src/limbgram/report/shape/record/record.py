@@ -9,7 +9,7 @@ Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs
 
 import platform
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
@@ -33,6 +33,7 @@ from limbgram.report.shape.record.sources import (
 )
 from limbgram.report.shape.record.views import four_sides_of_limb
 from limbgram.report.summary import finite
+from limbgram.shape.bodies import outside_of
 from limbgram.shape.comparing import (
     CompareOptions,
     Comparison,
@@ -97,6 +98,7 @@ def record_of(
     frame = frame_of(shape.limb)
     printed = printed_names(shape, against)
     told = nameless(shape, printed)
+    told = replace(told, limb=outside_of(told.limb))
     other = None if against is None else nameless(against, printed)
     reference = options.reference and printed.get(options.reference, options.reference)
     measures = measure(
