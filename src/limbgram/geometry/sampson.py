@@ -56,4 +56,5 @@ def _error_and_gradient(
 
 
 def _length(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
-    return np.maximum(np.linalg.norm(gradient, axis=1), np.finfo(float).tiny)
+    """Nought at the epipoles; then the least length that can be squared."""
+    return np.maximum(np.linalg.norm(gradient, axis=1), np.sqrt(np.finfo(float).tiny))

@@ -15,6 +15,7 @@ from limbgram.geometry.sampson import nearest_matches
 from limbgram.twoview.fundamental import Framing
 
 _ITERATIONS = 30
+_SILENT = 1e-12
 _SMALLEST_GAIN = 1e-9
 
 Projection = Float64[np.ndarray, "3 4"]
@@ -91,9 +92,13 @@ def _adjust(
     damping, residuals = 1e-3, _residuals(projection, points, first, second)
     cost = float((residuals**2).sum())
     for _ in range(_ITERATIONS):
-        equations = _Equations.at(projection, points, residuals)
+        equations = Equations.at(projection, points, residuals)
         while damping < 1e8:
-            by_projection, by_point = equations.step(damping)
+            try:
+                by_projection, by_point = equations.step(damping)
+            except np.linalg.LinAlgError:  # too few matches tell too little: hold them harder
+                damping *= 10.0
+                continue
             trial = projection + by_projection, points + by_point
             tried = _residuals(*trial, first, second)
             if float((tried**2).sum()) <= cost:
@@ -116,7 +121,7 @@ def _residuals(
 
 
 @dataclass(frozen=True)
-class _Equations:
+class Equations:
     """Normal equations, ordered as projection (12) and points (3 each)."""
 
     u: Float64[np.ndarray, "12 12"]
@@ -128,7 +133,7 @@ class _Equations:
     @classmethod
     def at(
         cls, projection: Projection, points: Structure, residuals: Float64[np.ndarray, "n 4"]
-    ) -> "_Equations":
+    ) -> "Equations":
         count = len(points)
         whole = np.column_stack([points[:, :2], np.ones(count), points[:, 2]])
         image = whole @ projection.T
@@ -149,6 +154,8 @@ class _Equations:
         """Solve the damped equations: first the projection, then every point by itself."""
         u = self.u + damping * np.diag(np.diag(self.u) + 1e-12)
         v = self.v * (1.0 + damping * np.eye(3))
+        # At the epipole, or infinitely near, a match says nothing of its depth: that stays.
+        v[:, 2, 2] += damping * _SILENT
         eliminated = np.linalg.solve(v, self.w.transpose(0, 2, 1))
         flat = self.w.transpose(0, 2, 1).reshape(-1, 12)
         reduced = u - flat.T @ eliminated.reshape(-1, 12)

@@ -12,6 +12,7 @@ from limbgram.twoview import (
     refine_fundamental_gold_standard,
     refine_fundamental_sampson,
 )
+from limbgram.twoview.goldstandard import Equations, canonical_projection
 
 SIGMA_PX = 0.5
 
@@ -85,3 +86,17 @@ def test_too_few_matches_give_nothing(limb_pair: Any) -> None:
     robust = estimate_fundamental(limb_pair.first[:7], limb_pair.second[:7])
     assert robust.fundamental is None
     assert not robust.inliers.any()
+
+
+def test_gold_standard_bears_a_match_that_ran_away_to_infinity(limb_pair: Any) -> None:
+    """So near that its place in the second photo no longer changes with its depth."""
+    first, second = limb_pair.noisy(SIGMA_PX)
+    projection = canonical_projection(limb_pair.fundamental)
+    points = np.column_stack([first, np.full(len(first), 1e3)])
+    points[5, 2] = 1e150
+    given = np.hstack([first, second])
+    equations = Equations.at(projection, points, given - np.hstack([first, second + 0.1]))
+    assert equations.v[5, 2, 2] == 0.0
+    by_projection, by_point = equations.step(1e-3)
+    assert np.isfinite(by_projection).all()
+    assert np.isfinite(by_point).all()
