@@ -9,7 +9,7 @@ from limbgram.errors import MeasureError
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.frame.landmarks import known_anywhere, likely_meant
 from limbgram.shape.frame.stated import AlignOptions, outward
-from limbgram.shape.limb import Kind, Limb
+from limbgram.shape.limb import Limb
 
 _SAME_FRONT_DEG = 10.0
 
@@ -38,9 +38,8 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
         MeasureError: a landmark lies far from the side on which places of its name lie, whether
             or not anybody says what kind of limb it is.
     """
-    kind = options.kind or limb.kind
     for mark in limb.landmarks:
-        expected = outward(known_anywhere(mark.name, kind), options.side)
+        expected = outward(known_anywhere(mark.name, limb.kind), options.side)
         x, y, _ = frame.apply(mark.position_mm[None])[0]
         if not expected or abs(complex(x, y)) < options.near_axis_mm:
             continue
@@ -85,9 +84,9 @@ def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:
     )
 
 
-def odd_names(limb: Limb, kind: Kind | None) -> tuple[str, ...]:
+def odd_names(limb: Limb) -> tuple[str, ...]:
     """What to note of landmarks whose names tell nothing, but nearly do."""
-    meant = ((mark.name, likely_meant(mark.name, kind)) for mark in limb.landmarks)
+    meant = ((mark.name, likely_meant(mark.name, limb.kind)) for mark in limb.landmarks)
     return tuple(
         f"landmark {name!r} is a name of no template and tells neither side nor front: was "
         f"{other!r} meant? Then pick it by that name, and move the limb file away to lose the other"

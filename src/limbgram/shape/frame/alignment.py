@@ -41,7 +41,8 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     require_side_of_file(options)
     found = outer_bodies(limb.mesh)
     found.require_one_limb()
-    whole, limb = limb, limb.with_mesh(found.mesh)
+    whole = replace(limb, kind=options.kind or limb.kind)
+    limb = whole.with_mesh(found.mesh)
     axis = (
         fit_axis(limb.mesh, options.fit)
         if options.axis is None
@@ -55,12 +56,10 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
         tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
         frame = _frame(limb, axis.point_mm, tilt.rotation @ frame.rotation)
     require_landmarks_agree(limb, frame, options)
-    kind = options.kind or limb.kind
     return replace(
         whole,
         frame=LimbFrame(limb_from_mesh=frame, side=options.side),
-        kind=kind,
-        notes=(*limb.notes, *notes, *odd_names(limb, kind)),
+        notes=(*limb.notes, *notes, *odd_names(limb)),
     )
 
 
@@ -90,12 +89,11 @@ def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) ->
 
 def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOptions) -> complex:
     """The turn about z that brings the landmarks to where names of the limb's kind lie."""
-    kind = options.kind or limb.kind
     turn = 0j
-    if kind is None:
+    if limb.kind is None:
         return turn
     for mark in limb.landmarks:
-        expected = outward(known_name(mark.name, kind), options.side)
+        expected = outward(known_name(mark.name, limb.kind), options.side)
         x, y, _ = start @ (mark.position_mm - axis.point_mm)
         turn += expected * np.conj(complex(x, y))
     return turn

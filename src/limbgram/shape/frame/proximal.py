@@ -29,7 +29,7 @@ def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3,
         _require_long_way(limb, axis, options, stated if stated is not None else of_file)
     said, rise, brim = (
         _along(stated, axis),
-        _rise_of_landmarks(limb, axis, options),
+        _rise_of_landmarks(limb, axis),
         _brim_side(limb, axis),
     )
     told = said or _along(of_file, axis)
@@ -76,7 +76,7 @@ def _over_the_brim(
 def _require_long_way(limb: Limb, axis: Axis, options: AlignOptions, told: Vector3 | None) -> None:
     """Refuse a fit that runs across what is proximal, as one from heel to toe does."""
     if told is None:
-        if (options.kind or limb.kind) == "foot":
+        if limb.kind == "foot":
             raise MeasureError(
                 "A foot may be longest from heel to toe, so its axis is not taken from its shape "
                 "alone. Say roughly where the leg is by --proximal, such as --proximal +z."
@@ -98,12 +98,11 @@ def _along(direction: Vector3 | None, axis: Axis) -> float:
     return float(direction @ axis.direction / np.linalg.norm(direction))
 
 
-def _rise_of_landmarks(limb: Limb, axis: Axis, options: AlignOptions) -> float:
+def _rise_of_landmarks(limb: Limb, axis: Axis) -> float:
     """Positive if landmarks of higher level lie further along the axis."""
-    kind = options.kind or limb.kind
-    if kind is None:
+    if limb.kind is None:
         return 0.0
-    found = ((mark, known_name(mark.name, kind)) for mark in limb.landmarks)
+    found = ((mark, known_name(mark.name, limb.kind)) for mark in limb.landmarks)
     marks = [(mark, known.level) for mark, known in found if known is not None]
     levels = np.array([level for _, level in marks], np.float64)
     heights = np.array([mark.position_mm @ axis.direction for mark, _ in marks])
