@@ -77,8 +77,11 @@ def outer_bodies(mesh: Mesh) -> Outside:
     if not pieces.max(initial=0):
         return Outside(mesh)
     inner = _inner_bodies(mesh, pieces)
-    mesh = mesh if not inner else with_faces(mesh, mesh.faces[~np.isin(pieces, inner)])
-    return replace(_without_loose(mesh), inside=len(inner))
+    if inner:
+        kept = ~np.isin(pieces, inner)
+        mesh = with_faces(mesh, mesh.faces[kept])
+        pieces = np.unique(pieces[kept], return_inverse=True)[1]
+    return replace(_without_loose(mesh, pieces), inside=len(inner))
 
 
 def outside_of(
@@ -153,9 +156,8 @@ def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:
     return [int(k) for k, is_inner in zip(largest, inner) if is_inner]
 
 
-def _without_loose(mesh: Mesh) -> Outside:
+def _without_loose(mesh: Mesh, pieces: np.ndarray) -> Outside:
     """Leave out what lies apart from the piece of the largest area and all that touches it."""
-    pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
         return Outside(mesh)
     areas = np.bincount(pieces, np.linalg.norm(mesh.face_normals(), axis=1))
