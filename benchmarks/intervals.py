@@ -43,7 +43,7 @@ from limbgram.synthetic import (
     LimbKind,
     make_capture,
 )
-from tables import made_on
+from tables import made_on, table
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 """Heights of the girths, as shares of the seen height."""
@@ -208,12 +208,22 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         f"{made_on(machine())}. Error over sigma by capture; girths: the mean of five levels.",
         f"{told(lines)}.",
     ]
-    rows = ["| seed | limb | contour held | mean | tape held | mean | volume | RMS mm | spread |"]
-    rows.append("|" + " --- |" * 9)
+    heads = (
+        "seed",
+        "limb",
+        "contour held",
+        "mean",
+        "tape held",
+        "mean",
+        "volume",
+        "RMS mm",
+        "spread",
+    )
+    rows: list[list[str]] = []
     for line in sorted(lines, key=lambda one: one["seed"]):
         kind = options_of(line["seed"]).kind.value
         if "refused" in line:
-            rows.append(f"| {line['seed']} | {kind} | refused: {line['refused'][:80]} |" + " |" * 6)
+            rows.append([f"{line['seed']}", kind, f"refused: {line['refused'][:80]}", *[""] * 6])
             continue
         cells = [f"{line['seed']}", kind]
         for name in ("contour", "tape"):
@@ -223,8 +233,8 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         volume = ratios_of([line], "volume")
         cells += [f"{volume[0]:+.2f}" if volume else "open"]
         cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]
-        rows.append(f"| {' | '.join(cells)} |")
-    return "\n\n".join(parts) + "\n\n" + "\n".join(rows) + "\n"
+        rows.append(cells)
+    return "\n\n".join([*parts, table(heads, rows)]) + "\n"
 
 
 def ratios_of(lines: list[dict[str, Any]], kind: str) -> list[float]:

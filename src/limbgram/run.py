@@ -94,10 +94,7 @@ _current: ContextVar[Run | None] = ContextVar("limbgram_run", default=None)
 
 def track(items: Iterable[T], total: int | None = None) -> Iterator[T]:
     """Iterate, telling the current run about every step."""
-    run = _current.get()
-    if run is None:
-        yield from items
-        return
+    run = _current.get() or Run()
     count = total if total is not None else len(items) if isinstance(items, Sequence) else 0
     with run.loop(count) as tell:
         for done, item in enumerate(items):
