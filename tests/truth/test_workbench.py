@@ -17,7 +17,6 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
 from limbgram.export.stl import write_stl
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.report.pictures import Picture
 from limbgram.report.shape.record import RecipeSource, ShapeSource
 from limbgram.report.shape.record.advice import findings
@@ -116,7 +115,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
         side="right" if lateral > 0 else "left",
         anterior=np.array([np.cos(front), np.sin(front), 0.0]),
     )
-    write_stl(limb.mesh, made.scan, MILLIMETRES)
+    write_stl(limb.mesh, made.scan, "mm")
     points = limb.mesh.vertices_mm
     angles = np.degrees(lateral * (np.arctan2(points[:, 1], points[:, 0]) - front))
     marks: list[str] = []

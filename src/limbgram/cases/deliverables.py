@@ -4,14 +4,13 @@ from pathlib import Path
 
 from limbgram.export import (
     write_cloud_ply,
-    write_colmap,
     write_dxf,
     write_glb,
     write_obj,
     write_ply,
-    write_poses,
     write_stl,
 )
+from limbgram.export.colmap import write_colmap, write_poses
 from limbgram.pipeline import Reconstruction
 from limbgram.run import track
 
@@ -24,14 +23,14 @@ def deliver(done: Reconstruction, folder: Path, *, unscaled: bool) -> tuple[Path
             `unscaled` does not say that this is wanted.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    mesh, scale = done.mesh, done.metric.scale
+    mesh, unit = done.mesh, done.metric.scale.unit
     writes = (
-        lambda: write_stl(mesh, folder / "surface.stl", scale, unscaled=unscaled),
-        lambda: write_dxf(mesh, folder / "surface.dxf", scale, unscaled=unscaled),
-        lambda: write_ply(mesh, folder / "surface.ply", scale, unscaled=unscaled),
-        lambda: write_obj(mesh, folder / "surface.obj", scale, unscaled=unscaled),
-        lambda: write_glb(mesh, folder / "surface.glb", scale, unscaled=unscaled),
-        lambda: write_cloud_ply(done.cloud, folder / "cloud.ply", scale, unscaled=unscaled),
+        lambda: write_stl(mesh, folder / "surface.stl", unit, unscaled=unscaled),
+        lambda: write_dxf(mesh, folder / "surface.dxf", unit, unscaled=unscaled),
+        lambda: write_ply(mesh, folder / "surface.ply", unit, unscaled=unscaled),
+        lambda: write_obj(mesh, folder / "surface.obj", unit, unscaled=unscaled),
+        lambda: write_glb(mesh, folder / "surface.glb", unit, unscaled=unscaled),
+        lambda: write_cloud_ply(done.cloud, folder / "cloud.ply", unit, unscaled=unscaled),
         lambda: write_colmap(done.metric, folder / "colmap", unscaled=unscaled),
         lambda: write_poses(done.metric, folder / "poses.json", unscaled=unscaled),
     )

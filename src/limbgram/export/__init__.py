@@ -1,6 +1,5 @@
 """Export: files for other programs, each read back and compared before it takes its name."""
 
-from limbgram.export.colmap import write_colmap, write_poses
 from limbgram.export.dxf import write_dxf
 from limbgram.export.gltf import write_glb
 from limbgram.export.obj import write_obj
@@ -9,11 +8,9 @@ from limbgram.export.stl import write_stl
 
 __all__ = [
     "write_cloud_ply",
-    "write_colmap",
     "write_dxf",
     "write_glb",
     "write_obj",
     "write_ply",
-    "write_poses",
     "write_stl",
 ]

@@ -27,7 +27,7 @@ _SEEN = np.dtype([("xy", "<f8", 2), ("point", "<i8")])
 
 def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> Path:
     """Write R and t (camera from world, mm) of every placed photo, and read them back."""
-    path = target(path, metric.scale, unscaled=unscaled)
+    path = target(path, metric.scale.unit, unscaled=unscaled)
     images = [
         {
             "name": view.name,
@@ -49,7 +49,7 @@ def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> P
 
 def write_colmap(metric: MetricScene, path: Path, *, unscaled: bool = False) -> Path:
     """Write cameras.bin, images.bin and points3D.bin, and read them back with pycolmap."""
-    path = target(path, metric.scale, unscaled=unscaled)
+    path = target(path, metric.scale.unit, unscaled=unscaled)
     scene = metric.scene
     files: dict[str, Callable[[BinaryIO], None]] = {
         "cameras.bin": lambda stream: _write_cameras(stream, scene),

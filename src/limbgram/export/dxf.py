@@ -12,9 +12,8 @@ import numpy as np
 from jaxtyping import Float64, Int16, Int64
 from numba import njit
 
-from limbgram.export.writing import require, require_same_triangles, target, write_file
+from limbgram.export.writing import Unit, require, require_same_triangles, target, write_file
 from limbgram.geometry.arrays import Points3
-from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import Section, cut, heights_between
 from limbgram.surface.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
@@ -41,11 +40,11 @@ class Curves:
 
 
 def write_dxf(
-    mesh: Mesh, path: Path, scale: Scale, *, spacing_mm: float = 10.0, unscaled: bool = False
+    mesh: Mesh, path: Path, unit: Unit, *, spacing_mm: float = 10.0, unscaled: bool = False
 ) -> Path:
     """Write triangles, sections across z at multiples of `spacing_mm`, trimline; read all back."""
-    path = target(path, scale, unscaled=unscaled)
-    return write_triangles(mesh, path, scale.unit, curves_of(mesh, spacing_mm))
+    path = target(path, unit, unscaled=unscaled)
+    return write_triangles(mesh, path, unit, curves_of(mesh, spacing_mm))
 
 
 def curves_of(mesh: Mesh, spacing_mm: float) -> Curves:

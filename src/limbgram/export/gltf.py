@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float32
 
 from limbgram.export.writing import (
+    Unit,
     require,
     require_same_triangles,
     single_precision,
     target,
     write_file,
 )
-from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 _METRE = 0.001
@@ -28,12 +28,12 @@ _VIEWER_FROM_WORLD = np.array(
 )
 
 
-def write_glb(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
+def write_glb(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write a binary glTF in metres, and read it back in units of the mesh."""
     import trimesh  # a fifth of a second, which most commands do without
     from trimesh.exchange.gltf import export_glb
 
-    path = target(path, scale, unscaled=unscaled)
+    path = target(path, unit, unscaled=unscaled)
     sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
 
     def encode(stream: BinaryIO) -> None:
@@ -42,7 +42,7 @@ def write_glb(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
         )
         if sigma is not None:
             surface.vertex_attributes[_SIGMA] = sigma
-        scene = trimesh.Scene(metadata={"source_unit": scale.unit})
+        scene = trimesh.Scene(metadata={"source_unit": unit})
         scene.add_geometry(surface, node_name="surface", transform=_VIEWER_FROM_WORLD)
         stream.write(export_glb(scene))
 

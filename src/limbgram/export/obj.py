@@ -5,20 +5,19 @@ from typing import BinaryIO
 
 import numpy as np
 
-from limbgram.export.writing import require_same_triangles, target, write_file
-from limbgram.scale.metric import Scale
+from limbgram.export.writing import Unit, require_same_triangles, target, write_file
 from limbgram.surface.mesh import Mesh
 
 _PRECISION = 1e-6
 _BLOCK = 10_000
 
 
-def write_obj(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
+def write_obj(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write vertices (to a millionth of a unit) and faces, and read them back."""
-    path = target(path, scale, unscaled=unscaled)
+    path = target(path, unit, unscaled=unscaled)
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(f"# limbgram, unit: {scale.unit}\n".encode("ascii"))
+        stream.write(f"# limbgram, unit: {unit}\n".encode("ascii"))
         for rows in _blocks(mesh.vertices_mm):
             stream.write(("v %.6f %.6f %.6f\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
         for rows in _blocks(mesh.faces + 1):

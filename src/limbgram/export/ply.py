@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Shaped
 
 from limbgram.export.writing import (
+    Unit,
     require,
     require_same_triangles,
     single_precision,
@@ -17,7 +18,6 @@ from limbgram.export.writing import (
     write_file,
 )
 from limbgram.geometry.cloud import Cloud
-from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
@@ -26,7 +26,7 @@ _TYPES = {name: code for code, name in _NAMES.items()}
 _COLOUR = ("red", "green", "blue")
 
 
-def write_ply(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
+def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write the mesh with all that is known of its vertices, and read it back."""
     columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
     if mesh.colours is not None:
@@ -37,11 +37,11 @@ def write_ply(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
         columns["sigma"] = mesh.sigma_mm.astype("<f4")
     if mesh.shared_mm is not None:
         columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
-    path = target(path, scale, unscaled=unscaled)
+    path = target(path, unit, unscaled=unscaled)
     rows, faces = _rows(columns), _face_rows(mesh)
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(_header(rows, len(faces), scale.unit, mesh.correlation_mm))
+        stream.write(_header(rows, len(faces), unit, mesh.correlation_mm))
         stream.write(rows.tobytes() + faces.tobytes())
 
     def check(written: Path) -> None:
@@ -53,16 +53,16 @@ def write_ply(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -
     return write_file(path, encode, check)
 
 
-def write_cloud_ply(cloud: Cloud, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
+def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write the points with normal, colour and number of photos, and read them back."""
     columns = dict(zip("xyz", cloud.points_mm.T.astype("<f4")))
     columns |= dict(zip(("nx", "ny", "nz"), cloud.normals.T.astype("<f4")))
     columns |= dict(zip(_COLOUR, cloud.colours.T)) | {"views": cloud.views}
-    path = target(path, scale, unscaled=unscaled)
+    path = target(path, unit, unscaled=unscaled)
     rows = _rows(columns)
 
     def encode(stream: BinaryIO) -> None:
-        stream.write(_header(rows, 0, scale.unit))
+        stream.write(_header(rows, 0, unit))
         stream.write(rows.tobytes())
 
     def check(written: Path) -> None:

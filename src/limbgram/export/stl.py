@@ -6,22 +6,22 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.export.writing import (
+    Unit,
     require_same_triangles,
     single_precision,
     target,
     write_file,
 )
-from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-def write_stl(mesh: Mesh, path: Path, scale: Scale, *, unscaled: bool = False) -> Path:
+def write_stl(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write a binary STL and read it back."""
-    path = target(path, scale, unscaled=unscaled)
+    path = target(path, unit, unscaled=unscaled)
     # A header that began with "solid" would be taken for the text form.
-    header = f"limbgram binary STL, unit: {scale.unit}".encode().ljust(80)
+    header = f"limbgram binary STL, unit: {unit}".encode().ljust(80)
 
     def encode(stream: BinaryIO) -> None:
         normals = mesh.face_normals()

@@ -17,7 +17,6 @@ from jaxtyping import Float64
 
 from limbgram.errors import ExportError
 from limbgram.geometry.arrays import Points3
-from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh, crosses
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -81,13 +80,13 @@ def write_folder(
     return path
 
 
-def target(path: Path, scale: Scale, *, unscaled: bool) -> Path:
+def target(path: Path, unit: Unit, *, unscaled: bool) -> Path:
     """The path to write to: as given for millimetres, marked in its name where there is no unit.
 
     Raises:
         ExportError: the scene has no scale, and nobody asked for a file without one.
     """
-    if scale.unit == "mm":
+    if unit == "mm":
         return path
     if not unscaled:
         raise ExportError(

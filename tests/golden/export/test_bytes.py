@@ -5,11 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from limbgram.export import write_dxf, write_stl
-from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 
 GOLDEN = Path(__file__).parent
-MILLIMETRES = Scale(unit="mm", source="board", relative_sigma=1e-4)
 TETRAHEDRON = Mesh(
     vertices_mm=np.array([[0.0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 12]]),
     faces=np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], np.int32),
@@ -17,10 +15,10 @@ TETRAHEDRON = Mesh(
 
 
 def test_stl(tmp_path: Path) -> None:
-    written = write_stl(TETRAHEDRON, tmp_path / "tetrahedron.stl", MILLIMETRES).read_bytes()
+    written = write_stl(TETRAHEDRON, tmp_path / "tetrahedron.stl", "mm").read_bytes()
     assert written == (GOLDEN / "tetrahedron.stl").read_bytes()
 
 
 def test_dxf(tmp_path: Path) -> None:
-    written = write_dxf(TETRAHEDRON, tmp_path / "tetrahedron.dxf", MILLIMETRES).read_bytes()
+    written = write_dxf(TETRAHEDRON, tmp_path / "tetrahedron.dxf", "mm").read_bytes()
     assert written == (GOLDEN / "tetrahedron.dxf").read_bytes()

@@ -1,10 +1,9 @@
-"""A small mesh with everything known of it, and scales."""
+"""A small mesh with everything known of it."""
 
 import numpy as np
 import pytest
 import trimesh
 
-from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 
 AWAY = np.array([100.123456789, -50, 30])
@@ -24,13 +23,3 @@ def mesh() -> Mesh:
         filled=rng.random(count) < 0.1,
         sigma_mm=rng.random(count).astype(np.float32),
     )
-
-
-@pytest.fixture(scope="session")
-def metric_scale() -> Scale:
-    return Scale(unit="mm", source="board", relative_sigma=1e-4)
-
-
-@pytest.fixture(scope="session")
-def no_scale() -> Scale:
-    return Scale(unit="unitless", source="none", relative_sigma=float("nan"))

@@ -9,7 +9,7 @@ import pycolmap
 import pytest
 
 from limbgram.errors import ExportError
-from limbgram.export import write_colmap, write_poses
+from limbgram.export.colmap import write_colmap, write_poses
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
 from limbgram.mapping.scene import Observations, Scene
@@ -19,10 +19,11 @@ CAMERA = Camera(
     width_px=2000, height_px=1500, fx=2400, fy=2410, cx=990, cy=760, k1=-0.1, k2=0.02, p1=1e-3
 )
 NAMES = ("photo one.jpg", "zwei.jpg", "drei.jpg", "lost.jpg")
+NO_SCALE = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
 
 
 @pytest.fixture
-def metric(metric_scale: Scale) -> MetricScene:
+def metric() -> MetricScene:
     """Three photos on an arc, the fourth not placed; photo 1 does not see the first 10 points."""
     points = np.random.default_rng(0).normal(size=(80, 3)) * 40
     up = np.array([0, 0, 1.0])
@@ -42,7 +43,7 @@ def metric(metric_scale: Scale) -> MetricScene:
         observations=Observations(photo_idx, point_idx, xy_px),
         verdicts=(),
     )
-    return MetricScene(scene=scene, scale=metric_scale)
+    return MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=1e-4))
 
 
 def test_colmap_reprojects_every_point_to_its_own_pixel(
@@ -73,10 +74,8 @@ def test_poses_are_camera_from_world(metric: MetricScene, tmp_path: Path) -> Non
     np.testing.assert_allclose(centre, [400, 0, 90], atol=1e-9)
 
 
-def test_cameras_without_scale_need_asking(
-    metric: MetricScene, no_scale: Scale, tmp_path: Path
-) -> None:
-    unitless = replace(metric, scale=no_scale)
+def test_cameras_without_scale_need_asking(metric: MetricScene, tmp_path: Path) -> None:
+    unitless = replace(metric, scale=NO_SCALE)
     for write, name in ((write_colmap, "colmap"), (write_poses, "poses.json")):
         with pytest.raises(ExportError, match="no scale"):
             write(unitless, tmp_path / name)

@@ -18,7 +18,6 @@ from limbgram.export import (
     write_stl,
 )
 from limbgram.geometry.cloud import Cloud
-from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 
 Writer = Callable[..., Path]
@@ -31,10 +30,8 @@ ALL: list[tuple[Writer, str]] = [
 ]
 
 
-def test_stl_says_millimetres_and_is_not_taken_for_text(
-    mesh: Mesh, metric_scale: Scale, tmp_path: Path
-) -> None:
-    content = write_stl(mesh, tmp_path / "surface.stl", metric_scale).read_bytes()
+def test_stl_says_millimetres_and_is_not_taken_for_text(mesh: Mesh, tmp_path: Path) -> None:
+    content = write_stl(mesh, tmp_path / "surface.stl", "mm").read_bytes()
     assert not content.startswith(b"solid")
     assert b"unit: mm" in content[:80]
     assert len(content) == 84 + 50 * len(mesh.faces)
@@ -45,9 +42,9 @@ def test_stl_says_millimetres_and_is_not_taken_for_text(
 
 
 def test_dxf_holds_faces_and_sections_on_layers_that_say_the_unit(
-    mesh: Mesh, metric_scale: Scale, tmp_path: Path
+    mesh: Mesh, tmp_path: Path
 ) -> None:
-    path = write_dxf(mesh, tmp_path / "surface.dxf", metric_scale, spacing_mm=5.0)
+    path = write_dxf(mesh, tmp_path / "surface.dxf", "mm", spacing_mm=5.0)
     drawing = ezdxf.readfile(path)
     assert drawing.dxfversion == "AC1009"
     assert not drawing.audit().errors
@@ -62,10 +59,8 @@ def test_dxf_holds_faces_and_sections_on_layers_that_say_the_unit(
     assert all(line.is_3d_polyline and line.is_closed for line in lines)
 
 
-def test_ply_keeps_colour_filled_mark_and_sigma(
-    mesh: Mesh, metric_scale: Scale, tmp_path: Path
-) -> None:
-    path = write_ply(mesh, tmp_path / "surface.ply", metric_scale)
+def test_ply_keeps_colour_filled_mark_and_sigma(mesh: Mesh, tmp_path: Path) -> None:
+    path = write_ply(mesh, tmp_path / "surface.ply", "mm")
     read = trimesh.load_mesh(path, process=False)
     np.testing.assert_allclose(read.vertices, mesh.vertices_mm, atol=1e-5)
     np.testing.assert_array_equal(read.visual.vertex_colors[:, :3], mesh.colours)
@@ -74,21 +69,21 @@ def test_ply_keeps_colour_filled_mark_and_sigma(
     np.testing.assert_array_equal(np.ravel(raw["sigma"]), mesh.sigma_mm)
 
 
-def test_glb_is_in_metres_and_stands_up(mesh: Mesh, metric_scale: Scale, tmp_path: Path) -> None:
-    scene = trimesh.load_scene(write_glb(mesh, tmp_path / "surface.glb", metric_scale))
+def test_glb_is_in_metres_and_stands_up(mesh: Mesh, tmp_path: Path) -> None:
+    scene = trimesh.load_scene(write_glb(mesh, tmp_path / "surface.glb", "mm"))
     low, high = scene.bounds
     x, y, z = mesh.vertices_mm.T / 1000
     np.testing.assert_allclose(low, [x.min(), z.min(), -y.max()], atol=1e-7)
     np.testing.assert_allclose(high, [x.max(), z.max(), -y.min()], atol=1e-7)
 
 
-def test_obj_is_read_by_others(mesh: Mesh, metric_scale: Scale, tmp_path: Path) -> None:
-    path = write_obj(mesh, tmp_path / "surface.obj", metric_scale)
+def test_obj_is_read_by_others(mesh: Mesh, tmp_path: Path) -> None:
+    path = write_obj(mesh, tmp_path / "surface.obj", "mm")
     read = trimesh.load_mesh(path, process=False, maintain_order=True)
     np.testing.assert_allclose(read.triangles, mesh.vertices_mm[mesh.faces], atol=1e-6)
 
 
-def test_cloud_keeps_normals_and_views(metric_scale: Scale, tmp_path: Path) -> None:
+def test_cloud_keeps_normals_and_views(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     cloud = Cloud(
         points_mm=rng.normal(size=(50, 3)).astype(np.float32),
@@ -97,7 +92,7 @@ def test_cloud_keeps_normals_and_views(metric_scale: Scale, tmp_path: Path) -> N
         views=rng.integers(2, 9, 50, np.uint8),
         spacing_mm=1.0,
     )
-    read = trimesh.load(write_cloud_ply(cloud, tmp_path / "cloud.ply", metric_scale))
+    read = trimesh.load(write_cloud_ply(cloud, tmp_path / "cloud.ply", "mm"))
     np.testing.assert_array_equal(read.vertices, cloud.points_mm)
     np.testing.assert_array_equal(read.colors[:, :3], cloud.colours)
     raw = read.metadata["_ply_raw"]["vertex"]["data"]
@@ -107,12 +102,12 @@ def test_cloud_keeps_normals_and_views(metric_scale: Scale, tmp_path: Path) -> N
 
 @pytest.mark.parametrize(("write", "name"), ALL)
 def test_no_scale_no_file_unless_asked_and_then_named(
-    write: Writer, name: str, mesh: Mesh, no_scale: Scale, tmp_path: Path
+    write: Writer, name: str, mesh: Mesh, tmp_path: Path
 ) -> None:
     with pytest.raises(ExportError, match="no scale"):
-        write(mesh, tmp_path / name, no_scale)
+        write(mesh, tmp_path / name, "unitless")
     assert not list(tmp_path.iterdir())
-    written = write(mesh, tmp_path / name, no_scale, unscaled=True)
+    written = write(mesh, tmp_path / name, "unitless", unscaled=True)
     assert written.name == name.replace(".", "-unitless.")
     assert [path.name for path in tmp_path.iterdir()] == [written.name]
     assert b"unitless" in written.read_bytes().lower()
@@ -120,7 +115,7 @@ def test_no_scale_no_file_unless_asked_and_then_named(
 
 @pytest.mark.parametrize(("write", "name"), ALL)
 def test_the_same_mesh_gives_the_same_bytes(
-    write: Writer, name: str, mesh: Mesh, metric_scale: Scale, tmp_path: Path
+    write: Writer, name: str, mesh: Mesh, tmp_path: Path
 ) -> None:
-    first = write(mesh, tmp_path / name, metric_scale).read_bytes()
-    assert write(mesh, tmp_path / name, metric_scale).read_bytes() == first
+    first = write(mesh, tmp_path / name, "mm").read_bytes()
+    assert write(mesh, tmp_path / name, "mm").read_bytes() == first

@@ -12,7 +12,6 @@ from ezdxf.render import MeshBuilder
 from limbgram.errors import CarveError, ExportError, OptionsError
 from limbgram.export.dxf import curves_of, write_drawing, write_dxf
 from limbgram.export.workshop import admit, in_limb_frame, write_polyface_dxf
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.surface import Mesh
@@ -66,7 +65,7 @@ def test_a_drawing_holds_the_trimline_as_a_closed_curve(tmp_path: Path, polyface
     if polyface:
         write_polyface_dxf(mesh, path)
     else:
-        write_dxf(mesh, path, MILLIMETRES)
+        write_dxf(mesh, path, "mm")
     drawing = ezdxf.readfile(path)
     assert not drawing.audit().errors
     (line,) = drawing.modelspace().query('POLYLINE[layer=="TRIMLINE_MM"]')

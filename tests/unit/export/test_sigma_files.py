@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from limbgram.export import write_glb, write_ply
-from limbgram.scale.metric import Scale
 from limbgram.shape.reading import read_limb
 from limbgram.surface.mesh import Mesh
 
@@ -19,11 +18,9 @@ def uncertain(mesh: Mesh) -> Mesh:
     return replace(mesh, sigma_mm=sigma, shared_mm=shared, correlation_mm=1.0 / 3.0)
 
 
-def test_ply_keeps_sigmas_shared_errors_and_their_reach(
-    mesh: Mesh, metric_scale: Scale, tmp_path: Path
-) -> None:
+def test_ply_keeps_sigmas_shared_errors_and_their_reach(mesh: Mesh, tmp_path: Path) -> None:
     known = uncertain(mesh)
-    read = read_limb(write_ply(known, tmp_path / "limb.ply", metric_scale)).mesh
+    read = read_limb(write_ply(known, tmp_path / "limb.ply", "mm")).mesh
     assert read.sigma_mm is not None
     assert read.shared_mm is not None
     assert known.sigma_mm is not None
@@ -32,9 +29,9 @@ def test_ply_keeps_sigmas_shared_errors_and_their_reach(
     assert read.correlation_mm == known.correlation_mm
 
 
-def test_glb_keeps_sigmas(mesh: Mesh, metric_scale: Scale, tmp_path: Path) -> None:
+def test_glb_keeps_sigmas(mesh: Mesh, tmp_path: Path) -> None:
     known = uncertain(mesh)
-    read = read_limb(write_glb(known, tmp_path / "limb.glb", metric_scale)).mesh
+    read = read_limb(write_glb(known, tmp_path / "limb.glb", "mm")).mesh
     assert read.sigma_mm is not None
     assert known.sigma_mm is not None
     np.testing.assert_allclose(read.sigma_mm, known.sigma_mm, rtol=1e-6)

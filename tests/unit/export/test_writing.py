@@ -16,7 +16,6 @@ from limbgram.export.writing import (
     write_file,
     write_folder,
 )
-from limbgram.scale.metric import Scale
 from limbgram.surface import Mesh
 
 
@@ -38,13 +37,13 @@ def test_a_full_disk_leaves_the_old_file_and_no_other(tmp_path: Path) -> None:
     assert path.read_bytes() == b"old"
 
 
-def test_a_missing_folder_is_told(mesh: Mesh, metric_scale: Scale, tmp_path: Path) -> None:
+def test_a_missing_folder_is_told(mesh: Mesh, tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="Check that the folder exists"):
-        write_stl(mesh, tmp_path / "nowhere" / "surface.stl", metric_scale)
+        write_stl(mesh, tmp_path / "nowhere" / "surface.stl", "mm")
 
 
 def test_a_byte_changed_by_the_disk_is_found(
-    mesh: Mesh, metric_scale: Scale, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    mesh: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sync = os.fsync
 
@@ -54,7 +53,7 @@ def test_a_byte_changed_by_the_disk_is_found(
 
     monkeypatch.setattr(os, "fsync", spoil)
     with pytest.raises(ExportError, match=r"surface\.stl: a corner lies"):
-        write_stl(mesh, tmp_path / "surface.stl", metric_scale)
+        write_stl(mesh, tmp_path / "surface.stl", "mm")
     assert not list(tmp_path.iterdir())
 
 

@@ -12,7 +12,6 @@ from typer.testing import CliRunner, Result
 from limbgram.cli.main import app
 from limbgram.export.ply import write_ply
 from limbgram.export.stl import write_stl
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading import read_limb
 
@@ -25,7 +24,7 @@ def run(*words: object) -> Result:
 
 @pytest.fixture
 def scan(stump: Limb, tmp_path: Path) -> Path:
-    write_stl(stump.mesh, tmp_path / "scan.stl", MILLIMETRES)
+    write_stl(stump.mesh, tmp_path / "scan.stl", "mm")
     return tmp_path / "scan.stl"
 
 
@@ -97,7 +96,7 @@ def test_a_painted_mark_becomes_a_landmark(stump: Limb, tmp_path: Path) -> None:
     mesh = type(stump.mesh)(
         vertices_mm=stump.mesh.vertices_mm, faces=stump.mesh.faces, colours=colours
     )
-    write_ply(mesh, tmp_path / "sock.ply", MILLIMETRES)
+    write_ply(mesh, tmp_path / "sock.ply", "mm")
     seen = json.loads(run("align", tmp_path / "sock.ply", "--marks", "--json").stdout)["marks"]
     assert len(seen) == 1
     words = ["--side", "right", "--kind", "transtibial", "--landmark", "fibula head=#1"]

@@ -9,7 +9,6 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
 from limbgram.export.stl import write_stl
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading import read_limb
 
@@ -26,7 +25,7 @@ def said(answer: Result) -> str:
 
 @pytest.fixture
 def scan(stump: Limb, tmp_path: Path) -> Path:
-    write_stl(stump.mesh, tmp_path / "scan.stl", MILLIMETRES)
+    write_stl(stump.mesh, tmp_path / "scan.stl", "mm")
     return tmp_path / "scan.stl"
 
 

@@ -18,7 +18,6 @@ from limbgram.export.workshop import (
     write_limb,
     write_polyface_dxf,
 )
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import angle_between_deg
 from limbgram.shape.bodies import left_out
@@ -172,7 +171,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
 def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
     if not polyface:
         curves = curves_of(limb.mesh, spacing_mm)
-        write_triangles(limb.mesh, path, MILLIMETRES.unit, curves)
+        write_triangles(limb.mesh, path, "mm", curves)
         sections = len(curves.sections)
         lines = [f"Written: {path} (mm; {sections} sections; read back and compared)"]
         content = {"written": str(path), "unit": "mm", "sections": sections}

@@ -1,7 +1,6 @@
 """A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
 
 import json
-import math
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,7 +12,6 @@ from limbgram.export.obj import write_obj
 from limbgram.export.ply import write_ply
 from limbgram.export.stl import write_stl
 from limbgram.export.writing import require, write_file
-from limbgram.scale.metric import Scale
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading.reading import read_mesh
 from limbgram.shape.reading.sidecar import (
@@ -26,8 +24,6 @@ from limbgram.shape.reading.sidecar import (
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import volume_mm3
 
-MILLIMETRES = Scale(unit="mm", source="none", relative_sigma=math.nan)
-"""A shape of the workbench is in millimetres, whoever scaled it."""
 _WRITERS = {".ply": write_ply, ".stl": write_stl, ".obj": write_obj, ".glb": write_glb}
 _SAME_PLACE_MM = 1e-3
 _SAME_VOLUME = 1e-4
@@ -43,7 +39,7 @@ def write_limb(limb: Limb, path: Path) -> Path:
             "endings; PLY keeps colours and uncertainty."
         )
     _keep_off(path)
-    written = write(limb.mesh, path, MILLIMETRES)
+    written = write(limb.mesh, path, "mm")
     # The mesh first: stopped between the two, an older limb file has another hash and is refused.
     mm_per_unit = 1000.0 if path.suffix.lower() == ".glb" else 1.0
     _write_record(limb, written, hash_of(written.read_bytes()), mm_per_unit)

@@ -21,13 +21,12 @@ from limbgram.export.dxf import (
     surface_layer,
     write_drawing,
 )
-from limbgram.export.workshop.limb_file import MILLIMETRES
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import with_faces
 
 _MOST = 32_767
 """Vertices or faces of one polyface mesh."""
-_LAYER = surface_layer(MILLIMETRES.unit)
+_LAYER = surface_layer("mm")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +45,7 @@ def write_polyface_dxf(mesh: Mesh, path: Path, *, spacing_mm: float = 10.0) -> P
     parts = _split(mesh)
     surface = chain.from_iterable(_polyface(with_faces(mesh, faces)) for faces in parts)
     ordered = Mesh(vertices_mm=mesh.vertices_mm, faces=np.concatenate(parts))
-    write_drawing(path, MILLIMETRES.unit, surface, ordered, curves)
+    write_drawing(path, "mm", surface, ordered, curves)
     return PolyfaceReport(path=path, meshes=len(parts), curves=curves)
 
 

@@ -52,7 +52,7 @@ def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_pat
     case = CaseFolder(tmp_path / "case")
     case.root.mkdir()
     keep(case, with_sigmas)
-    known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale)
+    known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale.unit)
     tree = assess_case(case, known, "frame")
     truth = tree["truth"]
     assert truth["rms_mm"] < 1e-5  # single precision of the file
@@ -75,7 +75,7 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
     assess_case(case, None, "surface")
     own = {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")}
     larger = with_sigmas.mesh.with_vertices(1.2 * with_sigmas.mesh.vertices_mm)
-    wrong = write_ply(larger, tmp_path / "wrong.ply", with_sigmas.metric.scale)
+    wrong = write_ply(larger, tmp_path / "wrong.ply", with_sigmas.metric.scale.unit)
     tree = assess_case(case, wrong, "frame")
     assert tree["light"] == "red"
     assert {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")} == own
@@ -109,6 +109,6 @@ def test_a_truth_must_exist_and_have_cameras_to_align_by(
 ) -> None:
     with pytest.raises(CaseError, match="holds no truth"):
         read_truth(tmp_path, with_sigmas, "surface")
-    known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale)
+    known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale.unit)
     with pytest.raises(OptionsError, match="Align by the surface"):
         read_truth(known, with_sigmas, "cameras")
