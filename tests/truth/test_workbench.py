@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
 from limbgram.export.stl import write_stl
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import Picture
 from limbgram.report.shape.record import RecipeSource, ShapeSource
 from limbgram.report.shape.record.advice import findings
 from limbgram.report.shape.record.pages import pdf

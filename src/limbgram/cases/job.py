@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from limbgram.calibration import Calibration
-from limbgram.cases.assessing import evidence_of, write_accuracy
+from limbgram.cases.assessing.accuracy import evidence_of, write_accuracy
 from limbgram.cases.camera_file import read_camera
 from limbgram.cases.deliverables import deliver
 from limbgram.cases.folder import CaseFolder, take_in, written_whole
@@ -14,8 +14,10 @@ from limbgram.cases.keeping.encoding import from_tree, to_tree
 from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import write_json
 from limbgram.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
-from limbgram.report import Pictures, draw, page_of, summarise
 from limbgram.report.accuracy import assess
+from limbgram.report.page import page_of
+from limbgram.report.pictures import Pictures, draw
+from limbgram.report.summary import summarise
 from limbgram.scale import KnownDistance
 from limbgram.targets import Board
 

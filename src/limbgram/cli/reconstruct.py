@@ -17,7 +17,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.dense import RegionOptions
 from limbgram.errors import OptionsError
 from limbgram.pipeline import PipelineOptions
-from limbgram.report import stage_title
+from limbgram.report.page import stage_title
 from limbgram.surface import PivotOptions, PoissonOptions
 
 

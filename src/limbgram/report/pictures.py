@@ -4,18 +4,15 @@ In      the products of one reconstruction.
 Out     Pictures as PNG, in the order in which the page shows them.
 """
 
-import io
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import UInt8
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from limbgram.features.keypoints import Features
 from limbgram.geometry.cloud import Cloud
 from limbgram.photos.photo import PhotoSet
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
+from limbgram.report.drawings.drawing import Picture, png
 from limbgram.report.drawings.maps import sigma_map
 from limbgram.report.drawings.photographs import keypoints_on_photo, matches_of_pair
 from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides
@@ -23,19 +20,6 @@ from limbgram.run import track
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 from limbgram.twoview.pairs import Pairs
-
-_DOTS_PER_INCH = 110
-
-
-@dataclass(frozen=True)
-class Picture:
-    """One PNG and what it shows."""
-
-    name: str
-    """Of its file, without suffix."""
-    title: str
-    caption: str
-    png: UInt8[np.ndarray, " n"]
 
 
 @dataclass(frozen=True)
@@ -70,11 +54,3 @@ def draw(
         drawing = make()
         pictures.append(Picture(name, title, drawing.caption, png(drawing.figure)))
     return Pictures(tuple(pictures))
-
-
-def png(figure: Figure) -> UInt8[np.ndarray, " n"]:
-    """A figure as the bytes of a PNG."""
-    file = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(file, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "limbgram"})
-    return np.frombuffer(file.getvalue(), np.uint8)

@@ -8,8 +8,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from limbgram.geometry.rigid import Rigid
-from limbgram.report.drawings.drawing import Drawing
-from limbgram.report.pictures import png
+from limbgram.report.drawings.drawing import Drawing, png
 from limbgram.report.shape.course import course
 from limbgram.report.shape.differences import difference_pictures, paint_of
 from limbgram.report.shape.mirrorcheck import mirror_check

@@ -16,7 +16,7 @@ from limbgram.pipeline import Reconstruction
 from limbgram.report.accuracy import Assessment, Evidence, assess
 from limbgram.report.accuracy.figures.truth import Alignment
 from limbgram.report.accuracy.pages import accuracy_page, accuracy_pdf, accuracy_pictures
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import Picture
 
 
 def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.pipeline import Capture, reconstruct
-from limbgram.report import draw
+from limbgram.report.pictures import draw
 from limbgram.run import Run
 from limbgram.shape.edits.offset import offset
 from limbgram.shape.measures.geodesic import shortest_path

@@ -111,14 +111,14 @@ def compare_command(
 
 def _course(series: Series) -> bytes:
     """Drawn only where asked: what draws takes longer to import than most shapes to compare."""
-    from limbgram.report.pictures import png
+    from limbgram.report.drawings.drawing import png
     from limbgram.report.shape.course import course
 
     return png(course(series).figure).tobytes()
 
 
 def _differences(comparison: Comparison) -> bytes:
-    from limbgram.report.pictures import png
+    from limbgram.report.drawings.drawing import png
     from limbgram.report.shape.differences import difference_pictures
 
     return png(difference_pictures(comparison).figure).tobytes()

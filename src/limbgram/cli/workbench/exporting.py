@@ -231,7 +231,7 @@ def _axes(limb: Limb) -> str:
 
 def _picture(path: Path, mesh: Mesh, landmarks: tuple[Landmark, ...], side: Side) -> Path:
     """Draw the mirror check beside the file; most formats need nothing that draws."""
-    from limbgram.report.pictures import png
+    from limbgram.report.drawings.drawing import png
     from limbgram.report.shape.mirrorcheck import mirror_check
 
     drawing = mirror_check(mesh, landmarks, side, path.name)

@@ -137,8 +137,8 @@ def _write(
 
 def _picture(measures: Measures) -> bytes:
     """Drawn only where asked: what draws takes longer to import than a shape to measure."""
+    from limbgram.report.drawings.drawing import png
     from limbgram.report.drawings.sections import sections_drawing
-    from limbgram.report.pictures import png
 
     return png(sections_drawing(measures).figure).tobytes()
 

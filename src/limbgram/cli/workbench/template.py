@@ -148,7 +148,7 @@ def show_command(
     known = read_template(template)
     written: list[Path] = []
     if picture is not None:
-        from limbgram.report.pictures import png
+        from limbgram.report.drawings.drawing import png
         from limbgram.report.shape.rectification import unrolled
 
         written = [write_bytes(picture, png(unrolled(known).figure).tobytes())]

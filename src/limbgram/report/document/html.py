@@ -4,7 +4,7 @@ import base64
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import Picture
 
 STYLE = """
 :root { color-scheme: light; --green: #2f7d4f; --amber: #a8690a; --red: #b8403a; --blue: #2b6ca3; }

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from limbgram.report.drawings.drawing import FAINT, INK
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import FAINT, INK, Picture
 
 PAGE_IN = (8.27, 11.69)
 RULE = "#dde4e8"

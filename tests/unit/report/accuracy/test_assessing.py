@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from limbgram.cases.assessing import assess_case
+from limbgram.cases.assessing.accuracy import assess_case
 from limbgram.cases.assessing.citing import cited
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder

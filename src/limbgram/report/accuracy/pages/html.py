@@ -23,7 +23,7 @@ from limbgram.report.accuracy.pages.sections import (
 )
 from limbgram.report.accuracy.pages.words import MEANING, cards
 from limbgram.report.document.html import card, document, shown, table
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import Picture
 
 
 def accuracy_page(tree: dict[str, Any], pictures: Sequence[Picture]) -> str:

@@ -21,8 +21,7 @@ from matplotlib.transforms import Bbox
 from limbgram.report.accuracy.pages.svg import SURE_SIGMAS
 from limbgram.report.accuracy.pages.words import MEANING, cards
 from limbgram.report.document.paper import PAGE_IN, RULE, pdf_of
-from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, RED, plain
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, RED, Picture, plain
 
 _LIGHTS = {"green": GREEN, "amber": "#a8690a", "red": RED}
 _WRAP = 104

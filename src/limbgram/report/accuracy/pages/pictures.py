@@ -5,9 +5,9 @@ from jaxtyping import Float64
 
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.drawings.drawing import Picture, png
 from limbgram.report.drawings.maps import signed_map, size_map
 from limbgram.report.drawings.surfaces import four_sides
-from limbgram.report.pictures import Picture, png
 
 
 def accuracy_pictures(evidence: Evidence, assessment: Assessment) -> tuple[Picture, ...]:

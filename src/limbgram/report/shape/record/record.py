@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 
 from limbgram.geometry.arrays import Points3
-from limbgram.report.drawings.drawing import Drawing
+from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
-from limbgram.report.pictures import Picture, png
 from limbgram.report.shape.differences import difference_pictures
 from limbgram.report.shape.record.advice import findings
 from limbgram.report.shape.record.bias import biases

@@ -9,7 +9,7 @@ from html import escape
 from typing import Any
 
 from limbgram.report.document.html import card, document, shown, table
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import Picture
 from limbgram.report.shape.record.pages import words
 
 Tree = dict[str, Any]

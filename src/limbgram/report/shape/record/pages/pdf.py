@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from limbgram.report.document.paper import Sheet, pdf_of
-from limbgram.report.drawings.drawing import BLUE, FAINT
-from limbgram.report.pictures import Picture
+from limbgram.report.drawings.drawing import BLUE, FAINT, Picture
 from limbgram.report.shape.record.advice import tape_checks
 from limbgram.report.shape.record.pages import words
 
