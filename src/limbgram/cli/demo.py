@@ -16,7 +16,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
 from limbgram.report.comparison import Comparison
-from limbgram.report.summary import finite
+from limbgram.report.document.trees import finite
 from limbgram.run import Run
 from limbgram.synthetic import CALIBRATION_BOARD, CaptureOptions, make_capture
 

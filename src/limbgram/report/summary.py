@@ -14,6 +14,7 @@ import numpy as np
 from limbgram.mapping.scene import PhotoVerdict
 from limbgram.photos import PhotoSet, SetAside, remarks
 from limbgram.pipeline import Reconstruction
+from limbgram.report.document.trees import finite
 from limbgram.report.drawings.charts import image_scales
 from limbgram.run import Timing
 from limbgram.scale.metric import Scale
@@ -139,19 +140,6 @@ def open_edges(mesh: Mesh) -> int:
     edges = np.sort(mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1).astype(np.int64)
     _, counts = np.unique(edges[:, 0] * len(mesh) + edges[:, 1], return_counts=True)
     return int((counts != 2).sum())
-
-
-def finite(tree: Any) -> Any:
-    """The same tree with None for what JSON has no number for."""
-    match tree:
-        case dict():
-            return {name: finite(item) for name, item in tree.items()}
-        case list() | tuple():
-            return [finite(item) for item in tree]
-        case float():
-            return tree if math.isfinite(tree) else None
-        case _:
-            return tree
 
 
 def _scale(scale: Scale) -> Json:

@@ -9,11 +9,12 @@ from PIL import Image
 from limbgram.photos.photo import Exif, Photo, SetAside
 from limbgram.report.document.html import table
 from limbgram.report.document.paper import Sheet
+from limbgram.report.document.trees import finite
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.page import page_of
 from limbgram.report.pictures import Pictures
-from limbgram.report.summary import finite, headline
+from limbgram.report.summary import headline
 from limbgram.scale.metric import LengthCheck, Scale
 
 

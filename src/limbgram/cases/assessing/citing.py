@@ -6,7 +6,7 @@ from typing import Any
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.fingerprint import file_sha256
 from limbgram.errors import CaseError
-from limbgram.report.accuracy.assessment import SCHEMA
+from limbgram.report.document.trees import ACCURACY_SCHEMA
 from limbgram.report.shape.record import CaseSource
 
 
@@ -27,7 +27,7 @@ def cited(case: CaseFolder) -> CaseSource:
             f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
             "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."
         ) from error
-    if schema != SCHEMA:
+    if schema != ACCURACY_SCHEMA:
         raise CaseError(
             f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
             "accuracy` on the case again."

@@ -1,8 +1,8 @@
 """The assessment: everything that a finished case says about its own accuracy, as one JSON tree.
 
 In      Evidence, and the truth where there is one.
-Out     a tree (SCHEMA); lengths in mm, or in scene units where nothing gives the scale (`unit`).
-        What a key means, and its unit, is in the glossary.
+Out     a tree (ACCURACY_SCHEMA); lengths in mm, or in scene units where nothing gives the scale
+        (`unit`). What a key means, and its unit, is in the glossary.
 """
 
 from dataclasses import asdict, dataclass
@@ -27,9 +27,8 @@ from limbgram.report.accuracy.glossary import glossary_tree
 from limbgram.report.accuracy.judgement import criteria, expectation, headline, worst
 from limbgram.report.accuracy.limits import findings
 from limbgram.report.alignment import Truth
-from limbgram.report.summary import INTENDED_USE, finite
-
-SCHEMA = "limbgram-accuracy/1"
+from limbgram.report.document.trees import ACCURACY_SCHEMA, finite
+from limbgram.report.summary import INTENDED_USE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +72,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
     figures["expected"] = expectation(figures)
     judged = criteria(figures)
     tree: Json = {
-        "schema": SCHEMA,
+        "schema": ACCURACY_SCHEMA,
         "case": evidence.name,
         "unit": evidence.unit,
         "light": worst(judged),

@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from limbgram.report.drawings.shading import Frame
+
 INK, FAINT = "#22303a", "#8a97a0"
 BLUE, ORANGE, GREEN, RED = "#2b6ca3", "#d9822b", "#3c8d5a", "#b8403a"
 _DOTS_PER_INCH = 110
@@ -44,6 +46,17 @@ def plain(axes: Axes) -> Axes:
     axes.spines[["left", "bottom"]].set_color(FAINT)
     axes.tick_params(colors=INK, labelsize=8)
     return axes
+
+
+def scale_bar(axes: Axes, frame: Frame) -> None:
+    """A bar of a round length below a view."""
+    length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)
+    length_px = length_mm / frame.pixel_mm
+    y_px = frame.height_px + 12
+    axes.plot([0, length_px], [y_px, y_px], color=INK, lw=1.5, clip_on=False)
+    axes.text(length_px + 6, y_px, f"{length_mm} mm", fontsize=7, color=INK, va="center")
+    axes.set_xlim(-0.5, frame.width_px - 0.5)
+    axes.set_ylim(frame.height_px + 20, -0.5)
 
 
 def png(figure: Figure) -> UInt8[np.ndarray, " n"]:

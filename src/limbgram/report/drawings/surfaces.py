@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from limbgram.geometry.arrays import Points3
 from limbgram.geometry.camera import View
 from limbgram.geometry.cloud import Cloud
-from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
+from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, scale_bar
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
@@ -89,17 +89,6 @@ def _scatter(axes: Axes, cloud: Cloud, up: int, size: float) -> None:
     axes.set_aspect("equal")
     axes.margins(0.05)
     axes.set_axis_off()
-
-
-def scale_bar(axes: Axes, frame: Frame) -> None:
-    """A bar of a round length below a view."""
-    length_mm = next(mm for mm in (100, 50, 20, 10, 5, 1) if mm < frame.width_px * frame.pixel_mm)
-    length_px = length_mm / frame.pixel_mm
-    y_px = frame.height_px + 12
-    axes.plot([0, length_px], [y_px, y_px], color=INK, lw=1.5, clip_on=False)
-    axes.text(length_px + 6, y_px, f"{length_mm} mm", fontsize=7, color=INK, va="center")
-    axes.set_xlim(-0.5, frame.width_px - 0.5)
-    axes.set_ylim(frame.height_px + 20, -0.5)
 
 
 def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank
+from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, scale_bar
 from limbgram.report.drawings.shading import shade_all
-from limbgram.report.drawings.surfaces import scale_bar
 from limbgram.report.shape.views import limb_frames, normals_at, number_landmarks
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.mesh import Mesh

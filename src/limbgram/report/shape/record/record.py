@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from limbgram.geometry.arrays import Points3
+from limbgram.report.document.trees import finite
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.shape.differences import difference_pictures
@@ -31,7 +32,6 @@ from limbgram.report.shape.record.sources import (
     printed_names,
 )
 from limbgram.report.shape.record.views import four_sides_of_limb
-from limbgram.report.summary import finite
 from limbgram.shape.bodies import outside_of
 from limbgram.shape.comparing import (
     CompareOptions,

@@ -2,9 +2,8 @@
 
 from collections.abc import Sequence
 
-from limbgram.report.drawings.drawing import FAINT, Drawing, blank
+from limbgram.report.drawings.drawing import FAINT, Drawing, blank, scale_bar
 from limbgram.report.drawings.shading import shade_all
-from limbgram.report.drawings.surfaces import scale_bar
 from limbgram.report.shape.views import limb_frames, normals_at, number_landmarks
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.mesh import Mesh
