@@ -73,15 +73,19 @@ def outer_bodies(mesh: Mesh) -> Outside:
 
     The walls of hollows face the other way, and stay.
     """
-    pieces = face_components(mesh.faces)
-    if not pieces.max(initial=0):
-        return Outside(mesh)
-    inner = _inner_bodies(mesh, pieces)
-    if inner:
-        kept = ~np.isin(pieces, inner)
-        mesh = with_faces(mesh, mesh.faces[kept])
-        pieces = np.unique(pieces[kept], return_inverse=True)[1]
-    return replace(_without_loose(mesh, pieces), inside=len(inner))
+    told = _told_apart(mesh)
+    return told.without(mesh, told.inner | told.gone)
+
+
+def without_loose(mesh: Mesh) -> Outside:
+    """The mesh without loose bodies; bodies inside the limb are counted, and stay."""
+    told = _told_apart(mesh)
+    left = told.without(mesh, told.gone)
+    if not (left.loose and left.inside):
+        return left
+    # What lay inside a loose body is loose itself, now that this one is gone.
+    rest = without_loose(left.mesh)
+    return replace(rest, loose=left.loose + rest.loose)
 
 
 def outside_of(
@@ -125,6 +129,13 @@ def left_out(
     return tuple(sentences)
 
 
+def kept(found: Outside, place: str = "the limb", *, done: str = "written too") -> tuple[str, ...]:
+    """Sentences about what stays although it is not one limb's surface, without a full stop."""
+    told = (f"{bodies_inside(found.inside, place, as_bones=True)} {done}",)
+    rivals = (f"{_rivals(found)}: all were {done.removesuffix(' too')}",)
+    return (told if found.inside else ()) + (rivals if found.rivals else ())
+
+
 def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False) -> str:
     """How a sentence about them begins: `2 bodies inside the limb were`."""
     one, several = (", such as a bone,", ", such as bones,") if as_bones else ("", "")
@@ -156,21 +167,51 @@ def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:
     return [int(k) for k, is_inner in zip(largest, inner) if is_inner]
 
 
-def _without_loose(mesh: Mesh, pieces: np.ndarray) -> Outside:
-    """Leave out what lies apart from the piece of the largest area and all that touches it."""
+@dataclass(frozen=True, kw_only=True)
+class _ToldApart:
+    """What there is beyond the limb itself, and its faces."""
+
+    inner: Bool[np.ndarray, " f"]
+    gone: Bool[np.ndarray, " f"]
+    """Those of loose bodies."""
+    inside: int = 0
+    loose: tuple[Apart, ...] = ()
+    rivals: tuple[Apart, ...] = ()
+
+    def without(self, mesh: Mesh, faces: Bool[np.ndarray, " f"]) -> Outside:
+        kept = mesh if not faces.any() else with_faces(mesh, mesh.faces[~faces])
+        return Outside(kept, inside=self.inside, loose=self.loose, rivals=self.rivals)
+
+
+def _told_apart(mesh: Mesh) -> _ToldApart:
+    """Bodies inside others; and what lies apart from the piece of the largest area, and from all
+
+    that touches it.
+    """
+    none = np.zeros(len(mesh.faces), np.bool_)
+    pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
-        return Outside(mesh)
-    areas = np.bincount(pieces, np.linalg.norm(mesh.face_normals(), axis=1))
-    apart = np.flatnonzero(_apart(mesh, pieces, int(areas.argmax())))
+        return _ToldApart(inner=none, gone=none)
+    inside = _inner_bodies(mesh, pieces)
+    inner = np.isin(pieces, inside)
+    outer = mesh if not inside else with_faces(mesh, mesh.faces[~inner])
+    pieces = np.unique(pieces[~inner], return_inverse=True)[1]
+    found = _ToldApart(inner=inner, gone=none, inside=len(inside))
+    if not pieces.max(initial=0):
+        return found
+    areas = np.bincount(pieces, np.linalg.norm(outer.face_normals(), axis=1))
+    apart = np.flatnonzero(_apart(outer, pieces, int(areas.argmax())))
     apart = apart[np.argsort(-areas[apart], kind="stable")]
     shares = areas[apart] / areas.max()
     bodies = [
-        _described(mesh, mesh.faces[pieces == piece], float(share))
+        _described(outer, outer.faces[pieces == piece], float(share))
         for piece, share in zip(apart, shares)
     ]
-    gone = np.isin(pieces, apart[shares < _LOOSE_SHARE])
-    return Outside(
-        mesh if not gone.any() else with_faces(mesh, mesh.faces[~gone]),
+    gone = none.copy()
+    gone[~inner] = np.isin(pieces, apart[shares < _LOOSE_SHARE])
+    return replace(
+        found,
+        gone=gone,
         loose=tuple(body for body in bodies if body.area_share < _LOOSE_SHARE),
         rivals=tuple(body for body in bodies if body.area_share >= _LOOSE_SHARE),
     )

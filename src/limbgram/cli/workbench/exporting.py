@@ -20,11 +20,12 @@ from limbgram.export.workshop import (
 )
 from limbgram.export.writing import write_bytes
 from limbgram.geometry.rigid import angle_between_deg
-from limbgram.shape.bodies import left_out
+from limbgram.shape.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.shape.limb import Landmark, Limb, Side
 from limbgram.surface.mesh import Mesh
 
 _LOOK = "Compare the picture with the patient before carving."
+_IN_LIMB = "in_limb_mm"
 
 
 def given(**values: Any) -> dict[str, Any]:
@@ -78,6 +79,7 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
             "translation_mm": report.axis_from_limb.translation.tolist(),
         },
         "bodies_left_out": report.bodies_left_out,
+        "loose_bodies": _tree(report.loose, _IN_LIMB),
         "distal_cut_mm": mapped.distal_cut_mm,
         "proximal_cut_mm": mapped.proximal_cut_mm,
         "rays_mended": mapped.rays_mended,
@@ -152,6 +154,7 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         "side": side,
         "shape_sha256": report.shape_sha256,
         "bodies_left_out": report.bodies_left_out,
+        "loose_bodies": _tree(report.loose, _IN_LIMB),
         "lines": report.lines,
         "minutes": check.minutes,
         "blank_diameter_mm": 2 * blank.radius_mm,
@@ -169,6 +172,12 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
 
 
 def dxf_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
+    found = without_loose(limb.mesh)
+    reply = _drawing_reply(limb.with_mesh(found.mesh), path, spacing_mm, polyface=polyface)
+    return _naming_bodies(reply, limb, found)
+
+
+def _drawing_reply(limb: Limb, path: Path, spacing_mm: float, *, polyface: bool) -> Reply:
     if not polyface:
         curves = curves_of(limb.mesh, spacing_mm)
         write_triangles(limb.mesh, path, "mm", curves)
@@ -209,10 +218,31 @@ def _trimlines(curves: Curves) -> list[str]:
 
 
 def mesh_reply(limb: Limb, path: Path) -> Reply:
-    write_limb(limb, path)
+    found = without_loose(limb.mesh)
+    write_limb(limb.with_mesh(found.mesh), path)
     unit = "m" if path.suffix.lower() == ".glb" else "mm"
     lines = (f"Written: {path} ({unit}; read back and compared)", _axes(limb))
-    return Reply(lines, {"written": str(path), "unit": unit})
+    return _naming_bodies(Reply(lines, {"written": str(path), "unit": unit}), limb, found)
+
+
+def _naming_bodies(reply: Reply, limb: Limb, found: Outside) -> Reply:
+    """The reply with the loose bodies that a printer would have made, and what else there is."""
+    frame, key = ("the file", "in_mesh_mm") if limb.frame is None else ("the limb frame", _IN_LIMB)
+    told = (*left_out(len(found.loose), found.loose, frame=f"in {frame}"), *kept(found))
+    bodies = {
+        "bodies_left_out": len(found.loose),
+        "loose_bodies": _tree(found.loose, key),
+        "bodies_inside": found.inside,
+    }
+    return replace(
+        reply,
+        lines=(*reply.lines, *(f"{sentence}." for sentence in told)),
+        content={**reply.content, **bodies},
+    )
+
+
+def _tree(loose: tuple[Apart, ...], key: str) -> list[dict[str, Any]]:
+    return [{key: body.place_mm.tolist(), "size_mm": body.size_mm} for body in loose]
 
 
 def drawn(reply: Reply, limb: Limb) -> Reply:

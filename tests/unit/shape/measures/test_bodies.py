@@ -10,7 +10,7 @@ import pytest
 from limbgram.errors import MeasureError
 from limbgram.export.workshop import write_aop
 from limbgram.geometry.rigid import Rigid
-from limbgram.shape.bodies import left_out, outer_bodies, outside_of
+from limbgram.shape.bodies import kept, left_out, outer_bodies, outside_of, without_loose
 from limbgram.shape.comparing.frames import outside_of as outside_of_compared
 from limbgram.shape.frame import AlignOptions, align
 from limbgram.shape.limb import Limb, LimbFrame
@@ -142,3 +142,25 @@ def test_axes_and_files_are_the_limbs_own(
     plain, report = (write_aop(limb, tmp_path / f"{len(limb.mesh)}.aop") for limb in (alone, found))
     assert (plain.bodies_left_out, report.bodies_left_out, len(report.loose)) == (0, 1, 1)
     assert report.path.read_bytes() == plain.path.read_bytes()
+
+
+def test_loose_bodies_alone_go_and_bones_stay(
+    make_turned: Callable[..., Mesh], cylinder: Mesh
+) -> None:
+    bone = crumb(make_turned, 0, 0, 100)
+    shell = drum_of(make_turned, 10.0, 20.0)
+    shell = shell.with_vertices(shell.vertices_mm + np.array([150.0, 0, 0]))
+    limb = joined(cylinder, bone)
+    found = without_loose(joined(cylinder, crumb(make_turned, 200, 0, 50), bone))
+    np.testing.assert_array_equal(found.mesh.vertices_mm, limb.vertices_mm)
+    np.testing.assert_array_equal(found.mesh.faces, limb.faces)
+    assert (found.inside, len(found.loose)) == (1, 1)
+    assert kept(found) == ("1 body inside the limb, such as a bone, was written too",)
+    # A kernel within a loose body is no bone of the limb.
+    nested = without_loose(joined(limb, shell, crumb(make_turned, 150, 0, 10)))
+    np.testing.assert_array_equal(nested.mesh.faces, limb.faces)
+    assert (nested.inside, len(nested.loose)) == (1, 2)
+    other = drum_of(make_turned, 40.0, 150.0)
+    two = without_loose(joined(cylinder, other.with_vertices(other.vertices_mm + 200.0)))
+    assert len(two.mesh) == len(cylinder) + len(other)
+    assert kept(two)[0].endswith("all were written")
