@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from limbgram.shape.edits.cutting.splitting import keep_positive
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 
@@ -14,18 +15,24 @@ class Distance:
 
     max_mm: float
     rms_mm: float
+    area_mm2: float
+
+    def __or__(self, other: "Distance") -> "Distance":
+        """Of both parts of a surface together."""
+        area = self.area_mm2 + other.area_mm2
+        squares = self.rms_mm**2 * self.area_mm2 + other.rms_mm**2 * other.area_mm2
+        return Distance(
+            max_mm=max(self.max_mm, other.max_mm),
+            rms_mm=float(np.sqrt(squares / area)),
+            area_mm2=area,
+        )
 
 
 def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
     """The surface between two heights, its triangles cut; open where it is cut."""
-    import trimesh  # a fifth of a second, which most commands do without
-
-    vertices, faces = mesh.vertices_mm, mesh.faces.astype(np.int64)
     for height_mm, up in ((low_mm, 1.0), (high_mm, -1.0)):
-        vertices, faces, _ = trimesh.intersections.slice_faces_plane(
-            vertices, faces, np.array([0.0, 0.0, up]), np.array([0.0, 0.0, height_mm])
-        )
-    return Mesh(vertices_mm=np.asarray(vertices, np.float64), faces=faces.astype(np.int32))
+        mesh = keep_positive(mesh, up * (mesh.vertices_mm[:, 2] - height_mm)).mesh
+    return mesh
 
 
 def volume_between_mm3(part: Mesh) -> float:
@@ -42,10 +49,11 @@ def distance_to(part: Mesh, target: Mesh) -> Distance:
     tree = TriangleTree.of(target.vertices_mm, target.faces)
     at_vertices = tree.closest(part.vertices_mm).distances_mm
     at_middles = tree.closest(part.vertices_mm[part.faces].mean(1)).distances_mm
-    areas = np.linalg.norm(part.face_normals(), axis=1)
+    areas = np.linalg.norm(part.face_normals(), axis=1) / 2
     # Exact for quadrics: 1/12 of the area at each corner, 3/4 in the middle.
     squares = (at_vertices[part.faces] ** 2).sum(1) / 12 + 0.75 * at_middles**2
     return Distance(
         max_mm=float(max(at_vertices.max(), at_middles.max())),
         rms_mm=float(np.sqrt((squares * areas).sum() / areas.sum())),
+        area_mm2=float(areas.sum()),
     )

@@ -8,7 +8,6 @@ Method  from a straight line through the middles of the limb's bands, and from i
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from limbgram.carving import MapOptions
@@ -40,6 +39,8 @@ def fitted_axis(mesh: Mesh, options: MapOptions) -> Rigid:
     Raises:
         CarveError: the limb lies so that no line near its own axis runs through it.
     """
+    from scipy.optimize import minimize  # a tenth of a second, which most commands do without
+
     mesh = _thinned(mesh)
     middle = np.array([0.0, 0.0, float(mesh.vertices_mm[:, 2].mean())])
     sizes = np.array([_RADIAN, _RADIAN, _MM, _MM])

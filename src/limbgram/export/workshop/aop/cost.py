@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.carving import Mapped
-from limbgram.carving.slab import clipped, distance_to, volume_between_mm3
+from limbgram.carving.slab import Distance, clipped, distance_to, volume_between_mm3
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.bodies import Apart, Outside
 from limbgram.shape.reading.aop import AopReading
@@ -97,12 +97,19 @@ def cost_of(
     top_mm = mapped.first_mm + float(found.z_mm[-1])
     file = found.surface()
     file = file.with_vertices(file.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
-    part = clipped(mesh, mapped.first_mm, top_mm)
-    away = distance_to(part, file)
-    of_limb, of_file = volume_between_mm3(part), volume_between_mm3(file)
     begin = _end_of_cap(found.radii_mm, found.z_mm)
     cap_mm = float(found.z_mm[begin])
-    above = clipped(mesh, mapped.first_mm + cap_mm, top_mm) if begin else part
+    above, of_limb = _between(mesh, file, mapped.first_mm + cap_mm, top_mm)
+    away, of_file, cap = above, volume_between_mm3(file), None
+    if begin:
+        ends = mapped.first_mm, mapped.first_mm + cap_mm
+        rounded, in_cap = _between(mesh, file, *ends)
+        away, of_limb = above | rounded, of_limb + in_cap
+        cap = DistalCap(
+            to_mm=cap_mm,
+            max_mm=rounded.max_mm,
+            volume_change_ml=(volume_between_mm3(clipped(file, *ends)) - in_cap) / 1000,
+        )
     return AopReport(
         path=path,
         spokes=len(found.thetas_deg),
@@ -112,15 +119,21 @@ def cost_of(
         rms_mm=away.rms_mm,
         volume_ml=of_file / 1000,
         volume_change=of_file / of_limb - 1,
-        above_cap_max_mm=distance_to(above, file).max_mm,
+        above_cap_max_mm=above.max_mm,
         girths=_girths(mapped, held, begin),
-        cap=_cap(mesh, file, mapped.first_mm, cap_mm) if begin else None,
+        cap=cap,
         mapped=mapped,
         axis_from_limb=axis_from_limb,
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         held=held,
     )
+
+
+def _between(mesh: Mesh, file: Mesh, low_mm: float, high_mm: float) -> tuple[Distance, float]:
+    """How far a part of the limb lies from the file's surface, and its volume in mm3."""
+    part = clipped(mesh, low_mm, high_mm)
+    return distance_to(part, file), volume_between_mm3(part)
 
 
 def _end_of_cap(radii_mm: Float64[np.ndarray, "m n"], z_mm: Float64[np.ndarray, " m"]) -> int:
@@ -146,14 +159,4 @@ def _girths(mapped: Mapped, held: AopReading, begin: int) -> tuple[GirthLevel, .
             file_mm=float(in_file[row]),
         )
         for row in rows
-    )
-
-
-def _cap(mesh: Mesh, file: Mesh, first_mm: float, cap_mm: float) -> DistalCap:
-    ends = first_mm, first_mm + cap_mm
-    of_limb, of_file = clipped(mesh, *ends), clipped(file, *ends)
-    return DistalCap(
-        to_mm=cap_mm,
-        max_mm=distance_to(of_limb, file).max_mm,
-        volume_change_ml=(volume_between_mm3(of_file) - volume_between_mm3(of_limb)) / 1000,
     )
