@@ -15,6 +15,9 @@ _LEAF = 4
 """Triangles in a leaf."""
 _ROOM, _ROOM_MM2 = 1 + 1e-9, 1e-12
 """A bound is raised by this share and this much, so that the nearest place lies below it."""
+_BITS = 10
+_CELLS = (1 << _BITS) - 1
+"""Cells along each axis are numbered from 0 to this."""
 _SPREADING = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
 """Steps that set two zeros between the ten bits of a number."""
 
@@ -41,24 +44,9 @@ class TriangleTree:
 
     @classmethod
     def of(cls, vertices_mm: Points3, faces: Faces) -> "TriangleTree":
-        corners = vertices_mm[faces]
-        first, second, third = (corners[:, k] for k in range(3))
-        order = np.argsort(_morton((first + second + third) / 3), kind="stable")
-        low = np.minimum(np.minimum(first, second), third)[order]
-        high = np.maximum(np.maximum(first, second), third)[order]
         leaves = 1 << max(0, (-(-len(faces) // _LEAF) - 1).bit_length())
-        boxes = np.full((2 * leaves, 6), np.inf)
-        boxes[:, 3:] = -np.inf
-        starts = np.arange(0, len(faces), _LEAF)
-        filled = slice(leaves, leaves + len(starts))
-        boxes[filled, :3] = np.minimum.reduceat(low, starts)
-        boxes[filled, 3:] = np.maximum.reduceat(high, starts)
-        while leaves > 1:
-            below = boxes[leaves : 2 * leaves]
-            leaves //= 2
-            boxes[leaves : 2 * leaves, :3] = np.minimum(below[::2, :3], below[1::2, :3])
-            boxes[leaves : 2 * leaves, 3:] = np.maximum(below[::2, 3:], below[1::2, 3:])
-        return cls(corners[order], order, boxes)
+        vertices = np.ascontiguousarray(vertices_mm, np.float64)
+        return cls(*_planted(vertices, np.ascontiguousarray(faces, np.int32), leaves))
 
     def closest(self, points_mm: Points3) -> Closest:
         if not len(points_mm):
@@ -69,7 +57,7 @@ class TriangleTree:
         queries = np.ascontiguousarray(points_mm, np.float64)
         turn = np.arange(len(queries))
         if np.isfinite(queries).all():
-            turn = np.argsort(_morton(queries), kind="stable")  # neighbours walk the same boxes
+            turn = _along_curve(queries)  # neighbours walk the same boxes
 
         def search(part: Int64[np.ndarray, " m"]) -> None:
             _search(self.triangles, self.boxes, queries, part, places, found, distances)
@@ -79,13 +67,69 @@ class TriangleTree:
         return Closest(places, self.order[found], distances)
 
 
-def _morton(points: Points3) -> Int64[np.ndarray, " n"]:
-    """Bits of the three coordinates, interleaved."""
-    low, high = points.min(0), points.max(0)
-    cells = ((points - low) / max(float((high - low).max()), 1e-30) * 1023).astype(np.int64)
-    for step, kept in _SPREADING:
-        cells = (cells | cells << step) & kept
-    return cells[:, 0] | cells[:, 1] << 1 | cells[:, 2] << 2
+@njit(cache=True, nogil=True)
+def _planted(vertices, faces, leaves):
+    """Triangles along the curve by their middles, their numbers, and the boxes over them."""
+    count = len(faces)
+    middles = np.empty((count, 3))
+    for f in range(count):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for axis in range(3):
+            middles[f, axis] = (vertices[a, axis] + vertices[b, axis] + vertices[c, axis]) / 3
+    order = _along_curve(middles)
+    triangles = np.empty((count, 3, 3))
+    boxes = np.empty((2 * leaves, 6))
+    boxes[:, :3], boxes[:, 3:] = np.inf, -np.inf
+    for t in range(count):
+        leaf = leaves + t // _LEAF
+        for corner in range(3):
+            vertex = faces[order[t], corner]
+            for axis in range(3):
+                value = vertices[vertex, axis]
+                triangles[t, corner, axis] = value
+                boxes[leaf, axis] = min(boxes[leaf, axis], value)
+                boxes[leaf, axis + 3] = max(boxes[leaf, axis + 3], value)
+    for node in range(leaves - 1, 0, -1):
+        for axis in range(3):
+            to = axis + 3
+            boxes[node, axis] = min(boxes[2 * node, axis], boxes[2 * node + 1, axis])
+            boxes[node, to] = max(boxes[2 * node, to], boxes[2 * node + 1, to])
+    return triangles, order, boxes
+
+
+@njit(cache=True, nogil=True)
+def _along_curve(points):
+    """Numbers of the points sorted along a Morton curve; those of one cell as they came."""
+    count = len(points)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(count):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[i, axis])
+            high[axis] = max(high[axis], points[i, axis])
+    extent = 1e-30
+    for axis in range(3):
+        extent = max(extent, high[axis] - low[axis])
+    codes = np.empty(count, np.int64)
+    for i in range(count):
+        code = 0
+        for axis in range(3):
+            cell = int((points[i, axis] - low[axis]) / extent * _CELLS)
+            for step, kept in _SPREADING:
+                cell = (cell | cell << step) & kept
+            code |= cell << axis
+        codes[i] = code
+    order, dealt = np.arange(count), np.empty(count, np.int64)
+    for shift in range(0, 3 * _BITS, _BITS):  # the lowest digits first; equal ones keep their order
+        places = np.zeros(_CELLS + 2, np.int64)
+        for i in range(count):
+            places[(codes[i] >> shift & _CELLS) + 1] += 1
+        places = np.cumsum(places)
+        for i in order:
+            digit = codes[i] >> shift & _CELLS
+            dealt[places[digit]] = i
+            places[digit] += 1
+        order, dealt = dealt, order
+    return order
 
 
 @njit(cache=True, nogil=True)

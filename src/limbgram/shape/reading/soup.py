@@ -21,6 +21,7 @@ from limbgram.surface.topology import (
     find_edges,
     half_edges,
     is_edge_manifold,
+    is_vertex_manifold,
     taking_vertices,
     volume_mm3,
     with_faces,
@@ -121,6 +122,8 @@ def _wound_alike(faces: Faces) -> Faces:
     way to wind a part of the surface.
     """
     pairs = _neighbours(faces)
+    if not pairs.contrary.any():
+        return faces
     count = len(faces)
     here, there = pairs.faces[:, 0], pairs.faces[:, 1]
     other = np.where(pairs.contrary, count, 0)
@@ -153,9 +156,9 @@ def _neighbours(faces: Faces) -> _Neighbours:
 
 def _sheets_apart(mesh: Mesh) -> Mesh:
     """Double the vertices at which several sheets meet."""
-    fans = corner_fans(mesh.faces)
-    if fans.max(initial=-1) + 1 == len(np.unique(mesh.faces)):
+    if is_vertex_manifold(mesh.faces):
         return mesh
+    fans = corner_fans(mesh.faces)
     first = np.unique(fans, return_index=True)[1]
     vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
     return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)
