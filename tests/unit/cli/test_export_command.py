@@ -149,6 +149,23 @@ def test_no_carver_without_a_sure_side(scan: Path, kind: str) -> None:
     assert "not sure" in refused(scan, "--to", kind, "--side", "right")
 
 
+@pytest.mark.parametrize("kind", ["aop", "gcode", "dxf", "stl", "ply", "obj", "glb"])
+def test_no_file_with_a_side_that_a_landmark_contradicts(scan: Path, kind: str) -> None:
+    """A limb file that was written by hand: a left limb must not leave as a right one."""
+    beside = scan.with_name("scan.limb.json")
+    tree = json.loads(beside.read_bytes())
+    lying = Rigid.from_rotation_vector(np.array([np.pi / 2, 0, 0]), np.array([5.0, 6, 7]))
+    place = lying.inverse.apply(np.array([[-30.0, 0, 30]]))[0]
+    tree["landmarks"] = [{"name": "fibula head", "position_mm": place.tolist()}]
+    for side in ("right", "left"):
+        beside.write_text(json.dumps({**tree, "side": side}))
+        words = ("--to", kind, *(("--side", side) if kind in ("aop", "gcode") else ()))
+        if side == "right":
+            assert "180 degrees from where" in refused(scan, *words)
+        else:
+            assert exported(scan, *words)["written"]
+
+
 def test_an_option_of_another_format_is_refused(scan: Path) -> None:
     assert "--tool: for gcode only" in refused(scan, "--to", "stl", "--tool", "3")
     assert "--line-end: for aop only" in refused(scan, "--to", "dxf", "--line-end", "cr")

@@ -9,11 +9,17 @@ import pytest
 import trimesh
 from ezdxf.render import MeshBuilder
 
-from limbgram.errors import CarveError, ExportError, OptionsError
+from limbgram.errors import CarveError, ExportError, MeasureError, OptionsError
 from limbgram.export.dxf import curves_of, write_drawing, write_dxf
-from limbgram.export.workshop import admit, in_limb_frame, write_polyface_dxf
+from limbgram.export.workshop import (
+    admit,
+    in_limb_frame,
+    sure_in_limb_frame,
+    write_polyface_dxf,
+)
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
+from limbgram.shape.limb import Side
 from limbgram.surface import Mesh
 
 
@@ -50,6 +56,31 @@ def test_what_is_not_sure_does_not_pass(limb: Limb) -> None:
     inches = limb.mesh.with_vertices(limb.mesh.vertices_mm / 25.4)
     with pytest.raises(CarveError, match="unit"):
         admit(limb.with_mesh(inches), "left")
+
+
+@pytest.mark.parametrize("turn_deg", [0, 180])
+def test_landmarks_speak_against_a_kept_side_or_front(limb: Limb, turn_deg: int) -> None:
+    """As in a limb file of an older version, or one that was corrected by hand."""
+    head = Landmark(name="fibula head", position_mm=np.array([0.0, 40, 50]))  # the patient's left
+    crest = Landmark(name="tibial crest", position_mm=np.array([50.0, 0, 50]))
+    turn = Rigid.from_rotation_vector(np.array([0.0, 0, np.radians(90 + turn_deg)]), np.zeros(3))
+    cases: tuple[tuple[Side, tuple[Landmark, ...]], ...] = (
+        ("left", (head, crest)),
+        ("right", (head,)),
+        ("none", (crest,)),
+    )
+    for side, marks in cases:
+        framed = LimbFrame(limb_from_mesh=turn, side=side)
+        told = replace(limb, landmarks=marks, frame=framed)
+        # Turned to the back, what was on a left limb's outer side is on a right one's.
+        if (side == "right") == (turn_deg == 180):
+            assert admit(told, side).frame is not None
+            assert sure_in_limb_frame(told).frame is not None
+            continue
+        with pytest.raises(MeasureError, match="degrees from where it belongs"):
+            admit(told, side)
+        with pytest.raises(MeasureError, match=f"side '{side}'"):
+            sure_in_limb_frame(told)
 
 
 @pytest.mark.parametrize("polyface", [False, True])

@@ -26,7 +26,7 @@ from limbgram.cli.workbench.stating import (
     shape_of,
 )
 from limbgram.errors import OptionsError
-from limbgram.export.workshop import AopOptions, admit, in_limb_frame
+from limbgram.export.workshop import AopOptions, admit, sure_in_limb_frame
 
 
 class FormatName(StrEnum):
@@ -212,9 +212,9 @@ def export_command(
             options = replace(CarveOptions(), **for_gcode, **given(to_mm=to_mm))
             reply = gcode_reply(admit(limb, confirmed), path, options)
         case FormatName.DXF:
-            reply = dxf_reply(in_limb_frame(limb), path, spacing or 10.0, polyface=polyface)
+            reply = dxf_reply(sure_in_limb_frame(limb), path, spacing or 10.0, polyface=polyface)
         case _:
-            reply = mesh_reply(in_limb_frame(limb), path)
+            reply = mesh_reply(sure_in_limb_frame(limb), path)
     return drawn(reply, limb)
 
 

@@ -1,7 +1,7 @@
 """Workshop: limbs on disk, and files for carvers and CAD programs."""
 
 from limbgram.export.workshop.aop import AopOptions, AopReport, write_aop
-from limbgram.export.workshop.gate import admit, in_limb_frame
+from limbgram.export.workshop.gate import admit, in_limb_frame, sure_in_limb_frame
 from limbgram.export.workshop.gcode import GcodeReport, write_gcode
 from limbgram.export.workshop.limb_file import write_limb, write_limb_file
 from limbgram.export.workshop.polyface import PolyfaceReport, write_polyface_dxf
@@ -13,6 +13,7 @@ __all__ = [
     "PolyfaceReport",
     "admit",
     "in_limb_frame",
+    "sure_in_limb_frame",
     "write_aop",
     "write_gcode",
     "write_limb",

@@ -9,6 +9,8 @@ import numpy as np
 
 from limbgram.errors import CarveError, OptionsError
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.frame.agreement import require_landmarks_agree
+from limbgram.shape.frame.stated import AlignOptions
 from limbgram.shape.limb import Landmark, Limb, LimbFrame, Side
 from limbgram.shape.reading.units import LIKELY_MM
 from limbgram.surface.topology import volume_mm3
@@ -24,6 +26,7 @@ def admit(limb: Limb, side: Side | None) -> Limb:
         OptionsError: nobody confirmed the side.
         CarveError: not aligned, another side than it was aligned for, turned inside out, or of
             a size that no limb has.
+        MeasureError: its landmarks contradict the side or the front.
     """
     if limb.frame is None:
         raise CarveError(
@@ -41,7 +44,7 @@ def admit(limb: Limb, side: Side | None) -> Limb:
             f"{limb.frame.side!r}. One of them is wrong. Check it on the patient, and align again "
             "if it was the alignment."
         )
-    aligned = in_limb_frame(limb)
+    aligned = sure_in_limb_frame(limb)
     if volume_mm3(aligned.mesh) <= 0:
         raise CarveError("The shape is inside out: it has no volume to carve. Repair it first.")
     extent_mm = float(np.ptp(aligned.mesh.vertices_mm, axis=0).max())
@@ -51,6 +54,20 @@ def admit(limb: Limb, side: Side | None) -> Limb:
             "read it again with --unit, and align it again."
         )
     return aligned
+
+
+def sure_in_limb_frame(limb: Limb) -> Limb:
+    """The limb in its frame, if its landmarks agree with side and front as they are kept.
+
+    `align` asks the same; a limb file may be older than that, or corrected by hand since.
+
+    Raises:
+        MeasureError: a landmark lies far from where it belongs.
+    """
+    if limb.frame is not None:
+        options = AlignOptions(side=limb.frame.side)
+        require_landmarks_agree(limb, limb.frame.limb_from_mesh, options)
+    return in_limb_frame(limb)
 
 
 def in_limb_frame(limb: Limb) -> Limb:

@@ -49,7 +49,7 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
                 f"Landmark {mark.name!r} lies {off_deg:.0f} degrees from where it belongs on a "
                 f"limb of side {options.side!r}. The side or the front is wrong, the landmark lies "
                 "in another place, or the shape is mirrored. Check them before anything is made "
-                "from it; a landmark is picked anew with --landmark."
+                "from it; `limbgram align` picks a landmark anew (--landmark) and sets the side."
             )
 
 
