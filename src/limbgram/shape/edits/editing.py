@@ -4,9 +4,18 @@ Edits stand in a recipe under the name of their class in small letters: BuildUp 
 """
 
 import re
+from collections.abc import Iterator
+from dataclasses import fields
 from typing import get_args
 
-from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline, plane_cut, trimline
+from limbgram.errors import EditError
+from limbgram.shape.edits.cutting.trimming import (
+    PlaneCut,
+    Trimline,
+    plane_cut,
+    require_tilts,
+    trimline,
+)
 from limbgram.shape.edits.ends.brim import (
     Extension,
     Flare,
@@ -15,7 +24,8 @@ from limbgram.shape.edits.ends.brim import (
     require_flare,
     require_length,
 )
-from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
+from limbgram.shape.edits.ends.distal import DistalEnd, distal_end, require_end
+from limbgram.shape.edits.marking.places import require_ring
 from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction, require_levels
 from limbgram.shape.edits.presets import (
     Liner,
@@ -23,6 +33,7 @@ from limbgram.shape.edits.presets import (
     SockPly,
     liner,
     require_plies,
+    require_preset,
     require_thickness,
     sock,
     sock_ply,
@@ -37,9 +48,13 @@ from limbgram.shape.edits.solids.making import (
     fill,
     mirror,
     offset_whole,
+    require_wall,
     wall,
 )
 from limbgram.shape.limb import Limb
+
+_LONGEST_MM = 2000.0
+"""No limb is longer, and nothing on it is."""
 
 Edit = (
     Sock
@@ -76,6 +91,13 @@ def require_sense(edit: Edit) -> None:
     Raises:
         EditError: an amount out of its range, or lists of different lengths.
     """
+    what = f"The {name_of(type(edit)).replace('-', ' ')}"
+    for name, length_mm in _lengths_mm(edit):
+        if not abs(length_mm) <= _LONGEST_MM:
+            raise EditError(
+                f"{what} has {name} = {length_mm:g}, which is longer than any limb. Give it in "
+                "millimetres."
+            )
     match edit:
         case BuildUp() | Relief():
             require_area(edit, f"The {name_of(type(edit))}")
@@ -91,8 +113,27 @@ def require_sense(edit: Edit) -> None:
             require_length(edit, "The extension")
         case Flare():
             require_flare(edit, "The flare")
-        case _:
+        case Liner():
+            require_preset(edit)
+        case DistalEnd():
+            require_end(edit, "The distal end")
+        case PlaneCut():
+            require_tilts(edit, "The plane cut")
+        case Trimline():
+            require_ring(edit.through, "The trimline")
+        case Wall():
+            require_wall(edit, "The wall")
+        case Offset() | Fill() | Mirror():
             pass
+
+
+def _lengths_mm(edit: Edit) -> Iterator[tuple[str, float]]:
+    """Names and values of all that is given in millimetres, without places."""
+    for field in fields(edit):
+        if field.name.endswith("_mm"):
+            value: float | tuple[float, ...] | None = getattr(edit, field.name)
+            several = value if isinstance(value, tuple) else () if value is None else (value,)
+            yield from ((field.name, number) for number in several)
 
 
 def do_edit(limb: Limb, edit: Edit) -> Limb:
@@ -101,6 +142,7 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
     Raises:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
+    require_sense(edit)
     match edit:
         case Sock():
             return sock(limb, edit)

@@ -95,6 +95,29 @@ def require_plies(edit: SockPly) -> None:
         raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
 
 
+def require_preset(edit: Liner) -> None:
+    """Refuse a choice that no maker's range has, or a height where it has none.
+
+    Raises:
+        EditError: the share is out of its range, or a height is told that nothing counts by.
+    """
+    what = f"The liner preset {edit.name}"
+    if not 0 <= edit.share <= 1:
+        raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {edit.share:g}.")
+    if not LINERS[edit.name].tapers and (edit.proximal_mm is not None or edit.above):
+        raise EditError(f"{what} is the same at all levels: leave out proximal_mm and above.")
+    if edit.proximal_mm is None and edit.above:
+        raise EditError(
+            f"{what} reaches its full per cent at the shape's top unless proximal_mm says where: "
+            f'give the height over "{edit.above}", or leave out above.'
+        )
+    if edit.proximal_mm is not None and edit.proximal_mm <= 0 and not edit.above:
+        raise EditError(
+            f"{what} cannot reach its full per cent at {edit.proximal_mm:g} mm, where the limb "
+            "ends. Give proximal_mm as the height over the distal end."
+        )
+
+
 def sock(limb: Limb, edit: Sock) -> Limb:
     """Move the surface inwards by the sock.
 
@@ -117,16 +140,13 @@ def liner(limb: Limb, edit: Liner) -> Limb:
     Raises:
         EditError: the share or the height makes no sense.
     """
+    require_preset(edit)
     what = f"The liner preset {edit.name}"
-    if not 0 <= edit.share <= 1:
-        raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {edit.share:g}.")
     made = LINERS[edit.name]
     per_cent = made.least_per_cent + edit.share * (made.most_per_cent - made.least_per_cent)
     heights = in_limb_frame(limb, what)[:, 2]
     low, high = float(heights.min()), float(heights.max())
     if not made.tapers:
-        if edit.proximal_mm is not None:
-            raise EditError(f"{what} is the same at all levels: leave out proximal_mm.")
         levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
         return change_by_levels(limb, what, levels, -1.0)
     if edit.proximal_mm is not None:

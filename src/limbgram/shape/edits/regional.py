@@ -21,6 +21,7 @@ from limbgram.shape.edits.marking.places import (
     displaced,
     on_surface,
     position_mm,
+    require_ring,
 )
 from limbgram.shape.limb import Limb
 from limbgram.surface.mesh import Mesh
@@ -99,6 +100,8 @@ def require_area(edit: BuildUp | Relief, what: str) -> None:
         )
     if (edit.at is None) == (not edit.within):
         raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
+    if edit.within:
+        require_ring(edit.within, what)
 
 
 def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:

@@ -63,6 +63,66 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
     assert "Outwards; negative inwards." in edit("kinds", "offset")
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("wall thickness_mm=0", "thickness of 0.1 mm or more, not 0"),
+        ("wall thickness_mm=-3 side=inward", "not -3"),
+        ("wall thickness_mm=nan", "must be a number, not nan"),
+        ("wall thickness_mm=1e-9", "0.1 mm or more"),
+        ("liner name=alpha-3mm share=1.5", "from 0 (least) to 1 (most), not 1.5"),
+        ("liner name=alpha-4mm", "must be one of iceross-original, alpha-3mm"),
+        ("liner name=alpha-3mm proximal_mm=90", "leave out proximal_mm and above"),
+        ("liner name=alpha-3mm above=patella", "leave out proximal_mm and above"),
+        ("liner name=iceross-original proximal_mm=-20", "at -20 mm, where the limb ends"),
+        ("liner name=iceross-original above=patella", 'the height over "patella"'),
+        ("plane-cut height_mm=100 forward_deg=90", "up to 80 degrees, not 90 and 0"),
+        ("plane-cut height_mm=100 right_deg=-81", "Draw a trimline"),
+        ("plane-cut height_mm=3000", "height_mm = 3000, which is longer than any limb"),
+        ("distal-end height_mm=0", "height above 0 mm"),
+        ("distal-end height_mm=40 roundness=1.1", "roundness from 0 to 1, not 1.1"),
+        ("distal-end height_mm=40 lengthen_mm=-20", "less than half of its height, 40 mm"),
+        ("distal-end height_mm=40 lengthen_mm=9000", "lengthen_mm = 9000"),
+        ("offset distance_mm=-2001", "longer than any limb"),
+        ("reduction heights_mm=[10,9000] per_cent=[1,1] of=girth", "heights_mm = 9000"),
+        ("trimline through=[]", "at least 3 points"),
+        ('trimline through=["a","b","a"]', "two points in a row are the same"),
+        ("relief depth_mm=5 falloff_mm=9 within=[[0,0,0]]", "at least 3 points"),
+    ],
+)
+def test_what_makes_sense_on_no_limb_is_not_added(tmp_path: Path, words: str, told: str) -> None:
+    recipe = tmp_path / "a.toml"
+    edit("new", recipe)
+    before = recipe.read_bytes()
+    assert told in " ".join(edit("add", recipe, *words.split(), code=2).split())
+    assert recipe.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "wall thickness_mm=0.1",
+        "liner name=alpha-3mm share=1",
+        "liner name=iceross-original proximal_mm=0 above=patella",
+        "plane-cut height_mm=-10 above=patella forward_deg=80",
+        "distal-end height_mm=40 lengthen_mm=-19.9 roundness=1",
+        'trimline through=["a","b","c"]',
+    ],
+)
+def test_what_stands_at_its_limit_is_added(tmp_path: Path, words: str) -> None:
+    recipe = tmp_path / "a.toml"
+    edit("new", recipe)
+    assert "1 edits" in edit("add", recipe, *words.split())
+
+
+def test_a_recipe_written_by_hand_is_held_to_the_same(scan: Path, tmp_path: Path) -> None:
+    recipe, out = tmp_path / "a.toml", tmp_path / "out.ply"
+    edit("new", recipe)
+    recipe.write_text(recipe.read_text() + '[[edit]]\ndo = "offset"\ndistance_mm = 9000.0\n')
+    assert "longer than any limb" in edit("apply", scan, recipe, "-o", out, code=4)
+    assert not out.exists()
+
+
 def test_a_recipe_without_edits_says_that_nothing_was_done(scan: Path, tmp_path: Path) -> None:
     recipe, out = tmp_path / "none.toml", tmp_path / "out.ply"
     edit("new", recipe)

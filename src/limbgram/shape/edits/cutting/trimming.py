@@ -19,6 +19,7 @@ from limbgram.shape.edits.marking.places import (
     in_limb_frame,
     on_surface,
     position_mm,
+    require_ring,
 )
 from limbgram.shape.limb import Limb
 from limbgram.surface.mesh import Mesh
@@ -59,6 +60,19 @@ class Trimline:
     """Frame of coordinates."""
 
 
+def require_tilts(edit: PlaneCut, what: str) -> None:
+    """Refuse a plane that no longer lies across the limb.
+
+    Raises:
+        EditError: it is too steep.
+    """
+    if not max(abs(edit.forward_deg), abs(edit.right_deg)) <= _STEEPEST_DEG:
+        raise EditError(
+            f"{what} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} degrees, not "
+            f"{edit.forward_deg:g} and {edit.right_deg:g}. Draw a trimline for a cut along the limb."
+        )
+
+
 def plane_cut(limb: Limb, edit: PlaneCut) -> Limb:
     """Cut by a plane; triangles across it are split, so the new edge lies in it.
 
@@ -66,8 +80,7 @@ def plane_cut(limb: Limb, edit: PlaneCut) -> Limb:
         EditError: the plane misses the shape, or cannot be closed.
     """
     what = "The plane cut"
-    if max(abs(edit.forward_deg), abs(edit.right_deg)) > _STEEPEST_DEG:
-        raise EditError(f"{what} takes tilts up to {_STEEPEST_DEG:g} degrees.")
+    require_tilts(edit, what)
     level = height_mm(limb, edit.height_mm, edit.above, what)
     points = in_limb_frame(limb, what)
     middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
@@ -94,6 +107,7 @@ def trimline(limb: Limb, edit: Trimline) -> Limb:
         EditError: the curve does not part the surface in two.
     """
     what = "The trimline"
+    require_ring(edit.through, what)
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.through])
     curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
     fine = fine_along(limb.mesh, curve, _EDGE_MM)

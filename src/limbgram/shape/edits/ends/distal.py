@@ -29,6 +29,23 @@ class DistalEnd:
     """0 leaves the shape, 1 makes it half an ellipsoid on the section at that height."""
 
 
+def require_end(edit: DistalEnd, what: str) -> None:
+    """Refuse numbers that make sense on no limb.
+
+    Raises:
+        EditError: a height, a roundness or a shortening out of its range.
+    """
+    if not edit.height_mm > 0:
+        raise EditError(f"{what} needs a height above 0 mm, counted from the lowest point.")
+    if not 0 <= edit.roundness <= 1:
+        raise EditError(f"{what} takes a roundness from 0 to 1, not {edit.roundness:g}.")
+    if edit.lengthen_mm <= -edit.height_mm / 2:
+        raise EditError(
+            f"{what} can be shortened by less than half of its height, {edit.height_mm:g} mm. Give "
+            "a larger height_mm, or cut it by a plane."
+        )
+
+
 def distal_end(limb: Limb, edit: DistalEnd) -> Limb:
     """Lengthen, shorten or round the distal end.
 
@@ -36,17 +53,13 @@ def distal_end(limb: Limb, edit: DistalEnd) -> Limb:
         EditError: numbers that make no sense, or a surface that would fold.
     """
     what = "The distal end"
+    require_end(edit, what)
     points = in_limb_frame(limb, what)
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
-    if not 0 < edit.height_mm < high - low:
+    if edit.height_mm >= high - low:
         raise EditError(
-            f"{what} needs a height above 0 mm and below the length of the shape, "
-            f"{high - low:.0f} mm."
+            f"{what} needs a height below the length of the shape, {high - low:.0f} mm."
         )
-    if not 0 <= edit.roundness <= 1:
-        raise EditError(f"{what} takes a roundness from 0 to 1, not {edit.roundness:g}.")
-    if edit.lengthen_mm <= -edit.height_mm / 2:
-        raise EditError(f"{what} can be shortened by less than half of its height.")
     top = low + edit.height_mm
     depth = np.clip((top - points[:, 2]) / edit.height_mm, 0, 1)
     target = points + edit.roundness * _towards_round(limb, points, top, edit.height_mm, what)

@@ -4,7 +4,9 @@ A place is the name of a landmark, or three coordinates in millimetres. Edits sa
 their coordinates are: "limb" (origin distal, +Z proximal, +Y anterior, +X right) or "mesh".
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -72,6 +74,18 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
     if frame == "mesh":
         return point
     return moved_by(frame_of(limb, what).limb_from_mesh.inverse, point[None])[0]
+
+
+def require_ring(places: Sequence[Place], what: str) -> None:
+    """Refuse places that make no closed curve.
+
+    Raises:
+        EditError: fewer than three, or one of them twice in a row.
+    """
+    if len(places) < 3:
+        raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
+    if any(one == other for one, other in pairwise((*places, places[0]))):
+        raise EditError(f"{what}: two points in a row are the same. Leave one of them out.")
 
 
 def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:

@@ -19,6 +19,8 @@ from limbgram.surface.topology import boundary_half_edges, face_components
 
 _RETRIES = 5
 """Times that a wall is evened out where it would cut through itself, before it is refused."""
+_THINNEST_MM = 0.1
+"""Nothing that is printed or laminated has a thinner wall."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
 
@@ -54,6 +56,19 @@ class Mirror:
 
     confirmed_side: Literal["left", "right"]
     """The side that the limb is of afterwards: said here so that no mirror happens unnoticed."""
+
+
+def require_wall(edit: Wall, what: str) -> None:
+    """Refuse a thickness that no wall has.
+
+    Raises:
+        EditError: it is not above 0 mm, or thinner than anything that is made.
+    """
+    if not edit.thickness_mm >= _THINNEST_MM:
+        raise EditError(
+            f"{what} needs a thickness of {_THINNEST_MM:g} mm or more, not "
+            f'{edit.thickness_mm:g}. On which side it lies is said by side = "outward" or "inward".'
+        )
 
 
 def offset_whole(limb: Limb, edit: Offset) -> Limb:
@@ -102,8 +117,7 @@ def wall(limb: Limb, edit: Wall) -> Limb:
         EditError: the shape is closed already, or the wall would cut through itself.
     """
     what = "The wall"
-    if edit.thickness_mm <= 0:
-        raise EditError(f'{what} needs a thickness above 0 mm; its side is said by "side".')
+    require_wall(edit, what)
     mesh = limb.mesh
     border = boundary_half_edges(mesh.faces)
     parts = face_components(mesh.faces)
