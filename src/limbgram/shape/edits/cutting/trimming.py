@@ -69,7 +69,7 @@ def require_tilts(edit: PlaneCut, what: str) -> None:
     if not max(abs(edit.forward_deg), abs(edit.right_deg)) <= _STEEPEST_DEG:
         raise EditError(
             f"{what} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} degrees, not "
-            f"{edit.forward_deg:g} and {edit.right_deg:g}. Draw a trimline for a cut along the limb."
+            f"{edit.forward_deg:g} and {edit.right_deg:g}. Draw a trimline to cut along it."
         )
 
 
