@@ -4,11 +4,12 @@ import io
 import textwrap
 from collections.abc import Sequence
 
-import matplotlib.image as mpimg
+import numpy as np
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from PIL import Image
 
 from limbgram.report.drawings.drawing import FAINT, INK, Picture
 
@@ -112,7 +113,7 @@ class Sheet:
 
     def picture(self, picture: Picture, most_in: float) -> None:
         """A picture over the whole width, or less if that would be too high."""
-        image = mpimg.imread(io.BytesIO(picture.png.tobytes()))
+        image = np.asarray(Image.open(io.BytesIO(picture.png.tobytes())).convert("RGB"))
         tall = image.shape[0] / image.shape[1]
         height_in = min(self.width_in * tall, most_in)
         width_in = height_in / tall
@@ -124,7 +125,7 @@ class Sheet:
                 height_in / PAGE_IN[1],
             )
         )
-        axes.imshow(image, interpolation="antialiased")
+        axes.imshow(image, interpolation="none")  # as it is: no pixel is made twice
         axes.set_axis_off()
         self.down_in += height_in + 0.05
 

@@ -7,13 +7,21 @@ import numpy as np
 from jaxtyping import UInt8
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from limbgram.report.drawings.shading import Frame
 
 INK, FAINT = "#22303a", "#8a97a0"
 BLUE, ORANGE, GREEN, RED = "#2b6ca3", "#d9822b", "#3c8d5a", "#b8403a"
 _DOTS_PER_INCH = 110
+_COMPRESSION = 4
+"""Of PNG files: a third of the usual level's time, for 7 % more bytes."""
+
+
+BELOW_PX = 20
+"""Room below a view, for its scale bar."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,22 @@ def blank(width_in: float, height_in: float) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
 
 
+def bare(width_in: float, height_in: float) -> Figure:
+    """An empty figure for axes at known places: to search for places costs as much as drawing."""
+    return Figure(figsize=(width_in, height_in), facecolor="white")
+
+
+def axes_at(
+    figure: Figure | SubFigure, left_in: float, top_in: float, width_in: float, height_in: float
+) -> Axes:
+    """Axes whose upper left corner is so far from that of the figure."""
+    across_in, along_in = figure.bbox.width / figure.dpi, figure.bbox.height / figure.dpi
+    bottom = 1 - (top_in + height_in) / along_in
+    return figure.add_axes(
+        (left_in / across_in, bottom, width_in / across_in, height_in / along_in)
+    )
+
+
 def plain(axes: Axes) -> Axes:
     """Axes without a box, in quiet ink."""
     axes.spines[["top", "right"]].set_visible(False)
@@ -56,12 +80,20 @@ def scale_bar(axes: Axes, frame: Frame) -> None:
     axes.plot([0, length_px], [y_px, y_px], color=INK, lw=1.5, clip_on=False)
     axes.text(length_px + 6, y_px, f"{length_mm} mm", fontsize=7, color=INK, va="center")
     axes.set_xlim(-0.5, frame.width_px - 0.5)
-    axes.set_ylim(frame.height_px + 20, -0.5)
+    axes.set_ylim(frame.height_px + BELOW_PX, -0.5)
 
 
 def png(figure: Figure) -> UInt8[np.ndarray, " n"]:
-    """A figure as the bytes of a PNG."""
+    """A figure as the bytes of a PNG; the ground of all figures is opaque."""
+    figure.set_dpi(_DOTS_PER_INCH)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    about = PngInfo()
+    about.add_text("Software", "limbgram")
     file = io.BytesIO()
-    FigureCanvasAgg(figure)
-    figure.savefig(file, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "limbgram"})
+    colours = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
+    dots_per_inch = (_DOTS_PER_INCH, _DOTS_PER_INCH)
+    Image.fromarray(colours).save(
+        file, "png", compress_level=_COMPRESSION, pnginfo=about, dpi=dots_per_inch
+    )
     return np.frombuffer(file.getvalue(), np.uint8)

@@ -4,18 +4,29 @@ All heights count from the reference. The patient's left lies to the right in th
 the sections, which are seen from the distal end.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import UInt8
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 
-from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
+from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.shape.frame import in_limb_frame
 from limbgram.shape.measures import Measures, Row
 from limbgram.surface.mesh import Mesh
 
 _HEIGHT_PX = 560
+_HEIGHT_IN, _MOST_IN = 5.8, 14.0
+"""Of the views, and what the figure may be wide."""
+_TITLE_IN, _SCALE_IN = 0.28, 0.45
+"""What stands over a view, and under it."""
+_LEFT_IN, _BETWEEN_IN, _GIRTHS_IN, _BAR_IN, _RIGHT_IN = 0.55, 0.42, 1.2, 0.18, 0.6
+"""Left of the views, between them, right of them, width of the bar of colours, right of that."""
+_LEAST_IN = 2.5
+"""Of the sections, however slender the limb is."""
 _MOST_LABELS = 24
 _MARGIN = 1.06
 _COLOURS = "viridis"
@@ -30,13 +41,10 @@ def sections_drawing(measures: Measures) -> Drawing:
     mesh = in_limb_frame(measures.limb)
     frame = measures.limb.frame
     outer_deg = 180 if frame is not None and frame.side == "left" else 0
-    size = np.ptp(mesh.vertices_mm, axis=0)
-    widths = (float(size[0]), float(size[1]), 1.2 * float(size[:2].max()))
-    height_in = 6.5
-    figure = blank(min(14.0, 1.8 + height_in * sum(widths) / float(size[2])), height_in)
-    front, beside, above = figure.subplots(1, 3, width_ratios=widths)
     rows = [row for row in measures.rows if row.level is not None]
     frames = [_frame(mesh, azimuth_deg) for azimuth_deg in (90, outer_deg)]
+    figure = _panels(frames)
+    front, beside, above, bar = figure.axes
     of_front, of_side = shade_all(mesh, frames)
     zero = measures.reference_mm
     _side(front, frames[0], of_front, rows, zero)
@@ -48,12 +56,29 @@ def sections_drawing(measures: Measures) -> Drawing:
     side = "patient's left" if outer_deg else "patient's right"
     beside.set_title(f"from the {side}; girth by tape, mm", fontsize=9, color=FAINT)
     _label(beside, rows)
-    _sections(above, rows)
+    _sections(above, bar, rows)
     return Drawing(
         figure,
         f"{len(rows)} levels. Heights count from {measures.counting}; the sections are seen from "
         "the distal end, front upwards, the patient's left to the right as in the front view.",
     )
+
+
+def _panels(frames: Sequence[Frame]) -> Figure:
+    """A figure with axes for both views, the sections, and the colours of their heights."""
+    widths_px = [frame.width_px for frame in frames]
+    room_px = [*widths_px, 1.2 * max(widths_px)]
+    beside_in = _LEFT_IN + _BETWEEN_IN + _GIRTHS_IN + 2 * _BAR_IN + _RIGHT_IN
+    inch = min(_HEIGHT_IN / _HEIGHT_PX, (_MOST_IN - beside_in) / sum(room_px))
+    front_in, side_in, above_in = (inch * px for px in room_px)
+    above_in, along_in = max(above_in, _LEAST_IN), inch * _HEIGHT_PX
+    figure = bare(front_in + side_in + above_in + beside_in, _TITLE_IN + along_in + _SCALE_IN)
+    left_in = _LEFT_IN
+    for width_in, after_in in ((front_in, _BETWEEN_IN), (side_in, _GIRTHS_IN), (above_in, _BAR_IN)):
+        axes_at(figure, left_in, _TITLE_IN, width_in, along_in)
+        left_in += width_in + after_in
+    axes_at(figure, left_in, _TITLE_IN + 0.2 * along_in, _BAR_IN, 0.6 * along_in)
+    return figure
 
 
 def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
@@ -98,7 +123,7 @@ def _label(axes: Axes, rows: list[Row]) -> None:
             axes.text(right, row.from_reference_mm, text, fontsize=6.5, color=INK, va="center")
 
 
-def _sections(axes: Axes, rows: list[Row]) -> None:
+def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
     """All outlines over each other, coloured by height, as they lie seen from the distal end."""
     lines: list[np.ndarray] = []
     heights: list[float] = []
@@ -120,6 +145,6 @@ def _sections(axes: Axes, rows: list[Row]) -> None:
     plain(axes).set_title("sections from the distal end, front upwards", fontsize=9, color=FAINT)
     axes.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
     axes.set_ylabel(_TOWARDS[0], fontsize=8, color=INK)
-    bar = axes.figure.colorbar(drawn, ax=axes, shrink=0.6)
+    bar = axes.figure.colorbar(drawn, cax=beside)
     bar.set_label("height, mm", fontsize=8, color=INK)
     bar.ax.tick_params(labelsize=7, colors=INK)

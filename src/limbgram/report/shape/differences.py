@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure, SubFigure
 
-from limbgram.report.drawings.drawing import FAINT, INK, Drawing, blank
+from limbgram.report.drawings.drawing import FAINT, INK, Drawing, axes_at, bare
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
 from limbgram.shape.comparing.comparing import Comparison
 from limbgram.shape.comparing.telling.verdict import IQR_LIMIT_MM, MRE_LIMIT_MM
@@ -28,6 +28,13 @@ _TURNED = ("#f3f2ee", "#fdf0c4", "#f7d275", "#e8a33d", "#c2691d", "#7d3a0b")
 _UNKNOWN = np.array([150.0, 150.0, 150.0])
 _SIDES = ((90, "front"), (0, "patient's right"), (270, "back"), (180, "patient's left"))
 _HEIGHT_PX = 430
+_WIDTH_IN = 10.5
+_GAP_IN = 0.2
+_TITLE_IN, _BELOW_IN = 0.4, 0.85
+"""What stands over the views, and the room of the bar of colours under them."""
+_BAR_IN = 0.17
+_ACROSS_IN = (_WIDTH_IN - _GAP_IN) / len(_SIDES) - _GAP_IN
+"""Width of a view."""
 _LETTERS = 14
 """Points; on a sheet of paper the picture has less than half of its width."""
 
@@ -36,8 +43,8 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     """The first shape in the colours of the signed difference, and of the turn of its normals."""
     mesh, on_first = comparison.first_in_limb, comparison.deviation.on_first
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
-    tall = (high[2] - low[2]) / np.hypot(*(high - low)[:2])
-    figure = blank(10.5, 2 * (10.5 / 4 * float(np.clip(tall, 0.4, 3.0)) + 1.05))
+    tall = float(np.clip((high[2] - low[2]) / np.hypot(*(high - low)[:2]), 0.4, 3.0))
+    figure = bare(_WIDTH_IN, 2 * (_TITLE_IN + _ACROSS_IN * tall + _BELOW_IN))
     rows: Any = figure.subfigures(2, 1)
     bands = ListedColormap((*reversed(_INSIDE[:-1]), _ALIKE, *_OUTSIDE[:-1]))
     bands = bands.with_extremes(under=_INSIDE[-1], over=_OUTSIDE[-1])
@@ -78,21 +85,21 @@ def _row(
     edges: Sequence[float],
     label: str,
 ) -> None:
-    mesh, panels = comparison.first_in_limb, figure.subplots(1, len(_SIDES))
+    mesh = comparison.first_in_limb
+    along_in = figure.bbox.height / figure.dpi - _TITLE_IN - _BELOW_IN
     paint = paint_of(values, colours)
     shaded = shade_all(mesh, [_frame(mesh, azimuth_deg) for azimuth_deg, _ in _SIDES], paint)
-    for axes, (azimuth_deg, side), picture in zip(panels, _SIDES, shaded, strict=True):
+    lefts_in = _GAP_IN + (_ACROSS_IN + _GAP_IN) * np.arange(len(_SIDES))
+    for left_in, (azimuth_deg, side), picture in zip(lefts_in, _SIDES, shaded, strict=True):
+        axes = axes_at(figure, left_in, _TITLE_IN, _ACROSS_IN, along_in)
         axes.imshow(picture)
         axes.set_axis_off()
         title = side if comparison.axes.anatomical else f"{azimuth_deg}°"
         axes.set_title(title, fontsize=12, color=FAINT)
     bar = figure.colorbar(
         colours,
-        ax=list(panels),
+        cax=axes_at(figure, _GAP_IN, _TITLE_IN + along_in + 0.1, _WIDTH_IN - 2 * _GAP_IN, _BAR_IN),
         orientation="horizontal",
-        fraction=0.04,
-        aspect=60,
-        pad=0.01,
         spacing="uniform",
         extend="both" if edges[0] < 0 else "max",
     )

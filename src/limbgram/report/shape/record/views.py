@@ -2,25 +2,31 @@
 
 from collections.abc import Sequence
 
-from limbgram.report.drawings.drawing import FAINT, Drawing, blank, scale_bar
+import numpy as np
+
+from limbgram.report.drawings.drawing import BELOW_PX, FAINT, Drawing, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import shade_all
 from limbgram.report.shape.views import limb_frames, normals_at, number_landmarks
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.mesh import Mesh
 
 _WIDTH_IN = 10.5
+_GAP_IN = 0.05
+_TITLE_IN = 0.32
 
 
 def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: Side) -> Drawing:
     """Anterior, lateral, posterior and medial of a shape in its limb frame."""
     sides = _sides(side)
     frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg in sides])
-    tall = frames[0].height_px / frames[0].width_px
-    figure = blank(_WIDTH_IN, _WIDTH_IN / 4 * tall + 0.5)
+    across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
+    along_in = across_in * (frames[0].height_px + BELOW_PX) / frames[0].width_px
+    figure = bare(_WIDTH_IN, _TITLE_IN + along_in + _GAP_IN)
     normals = normals_at(mesh_in_limb, landmarks)
     shaded = shade_all(mesh_in_limb, frames)
-    panels = figure.subplots(1, 4)
-    for axes, (title, _), frame, picture in zip(panels, sides, frames, shaded, strict=True):
+    lefts_in = _GAP_IN + (across_in + _GAP_IN) * np.arange(4)
+    for left_in, (title, _), frame, picture in zip(lefts_in, sides, frames, shaded, strict=True):
+        axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
         axes.imshow(picture)
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=FAINT)
