@@ -35,6 +35,17 @@ class LimbFrame:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Origin:
+    """A file that a shape was read of, or made from."""
+
+    sha256: str
+    mm_per_unit: float
+    """As it was read."""
+    mesh_from_origin: Rigid
+    """From that file's axes to those of the shape's mesh, in millimetres."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Limb:
     """What every step of the workbench takes and gives."""
 
@@ -48,6 +59,9 @@ class Limb:
     """Thickness of the sock that has been taken off the surface already."""
     name: str = ""
     """Of the file it came from, without folder; never a patient's."""
+    origins: tuple[Origin, ...] = ()
+    """Files that it is known to come from, the nearest first: by these a shape and what was made
+    from it lie as they were made. Who gives the mesh other axes moves these along."""
     notes: tuple[str, ...] = ()
     """What was odd about that file and how it was taken."""
 

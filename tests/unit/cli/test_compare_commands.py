@@ -106,6 +106,27 @@ def test_a_shape_made_from_the_other_is_taken_as_it_lies(shapes) -> None:
     assert all("volume_below_ml" not in level for level in found["levels"])
 
 
+def test_what_was_exported_lies_as_it_was_made(tmp_path: Path) -> None:
+    """From a scan that lies on its side: edited, then exported in the limb's axes, each anew."""
+    lying = Rigid.from_rotation_vector(np.array([1.2, 0.4, 0]), np.array([30.0, -20, 10]))
+    limb = beaker()
+    mesh = limb.mesh.with_vertices(lying.inverse.apply(limb.mesh.vertices_mm))
+    framed = LimbFrame(limb_from_mesh=lying, side="right")
+    scan = str(write_limb(Limb(mesh=mesh, frame=framed), tmp_path / "scan.ply"))
+    recipe, edited = str(tmp_path / "a.toml"), str(tmp_path / "edited.ply")
+    answered("edit", "new", recipe)
+    answered("edit", "add", recipe, "reduction", "heights_mm=[0]", "per_cent=[3]", "of=girth")
+    answered("edit", "apply", scan, recipe, "-o", edited)
+    sent = answered("export", edited, "--to", "stl")["written"]
+    plain = answered("export", scan, "--to", "obj")["written"]
+    for first, second in ((scan, sent), (plain, sent), (plain, edited)):
+        found = answered("compare", first, second)
+        assert "name one file that both come from" in found["verdict"]
+        assert found["volume"]["ml"]["share"] == pytest.approx(0.97**2 - 1, abs=1e-4)
+        for level in found["levels"]:
+            assert level["tape_mm"]["share"] == pytest.approx(-0.03, abs=1e-4)
+
+
 def test_one_limb_over_time(shapes, tmp_path: Path) -> None:
     days = ("--day", "2026-02-01", "--day", "2026-01-04", "--repeatability", "0.1")
     picture = tmp_path / "course.png"

@@ -83,4 +83,8 @@ def in_limb_frame(limb: Limb) -> Limb:
             for mark in limb.landmarks
         ),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side=limb.frame.side),
+        origins=tuple(
+            replace(origin, mesh_from_origin=motion @ origin.mesh_from_origin)
+            for origin in limb.origins
+        ),
     )

@@ -30,7 +30,10 @@ _SAME_VOLUME = 1e-4
 
 
 def write_limb(limb: Limb, path: Path) -> Path:
-    """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it."""
+    """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it.
+
+    The limb's origins become what the new file was made from.
+    """
     write = _WRITERS.get(path.suffix.lower())
     if write is None:
         known = ", ".join(suffix[1:].upper() for suffix in _WRITERS)
@@ -89,6 +92,7 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
                 frame=record.frame,
                 sock_mm=record.sock_mm,
                 kind=record.kind,
+                origins=record.made_from,
             )
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
         require(again == written.read_bytes(), f"{path.name}: another record")

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.errors import ShapeFileError
-from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.geometry.rigid import Rigid
+from limbgram.shape.limb import Limb, LimbFrame, Origin
 from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
 from limbgram.shape.reading.obj import read_obj
@@ -75,6 +76,8 @@ def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
     factor = _factor(soup, record, mm_per_unit, path.name)
     _require_one_side(soup.frame, record, path)
     limb = _limb(path, soup, record, factor)
+    own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
+    limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
         limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
     return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor or 1.0, declared=soup.frame)

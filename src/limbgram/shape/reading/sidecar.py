@@ -1,7 +1,8 @@
 """The limb file: what is known of a shape beyond its triangles, as JSON beside the mesh's file.
 
 `scan.ply` has `scan.limb.json`. It holds the hash of the mesh's file, so it is never taken for
-that of another shape. Places are in the mesh's frame, in millimetres.
+that of another shape. Places are in the mesh's frame, in millimetres. It names what the mesh was
+made from by hash and motion; files older than that entry do not, and older versions pass over it.
 """
 
 import hashlib
@@ -15,12 +16,13 @@ import numpy as np
 
 from limbgram.errors import ShapeFileError
 from limbgram.geometry.rigid import Rigid
-from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Side
+from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Origin, Side
 
 _FORMAT, _VERSION = "limbgram limb", 1
 _LARGEST_BYTES = 4_000_000
 _MOST_LANDMARKS = 1000
 _LONGEST_NAME = 80
+_MOST_ORIGINS = 100
 _SIDES: tuple[Side, ...] = ("left", "right", "none")
 _ROUNDING = 1e-6
 
@@ -43,6 +45,8 @@ class LimbRecord:
     sock_mm: float
     kind: Kind | None
     """None also in files older than this entry."""
+    made_from: tuple[Origin, ...]
+    """The nearest first; none in files older than this entry."""
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
@@ -62,18 +66,29 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
         "mesh": {"file": mesh_name, "sha256": mesh_hash, "mm_per_unit": mm_per_unit},
         "kind": limb.kind,
         "side": None if frame is None else frame.side,
-        "limb_from_mesh": None
-        if frame is None
-        else {
-            "rotation": frame.limb_from_mesh.rotation.tolist(),
-            "translation_mm": frame.limb_from_mesh.translation.tolist(),
-        },
+        "limb_from_mesh": None if frame is None else _tree(frame.limb_from_mesh),
         "sock_mm": limb.sock_mm,
         "landmarks": [
             {"name": mark.name, "position_mm": mark.position_mm.tolist()} for mark in limb.landmarks
         ],
+        "made_from": [
+            {
+                "sha256": origin.sha256,
+                "mm_per_unit": origin.mm_per_unit,
+                "mesh_from_it": _tree(origin.mesh_from_origin),
+            }
+            for origin in limb.origins[:_MOST_ORIGINS]
+            if origin.sha256 != mesh_hash
+        ],
     }
     return (json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _tree(motion: Rigid) -> dict[str, Any]:
+    return {
+        "rotation": motion.rotation.tolist(),
+        "translation_mm": motion.translation.tolist(),
+    }
 
 
 def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfAnother | None:
@@ -112,18 +127,36 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
 
 
 def _record(tree: dict[str, Any]) -> LimbRecord:
-    marks = tree["landmarks"]
+    marks, made_from = tree["landmarks"], tree.get("made_from", [])
     if len(marks) > _MOST_LANDMARKS:
         raise ValueError(f"{len(marks)} landmarks")
-    mm_per_unit, sock_mm = float(tree["mesh"]["mm_per_unit"]), float(tree["sock_mm"])
-    if not (math.isfinite(mm_per_unit) and mm_per_unit > 0 and 0 <= sock_mm < 100):
+    if len(made_from) > _MOST_ORIGINS:
+        raise ValueError(f"made from {len(made_from)} files")
+    sock_mm = float(tree["sock_mm"])
+    if not 0 <= sock_mm < 100:
         raise ValueError("a length that cannot be")
     return LimbRecord(
-        mm_per_unit=mm_per_unit,
+        mm_per_unit=_unit(tree["mesh"]["mm_per_unit"]),
         landmarks=tuple(_landmark(mark) for mark in marks),
         frame=None if tree["limb_from_mesh"] is None else _frame(tree),
         sock_mm=sock_mm,
         kind=_kind(tree.get("kind")),
+        made_from=tuple(_origin(origin) for origin in made_from),
+    )
+
+
+def _unit(listed: Any) -> float:
+    mm_per_unit = float(listed)
+    if not (math.isfinite(mm_per_unit) and mm_per_unit > 0):
+        raise ValueError("a length that cannot be")
+    return mm_per_unit
+
+
+def _origin(tree: dict[str, Any]) -> Origin:
+    return Origin(
+        sha256=str(tree["sha256"]),
+        mm_per_unit=_unit(tree["mm_per_unit"]),
+        mesh_from_origin=_motion(tree["mesh_from_it"], "mesh_from_it"),
     )
 
 
@@ -141,15 +174,18 @@ def _landmark(tree: dict[str, Any]) -> Landmark:
 
 
 def _frame(tree: dict[str, Any]) -> LimbFrame:
-    motion = tree["limb_from_mesh"]
-    rotation = _numbers(motion["rotation"], (3, 3))
-    turned = np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
-    if turned or np.linalg.det(rotation) < 0:
-        raise ValueError("limb_from_mesh is no rotation")
+    motion = _motion(tree["limb_from_mesh"], "limb_from_mesh")
     if tree["side"] not in _SIDES:
         raise ValueError(f"side {tree['side']!r}")
-    motion = Rigid(rotation, _numbers(motion["translation_mm"], (3,)))
     return LimbFrame(limb_from_mesh=motion, side=tree["side"])
+
+
+def _motion(tree: dict[str, Any], name: str) -> Rigid:
+    rotation = _numbers(tree["rotation"], (3, 3))
+    turned = np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
+    if turned or np.linalg.det(rotation) < 0:
+        raise ValueError(f"{name} is no rotation")
+    return Rigid(rotation, _numbers(tree["translation_mm"], (3,)))
 
 
 def _numbers(listed: Any, shape: tuple[int, ...]) -> np.ndarray:

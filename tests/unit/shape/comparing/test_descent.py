@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.comparing import CompareOptions, RegistrationOptions, compare
 from limbgram.shape.comparing.levels import changes_by_level
-from limbgram.shape.comparing.registration import Alignment, as_they_lie, by_shape
+from limbgram.shape.comparing.registration import Alignment, as_is, as_they_lie, by_shape
 from limbgram.shape.comparing.telling.lines import comparison_lines
-from limbgram.shape.limb import Landmark, Limb, LimbFrame
+from limbgram.shape.limb import Landmark, Limb, LimbFrame, Origin
 
 BY_SHAPE = CompareOptions(registration=RegistrationOptions(way="icp"))
 
@@ -62,6 +62,44 @@ def test_what_was_taken_off_does_not_turn_into_a_slide(limb) -> None:
     assert girths[100.0] == pytest.approx(-0.03 * 60 / 140, abs=1e-3)
     assert girths[180.0] == pytest.approx(0.0, abs=1e-6)
     assert not found.notes
+
+
+def test_what_the_limb_files_name_lies_as_it_was_made_in_any_axes(limb) -> None:
+    """Both made from one scan, one of them moved to axes of its own and made of fewer parts."""
+    scan = framed(limb, 3)
+    edited = reduced(scan)
+    turn = Rigid(Rotation.random(random_state=7).as_matrix(), np.array([1.0, 2, 3]))
+    moved = edited.with_mesh(edited.mesh.with_vertices(turn.apply(edited.mesh.vertices_mm)))
+    own = Origin(sha256="scan", mm_per_unit=1.0, mesh_from_origin=Rigid.identity())
+    scan = replace(scan, origins=(own,))
+    other = Origin(sha256="edited", mm_per_unit=1.0, mesh_from_origin=turn)
+    through = replace(own, mesh_from_origin=turn)
+    moved = replace(moved, frame=None, origins=(other, through))
+    found = compare(scan, moved)
+    assert found.alignment.way == "as-is"
+    assert found.alignment.exact
+    np.testing.assert_allclose(
+        found.alignment.first_from_second.matrix_3x4, turn.inverse.matrix_3x4, atol=1e-12
+    )
+    girths = {level.height_mm: level.measures["tape_mm"].share for level in found.levels.levels}
+    assert girths[20.0] == pytest.approx(-0.03, abs=1e-3)
+    assert girths[180.0] == pytest.approx(0.0, abs=1e-6)
+    back = as_they_lie(moved, replace(edited, frame=None, origins=(own,)))
+    assert back is not None
+    np.testing.assert_allclose(back.first_from_second.matrix_3x4, turn.matrix_3x4, atol=1e-12)
+    # Read in another unit it is another shape.
+    inches = replace(scan, origins=(replace(own, mm_per_unit=25.4),))
+    assert as_they_lie(inches, moved) is None
+
+
+def test_frames_told_apart_from_how_a_shape_was_made_are_not_exact(limb) -> None:
+    scan = framed(limb, 5)
+    own = Origin(sha256="scan", mm_per_unit=1.0, mesh_from_origin=Rigid.identity())
+    scan = replace(scan, origins=(own,))
+    slip = Rigid.from_rotation_vector(np.zeros(3), np.array([0.0, 0, 1]))
+    again = LimbFrame(limb_from_mesh=slip @ scan.frame.limb_from_mesh, side="right")
+    assert as_is(scan, reduced(scan)).exact
+    assert not as_is(scan, replace(reduced(scan), frame=again)).exact
 
 
 def test_one_frame_to_the_last_digit_tells_descent_though_every_vertex_moved(make_limb) -> None:

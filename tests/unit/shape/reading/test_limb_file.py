@@ -1,5 +1,6 @@
 """The limb file beside a mesh: kept whole, and never taken for that of another shape."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,11 +10,20 @@ import pytest
 import trimesh
 
 from limbgram.errors import ExportError, ShapeFileError
-from limbgram.export.workshop import write_limb, write_limb_file
+from limbgram.export.workshop import in_limb_frame, write_limb, write_limb_file
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.shape.reading import read_limb, read_shape
 from limbgram.surface import Mesh
+
+
+def motion(rotation: np.ndarray) -> dict[str, object]:
+    return {"rotation": rotation.tolist(), "translation_mm": [0, 0, 0]}
+
+
+def made_from(**changed: object) -> dict[str, object]:
+    """An entry of the limb file that is understood, but for what is changed."""
+    return {"sha256": "0", "mm_per_unit": 1.0, "mesh_from_it": motion(np.eye(3))} | changed
 
 
 @pytest.fixture
@@ -40,6 +50,41 @@ def test_it_keeps_everything(tmp_path: Path, limb: Limb) -> None:
     np.testing.assert_array_equal(read.landmarks[0].position_mm, limb.landmarks[0].position_mm)
     ours, theirs = limb.frame.limb_from_mesh, read.frame.limb_from_mesh
     np.testing.assert_array_equal(theirs.matrix_3x4, ours.matrix_3x4)
+
+
+def test_it_names_what_a_shape_was_made_from(tmp_path: Path, limb: Limb) -> None:
+    """Scan, edited, exported in other axes: by hash, nearest first, with the motion to each."""
+    scan = write_limb(limb, tmp_path / "scan.ply")
+    edited = write_limb(replace(read_limb(scan), sock_mm=1.0), tmp_path / "edited.stl")
+    read = read_limb(edited)
+    write_limb_file(read, edited, sha256=read.origins[0].sha256)  # as `align` does
+    moved = write_limb(in_limb_frame(read_limb(edited)), tmp_path / "moved.glb")
+    hashes = [hashlib.sha256(path.read_bytes()).hexdigest() for path in (moved, edited, scan)]
+    found = read_limb(moved)
+    assert [origin.sha256 for origin in found.origins] == hashes
+    assert [origin.mm_per_unit for origin in found.origins] == [1000.0, 1.0, 1.0]
+    assert limb.frame is not None
+    for origin in found.origins[1:]:
+        np.testing.assert_allclose(
+            origin.mesh_from_origin.matrix_3x4, limb.frame.limb_from_mesh.matrix_3x4, atol=1e-12
+        )
+    np.testing.assert_allclose(
+        found.origins[2].mesh_from_origin.apply(read_limb(scan).mesh.vertices_mm).mean(0),
+        found.mesh.vertices_mm.mean(0),
+        atol=1e-3,
+    )
+
+
+def test_one_of_before_that_entry_is_read(tmp_path: Path, limb: Limb) -> None:
+    path = write_limb(limb, tmp_path / "scan.ply")
+    kept = tmp_path / "scan.limb.json"
+    tree = json.loads(kept.read_text())
+    assert tree["version"] == 1
+    del tree["made_from"]
+    kept.write_text(json.dumps(tree))
+    read = read_limb(path)
+    assert read.frame is not None
+    assert [origin.sha256 for origin in read.origins] == [tree["mesh"]["sha256"]]
 
 
 def test_that_of_another_mesh_is_refused(tmp_path: Path, limb: Limb) -> None:
@@ -109,6 +154,11 @@ def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
         ("limb_from_mesh", {"rotation": (-np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),
         ("limb_from_mesh", {"rotation": (2 * np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),
         ("limb_from_mesh", {"rotation": [[1]], "translation_mm": [0, 0, 0]}),
+        ("made_from", None),
+        ("made_from", [{"sha256": "0", "mm_per_unit": 1.0}]),
+        ("made_from", [made_from(mm_per_unit=0.0)]),
+        ("made_from", [made_from(mesh_from_it=motion(2 * np.eye(3)))]),
+        ("made_from", [made_from()] * 101),
     ],
 )
 def test_nonsense_is_refused(tmp_path: Path, limb: Limb, key: str, value: object) -> None:

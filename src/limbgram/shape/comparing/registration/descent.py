@@ -1,13 +1,18 @@
-"""Descent: whether two shapes share one coordinate system because one was made from the other.
+"""Descent: how two shapes lie to each other because one was made from the other.
 
-An edited shape keeps its scan's limb frame to the last digit, and often some of its vertices. Two
+The limb files name what a shape was made from, and the motion between both meshes' axes. Where
+they do not (older ones, and files of other programs) the shapes themselves tell. An edited shape
+keeps its scan's limb frame to the last digit, and often some of its vertices. Two
 scans never do: each is aligned by its own landmarks. Laid on each other by shape, what was
 taken off would turn into a slide along the axis.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import KDTree
 
+from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import Limb, LimbFrame
 
 _SAME_FRAME = 1e-9
@@ -18,8 +23,37 @@ _SHARED = 0.05
 """Of the second's vertices that lie on the first's: more than ends and axes have by chance."""
 
 
-def why_alike(first: Limb, second: Limb) -> str | None:
-    """Why both lie in the same coordinates, as words after "because"; None where nothing tells."""
+@dataclass(frozen=True)
+class Descent:
+    """How a shape and what was made from it lie to each other."""
+
+    first_from_second: Rigid
+    """Between the frames of the meshes."""
+    reason: str
+    """Words after "because"."""
+
+
+def descent(first: Limb, second: Limb) -> Descent | None:
+    """How both lie, if one was made from the other; None where nothing tells."""
+    told = _by_origins(first, second)
+    if told is not None:
+        return Descent(told, "their limb files name one file that both come from")
+    reason = _why_alike(first, second)
+    return None if reason is None else Descent(Rigid.identity(), reason)
+
+
+def _by_origins(first: Limb, second: Limb) -> Rigid | None:
+    """By the nearest file that both come from, read in the same unit."""
+    theirs = {(one.sha256, one.mm_per_unit): one for one in reversed(second.origins)}
+    for own in first.origins:
+        other = theirs.get((own.sha256, own.mm_per_unit))
+        if other is not None:
+            return own.mesh_from_origin @ other.mesh_from_origin.inverse
+    return None
+
+
+def _why_alike(first: Limb, second: Limb) -> str | None:
+    """Why both lie in the same coordinates; None where nothing tells."""
     if _shared_share(first, second) >= _SHARED:
         return "they share vertices, so one was made from the other"
     one, two = first.frame, second.frame

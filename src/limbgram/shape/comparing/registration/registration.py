@@ -16,7 +16,7 @@ from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.rigid import Rigid
 from limbgram.geometry.similarity import fit_similarity
 from limbgram.shape.comparing.counterparts import Ground
-from limbgram.shape.comparing.registration.descent import why_alike
+from limbgram.shape.comparing.registration.descent import descent
 from limbgram.shape.comparing.registration.icp import IcpOptions, Looseness, settle
 from limbgram.shape.comparing.registration.mirroring import about_mirrors
 from limbgram.shape.comparing.registration.searching import FINE, MIDDLE, places_of, tried_starts
@@ -133,25 +133,31 @@ def as_is(first: Limb, second: Limb) -> Alignment:
     else:
         pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
         sentence = "limb frame on limb frame, as each was aligned by itself"
-    lying = float(np.abs(pose.apply(second.mesh.vertices_mm) - second.mesh.vertices_mm).max())
-    exact = lying < _LYING_MM and why_alike(first, second) is not None
+    made = descent(first, second)
+    exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
     return Alignment(
         way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
     )
 
 
 def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
-    """The coordinates of both files, where one shape was made from the other; else None."""
-    reason = why_alike(first, second)
-    if reason is None:
+    """As the second was made of the first, or both of one, where that is known; else None."""
+    made = descent(first, second)
+    if made is None:
         return None
     return Alignment(
         way="as-is",
-        first_from_second=Rigid.identity(),
-        sentence=f"none: taken as they lie, because {reason} (--align icp lays them by shape)",
+        first_from_second=made.first_from_second,
+        sentence=f"none: taken as they lie, because {made.reason} (--align icp lays them by shape)",
         rms_mm=None,
         exact=True,
     )
+
+
+def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
+    """How far two poses lay a limb's vertices apart, at most."""
+    points = limb.mesh.vertices_mm
+    return float(np.abs(one.apply(points) - other.apply(points)).max())
 
 
 def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
