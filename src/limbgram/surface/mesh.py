@@ -56,13 +56,18 @@ class Mesh:
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
         faces = np.ascontiguousarray(self.faces, np.int32)
-        normals = _summed(self.face_normals(), faces, len(self.vertices_mm))
-        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        return unit(_summed(self.face_normals(), faces, len(self.vertices_mm)))
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
         """A third of the area of the triangles round each vertex."""
         thirds = np.linalg.norm(self.face_normals(), axis=1) / 6
         return np.bincount(self.faces.ravel(), np.repeat(thirds, 3), len(self))
+
+
+def unit(vectors: Points3) -> Points3:
+    """Each row at length 1; a row of nothing stays nothing."""
+    lengths = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return vectors / np.maximum(lengths, 1e-30)[:, None]
 
 
 def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 
 from limbgram.geometry.arrays import Points3
 from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, unit
 from limbgram.surface.topology import find_edges
 
 _AT_EDGE = 1e-9
@@ -57,7 +57,7 @@ class Ground:
     def of(cls, mesh: Mesh, brim_mm: float) -> "Ground":
         """brim_mm: width of the strip along open edges that counts as not measured."""
         edges = find_edges(mesh.faces)
-        flat = _unit(mesh.face_normals())
+        flat = unit(mesh.face_normals())
         edge_normals = np.zeros((len(edges.ends), 3))
         for axis in range(3):
             edge_normals[:, axis] = np.bincount(
@@ -97,7 +97,7 @@ class Ground:
             points_mm=closest.points_mm,
             signed_mm=np.where(away < 0, -1.0, 1.0) * closest.distances_mm,
             flat_normals=self.flat_normals[closest.faces],
-            smooth_normals=_unit(np.einsum("nk,nkc->nc", weights, self.smooth_normals[faces])),
+            smooth_normals=unit(np.einsum("nk,nkc->nc", weights, self.smooth_normals[faces])),
             at_brim=(on_edge & self.open_edges[edge]) | (on_corner & self.open_vertices[corner]),
             measured=self.measured[closest.faces],
         )
@@ -136,8 +136,8 @@ def _corner_normals(mesh: Mesh, flat: Points3) -> Points3:
     corners = mesh.vertices_mm[mesh.faces]
     normals = np.zeros_like(mesh.vertices_mm)
     for k in range(3):
-        one = _unit(corners[:, (k + 1) % 3] - corners[:, k])
-        two = _unit(corners[:, (k + 2) % 3] - corners[:, k])
+        one = unit(corners[:, (k + 1) % 3] - corners[:, k])
+        two = unit(corners[:, (k + 2) % 3] - corners[:, k])
         angle = np.arctan2(
             np.linalg.norm(np.cross(one, two), axis=1), np.einsum("fc,fc->f", one, two)
         )
@@ -158,7 +158,3 @@ def _barycentric(
     of_c = np.einsum("nc,nc->n", np.cross(b - a, points - a), normal) / square
     weights = np.clip(np.column_stack([1 - of_b - of_c, of_b, of_c]), 0, 1)
     return weights / np.maximum(weights.sum(1, keepdims=True), 1e-300)
-
-
-def _unit(vectors: Points3) -> Points3:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)

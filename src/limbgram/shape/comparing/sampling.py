@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Int64
 
 from limbgram.geometry.arrays import Points3
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, unit
 
 _STEPS = (0.7548776662466927, 0.5698402909980532)
 """Of the plane's evenly filling sequence (Roberts 2018): powers of 1 over the plastic number."""
@@ -36,6 +36,6 @@ def sample_evenly(mesh: Mesh, count: int) -> Samples:
     normals = np.einsum("nk,nkc->nc", weights, mesh.vertex_normals()[corners])
     return Samples(
         points_mm=np.einsum("nk,nkc->nc", weights, mesh.vertices_mm[corners]),
-        normals=normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300),
+        normals=unit(normals),
         faces=faces.astype(np.int64),
     )

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.surface.crossings import find_crossings
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, unit
 from limbgram.surface.topology import find_edges, is_edge_manifold, is_vertex_manifold
 
 _FOLDED = -0.9986
@@ -59,11 +59,11 @@ def spoilt_vertices(before: Mesh, after: Mesh) -> Bool[np.ndarray, " n"]:
 
 def find_folds(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
     """Neighbouring faces that lie on each other or nearly so, one of them concerned."""
-    normals = mesh.face_normals()
-    normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    normals = unit(mesh.face_normals())
     sides = find_edges(mesh.faces).faces()
     sides = sides[(sides[:, 1] >= 0) & concerned[sides].any(1)]
-    return sides[(normals[sides[:, 0]] * normals[sides[:, 1]]).sum(1) < _FOLDED].astype(np.int64)
+    cosines = np.einsum("ij,ij->i", normals[sides[:, 0]], normals[sides[:, 1]])
+    return sides[cosines < _FOLDED].astype(np.int64)
 
 
 def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:

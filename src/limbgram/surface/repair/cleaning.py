@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from limbgram.geometry.arrays import Faces, Points3
-from limbgram.surface.mesh import crosses
+from limbgram.surface.mesh import crosses, unit
 from limbgram.surface.topology import (
     broken_half_edges,
     corner_fans,
@@ -140,6 +140,4 @@ def largest_component(vertices: Points3, faces: Faces) -> Faces:
 
 def face_normals(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
     """Unit normals."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return unit(crosses(vertices, faces))

@@ -12,6 +12,7 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from limbgram.geometry.arrays import Faces, Points3
+from limbgram.surface.mesh import crosses, unit
 from limbgram.surface.topology import half_edges
 
 
@@ -259,15 +260,14 @@ def _dot(p, q):
 def smooth_along(mesh: Triangles) -> Triangles:
     """Move vertices half way to the mean of their neighbours, within the tangent plane."""
     vertices, faces = mesh.vertices, mesh.faces
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
+    across = crosses(vertices, faces)
     tails, heads = half_edges(faces).T
     count = np.maximum(np.bincount(tails, minlength=len(vertices)), 1)
     means, normals = np.empty_like(vertices), np.empty_like(vertices)
     for axis in range(3):
         means[:, axis] = np.bincount(tails, vertices[heads, axis], len(vertices)) / count
         normals[:, axis] = np.bincount(faces.ravel(), np.repeat(across[:, axis], 3), len(vertices))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    normals = unit(normals)
     step = means - vertices
     step -= (step * normals).sum(1, keepdims=True) * normals
     return mesh._replace(vertices=vertices + np.where(mesh.fixed()[:, None], 0.0, 0.5 * step))

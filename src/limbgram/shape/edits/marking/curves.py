@@ -19,7 +19,7 @@ from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.edits.marking.fineness import refine_under
 from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, unit
 from limbgram.surface.topology import find_edges
 
 _STEP_MM = 0.5
@@ -184,11 +184,11 @@ def _signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
 
 def _tangents(curve: Curve) -> Points3:
     chord = np.roll(curve.points_mm, -1, axis=0) - np.roll(curve.points_mm, 1, axis=0)
-    return chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-30)
+    return unit(chord)
 
 
 def _smoothed(normals: Points3) -> Points3:
     around = sum(
         (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
     )
-    return around / np.maximum(np.linalg.norm(around, axis=1, keepdims=True), 1e-30)
+    return unit(around)

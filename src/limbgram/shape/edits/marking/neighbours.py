@@ -2,12 +2,12 @@
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.edits.marking.places import corner_shares
 from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, unit
 from limbgram.surface.topology import boundary_half_edges, find_edges
 
 _LEAST_EDGE = 0.1
@@ -20,9 +20,10 @@ def averaging(mesh: Mesh) -> csr_array:
     lengths = np.linalg.norm(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]], axis=1)
     weights = 1 / np.maximum(lengths, _LEAST_EDGE * float(np.median(lengths)))
     half = csr_array((weights, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
-    both = half + half.T
-    total = np.asarray(both.sum(1)).ravel()
-    return csr_array(diags_array(1 / np.maximum(total, 1e-30)) @ both)
+    mean = csr_array(half + half.T)
+    total = np.asarray(mean.sum(1)).ravel()
+    mean.data /= np.repeat(np.maximum(total, 1e-30), np.diff(mean.indptr))
+    return mean
 
 
 def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
@@ -31,7 +32,7 @@ def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
     normals = mesh.vertex_normals()
     for _ in range(rounds):
         normals = 0.5 * (normals + mean @ normals)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return unit(normals)
 
 
 def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
@@ -46,8 +47,7 @@ def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
     closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
     corners = mesh.faces[closest.faces]
     shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
-    between = (shares[:, :, None] * normals[corners]).sum(1)
-    between /= np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-30)
+    between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))
     return np.concatenate([normals, between])
 
 
