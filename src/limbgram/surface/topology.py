@@ -10,8 +10,6 @@ from hashlib import blake2b
 import numpy as np
 from jaxtyping import Bool, Int32, Int64
 from numba import njit
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from limbgram.geometry.arrays import Faces
 from limbgram.surface.mesh import Mesh, crosses
@@ -177,7 +175,7 @@ def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
 def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
     """Label of each face's component; faces belong together across shared edges."""
     sides = find_edges(faces).faces()
-    return _components(sides[sides[:, 1] >= 0], len(faces))
+    return _components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
 
 
 def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
@@ -239,7 +237,24 @@ def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
     return np.where(corner % 3 == 2, corner - 2, corner + 1)
 
 
-def _components(links: np.ndarray, count: int) -> Int32[np.ndarray, " n"]:
-    ones = np.ones(len(links), np.int8)
-    graph = coo_array((ones, (links[:, 0], links[:, 1])), shape=(count, count))
-    return connected_components(graph, directed=False)[1].astype(np.int32)
+@njit(cache=True, nogil=True)
+def _components(links, count):
+    """Components of a graph by union and find, numbered in the order of their first nodes."""
+    root = np.arange(count)
+    for k in range(len(links)):
+        one, two = links[k, 0], links[k, 1]
+        while root[one] != one:
+            root[one] = root[root[one]]
+            one = root[one]
+        while root[two] != two:
+            root[two] = root[root[two]]
+            two = root[two]
+        root[max(one, two)] = min(one, two)
+    labels, found = np.empty(count, np.int32), 0
+    for node in range(count):
+        if root[node] == node:
+            labels[node] = found
+            found += 1
+        else:
+            labels[node] = labels[root[node]]
+    return labels

@@ -28,12 +28,14 @@ _TONGUE_ROUNDS = 5
 def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
     """Faces with three different corners and an area, each only once."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
-    edge2 = np.maximum(((b - a) ** 2).sum(1), ((c - a) ** 2).sum(1))
-    flat = np.linalg.norm(crosses(vertices, faces), axis=1) <= 1e-9 * edge2
-    faces = faces[~flat]
+    along, across, area = b - a, c - a, crosses(vertices, faces)
+    edge2, side2, area2 = (np.einsum("ij,ij->i", row, row) for row in (along, across, area))
+    flat = np.sqrt(area2) <= 1e-9 * np.maximum(edge2, side2)
+    faces = faces[~flat] if flat.any() else faces
     low, middle, high = np.sort(faces, axis=1).T
     triples = number_pairs(number_pairs(low, middle).number, high)
-    return faces[np.sort(triples.order[triples.starts[:-1]])]
+    firsts = triples.order[triples.starts[:-1]]
+    return faces if len(firsts) == len(faces) else faces[np.sort(firsts)]
 
 
 def make_manifold(faces: Faces) -> Faces:
