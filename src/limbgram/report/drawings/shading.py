@@ -65,6 +65,23 @@ def shade(
 
     paint: colour of every vertex, 0 to 255, instead of clay.
     """
+    return _shade(mesh, mesh.vertex_normals(), frame, paint)
+
+
+def shade_all(
+    mesh: Mesh, frames: Sequence[Frame], paint: Float64[np.ndarray, "n 3"] | None = None
+) -> list[UInt8[np.ndarray, "h w 4"]]:
+    """`shade` for several frames, side by side on the processors."""
+    normals = mesh.vertex_normals()
+    return in_parallel(lambda frame: _shade(mesh, normals, frame, paint), frames)
+
+
+def _shade(
+    mesh: Mesh,
+    normals: Float64[np.ndarray, "n 3"],
+    frame: Frame,
+    paint: Float64[np.ndarray, "n 3"] | None,
+) -> UInt8[np.ndarray, "h w 4"]:
     n = _OVERSAMPLING
     pixels = frame.project(mesh.vertices_mm)
     pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
@@ -74,20 +91,13 @@ def shade(
         face_idx,
         weights,
         mesh.faces,
-        turned(mesh.vertex_normals(), frame.picture_from_world),
+        turned(normals, frame.picture_from_world),
         toward * np.array([[strength] for _, strength in _LIGHTS]),
         np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float),
         np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),
         1.0 if paint is None else _PAINT_RELIEF,
     )
     return _reduced(picture, n)
-
-
-def shade_all(
-    mesh: Mesh, frames: Sequence[Frame], paint: Float64[np.ndarray, "n 3"] | None = None
-) -> list[UInt8[np.ndarray, "h w 4"]]:
-    """`shade` for several frames, side by side on the processors."""
-    return in_parallel(lambda frame: shade(mesh, frame, paint), frames)
 
 
 @nb.njit(cache=True, nogil=True)

@@ -8,7 +8,8 @@ Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs
 """
 
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from typing import Any
@@ -21,8 +22,8 @@ from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.shape.differences import difference_pictures
 from limbgram.report.shape.record.advice import findings
-from limbgram.report.shape.record.bias import biases
-from limbgram.report.shape.record.replaying import Replaying, replayed_on
+from limbgram.report.shape.record.bias import Bias, biases
+from limbgram.report.shape.record.replaying import Replaying, replayed_on, scan_of
 from limbgram.report.shape.record.sources import (
     CaseSource,
     RecipeSource,
@@ -43,8 +44,9 @@ from limbgram.shape.comparing.registration import Way
 from limbgram.shape.comparing.telling.trees import comparison_tree
 from limbgram.shape.frame import frame_of, in_limb_frame
 from limbgram.shape.limb import Landmark
-from limbgram.shape.measures import MeasureOptions, measure
+from limbgram.shape.measures import MeasureOptions, Measures, measure
 from limbgram.shape.measures.table import tree as measures_tree
+from limbgram.surface.mesh import Mesh
 
 SCHEMA = "limbgram-report/1"
 INTENDED_USE = (
@@ -103,8 +105,7 @@ def record_of(
     measures = measure(
         told.limb, MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
     )
-    done = None if recipe is None else replayed_on(recipe, shape, against)
-    compared = None if other is None else _compare(told, other, done, options)
+    derived = recipe is not None and scan_of(recipe, shape, against) is not shape
     mesh = in_limb_frame(told.limb)
     marks = tuple(
         Landmark(name=mark.name, position_mm=place)
@@ -112,7 +113,19 @@ def record_of(
             told.limb.landmarks, _places(told.limb.landmarks, frame.limb_from_mesh.apply)
         )
     )
-    lines = biases(measures, mesh, case, None if done is None else done.ledger)
+
+    def steps() -> tuple[Replaying | None, tuple[Bias, ...]]:
+        done = None if recipe is None else replayed_on(recipe, shape, against)
+        return done, biases(measures, mesh, case, None if done is None else done.ledger)
+
+    with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
+        walked = beside.submit(steps)
+        compared = None
+        if other is not None:
+            way = options.way or ("as-is" if derived else "auto")
+            compared = _compare(told, other, way, options)
+        pictures = _pictures(mesh, marks, measures, compared)
+        done, lines = walked.result()
     tree: Json = {
         "schema": SCHEMA,
         "id": told.id,
@@ -138,27 +151,29 @@ def record_of(
         },
     }
     tree["findings"] = [asdict(found) for found in findings(tree, measures)]
-    drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, frame.side))]
+    return Record(tree=finite(tree), pictures=pictures)
+
+
+def _compare(
+    shape: ShapeSource, other: ShapeSource, way: Way, options: RecordOptions
+) -> Comparison:
+    """The shape less the other one."""
+    laid = RegistrationOptions(way=way)
+    return compare(
+        other.limb, shape.limb, CompareOptions(registration=laid, spacing_mm=options.spacing_mm)
+    )
+
+
+def _pictures(
+    mesh: Mesh, marks: Sequence[Landmark], measures: Measures, compared: Comparison | None
+) -> tuple[Picture, ...]:
+    side = frame_of(measures.limb).side
+    drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, side))]
     if compared is not None:
         drawings.append(("differences", "What differs", difference_pictures(compared)))
     elif any(row.level is not None for row in measures.rows):
         drawings.append(("sections", "Sections at the levels", sections_drawing(measures)))
-    return Record(tree=finite(tree), pictures=tuple(_picture(*drawing) for drawing in drawings))
-
-
-def _compare(
-    shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
-) -> Comparison:
-    """The shape less the other one."""
-    way: Way = "as-is" if done is not None and done.apart_mm is not None else "auto"
-    return compare(
-        other.limb,
-        shape.limb,
-        CompareOptions(
-            registration=RegistrationOptions(way=options.way or way),
-            spacing_mm=options.spacing_mm,
-        ),
-    )
+    return tuple(_picture(*drawing) for drawing in drawings)
 
 
 def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:
