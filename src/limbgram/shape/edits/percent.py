@@ -18,6 +18,8 @@ from limbgram.shape.limb import Limb
 
 PerCentOf = Literal["girth", "volume"]
 _MOST = 50.0
+LEVEL_TOLERANCE_MM = 1.0
+"""A level so little beyond an end of the shape is meant to be that end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +56,7 @@ def reduction(limb: Limb, edit: Reduction) -> Limb:
     Raises:
         EditError: the levels make no sense, or the surface would cut through itself.
     """
+    _require_on_limb(limb, edit, "The reduction")
     return change_by_levels(limb, "The reduction", edit, -1.0)
 
 
@@ -63,6 +66,7 @@ def increase(limb: Limb, edit: Increase) -> Limb:
     Raises:
         EditError: the levels make no sense, or the surface would cut through itself.
     """
+    _require_on_limb(limb, edit, "The increase")
     return change_by_levels(limb, "The increase", edit, 1.0)
 
 
@@ -84,6 +88,23 @@ def require_levels(edit: Reduction | Increase, what: str) -> None:
         raise EditError(
             f"{what} takes 0 to {_MOST:g} per cent at each level. For the other way use the "
             "increase or the reduction."
+        )
+
+
+def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
+    """Refuse levels none of which the shape has; some beyond its ends are of a longer limb."""
+    require_levels(edit, what)
+    heights = in_limb_frame(limb, what)[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    levels = height_mm(limb, 0.0, edit.above, what) + np.array(edit.heights_mm)
+    near = (levels >= low - LEVEL_TOLERANCE_MM) & (levels <= high + LEVEL_TOLERANCE_MM)
+    if not near.any() and not levels.min() < low < levels.max():
+        nearest = levels.min() if levels.min() > high else levels.max()
+        raise EditError(
+            f"{what} has no level on the shape, which reaches from {low:.1f} to {high:.1f} mm "
+            f"along the axis: the nearest lies at {nearest:.1f} mm. "
+            "Give heights from the distal end in millimetres, or from the landmark that above "
+            "names."
         )
 
 

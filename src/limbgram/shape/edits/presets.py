@@ -12,7 +12,13 @@ from typing import Literal
 from limbgram.errors import EditError
 from limbgram.shape.edits.marking.places import displaced, height_mm, in_limb_frame
 from limbgram.shape.edits.offset import offset
-from limbgram.shape.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
+from limbgram.shape.edits.percent import (
+    LEVEL_TOLERANCE_MM,
+    Increase,
+    PerCentOf,
+    Reduction,
+    change_by_levels,
+)
 from limbgram.shape.limb import Limb
 
 LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
@@ -151,8 +157,13 @@ def liner(limb: Limb, edit: Liner) -> Limb:
         return change_by_levels(limb, what, levels, -1.0)
     if edit.proximal_mm is not None:
         high = height_mm(limb, edit.proximal_mm, edit.above, what)
-    if high <= low:
-        raise EditError(f"{what}: proximal_mm lies below the distal end.")
+        top = float(heights.max())
+        if not low < high <= top + LEVEL_TOLERANCE_MM:
+            raise EditError(
+                f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
+                f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "
+                "its top."
+            )
     levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
     return change_by_levels(limb, what, levels, -1.0)
 

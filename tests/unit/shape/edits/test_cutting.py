@@ -58,6 +58,10 @@ def test_the_cap_of_a_wall_has_a_hole(limb: Limb) -> None:
 def test_a_plane_that_misses_or_leaves_no_flat_opening_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match="misses"):
         plane_cut(limb, PlaneCut(height_mm=400.0))
+    for height_mm, keep in ((1e-4, "distal"), (160 - 1e-4, "distal"), (1e-4, "proximal")):
+        with pytest.raises(EditError, match=r"misses the shape, which reaches from -?0\.0 to 160"):
+            plane_cut(limb, PlaneCut(height_mm=height_mm, keep=keep))  # pyright: ignore
+    assert len(plane_cut(limb, PlaneCut(height_mm=0.1)).mesh.faces) == SPOKES
     with pytest.raises(EditError, match="brim"):
         plane_cut(limb, PlaneCut(height_mm=150.0, forward_deg=40.0, capped=True))
 

@@ -107,6 +107,26 @@ def test_holes_are_filled_and_the_brim_only_if_asked(limb: Limb) -> None:
         fill(limb, Fill())
 
 
+def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:
+    """Closed, a lone triangle would lie there twice; a hole in another piece is still filled."""
+    mesh, last = limb.mesh, len(limb.mesh)
+    inwards = 0.8 * mesh.vertices_mm[mesh.faces[300]] + 0.2 * mesh.vertices_mm.mean(0)
+    scrap = np.arange(last, last + 3, dtype=np.int32)[None]
+    both = replace(
+        mesh,
+        vertices_mm=np.concatenate([mesh.vertices_mm, inwards]),
+        faces=np.concatenate([mesh.faces, scrap]),
+    )
+    with pytest.raises(EditError, match="no hole but the edges of loose scraps"):
+        fill(limb.with_mesh(both), Fill())
+    torn = replace(both, faces=np.delete(both.faces, 1000, axis=0))
+    mended = fill(limb.with_mesh(torn), Fill()).mesh
+    assert len(boundary_loops(mended.faces)) == 2
+    assert volume_mm3(with_faces(mended, mended.faces[mended.faces.max(1) < last])) == (
+        pytest.approx(volume_mm3(mesh), rel=1e-9)
+    )
+
+
 def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) -> None:
     with pytest.raises(EditError, match='confirmed_side = "left"'):
         mirror(limb, Mirror(confirmed_side="right"))

@@ -79,11 +79,30 @@ def test_plies_and_liners_follow_what_is_published(limb: Limb) -> None:
         (Reduction(heights_mm=(1,), per_cent=(-1,), of="girth"), "0 to 50"),
         (Reduction(heights_mm=(1,), per_cent=(1,), of="girth", above="heel"), "heel"),
         (Reduction(heights_mm=(1,), per_cent=(math.nan,), of="girth"), "numbers"),
+        (Reduction(heights_mm=(300,), per_cent=(1,), of="girth"), "from -?0.0 to 160.0 mm"),
+        (Reduction(heights_mm=(-90, -9), per_cent=(1, 2), of="girth"), "nearest lies at -9.0"),
+        (Reduction(heights_mm=(170, 500), per_cent=(1, 2), of="volume"), "nearest lies at 170.0"),
     ],
 )
 def test_what_makes_no_sense_is_refused(limb: Limb, edit: Reduction, reason: str) -> None:
     with pytest.raises(EditError, match=reason):
         reduction(limb, edit)
+
+
+def test_levels_beyond_the_ends_count_as_long_as_the_limb_lies_between(limb: Limb) -> None:
+    wide = Reduction(heights_mm=(-40, 360), per_cent=(0, 10), of="girth")
+    heights, radii = radii_mm(reduction(limb, wide))
+    np.testing.assert_allclose(radii, 40 * (1 - 0.1 * (heights + 40) / 400), rtol=1e-9)
+    assert reduction(limb, Reduction(heights_mm=(160.5,), per_cent=(1,), of="girth"))
+
+
+@pytest.mark.parametrize("proximal_mm", [162.0, 1999.0])
+def test_a_liner_does_not_taper_to_a_height_that_the_limb_has_not(
+    limb: Limb, proximal_mm: float
+) -> None:
+    with pytest.raises(EditError, match=r"to 160\.0 mm along the axis"):
+        liner(limb, Liner(name="iceross-original", proximal_mm=proximal_mm))
+    assert liner(limb, Liner(name="iceross-original", proximal_mm=160.5))
 
 
 def test_a_limb_without_axis_is_refused(limb: Limb) -> None:

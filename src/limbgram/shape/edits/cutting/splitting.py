@@ -9,7 +9,7 @@ from limbgram.shape.edits.marking.fineness import divide
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import find_edges, with_faces
 
-_ON_IT = 1e-3
+ON_IT_MM = 1e-3
 """A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
 
 
@@ -27,7 +27,7 @@ def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
 
     Values are distances from the cut; along an edge they are taken as straight.
     """
-    values = np.where(np.abs(values_mm) <= _ON_IT, 0.0, values_mm)
+    values = np.where(np.abs(values_mm) <= ON_IT_MM, 0.0, values_mm)
     sign = np.sign(values)
     edges = find_edges(mesh.faces)
     ends = edges.ends

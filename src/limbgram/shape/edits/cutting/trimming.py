@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.cutting.capping import cap
-from limbgram.shape.edits.cutting.splitting import keep_positive
+from limbgram.shape.edits.cutting.splitting import ON_IT_MM, keep_positive
 from limbgram.shape.edits.guard import require_sound
 from limbgram.shape.edits.marking.axis import middles_mm
 from limbgram.shape.edits.marking.curves import draw_curve, find_sides, fine_along
@@ -88,7 +88,7 @@ def plane_cut(limb: Limb, edit: PlaneCut) -> Limb:
     normal = np.array([tilt[0], tilt[1], 1.0])
     normal /= np.linalg.norm(normal)
     values = ((points - middle) * normal).sum(1) * (1.0 if edit.keep == "proximal" else -1.0)
-    if not (values > 0).any() or not (values < 0).any():
+    if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         raise EditError(
             f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "

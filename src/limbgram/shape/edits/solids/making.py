@@ -1,9 +1,11 @@
 """Whole-surface edits: offset, holes filled, a wall given, the side swapped."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Int32
 from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
@@ -14,7 +16,7 @@ from limbgram.shape.edits.offset import offset, offset_unchecked
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.filling import fill_holes
-from limbgram.surface.repair.openings import find_openings
+from limbgram.surface.repair.openings import find_openings, loop_area
 from limbgram.surface.topology import boundary_half_edges, face_components
 
 _RETRIES = 5
@@ -23,6 +25,10 @@ _THINNEST_MM = 0.1
 """Nothing that is printed or laminated has a thinner wall."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
+
+
+_SHEET = 2.0
+"""A piece with less area than so many of its opening's is flatter than half a ball."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,9 +101,12 @@ def fill(limb: Limb, edit: Fill) -> Limb:
     holes = openings.holes
     if edit.brim and openings.brim is not None:
         holes = [*holes, openings.brim]
+    own = _of_scraps(mesh, holes)
+    holes = [loop for loop, of_scrap in zip(holes, own, strict=True) if not of_scrap]
     if not holes:
         brim = "" if openings.brim is None else " besides the brim (brim = true closes that)"
-        raise EditError(f"{what} found no hole{brim}. Leave this edit out.")
+        scraps = " but the edges of loose scraps of surface" if any(own) else ""
+        raise EditError(f"{what} found no hole{scraps}{brim}. Leave this edit out.")
     closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
     first = len(mesh)
     if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
@@ -211,6 +220,21 @@ def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
 
 def _twice(values: np.ndarray | None) -> np.ndarray | None:
     return None if values is None else np.concatenate([values, values])
+
+
+def _of_scraps(mesh: Mesh, loops: Sequence[Int32[np.ndarray, " l"]]) -> list[bool]:
+    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
+    parts = face_components(mesh.faces)
+    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
+    part_of = np.zeros(len(mesh), np.int64)
+    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
+    main = int(areas.argmax())
+    return [
+        int(part_of[loop[0]]) != main
+        and float(areas[part_of[loop[0]]])
+        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
+        for loop in loops
+    ]
 
 
 def _nearest(candidates: np.ndarray, points: np.ndarray) -> np.ndarray:
