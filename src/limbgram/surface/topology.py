@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Int32, Int64
 from numba import njit
 
-from limbgram.geometry.arrays import Faces
+from limbgram.geometry.arrays import Faces, Points3
 from limbgram.surface.mesh import Mesh, crosses
 
 _SMALL_HEAP = 32
@@ -220,12 +220,26 @@ def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
 
 
 def volume_mm3(mesh: Mesh) -> float:
-    """Enclosed volume; an opening counts as closed by a cone from its vertices' mean."""
+    """Enclosed volume; each opening counts as closed by a cone from its own vertices' mean."""
     faces = mesh.faces
     border = boundary_half_edges(faces)
     centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
     around = mesh.vertices_mm - centre
-    return float(np.einsum("ij,ij->", around[faces[:, 0]], crosses(around, faces))) / 6
+    whole = float(np.einsum("ij,ij->", around[faces[:, 0]], crosses(around, faces))) / 6
+    return whole + _cones_mm3(around, border) if len(border) else whole
+
+
+def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
+    """Volumes under the cones that close several openings; of one, whose mean is the origin, 0."""
+    used, ends = np.unique(border, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    loop = _components(ends.astype(np.int64), len(used))
+    if not loop.max():
+        return 0.0
+    counts = np.bincount(loop)
+    apexes = np.column_stack([np.bincount(loop, axis) / counts for axis in around[used].T])
+    start, stop = around[border[:, 0]], around[border[:, 1]]
+    return float(np.einsum("ij,ij->", stop, np.cross(start, apexes[loop[ends[:, 0]]]))) / 6
 
 
 def _used(faces: Faces) -> Bool[np.ndarray, " n"]:

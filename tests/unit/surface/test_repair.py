@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from limbgram.errors import SurfaceError
 from limbgram.geometry.cloud import Cloud
@@ -158,3 +159,15 @@ def _joined(one: Cloud, two: Cloud) -> Cloud:
         colours=np.concatenate([one.colours, two.colours]),
         views=np.concatenate([one.views, two.views]),
     )
+
+
+def test_each_opening_is_closed_by_itself_for_the_volume() -> None:
+    """A prism, closed or open at one end or both: flat ends add what the prism has."""
+    count, radius_mm, high_mm = 24, 30.0, 100.0
+    drum = trimesh.creation.cylinder(radius_mm, high_mm, sections=count)
+    drum.apply_translation((400.0, -20.0, 7.0))
+    exact = count / 2 * np.sin(2 * np.pi / count) * radius_mm**2 * high_mm
+    normals, faces = drum.face_normals, drum.faces.astype(np.int32)
+    for kept in (normals[:, 2] < 2, normals[:, 2] < 0.5, np.abs(normals[:, 2]) < 0.5):
+        mesh = Mesh(vertices_mm=np.asarray(drum.vertices), faces=faces[kept])
+        assert volume_mm3(mesh) == pytest.approx(exact, rel=1e-12)
