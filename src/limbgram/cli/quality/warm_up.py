@@ -6,17 +6,26 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
+import numpy as np
 import typer
 
+from limbgram.carving.setup import CarveOptions
+from limbgram.cases.deliverables import deliver
 from limbgram.cli.calibrate import calibrate_from
 from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.export.workshop import write_gcode
 from limbgram.pipeline import Capture, reconstruct
 from limbgram.report.pictures import draw
 from limbgram.run import Run
+from limbgram.shape import Limb
+from limbgram.shape.edits.cutting.trimming import PlaneCut, plane_cut
 from limbgram.shape.edits.offset import offset
+from limbgram.shape.frame.alignment import align
+from limbgram.shape.frame.stated import AlignOptions
 from limbgram.shape.measures.geodesic import shortest_path
+from limbgram.shape.reading import read_limb
 from limbgram.synthetic import CALIBRATION_BOARD, SMALL, make_capture
 
 _CAPTURE = replace(SMALL, photos=14)
@@ -29,8 +38,9 @@ def warm_up_command(
 ) -> Reply:
     """Compile the fast parts once, so that the first capture does not wait for it.
 
-    Run it after installing: a small synthetic capture goes through every stage, and what was
-    compiled is kept beside the program. Later runs start at once; running it again is harmless.
+    Run it after installing: a small synthetic capture goes through every stage and its shape as
+    far as a carver's program, and what was compiled is kept beside the program. Later runs start
+    at once; running it again is harmless.
     """
     begin = time.perf_counter()
     with display(as_json) as shown, TemporaryDirectory(prefix="limbgram-") as folder:
@@ -46,10 +56,20 @@ def warm_up_command(
         )
         done = reconstruct(given, run=run)
         run(draw, done.photos, done.features, done.pairs, done.metric, done.cloud, done.mesh)
-        mesh = done.mesh
-        offset(mesh, -0.5)
-        shortest_path(mesh, mesh.vertices_mm[0], mesh.vertices_mm[-1])
+        deliver(done, Path(folder) / "deliverables", unscaled=False)
+        run(work_on_shape, read_limb(capture / "truth" / "mesh.ply"), Path(folder) / "carve.gcode")
     seconds = time.perf_counter() - begin
     return Reply(
         (f"Ready: compiled and tried in {seconds:.0f} s.",), {"seconds": round(seconds, 1)}
     )
+
+
+def work_on_shape(limb: Limb, program: Path) -> None:
+    """What the workbench compiles besides."""
+    up = np.array([0.0, 0.0, 1.0])
+    limb = align(limb, AlignOptions(side="none", axis=up, anterior=np.array([0.0, 1.0, 0.0])))
+    offset(limb.mesh, -0.5)
+    shortest_path(limb.mesh, limb.mesh.vertices_mm[0], limb.mesh.vertices_mm[-1])
+    middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
+    plane_cut(limb, PlaneCut(height_mm=middle_mm, capped=True))
+    write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.1))
