@@ -7,25 +7,22 @@ machine: a busy one takes longer in seconds of the processor, too.
 """
 
 import argparse
+import compileall
 import hashlib
-import json
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
-from typer.testing import CliRunner
 
+import limbgram
 from captures import machine
-from limbgram.cli.main import app
+from commands import Rows, Tried, done, run
 from limbgram.errors import LimbgramError
 from limbgram.export.workshop import write_limb
 from limbgram.geometry.rigid import Rigid
@@ -70,7 +67,6 @@ REFINED = {
     "ampscan/stl_file.stl": "ampscan.ply",
     "openlimb_TT/Full Size Mean_Skin_Shape.stl": "openlimb.ply",
 }
-Rows = list[Sequence[str]]
 
 
 def main() -> None:
@@ -109,6 +105,7 @@ def refined(path: Path, out: Path) -> Path:
 def commands(scan: Path, work: Path) -> Iterator[str]:
     """Seconds of every command, and what the exports say of themselves."""
     mesh = read_limb(scan).mesh
+    compileall.compile_dir(Path(limbgram.__file__).parent, quiet=1)
     tried = Tried()
     tried("list of commands", ["--help"])
     tried("start alone: help of measure", ["measure", "--help"])
@@ -143,39 +140,14 @@ def commands(scan: Path, work: Path) -> Iterator[str]:
     yield f"## Seconds on {len(mesh.faces):,} triangles"
     yield (
         "Whole command: a new process, with its start and the reading of the shape. In a running "
-        "process: the same once more where it has run before. CPU: of the processor, all threads."
+        "process: the same once more where it has run before. CPU: of the processor, all threads. "
+        "What an installation compiles (bytecode, kernels) is compiled."
     )
     heads = ("command", "whole: CPU", "wall", "running: CPU", "wall", "exit")
     yield table(heads, tried.rows)
     yield from (f"**{name}** answered: {text}" for name, text in tried.refused)
     yield "## What the exports cost"
     yield table(("format", "figure", "value"), list(costs(told)))
-
-
-@dataclass
-class Tried:
-    """Commands that were run, with their seconds; what refuses says so in the results."""
-
-    rows: Rows = field(default_factory=list)
-    refused: list[tuple[str, str]] = field(default_factory=list)
-
-    def __call__(self, name: str, arguments: list[str]) -> Any:
-        """Run it three times, the first to warm up; returns its reply."""
-        body(*arguments)
-        start, wall = time.process_time(), time.perf_counter()
-        reply = body(*arguments)
-        running = time.process_time() - start, time.perf_counter() - wall
-        before, wall = os.times(), time.perf_counter()
-        whole = run(*arguments)
-        whole_s = time.perf_counter() - wall
-        after = os.times()
-        spent = after.children_user + after.children_system
-        spent -= before.children_user + before.children_system
-        seconds = (spent, whole_s, *running)
-        self.rows.append((name, *(f"{one:.2f}" for one in seconds), str(whole.returncode)))
-        if whole.returncode:
-            self.refused.append((name, (whole.stderr + whole.stdout).strip()))
-        return reply
 
 
 def aligning(scan: Path, mesh: Mesh) -> list[str]:
@@ -201,34 +173,6 @@ def costs(told: dict[str, Any]) -> Iterator[Sequence[str]]:
     }
     for kind, names in wanted.items():
         yield from ((kind, name, f"{told[kind].get(name, float('nan')):.5g}") for name in names)
-
-
-def run(*arguments: str, threads: str | None = None) -> subprocess.CompletedProcess[str]:
-    """A command in a process of its own."""
-    told = {} if threads is None else {"NUMBA_NUM_THREADS": threads}
-    return subprocess.run(
-        [sys.executable, "-c", "from limbgram.cli.main import app; app()", *arguments],
-        env={**os.environ, **told},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def body(*arguments: str) -> Any:
-    """The JSON reply of a command in this process."""
-    answer = CliRunner().invoke(app, [*arguments, "--json"])
-    if answer.exception is not None and not isinstance(answer.exception, SystemExit):
-        raise answer.exception
-    return json.loads(answer.stdout) if answer.stdout.startswith(("{", "[")) else {}
-
-
-def done(*arguments: str) -> Any:
-    """The reply of a command that everything after it needs."""
-    reply = body(*arguments)
-    if "error" in reply:
-        raise SystemExit(f"limbgram {' '.join(arguments)}: {reply['error']['message']}")
-    return reply
 
 
 def readings(scan: Path) -> list[str]:
