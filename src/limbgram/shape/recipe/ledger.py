@@ -7,7 +7,6 @@ Displacement is the distance of the new surface from the old one, positive outwa
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int64
 
 from limbgram.shape.edits.marking.neighbours import roughness_mm
 from limbgram.shape.edits.marking.places import moved_by
@@ -15,15 +14,11 @@ from limbgram.shape.limb import Limb
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut
-from limbgram.surface.topology import boundary_half_edges, volume_mm3
+from limbgram.surface.topology import volume_mm3
 
 _LEVELS = 6
 _WHOLE_MM = 2 * _LEVELS
 """A shape that is as high has its levels at whole millimetres."""
-
-
-_BESIDE = 0.5
-"""A place whose way from the old open edge leans so little to the normal goes on beyond it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +35,7 @@ class Figures:
 
 @dataclass(frozen=True, kw_only=True)
 class Displacement:
-    """How far a surface lies from an earlier one, positive outwards.
-
-    What was added beyond an open edge lies neither outside nor inside, and counts as 0.
-    """
+    """How far a surface lies from an earlier one, positive outwards."""
 
     largest_mm: float
     """The one furthest from 0, with its sign."""
@@ -65,7 +57,8 @@ class Line:
     before: Figures
     after: Figures
     displacement: Displacement | None
-    """None for a mirror, which moves everything."""
+    """None for a mirror, which moves everything; and where an edit only added surface beyond an
+    open edge, which lies neither outside the old one nor inside."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,12 +99,8 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     if moved.any():
         closest = TriangleTree.of(old.vertices_mm, old.faces).closest(new.vertices_mm[moved])
         away = new.vertices_mm[moved] - closest.points_mm
-        normals = old.face_normals()[closest.faces]
-        side = (away * normals).sum(1)
+        side = (away * old.face_normals()[closest.faces]).sum(1)
         distance[moved] = np.where(side < 0, -1.0, 1.0) * closest.distances_mm
-        length = closest.distances_mm * np.linalg.norm(normals, axis=1)
-        added = (np.abs(side) < _BESIDE * length) & _at_edge(old, closest.faces)
-        distance[np.flatnonzero(moved)[added]] = 0.0
     distance[np.abs(distance) < 1e-9] = 0.0
     area = new.vertex_areas_mm2()
     whole = float(area.sum())
@@ -121,13 +110,6 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
         mean_size_mm=float((np.abs(distance) * area).sum()) / whole,
         moved_share=float(area[distance != 0].sum()) / whole,
     )
-
-
-def _at_edge(mesh: Mesh, faces: Int64[np.ndarray, " k"]) -> Bool[np.ndarray, " k"]:
-    """Which of some faces have a corner on an open edge."""
-    rim = np.zeros(len(mesh), np.bool_)
-    rim[boundary_half_edges(mesh.faces)] = True
-    return np.asarray(rim[mesh.faces[faces]].any(1))
 
 
 def lines_of(ledger: Ledger) -> tuple[str, ...]:

@@ -11,7 +11,8 @@ from limbgram.errors import EditError, OptionsError
 from limbgram.run import track
 from limbgram.shape.bodies import outside_of
 from limbgram.shape.edits.editing import do_edit
-from limbgram.shape.edits.solids.making import Mirror
+from limbgram.shape.edits.ends.brim import Extension
+from limbgram.shape.edits.solids.making import Fill, Mirror
 from limbgram.shape.limb import Limb
 from limbgram.shape.recipe.ledger import (
     Ledger,
@@ -49,9 +50,8 @@ def replay(recipe: Recipe, limb: Limb) -> Replayed:
         except EditError as error:
             raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
         gained = figures_of(after, levels)
-        moved = (
-            None if isinstance(entry.edit, Mirror) else displacement_between(limb.mesh, after.mesh)
-        )
+        told = not isinstance(entry.edit, Mirror | Extension | Fill)
+        moved = displacement_between(limb.mesh, after.mesh) if told else None
         lines.append(
             Line(
                 number=number,
