@@ -113,7 +113,7 @@ class Sheet:
 
     def picture(self, picture: Picture, most_in: float) -> None:
         """A picture over the whole width, or less if that would be too high."""
-        image = np.asarray(Image.open(io.BytesIO(picture.png.tobytes())).convert("RGB"))
+        image = np.asarray(Image.open(io.BytesIO(picture.png.tobytes())))
         tall = image.shape[0] / image.shape[1]
         height_in = min(self.width_in * tall, most_in)
         width_in = height_in / tall

@@ -5,6 +5,7 @@ the sections, which are seen from the distal end.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import UInt8
@@ -30,6 +31,8 @@ _LEAST_IN = 2.5
 _MOST_LABELS = 24
 _MARGIN = 1.06
 _COLOURS = "viridis"
+_TITLE: Any = {"fontsize": 9, "color": FAINT, "y": 1.0}
+"""At a given height: else it is looked for among the ticks."""
 _FROM_BELOW = np.array([-1.0, 1.0])
 """Seen from the distal end with the front upwards the patient's right lies to the left."""
 _TOWARDS = {90: "to the patient's left, mm", 0: "forwards, mm", 180: "backwards, mm"}
@@ -50,11 +53,11 @@ def sections_drawing(measures: Measures) -> Drawing:
     _side(front, frames[0], of_front, rows, zero)
     front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
     front.set_ylabel(f"height from the {measures.counted_from}, mm", fontsize=8, color=INK)
-    front.set_title("front", fontsize=9, color=FAINT)
+    front.set_title("front", **_TITLE)
     _side(beside, frames[1], of_side, rows, zero)
     beside.set_xlabel(_TOWARDS[outer_deg], fontsize=8, color=INK)
     side = "patient's left" if outer_deg else "patient's right"
-    beside.set_title(f"from the {side}; girth by tape, mm", fontsize=9, color=FAINT)
+    beside.set_title(f"from the {side}; girth by tape, mm", **_TITLE)
     _label(beside, rows)
     _sections(above, bar, rows)
     return Drawing(
@@ -142,7 +145,7 @@ def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
     axes.autoscale()
     for along, name in ((0.02, "R"), (0.98, "L")):
         axes.text(along, 0.98, name, transform=axes.transAxes, color=INK, va="top", ha="center")
-    plain(axes).set_title("sections from the distal end, front upwards", fontsize=9, color=FAINT)
+    plain(axes).set_title("sections from the distal end, front upwards", **_TITLE)
     axes.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
     axes.set_ylabel(_TOWARDS[0], fontsize=8, color=INK)
     bar = axes.figure.colorbar(drawn, cax=beside)

@@ -65,96 +65,89 @@ def shade(
 
     paint: colour of every vertex, 0 to 255, instead of clay.
     """
-    return _shade(mesh, mesh.vertex_normals(), frame, paint)
+    return shade_all(mesh, [frame], paint)[0]
 
 
 def shade_all(
     mesh: Mesh, frames: Sequence[Frame], paint: Float64[np.ndarray, "n 3"] | None = None
 ) -> list[UInt8[np.ndarray, "h w 4"]]:
     """`shade` for several frames, side by side on the processors."""
-    normals = mesh.vertex_normals()
-    return in_parallel(lambda frame: _shade(mesh, normals, frame, paint), frames)
+    return [picture for (picture,) in shade_each(mesh, frames, [paint])]
 
 
-def _shade(
-    mesh: Mesh,
-    normals: Float64[np.ndarray, "n 3"],
-    frame: Frame,
-    paint: Float64[np.ndarray, "n 3"] | None,
-) -> UInt8[np.ndarray, "h w 4"]:
+def shade_each(
+    mesh: Mesh, frames: Sequence[Frame], paints: Sequence[Float64[np.ndarray, "n 3"] | None]
+) -> list[list[UInt8[np.ndarray, "h w 4"]]]:
+    """For each frame a picture in each paint; what is in sight is found once a frame."""
     n = _OVERSAMPLING
-    pixels = frame.project(mesh.vertices_mm)
-    pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
-    face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
+    normals = mesh.vertex_normals()
+    filled = np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float)
     toward = np.array([direction / np.linalg.norm(direction) for direction, _ in _LIGHTS])
-    picture = _lit(
-        face_idx,
-        weights,
-        mesh.faces,
-        turned(normals, frame.picture_from_world),
-        toward * np.array([[strength] for _, strength in _LIGHTS]),
-        np.zeros(len(mesh)) if mesh.filled is None else mesh.filled.astype(float),
-        np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),
-        1.0 if paint is None else _PAINT_RELIEF,
-    )
-    return _reduced(picture, n)
+    lights = toward * np.array([[strength] for _, strength in _LIGHTS])
+
+    def pictures(frame: Frame) -> list[UInt8[np.ndarray, "h w 4"]]:
+        pixels = frame.project(mesh.vertices_mm)
+        pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
+        face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
+        facing = turned(normals, frame.picture_from_world)
+        return [
+            _lit(
+                face_idx,
+                weights,
+                mesh.faces,
+                facing,
+                lights,
+                filled,
+                np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),
+                1.0 if paint is None else _PAINT_RELIEF,
+                n,
+            )
+            for paint in paints
+        ]
+
+    return in_parallel(pictures, frames)
 
 
 @nb.njit(cache=True, nogil=True)
-def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief):
-    """Colour and opacity of every pixel: the ground, or the colour of what is filled, by light."""
-    height, width = face_idx.shape
-    picture = np.zeros((height, width, 4))
-    normal, ground = np.empty(3), np.empty(3)
+def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief, n):
+    """Colour by light, of the ground or of what is filled, and opacity, mean of n by n samples."""
+    height, width = face_idx.shape[0] // n, face_idx.shape[1] // n
+    picture = np.zeros((height, width, 4), np.uint8)
+    normal, ground, total = np.empty(3), np.empty(3), np.empty(3)
     painted = len(paint) > 1
-    for y in range(height):
-        for x in range(width):
-            f = face_idx[y, x]
-            if f < 0:
-                continue
-            normal[:] = 0.0
-            ground[:] = 0.0
-            share = 0.0
-            for corner in range(3):
-                at, weight = faces[f, corner], weights[y, x, corner]
-                share += weight * filled[at]
+    for row in range(height):
+        for column in range(width):
+            total[:] = 0.0
+            covered = 0
+            for sample in range(n * n):
+                y, x = n * row + sample // n, n * column + sample % n
+                f = face_idx[y, x]
+                if f < 0:
+                    continue
+                covered += 1
+                normal[:] = 0.0
+                ground[:] = 0.0
+                share = 0.0
+                for corner in range(3):
+                    at, weight = faces[f, corner], weights[y, x, corner]
+                    share += weight * filled[at]
+                    for axis in range(3):
+                        normal[axis] += weight * normals[at, axis]
+                        ground[axis] += weight * paint[at if painted else 0, axis]
+                length = max(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-12)
+                light = _AMBIENT
+                for k in range(len(lights)):
+                    facing = normal[0] * lights[k, 0] + normal[1] * lights[k, 1]
+                    light += max((facing + normal[2] * lights[k, 2]) / length, 0.0)
+                light = 1 + relief * (light - 1)
                 for axis in range(3):
-                    normal[axis] += weight * normals[at, axis]
-                    ground[axis] += weight * paint[at if painted else 0, axis]
-            length = max(np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-12)
-            light = _AMBIENT
-            for k in range(len(lights)):
-                facing = normal[0] * lights[k, 0] + normal[1] * lights[k, 1]
-                light += max((facing + normal[2] * lights[k, 2]) / length, 0.0)
-            light = 1 + relief * (light - 1)
-            for axis in range(3):
-                colour = FILLED[axis] if share > 0.5 else ground[axis]
-                picture[y, x, axis] = min(max(colour * light, 0.0), 255.0)
-            picture[y, x, 3] = 255.0
+                    colour = FILLED[axis] if share > 0.5 else ground[axis]
+                    total[axis] += min(max(colour * light, 0.0), 255.0)
+            if covered:
+                for axis in range(3):
+                    picture[row, column, axis] = round(total[axis] / covered)
+                picture[row, column, 3] = round(255 * covered / (n * n))
     return picture
-
-
-@nb.njit(cache=True, nogil=True)
-def _reduced(picture: np.ndarray, n: int) -> UInt8[np.ndarray, "h w 4"]:
-    """Mean of n x n pixels, colours weighted by their opacity."""
-    height, width = picture.shape[0] // n, picture.shape[1] // n
-    mean = np.zeros((height, width, 4), np.uint8)
-    for y in range(height):
-        for x in range(width):
-            red = green = blue = opacity = 0.0
-            for i in range(n * y, n * y + n):
-                for j in range(n * x, n * x + n):
-                    weight = picture[i, j, 3]
-                    red += weight * picture[i, j, 0]
-                    green += weight * picture[i, j, 1]
-                    blue += weight * picture[i, j, 2]
-                    opacity += weight
-            if opacity > 0:
-                mean[y, x, 0] = round(red / opacity)
-                mean[y, x, 1] = round(green / opacity)
-                mean[y, x, 2] = round(blue / opacity)
-                mean[y, x, 3] = round(opacity / (n * n))
-    return mean
 
 
 @nb.njit(cache=True, nogil=True)

@@ -5,16 +5,15 @@ different visits can be laid side by side.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, UInt8
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import SubFigure
 
 from limbgram.report.drawings.drawing import FAINT, INK, Drawing, axes_at, bare
-from limbgram.report.drawings.shading import Frame, looking_along, shade_all
+from limbgram.report.drawings.shading import Frame, looking_along, shade_each
 from limbgram.shape.comparing.comparing import Comparison
 from limbgram.shape.comparing.telling.verdict import IQR_LIMIT_MM, MRE_LIMIT_MM
 from limbgram.surface.mesh import Mesh
@@ -45,27 +44,29 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     tall = float(np.clip((high[2] - low[2]) / np.hypot(*(high - low)[:2]), 0.4, 3.0))
     figure = bare(_WIDTH_IN, 2 * (_TITLE_IN + _ACROSS_IN * tall + _BELOW_IN))
-    rows: Any = figure.subfigures(2, 1)
+    upper, lower = np.asarray(figure.subfigures(2, 1))
     bands = ListedColormap((*reversed(_INSIDE[:-1]), _ALIKE, *_OUTSIDE[:-1]))
     bands = bands.with_extremes(under=_INSIDE[-1], over=_OUTSIDE[-1])
     edges = (*(-edge for edge in reversed(_EDGES_MM)), *_EDGES_MM)
-    _row(
-        rows[0],
-        comparison,
-        on_first.difference_mm,
-        ScalarMappable(BoundaryNorm(edges, bands.N), bands),
+    away = ScalarMappable(BoundaryNorm(edges, bands.N), bands)
+    turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
+    angles = ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned)
+    shaded = shade_each(
+        mesh,
+        [_frame(mesh, azimuth_deg) for azimuth_deg, _ in _SIDES],
+        [paint_of(on_first.difference_mm, away), paint_of(on_first.normal_angle_deg, angles)],
+    )
+    of_away, of_angles = zip(*shaded, strict=True)
+    anatomical = comparison.axes.anatomical
+    _row(upper, of_away, anatomical)
+    _bar(
+        upper,
+        away,
         edges,
         "difference, mm: red where the second lies outside, blue inside",
     )
-    turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
-    _row(
-        rows[1],
-        comparison,
-        on_first.normal_angle_deg,
-        ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned),
-        _ANGLES_DEG,
-        "surface-normal-angle error, degrees",
-    )
+    _row(lower, of_angles, anatomical)
+    _bar(lower, angles, _ANGLES_DEG, "surface-normal-angle error, degrees")
     return Drawing(figure, _caption(comparison))
 
 
@@ -78,27 +79,23 @@ def paint_of(values: Float64[np.ndarray, " n"], colours: ScalarMappable) -> np.n
 
 
 def _row(
-    figure: Figure | SubFigure,
-    comparison: Comparison,
-    values: Float64[np.ndarray, " n"],
-    colours: ScalarMappable,
-    edges: Sequence[float],
-    label: str,
+    figure: SubFigure, pictures: Sequence[UInt8[np.ndarray, "h w 4"]], anatomical: bool
 ) -> None:
-    mesh = comparison.first_in_limb
-    along_in = figure.bbox.height / figure.dpi - _TITLE_IN - _BELOW_IN
-    paint = paint_of(values, colours)
-    shaded = shade_all(mesh, [_frame(mesh, azimuth_deg) for azimuth_deg, _ in _SIDES], paint)
+    along_in = _along_in(figure)
     lefts_in = _GAP_IN + (_ACROSS_IN + _GAP_IN) * np.arange(len(_SIDES))
-    for left_in, (azimuth_deg, side), picture in zip(lefts_in, _SIDES, shaded, strict=True):
+    for left_in, (azimuth_deg, side), picture in zip(lefts_in, _SIDES, pictures, strict=True):
         axes = axes_at(figure, left_in, _TITLE_IN, _ACROSS_IN, along_in)
         axes.imshow(picture)
         axes.set_axis_off()
-        title = side if comparison.axes.anatomical else f"{azimuth_deg}°"
-        axes.set_title(title, fontsize=12, color=FAINT)
+        title = side if anatomical else f"{azimuth_deg}°"
+        axes.set_title(title, fontsize=12, color=FAINT, y=1.0)
+
+
+def _bar(figure: SubFigure, colours: ScalarMappable, edges: Sequence[float], label: str) -> None:
+    top_in = _TITLE_IN + _along_in(figure) + 0.1
     bar = figure.colorbar(
         colours,
-        cax=axes_at(figure, _GAP_IN, _TITLE_IN + along_in + 0.1, _WIDTH_IN - 2 * _GAP_IN, _BAR_IN),
+        cax=axes_at(figure, _GAP_IN, top_in, _WIDTH_IN - 2 * _GAP_IN, _BAR_IN),
         orientation="horizontal",
         spacing="uniform",
         extend="both" if edges[0] < 0 else "max",
@@ -108,6 +105,11 @@ def _row(
     bar.ax.xaxis.set_major_formatter("{x:g}")
     bar.set_label(label, fontsize=_LETTERS, color=INK)
     bar.ax.tick_params(labelsize=_LETTERS)
+
+
+def _along_in(figure: SubFigure) -> float:
+    """Height of the views in their half of the figure."""
+    return figure.bbox.height / figure.dpi - _TITLE_IN - _BELOW_IN
 
 
 def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:

@@ -29,7 +29,7 @@ def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: 
         axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(title, fontsize=10, color=FAINT)
+        axes.set_title(title, fontsize=10, color=FAINT, y=1.0)
         number_landmarks(axes, frame, landmarks, normals)
         scale_bar(axes, frame)
     filled = mesh_in_limb.filled
