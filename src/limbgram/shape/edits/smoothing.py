@@ -32,6 +32,7 @@ _SHRINK, _GROW = 0.60, -0.63
 _MOST_PASSES = 500
 _CORRECTIONS = 4
 _RETREATS = 4
+_VOLUME_KEPT, _TOUCH_MM3 = 5e-4, 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +84,18 @@ def smoothing(limb: Limb, edit: Smoothing) -> Limb:
         for _ in range(2):
             spoilt[limb.mesh.faces[spoilt[limb.mesh.faces].any(1)]] = True
         free[spoilt] = 0.0
+        if not free.any():
+            raise EditError(
+                f"{what} would fold triangles over wherever it is free to move: they are too few, "
+                "or too large for the surface's bends, to tell wrinkles. Leave this edit out."
+            )
         smooth = calmed(limb.mesh, free, edit.passes)
+    before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
+    if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
+        raise EditError(
+            f"{what} would change the volume by {(after - before) / 1000:+.3g} mL: it pulls the "
+            "few triangles out of shape. Take fewer passes, or leave this edit out."
+        )
     changed = displaced(limb, smooth.vertices_mm)
     require_sound(what, limb.mesh, changed.mesh)
     return changed
@@ -107,10 +119,19 @@ def calmed(mesh: Mesh, free: Float64[np.ndarray, " n"], passes: int) -> Mesh:
 
 
 def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) -> Mesh:
-    """The mesh moved along its normals, where it is free to, until it has a volume."""
+    """The mesh moved along its normals, where it is free to, until it has a volume.
+
+    Raises:
+        EditError: nothing that is free to move would change it.
+    """
     for _ in range(_CORRECTIONS):
         normals = mesh.vertex_normals()
         gain = _volume_gain(mesh, free[:, None] * normals)
+        if not gain > 0:
+            raise EditError(
+                "Smoothing leaves no surface here that could be moved to keep the volume. Take "
+                "fewer passes, or leave this edit out."
+            )
         step = (wanted_mm3 - volume_mm3(mesh)) / gain
         mesh = mesh.with_vertices(mesh.vertices_mm + step * free[:, None] * normals)
     return mesh

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from limbgram.errors import EditError
 from limbgram.shape.edits.marking.neighbours import at_brim, roughness_mm
 from limbgram.shape.edits.smoothing import Smoothing, calmed, smoothing
 from limbgram.shape.limb import Limb
@@ -44,6 +45,28 @@ def test_the_brim_and_marked_places_stay_to_the_bit(limb: Limb) -> None:
     assert still.mean() < 0.4
     assert roughness_mm(calm.mesh) < 0.7 * roughness_mm(rough.mesh)
     assert volume_mm3(calm.mesh) / volume_mm3(rough.mesh) == pytest.approx(1, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("made", "passes", "told"),
+    [
+        (trimesh.creation.box((80.0, 80.0, 200.0)), 10, "fold triangles over wherever it is free"),
+        (trimesh.creation.box((80.0, 80.0, 200.0)), 500, "fold triangles over wherever it is free"),
+        (trimesh.creation.icosahedron(), 10, r"would change the volume by \+57.* mL"),
+    ],
+)
+def test_a_shape_of_few_triangles_is_refused(made: trimesh.Trimesh, passes: int, told: str) -> None:
+    """They have nothing but edges: what pulls at those turns the shape inside out."""
+    mesh = Mesh(vertices_mm=np.asarray(made.vertices) * 40, faces=made.faces.astype(np.int32))
+    with pytest.raises(EditError, match=told):
+        smoothing(Limb(mesh=mesh), Smoothing(passes=passes))
+
+
+def test_nothing_to_move_keeps_no_volume() -> None:
+    ball = trimesh.creation.icosphere(2, 50.0)
+    mesh = Mesh(vertices_mm=np.asarray(ball.vertices), faces=ball.faces.astype(np.int32))
+    with pytest.raises(EditError, match="to keep the volume"):
+        calmed(mesh, np.zeros(len(mesh)), 3)
 
 
 def test_twenty_passes_on_a_scan_keep_its_volume_and_calm_it(data_folder: Path) -> None:
