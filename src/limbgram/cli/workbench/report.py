@@ -22,7 +22,6 @@ from limbgram.report.shape.record import (
     record_page,
     record_pdf,
 )
-from limbgram.run import in_parallel
 from limbgram.shape.reading.sidecar import hash_of, limb_file_beside
 from limbgram.shape.recipe import read_recipe
 
@@ -76,11 +75,9 @@ def report_command(
     """
     if way is not None and against is None:
         raise OptionsError("--align needs another shape to lay on this one: --against.")
-    paths = [path for path in (shape, against) if path is not None]
-    own, *others = in_parallel(lambda path: _shape(path, unit), paths)
     record = record_of(
-        own,
-        others[0] if others else None,
+        _shape(shape, unit),
+        None if against is None else _shape(against, unit),
         None if recipe is None else _recipe(recipe),
         None if case is None else cited(CaseFolder(case)),
         RecordOptions(

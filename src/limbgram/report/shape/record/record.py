@@ -22,8 +22,8 @@ from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.shape.differences import difference_pictures
 from limbgram.report.shape.record.advice import findings
-from limbgram.report.shape.record.bias import Bias, biases
-from limbgram.report.shape.record.replaying import Replaying, replayed_on, scan_of
+from limbgram.report.shape.record.bias import biases
+from limbgram.report.shape.record.replaying import Replaying, replayed_on
 from limbgram.report.shape.record.sources import (
     CaseSource,
     RecipeSource,
@@ -105,7 +105,8 @@ def record_of(
     measures = measure(
         told.limb, MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
     )
-    derived = recipe is not None and scan_of(recipe, shape, against) is not shape
+    done = None if recipe is None else replayed_on(recipe, shape, against)
+    compared = None if other is None else _compare(told, other, done, options)
     mesh = in_limb_frame(told.limb)
     marks = tuple(
         Landmark(name=mark.name, position_mm=place)
@@ -113,19 +114,11 @@ def record_of(
             told.limb.landmarks, _places(told.limb.landmarks, frame.limb_from_mesh.apply)
         )
     )
-
-    def steps() -> tuple[Replaying | None, tuple[Bias, ...]]:
-        done = None if recipe is None else replayed_on(recipe, shape, against)
-        return done, biases(measures, mesh, case, None if done is None else done.ledger)
-
+    ledger = None if done is None else done.ledger
     with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
-        walked = beside.submit(steps)
-        compared = None
-        if other is not None:
-            way = options.way or ("as-is" if derived else "auto")
-            compared = _compare(told, other, way, options)
+        steps = beside.submit(biases, measures, mesh, case, ledger)
         pictures = _pictures(mesh, marks, measures, compared)
-        done, lines = walked.result()
+        lines = steps.result()
     tree: Json = {
         "schema": SCHEMA,
         "id": told.id,
@@ -155,12 +148,17 @@ def record_of(
 
 
 def _compare(
-    shape: ShapeSource, other: ShapeSource, way: Way, options: RecordOptions
+    shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
 ) -> Comparison:
     """The shape less the other one."""
-    laid = RegistrationOptions(way=way)
+    way: Way = "as-is" if done is not None and done.apart_mm is not None else "auto"
     return compare(
-        other.limb, shape.limb, CompareOptions(registration=laid, spacing_mm=options.spacing_mm)
+        other.limb,
+        shape.limb,
+        CompareOptions(
+            registration=RegistrationOptions(way=options.way or way),
+            spacing_mm=options.spacing_mm,
+        ),
     )
 
 

@@ -27,19 +27,18 @@ class Replaying:
 
 
 def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> Replaying:
-    """Do a recipe to the scan it is for, and see how far the shape of the record is from that."""
-    scan = scan_of(recipe, shape, against)
+    """Do a recipe to the scan it is for: the other shape or, if it is for that, the shape itself.
+
+    Raises:
+        OptionsError: it is for neither of them.
+    """
+    scan = _scan(recipe, shape, against)
     done = replay(recipe.recipe, scan.limb)
     apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
     return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart)
 
 
-def scan_of(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> ShapeSource:
-    """The shape that a recipe is for: the other one or, if it is for that, the record's own.
-
-    Raises:
-        OptionsError: it is for neither of them.
-    """
+def _scan(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> ShapeSource:
     wanted = recipe.recipe.scan_sha256
     others = [source for source in (against, shape) if source is not None]
     for source in others:
