@@ -127,6 +127,25 @@ def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:
     )
 
 
+def test_a_hole_that_touches_itself_is_left_and_told(limb: Limb) -> None:
+    """Two opposite triangles of the six round a vertex are gone; its two sheets part there."""
+    mesh, vertex = limb.mesh, 1 + 20 * SPOKES
+    gone = [np.array([1369, 1442, 1441]), np.array([1512, 1441, 1513])]
+    faces = mesh.faces[[not any((face == one).all() for one in gone) for face in mesh.faces]]
+    other = len(mesh)
+    sheet = (faces == 1442).any(1) | (faces == 1514).any(1) | (faces == 1513).any(1)
+    faces = np.where(sheet[:, None] & (faces == vertex), other, faces).astype(np.int32)
+    places = np.concatenate([mesh.vertices_mm, mesh.vertices_mm[[vertex]]])
+    torn = limb.with_mesh(replace(mesh, vertices_mm=places, faces=faces))
+    assert [len(loop) for loop in boundary_loops(faces)] == [SPOKES, 6]
+    with pytest.raises(EditError, match="only holes that touch themselves"):
+        fill(torn, Fill())
+    closed = fill(torn, Fill(brim=True))
+    assert closed.notes == ("holes that touch themselves in a point, and were left open: 1",)
+    assert [len(loop) for loop in boundary_loops(closed.mesh.faces)] == [6]
+    assert (closed.mesh.face_normals() != 0).any(1).all()
+
+
 def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) -> None:
     with pytest.raises(EditError, match='confirmed_side = "left"'):
         mirror(limb, Mirror(confirmed_side="right"))

@@ -89,8 +89,10 @@ def offset_whole(limb: Limb, edit: Offset) -> Limb:
 def fill(limb: Limb, edit: Fill) -> Limb:
     """Close holes.
 
+    A hole that touches itself in a point has no sound triangle there: it stays, with a note.
+
     Raises:
-        EditError: there is none.
+        EditError: there is none that can be filled.
     """
     what = "The filling"
     mesh = limb.mesh
@@ -107,6 +109,13 @@ def fill(limb: Limb, edit: Fill) -> Limb:
         brim = "" if openings.brim is None else " besides the brim (brim = true closes that)"
         scraps = " but the edges of loose scraps of surface" if any(own) else ""
         raise EditError(f"{what} found no hole{scraps}{brim}. Leave this edit out.")
+    whole = [loop for loop in holes if not _touches_itself(mesh, loop)]
+    if not whole:
+        raise EditError(
+            f"{what} found only holes that touch themselves in a point, and none of them can be "
+            "closed soundly. Cut that part off, or mend it in the program the shape comes from."
+        )
+    left, holes = len(holes) - len(whole), whole
     closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
     first = len(mesh)
     if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
@@ -116,7 +125,10 @@ def fill(limb: Limb, edit: Fill) -> Limb:
     nearest = _nearest(mesh.vertices_mm[rim], places)
     grown = with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
     require_sound(what, mesh, grown)
-    return limb.with_mesh(grown)
+    if not left:
+        return limb.with_mesh(grown)
+    note = f"holes that touch themselves in a point, and were left open: {left}"
+    return replace(limb, mesh=grown, notes=(*limb.notes, note))
 
 
 def wall(limb: Limb, edit: Wall) -> Limb:
@@ -220,6 +232,10 @@ def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
 
 def _twice(values: np.ndarray | None) -> np.ndarray | None:
     return None if values is None else np.concatenate([values, values])
+
+
+def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
 def _of_scraps(mesh: Mesh, loops: Sequence[Int32[np.ndarray, " l"]]) -> list[bool]:
