@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.guard import require_sound
-from limbgram.shape.edits.marking.curves import draw_curve, find_sides, fine_along, inside
+from limbgram.shape.edits.marking.curves import Curve, draw_curve, find_sides, fine_along, inside
 from limbgram.shape.edits.marking.distances import distances_from, distances_from_point
 from limbgram.shape.edits.marking.fineness import refine_under, refine_where
 from limbgram.shape.edits.marking.neighbours import calm_normals_on
@@ -152,15 +152,22 @@ def _in_a_region(
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
     curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
     mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
-    coarse = inside(mesh, find_sides(mesh, curve, what))
-    mesh = refine_where(mesh, np.asarray(coarse[mesh.faces].any(1)), _edge_mm(edit))
+    coarse = _depth_within(mesh, curve, what)
+    fades = (coarse > 0) & (coarse < edit.falloff_mm)
+    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), _edge_mm(edit))
+    depth = _depth_within(mesh, curve, what)
+    within = depth > 0
+    full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
+    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
+
+
+def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from the curve, over the surface; 0 outside it."""
     sides = find_sides(mesh, curve, what)
     within = inside(mesh, sides)
     start = np.where(within, np.abs(sides.signed_mm), np.inf)
     depth = distances_from(mesh, start, within, np.inf)
-    depth = np.where(within & np.isfinite(depth), depth, 0.0)
-    full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
-    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
+    return np.where(within & np.isfinite(depth), depth, 0.0)
 
 
 def _edge_mm(edit: BuildUp | Relief) -> float:

@@ -68,6 +68,19 @@ def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwar
     assert np.abs(moved - expected)[distance < 25].max() < 0.25
 
 
+def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
+    """The band under a falloff of 2 mm wants edges of 0.4 mm; all the region, five times that."""
+    edited = build_up(limb, BuildUp(within=ring(34.0), depth_mm=2, falloff_mm=2))
+    moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
+    assert np.abs(moved[distance < 31] - 2).max() < 0.1
+    assert np.abs(moved[distance > 34.3]).max() < 0.05
+    ends = edited.mesh.vertices_mm[edited.mesh.faces]
+    longest = np.linalg.norm(ends - np.roll(ends, -1, axis=1), axis=2).max(1)
+    place = distance[edited.mesh.faces].mean(1)
+    assert longest[(place > 32.2) & (place < 33.8)].max() < 1.0
+    assert np.median(longest[place < 25]) > 2.0
+
+
 def test_a_narrow_region_still_reaches_its_depth(limb: Limb) -> None:
     edited = build_up(limb, BuildUp(within=ring(10.0), depth_mm=2, falloff_mm=50))
     assert radial_mm(edited).max() == pytest.approx(2, abs=0.05)
