@@ -97,8 +97,9 @@ def _segments(mesh: Mesh, z_mm: Float64[np.ndarray, " m"]) -> _Cuts:
     """A vertex on a plane counts as above it, so every section is a clean chain."""
     heights = mesh.vertices_mm[:, 2]
     of_corners = heights[mesh.faces]
-    first = np.searchsorted(z_mm, of_corners.min(1), side="right")
-    count = np.searchsorted(z_mm, of_corners.max(1), side="right") - first
+    one, two, three = of_corners.T
+    first = np.searchsorted(z_mm, np.minimum(np.minimum(one, two), three), side="right")
+    count = np.searchsorted(z_mm, np.maximum(np.maximum(one, two), three), side="right") - first
     face = np.repeat(np.arange(len(mesh.faces)), count)
     plane = np.arange(len(face)) - np.repeat(np.cumsum(count) - count - first, count)
     above = of_corners[face] >= z_mm[plane][:, None]

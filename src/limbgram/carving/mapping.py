@@ -23,6 +23,8 @@ _POINT_MM = 0.05
 _STEP_MM = 0.001
 """Heights are multiples of this, as files hold them."""
 _FINE_STEPS = 101
+_AT_ONCE = 25
+"""Heights cast together: the one sought is mostly among the first."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,15 +175,16 @@ def _outermost(
 
 def _first_whole(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
     """The first of some heights, rising or falling, at which every ray meets the surface."""
-    order = np.argsort(tried_mm)
-    whole = np.empty(len(order), np.bool_)
-    whole[order] = (cast_radii(mesh, thetas, tried_mm[order]).crossings > 0).all(1)
-    if not whole.any():
-        raise CarveError(
-            "At no height does the surface go all round the long axis: the axis lies outside "
-            "the limb, or a side is open. Align the limb, or close its holes first."
-        )
-    return float(tried_mm[whole.argmax()])
+    for some_mm in np.split(tried_mm, range(_AT_ONCE, len(tried_mm), _AT_ONCE)):
+        order = np.argsort(some_mm)
+        whole = np.empty(len(order), np.bool_)
+        whole[order] = (cast_radii(mesh, thetas, some_mm[order]).crossings > 0).all(1)
+        if whole.any():
+            return float(some_mm[whole.argmax()])
+    raise CarveError(
+        "At no height does the surface go all round the long axis: the axis lies outside the "
+        "limb, or a side is open. Align the limb, or close its holes first."
+    )
 
 
 def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: MapOptions) -> None:

@@ -10,7 +10,6 @@ Fails   MeasureError: the distal end is open, or no slide makes the volumes equa
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from limbgram.errors import MeasureError
 from limbgram.shape.comparing.frames import brim_height_mm
@@ -47,6 +46,8 @@ def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
             second.between(DISTAL_END, height - shift_mm).value
             - first.between(DISTAL_END, height).value
         )
+
+    from scipy.optimize import brentq  # a twentieth of a second, for this way of aligning alone
 
     length = min(np.ptp(mesh.vertices_mm[:, 2]) for mesh in (first_in_limb, second_in_limb))
     reach = min(_FARTHEST_MM, 0.4 * float(length))
