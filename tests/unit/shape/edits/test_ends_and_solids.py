@@ -44,6 +44,16 @@ def test_an_extension_goes_on_as_the_tube_does(limb: Limb) -> None:
     assert longer.mesh.filled.sum() == len(new)
 
 
+def test_a_long_extension_of_a_fine_brim_stays_small(limb: Limb) -> None:
+    fine = flare(limb, Flare(depth_mm=0.001, height_mm=2.0))
+    (loop,) = boundary_loops(fine.mesh.faces)
+    longer = extension(fine, Extension(length_mm=200.0))
+    assert len(longer.mesh.faces) - len(fine.mesh.faces) == 100 * 2 * len(loop)
+    assert in_limb(longer)[:, 2].max() == pytest.approx(TOP_MM + 200, abs=0.01)
+    more = volume_mm3(longer.mesh) - volume_mm3(fine.mesh)
+    assert more == pytest.approx(200 * POLYGON_AREA, rel=0.01)
+
+
 def test_an_extension_levels_a_slanting_brim(limb: Limb) -> None:
     slanting = plane_cut(limb, PlaneCut(height_mm=110, forward_deg=25))
     level = extension(slanting, Extension(length_mm=10))

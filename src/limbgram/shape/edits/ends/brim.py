@@ -26,6 +26,8 @@ _STEEPEST = 0.5
 """Slope with which an extension may begin, mm outwards for each mm up."""
 _CALM_SHARE = 0.1
 """Part of the brim over which that slope is averaged, to either side."""
+_MOST_ROWS = 100
+"""Of triangles up an extension: a brim that was made fine would give it millions."""
 _FINENESS = 8.0
 _FINEST_MM = 0.4
 
@@ -83,6 +85,7 @@ def extension(limb: Limb, edit: Extension) -> Limb:
     slope = _slope(limb, loop, points, what)
     edge = np.linalg.norm(np.roll(start, -1, axis=0) - start, axis=1)
     rows = max(2, int(np.ceil(rise.max() / max(float(np.median(edge)), 0.5))))
+    rows = min(rows, _MOST_ROWS)
     share = (np.arange(1, rows + 1) / rows)[:, None]
     up = share * rise
     out = (share - share**2 / 2) * rise * slope[:, 2]
