@@ -71,30 +71,31 @@ def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarra
 
 
 def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
-    """Faces with a corner that does not stand where the vertex of its number stood."""
+    """Faces that are new, or with a corner that does not stand where it stood."""
     shared = min(len(before), len(after))
     moved = np.ones(len(after), np.bool_)
     moved[:shared] = (before.vertices_mm[:shared] != after.vertices_mm[:shared]).any(1)
-    return np.asarray(moved[after.faces].any(1))
+    known = min(len(before.faces), len(after.faces))
+    other = np.ones(len(after.faces), np.bool_)
+    other[:known] = (before.faces[:known] != after.faces[:known]).any(1)
+    return np.asarray(other | moved[after.faces].any(1))
 
 
 def _added(
     before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"]
 ) -> Int64[np.ndarray, "k 2"]:
-    """The pairs found after, without those near a pair found before."""
+    """The pairs found after, without those of which both stood near a pair found before."""
     pairs = find(after, moved)
     if not len(pairs):
         return pairs
     own = find(before, np.ones(len(before.faces), np.bool_))
     if not len(own):
         return pairs
-    corners = after.vertices_mm[after.faces[pairs]].reshape(-1, 6, 3)
-    size = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
-    same = len(after) == len(before)
-    step_mm = float(np.abs(after.vertices_mm - before.vertices_mm).max()) if same else 0.0
+    stood = (before if len(after) == len(before) else after).vertices_mm[after.faces[pairs]]
+    size = np.linalg.norm(np.ptp(stood, axis=2), axis=2)
     known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
-    distance = np.asarray(KDTree(known).query(corners.mean(1))[0])
-    return pairs[distance > _NEAR * size + step_mm]
+    distance = np.asarray(KDTree(known).query(stood.mean(2))[0])
+    return pairs[(distance > _NEAR * size).any(1)]
 
 
 _FINDERS: tuple[tuple[str, Finder], ...] = (
