@@ -10,14 +10,17 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, scale_bar
+from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import shade_all
 from limbgram.report.shape.views import limb_frames, normals_at, number_landmarks
 from limbgram.shape.limb import Landmark, Side
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut
 
-_WIDTH_IN = 12.0
+_SECTIONS_IN, _VIEW_IN, _GAP_IN = 2.9, 2.6, 0.2
+_SIGN_IN, _TITLE_IN, _BELOW_IN = 0.55, 0.85, 0.5
+"""Room for LEFT and RIGHT of the sections, for both titles, and for the key of the sections."""
+_WIDTH_IN = _SECTIONS_IN + 2 * _SIGN_IN + 3 * (_VIEW_IN + _GAP_IN)
 _LETTERS = 200
 """That fit on a line of the key."""
 _LINE_IN = 0.14
@@ -36,14 +39,17 @@ def mirror_check(
 ) -> Drawing:
     """Four panels: sections from proximal, the shape from the front, the right and the left."""
     frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg, _, _ in _VIEWS])
-    tall = min(frames[0].height_px / frames[0].width_px, 2.2)
+    tall_in = _VIEW_IN * min(max(frames[0].height_px / frames[0].width_px, 1.0), 2.2)
     normals = normals_at(mesh_in_limb, landmarks_in_limb)
-    figure = blank(_WIDTH_IN, _WIDTH_IN / 4.6 * max(tall, 1.0) + 1.3)
-    sections, *views = figure.subplots(1, 4, width_ratios=(1.3, 1, 1, 1))
-    _sections(sections, mesh_in_limb)
+    longest = _key(landmarks_in_limb, set())
+    key_in = _LINE_IN * len(longest.splitlines())
+    figure = bare(_WIDTH_IN, _TITLE_IN + tall_in + _BELOW_IN + key_in)
+    _sections(axes_at(figure, _SIGN_IN, _TITLE_IN, _SECTIONS_IN, tall_in), mesh_in_limb)
+    left_in = _SECTIONS_IN + 2 * _SIGN_IN
     seen: set[int] = set()
     shaded = shade_all(mesh_in_limb, frames)
-    for axes, frame, picture, named in zip(views, frames, shaded, _VIEWS, strict=True):
+    for k, (frame, picture, named) in enumerate(zip(frames, shaded, _VIEWS, strict=True)):
+        axes = axes_at(figure, left_in + k * (_VIEW_IN + _GAP_IN), _TITLE_IN, _VIEW_IN, tall_in)
         axes.imshow(picture)
         axes.set_axis_off()
         axes.set_title(named[0], fontsize=9, color=FAINT, pad=16)
@@ -61,9 +67,7 @@ def mirror_check(
         parse_math=False,
     )
     key = _key(landmarks_in_limb, seen)
-    if key:
-        figure.set_size_inches(_WIDTH_IN, figure.get_figheight() + _LINE_IN * len(key.split("\n")))
-        figure.supxlabel(key, fontsize=7, color=RED, x=0.02, ha="left", parse_math=False)
+    figure.text(0.02, 0.0, key, fontsize=7, color=RED, va="bottom", parse_math=False)
     return Drawing(
         figure,
         "Drawn from the file as it was read back. RIGHT is the patient's right. Compare with the "
