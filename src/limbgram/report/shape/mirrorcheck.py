@@ -67,7 +67,7 @@ def mirror_check(
         parse_math=False,
     )
     key = _key(landmarks_in_limb, seen)
-    figure.text(0.02, 0.0, key, fontsize=7, color=RED, va="bottom", parse_math=False)
+    figure.supxlabel(key, fontsize=7, color=RED, x=0.02, ha="left", parse_math=False)
     return Drawing(
         figure,
         "Drawn from the file as it was read back. RIGHT is the patient's right. Compare with the "
