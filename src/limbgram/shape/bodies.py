@@ -184,10 +184,7 @@ class _ToldApart:
 
 
 def _told_apart(mesh: Mesh) -> _ToldApart:
-    """Bodies inside others; and what lies apart from the piece of the largest area, and from all
-
-    that touches it.
-    """
+    """Bodies inside others; and what lies apart from the largest one and from all that joins it."""
     none = np.zeros(len(mesh.faces), np.bool_)
     pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
@@ -227,7 +224,8 @@ def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
     free = np.arange(count) != main
     joining = ~free
     while joining.any() and free.any():
-        surface = with_faces(mesh, mesh.faces[joining[pieces]])
+        # All of it, not what joined last: from the wall of a hollow alone, outside is inside.
+        surface = with_faces(mesh, mesh.faces[~free[pieces]])
         ids = np.flatnonzero(free[piece_of])
         near = TriangleTree.of(surface.vertices_mm, surface.faces).closest(mesh.vertices_mm[ids])
         away = mesh.vertices_mm[ids] - near.points_mm

@@ -91,7 +91,8 @@ def _added(
     own = find(before, np.ones(len(before.faces), np.bool_))
     if not len(own):
         return pairs
-    stood = (before if len(after) == len(before) else after).vertices_mm[after.faces[pairs]]
+    numbered_alike = np.array_equal(before.faces, after.faces)
+    stood = (before if numbered_alike else after).vertices_mm[after.faces[pairs]]
     size = np.linalg.norm(np.ptp(stood, axis=2), axis=2)
     known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
     distance = np.asarray(KDTree(known).query(stood.mean(2))[0])

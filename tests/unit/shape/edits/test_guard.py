@@ -44,3 +44,11 @@ def test_a_new_face_on_old_vertices_that_lies_on_another_is_refused() -> None:
     double = np.concatenate([before.faces, np.array([[1, 0, 3]], np.int32)])
     with pytest.raises(EditError, match="fold over"):
         require_sound("The filling", before, replace(before, faces=double))
+
+
+def test_a_crossing_of_the_scan_stays_excused_where_vertices_are_numbered_anew() -> None:
+    """As by a cut that drops as many vertices as it makes."""
+    before = ball_beside_crossing_balls()
+    turned = np.random.default_rng(1).permutation(len(before))
+    faces = np.argsort(turned)[before.faces].astype(np.int32)
+    require_sound("The cut", before, Mesh(vertices_mm=before.vertices_mm[turned], faces=faces))

@@ -89,6 +89,20 @@ def test_what_touches_patches_or_hollows_the_limb_stays(
     assert len(clear.mesh) == len(cylinder)
 
 
+def test_a_hollow_in_the_limb_hides_neither_a_crumb_nor_another_limb(
+    make_turned: Callable[..., Mesh], cylinder: Mesh
+) -> None:
+    """From the wall of the hollow alone, which faces inwards, all that is outside looks inside."""
+    hollow = crumb(make_turned, 20, 0, 100)
+    hollow = Mesh(vertices_mm=hollow.vertices_mm, faces=hollow.faces[:, ::-1])
+    limb = joined(cylinder, hollow)
+    beside = cylinder.with_vertices(cylinder.vertices_mm + np.array([300.0, 0, 0]))
+    found = outer_bodies(joined(limb, crumb(make_turned, 200, 0, 100)))
+    assert (len(found.loose), len(found.mesh.faces)) == (1, len(limb.faces))
+    with pytest.raises(MeasureError, match="2 bodies of comparable size"):
+        outer_bodies(joined(limb, beside)).require_one_limb()
+
+
 def test_bones_and_crumbs_are_told_apart(make_turned: Callable[..., Mesh], cylinder: Mesh) -> None:
     both = joined(
         cylinder, crumb(make_turned, 0, 0, 100), *(crumb(make_turned, k, 0, 9) for k in (90, 120))
