@@ -81,7 +81,7 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     alignment = lay(first, second, axes, options.registration)
     one = in_limb_frame(first.mesh, axes.limb_from_mesh)
     two = in_limb_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
-    notes = [*first.notes, *second.notes, *alignment.notes, *about_socks(first, second)]
+    notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
     if axes.note:
         notes.append(axes.note)
     scanned = one.sigma_mm is not None and two.sigma_mm is not None
@@ -183,12 +183,19 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
     )
 
 
-def about_socks(first: Limb, second: Limb) -> tuple[str, ...]:
-    """What to say where not the same sock was taken off both."""
-    if abs(first.sock_mm - second.sock_mm) < _SOCK_MM:
-        return ()
-    return (
-        f"A sock of {first.sock_mm:g} mm was taken off the first shape and of "
-        f"{second.sock_mm:g} mm off the second: if both wore the same sock, up to "
-        f"{abs(first.sock_mm - second.sock_mm):g} mm of the difference is the sock.",
-    )
+def at_odds(first: Limb, second: Limb) -> tuple[str, ...]:
+    """What to say where one is a left limb and the other a right one, or wore another sock."""
+    notes: list[str] = []
+    sides = [limb.frame.side for limb in (first, second) if limb.frame is not None]
+    if set(sides) == {"left", "right"}:
+        notes.append(
+            f"The first is a {sides[0]} limb and the second a {sides[1]} one: what differs may be "
+            "that. Mirror one of them by `limbgram edit` to compare both sides."
+        )
+    if abs(first.sock_mm - second.sock_mm) >= _SOCK_MM:
+        notes.append(
+            f"A sock of {first.sock_mm:g} mm was taken off the first shape and of "
+            f"{second.sock_mm:g} mm off the second: if both wore the same sock, up to "
+            f"{abs(first.sock_mm - second.sock_mm):g} mm of the difference is the sock."
+        )
+    return tuple(notes)

@@ -15,6 +15,8 @@ from limbgram.shape.comparing import (
 )
 from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.radial import radial_errors, spoke_radii
+from limbgram.shape.edits.editing import do_edit
+from limbgram.shape.edits.solids.making import Mirror
 from limbgram.surface.topology import with_faces
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
@@ -217,6 +219,14 @@ def test_an_unaligned_first_shape_is_compared_along_its_fitted_axis(limb, move) 
     assert any("fitted long axis" in note for note in found.notes)
     assert found.first_in_limb.vertices_mm[:, 2].min() == pytest.approx(0.0, abs=0.5)
     assert found.levels.levels[0].measures["tape_mm"].first.value > 200
+
+
+def test_a_left_and_a_right_limb_are_pointed_out(limb) -> None:
+    """Also where the second is the first's own mirror image, which lies as it was made."""
+    image = do_edit(limb, Mirror(confirmed_side="left"))
+    assert "a right limb and the second a left one" in " ".join(compare(limb, image).notes)
+    back = do_edit(image, Mirror(confirmed_side="right"))
+    assert not any("left" in note for note in compare(limb, back).notes)
 
 
 def test_different_socks_are_pointed_out(limb) -> None:

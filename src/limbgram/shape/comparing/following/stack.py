@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import MeasureError
-from limbgram.shape.comparing.comparing import CompareOptions, about_socks, lay
+from limbgram.shape.comparing.comparing import CompareOptions, at_odds, lay
 from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame, outside_of
 from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.registration import Alignment
@@ -74,7 +74,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     ]
     notes = [note for limb in limbs for note in limb.notes]
     notes += [note for alignment in alignments for note in alignment.notes]
-    notes += [note for limb in limbs[1:] for note in about_socks(first, limb)]
+    notes += [note for limb in limbs[1:] for note in at_odds(first, limb)]
     notes += [axes.note] if axes.note else []
     return Stack(
         axes=axes,
