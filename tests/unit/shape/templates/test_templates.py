@@ -8,6 +8,8 @@ import pytest
 
 from limbgram.errors import MeasureError, OptionsError, ShapeFileError
 from limbgram.shape.comparing import RegistrationOptions
+from limbgram.shape.edits.editing import do_edit
+from limbgram.shape.edits.solids.making import Mirror
 from limbgram.shape.templates import (
     LearnOptions,
     Pair,
@@ -157,6 +159,14 @@ def test_a_limb_without_side_gets_no_sided_template(bench, own) -> None:
         apply_template(bare, own)
     with pytest.raises(OptionsError, match="side"):
         learn([Pair(before=bare, after=bare), Pair(before=limb, after=limb)], "mixed", AS_IS)
+
+
+def test_a_mirror_is_no_rectification(bench) -> None:
+    limb = bench.limb_of(bench.build())
+    other = "left" if limb.frame.side == "right" else "right"
+    image = do_edit(limb, Mirror(confirmed_side=other))
+    with pytest.raises(OptionsError, match="a mirror, no rectification"):
+        learn([Pair(before=limb, after=image)], "mirrored", LearnOptions())
 
 
 def test_missing_landmarks_and_frames_are_named(bench, own) -> None:

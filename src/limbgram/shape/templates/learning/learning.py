@@ -53,6 +53,8 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
             if pairs
             else "No pair is given. Name a shape before and one after the rectification."
         )
+    for pair in pairs:
+        _require_one_side(pair)
     pairs = [Pair(before=outside_of(one.before), after=outside_of(one.after)) for one in pairs]
     reference = _reference(pairs, options.reference)
     charts = [plain_chart(pair.before, reference) for pair in pairs]
@@ -90,6 +92,18 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     )
     notes = [note for pair, move in zip(pairs, moves) for note in about_pair(pair, move)]
     return Learned(template=template, notes=tuple(notes))
+
+
+def _require_one_side(pair: Pair) -> None:
+    before, after = pair.before, pair.after
+    if before.frame is None or after.frame is None:
+        return
+    if {before.frame.side, after.frame.side} == {"left", "right"}:
+        raise OptionsError(
+            f"{before.name} is a {before.frame.side} limb and {after.name} a {after.frame.side} "
+            "one: what lies between them is a mirror, no rectification. Mirror one of them back "
+            "by `limbgram edit`."
+        )
 
 
 def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
