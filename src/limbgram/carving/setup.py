@@ -72,7 +72,7 @@ _LIMITS: dict[str, tuple[float, float]] = {
     "tool_reach_mm": (5, 1000),
     "spigot_mm": (0, 100),
     "scallop_mm": (0.001, 2),
-    "tolerance_mm": (0.001, 0.1),
+    "tolerance_mm": (0.001, 0.04),
     "rough_depth_mm": (0.5, 100),
     "rough_allowance_mm": (0.1, 10),
     "rough_stepover": (0.05, 0.8),

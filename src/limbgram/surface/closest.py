@@ -44,6 +44,13 @@ class TriangleTree:
 
     @classmethod
     def of(cls, vertices_mm: Points3, faces: Faces) -> "TriangleTree":
+        """The tree of a mesh.
+
+        Raises:
+            ValueError: there is no face.
+        """
+        if not len(faces):
+            raise ValueError("No place on a mesh without faces is nearest to anything.")
         leaves = 1 << max(0, (-(-len(faces) // _LEAF) - 1).bit_length())
         vertices = np.ascontiguousarray(vertices_mm, np.float64)
         return cls(*_planted(vertices, np.ascontiguousarray(faces, np.int32), leaves))

@@ -72,4 +72,4 @@ def work_on_shape(limb: Limb, program: Path) -> None:
     shortest_path(limb.mesh, limb.mesh.vertices_mm[0], limb.mesh.vertices_mm[-1])
     middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
     plane_cut(limb, PlaneCut(height_mm=middle_mm, capped=True))
-    write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.1))
+    write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))

@@ -18,7 +18,7 @@ from limbgram.shape.limb import Limb
 
 PerCentOf = Literal["girth", "volume"]
 _MOST = 50.0
-LEVEL_TOLERANCE_MM = 1.0
+_LEVEL_TOLERANCE_MM = 1.0
 """A level so little beyond an end of the shape is meant to be that end."""
 
 
@@ -97,7 +97,7 @@ def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
     heights = in_limb_frame(limb, what)[:, 2]
     low, high = float(heights.min()), float(heights.max())
     levels = height_mm(limb, 0.0, edit.above, what) + np.array(edit.heights_mm)
-    near = (levels >= low - LEVEL_TOLERANCE_MM) & (levels <= high + LEVEL_TOLERANCE_MM)
+    near = (levels >= low - _LEVEL_TOLERANCE_MM) & (levels <= high + _LEVEL_TOLERANCE_MM)
     if not near.any() and not levels.min() < low < levels.max():
         nearest = levels.min() if levels.min() > high else levels.max()
         raise EditError(

@@ -12,19 +12,15 @@ from typing import Literal
 from limbgram.errors import EditError
 from limbgram.shape.edits.marking.places import displaced, height_mm, in_limb_frame
 from limbgram.shape.edits.offset import offset
-from limbgram.shape.edits.percent import (
-    LEVEL_TOLERANCE_MM,
-    Increase,
-    PerCentOf,
-    Reduction,
-    change_by_levels,
-)
+from limbgram.shape.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
 from limbgram.shape.limb import Limb
 
 LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
 PLY_VOLUME_PER_CENT = 1.1
 THICKEST_SOCK_MM = 20.0
 _MOST_PLIES = 20
+_MOST_LENGTHS = 2.0
+"""Of the shape, at which a taper may be full: a scan may be cut short of where it is meant."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +154,7 @@ def liner(limb: Limb, edit: Liner) -> Limb:
     if edit.proximal_mm is not None:
         high = height_mm(limb, edit.proximal_mm, edit.above, what)
         top = float(heights.max())
-        if not low < high <= top + LEVEL_TOLERANCE_MM:
+        if not low < high <= low + _MOST_LENGTHS * (top - low):
             raise EditError(
                 f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
                 f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "

@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.percent import Increase, Reduction, increase, reduction
-from limbgram.shape.edits.presets import Liner, Sock, SockPly, liner, sock, sock_ply
+from limbgram.shape.edits.presets import LINERS, Liner, Sock, SockPly, liner, sock, sock_ply
 from limbgram.shape.limb import Limb
 from limbgram.surface.topology import volume_mm3
 
@@ -96,13 +96,16 @@ def test_levels_beyond_the_ends_count_as_long_as_the_limb_lies_between(limb: Lim
     assert reduction(limb, Reduction(heights_mm=(160.5,), per_cent=(1,), of="girth"))
 
 
-@pytest.mark.parametrize("proximal_mm", [162.0, 1999.0])
-def test_a_liner_does_not_taper_to_a_height_that_the_limb_has_not(
+@pytest.mark.parametrize("proximal_mm", [330.0, 1999.0])
+def test_a_liner_does_not_taper_to_a_height_that_no_limb_cut_short_has(
     limb: Limb, proximal_mm: float
 ) -> None:
     with pytest.raises(EditError, match=r"to 160\.0 mm along the axis"):
         liner(limb, Liner(name="iceross-original", proximal_mm=proximal_mm))
-    assert liner(limb, Liner(name="iceross-original", proximal_mm=160.5))
+    tapered = liner(limb, Liner(name="iceross-original", share=1.0, proximal_mm=320.0))
+    heights, radii = radii_mm(tapered)
+    most = LINERS["iceross-original"].most_per_cent / 100
+    np.testing.assert_allclose(radii, 40 * (1 - most * heights / 320), rtol=1e-9)
 
 
 def test_a_limb_without_axis_is_refused(limb: Limb) -> None:
