@@ -31,10 +31,13 @@ def fill_holes(
     faces: Faces,
     holes: list[Int32[np.ndarray, " l"]],
     edge_mm: float | None = None,
+    *,
+    bent: bool = True,
 ) -> Mesh:
     """Close holes, each a loop along the half-edges of the faces round it; marks new vertices.
 
     edge_mm: length of the new edges; None: as long as the mesh's own.
+    bent: whether the filling goes on as the surface does; else it spans the hole, as over a drum.
     """
     neighbours = _neighbours(vertices, faces)
     small = [loop for loop in holes if len(loop) <= _SMALL]
@@ -50,7 +53,7 @@ def fill_holes(
     for _ in range(_BENDS):
         for _ in range(_ROUNDS):
             work = even_out(work, edge_mm or edge)
-        work = _bend(work, _STIFFNESS_EDGES * edge)
+        work = _bend(work, _STIFFNESS_EDGES * edge) if bent else _stretch(work)
     return _put_back(vertices, faces[away], work)
 
 
@@ -117,6 +120,19 @@ def _bend(work: Triangles, stiffness: float) -> Triangles:
     )
     plate = solver.solve(pull[:, None] * work.vertices)
     return work._replace(vertices=np.where(measured[:, None], work.vertices, plate))
+
+
+def _stretch(work: Triangles) -> Triangles:
+    """Let the vertices without a frozen face take the shape of a membrane held at the others."""
+    held = np.zeros(len(work.vertices), np.bool_)
+    held[work.faces[work.frozen]] = True
+    if held.all():
+        return work
+    laplacian, _ = _laplacian(work.vertices, work.faces)
+    rows = csc_array(laplacian[~held])
+    vertices = work.vertices.copy()
+    vertices[~held] = splu(rows[:, ~held]).solve(-(rows[:, held] @ vertices[held]))
+    return work._replace(vertices=vertices)
 
 
 def _laplacian(vertices: Points3, faces: Faces) -> tuple[csr_array, Float64[np.ndarray, " n"]]:

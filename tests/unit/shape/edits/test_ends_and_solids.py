@@ -117,6 +117,16 @@ def test_holes_are_filled_and_the_brim_only_if_asked(limb: Limb) -> None:
         fill(limb, Fill())
 
 
+def test_a_brim_is_closed_straight_across(limb: Limb) -> None:
+    cut = flare(limb, Flare(depth_mm=10, height_mm=30))
+    closed = fill(cut, Fill(brim=True))
+    assert not boundary_loops(closed.mesh.faces)
+    assert volume_mm3(closed.mesh) == pytest.approx(volume_mm3(cut.mesh), rel=1e-4)
+    lid = in_limb(closed)[len(cut.mesh) :]
+    assert len(lid) > 20
+    np.testing.assert_allclose(lid[:, 2], TOP_MM, atol=0.1)
+
+
 def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:
     """Closed, a lone triangle would lie there twice; a hole in another piece is still filled."""
     mesh, last = limb.mesh, len(limb.mesh)

@@ -25,10 +25,10 @@ _THINNEST_MM = 0.1
 """Nothing that is printed or laminated has a thinner wall."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
-
-
 _SHEET = 2.0
 """A piece with less area than so many of its opening's is flatter than half a ball."""
+Loop = Int32[np.ndarray, " l"]
+"""Vertices round an opening."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class Fill:
     """Close holes with surface that goes on as its surroundings do."""
 
     brim: bool = False
-    """Whether the open brim is closed too."""
+    """Whether the open brim is closed too, straight across where that folds nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,29 +106,45 @@ def fill(limb: Limb, edit: Fill) -> Limb:
     own = _of_scraps(mesh, holes)
     holes = [loop for loop, of_scrap in zip(holes, own, strict=True) if not of_scrap]
     if not holes:
-        brim = "" if openings.brim is None else " besides the brim (brim = true closes that)"
+        besides = "" if openings.brim is None else " besides the brim (brim = true closes that)"
         scraps = " but the edges of loose scraps of surface" if any(own) else ""
-        raise EditError(f"{what} found no hole{scraps}{brim}. Leave this edit out.")
+        raise EditError(f"{what} found no hole{scraps}{besides}. Leave this edit out.")
     whole = [loop for loop in holes if not _touches_itself(mesh, loop)]
     if not whole:
         raise EditError(
             f"{what} found only holes that touch themselves in a point, and none of them can be "
             "closed soundly. Cut that part off, or mend it in the program the shape comes from."
         )
-    left, holes = len(holes) - len(whole), whole
-    closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
-    first = len(mesh)
-    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
-        raise EditError(f"{what} would have moved what was measured.")
-    places = closed.vertices_mm[first:]
-    rim = np.concatenate(holes).astype(np.int64)
-    nearest = _nearest(mesh.vertices_mm[rim], places)
-    grown = with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+    brim = [loop for loop in whole if loop is openings.brim]
+    inner = whole[: len(whole) - len(brim)]
+    grown = _filled(mesh, inner, brim, bent=False)
+    domed = bool(brim) and bool(spoilt_vertices(mesh, grown).any())
+    if domed:
+        grown = _filled(mesh, inner, brim, bent=True)
     require_sound(what, mesh, grown)
-    if not left:
-        return limb.with_mesh(grown)
-    note = f"holes that touch themselves in a point, and were left open: {left}"
-    return replace(limb, mesh=grown, notes=(*limb.notes, note))
+    notes: list[str] = []
+    if len(whole) < len(holes):
+        left = len(holes) - len(whole)
+        notes.append(f"holes that touch themselves in a point, and were left open: {left}")
+    if domed:
+        notes.append(
+            "the brim was closed by a dome, which adds to the volume: straight across it, the lid "
+            "would have folded onto the surface there"
+        )
+    return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
+
+
+def _filled(mesh: Mesh, holes: list[Loop], brim: list[Loop], *, bent: bool) -> Mesh:
+    """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
+    first = len(mesh)
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
+    closed = fill_holes(closed.vertices_mm, closed.faces, brim, bent=bent)
+    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
+        raise EditError("The filling would have moved what was measured.")
+    places = closed.vertices_mm[first:]
+    rim = np.concatenate([*holes, *brim]).astype(np.int64)
+    nearest = _nearest(mesh.vertices_mm[rim], places)
+    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
 
 
 def wall(limb: Limb, edit: Wall) -> Limb:
@@ -234,11 +250,11 @@ def _twice(values: np.ndarray | None) -> np.ndarray | None:
     return None if values is None else np.concatenate([values, values])
 
 
-def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
+def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
     return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
-def _of_scraps(mesh: Mesh, loops: Sequence[Int32[np.ndarray, " l"]]) -> list[bool]:
+def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
     """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
     parts = face_components(mesh.faces)
     areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
