@@ -20,6 +20,7 @@ from limbgram.shape.edits.solids.making import (
     wall,
 )
 from limbgram.shape.limb import Limb
+from limbgram.surface.mesh import Mesh
 from limbgram.surface.topology import boundary_loops, volume_mm3, with_faces
 
 RADIUS_MM, TOP_MM, SPOKES = 40.0, 160.0, 72
@@ -125,6 +126,25 @@ def test_a_brim_is_closed_straight_across(limb: Limb) -> None:
     lid = in_limb(closed)[len(cut.mesh) :]
     assert len(lid) > 20
     np.testing.assert_allclose(lid[:, 2], TOP_MM, atol=0.1)
+
+
+def test_a_brim_turned_over_is_closed_by_a_dome_and_said_so(limb: Limb) -> None:
+    mesh = limb.mesh
+    (loop,) = boundary_loops(mesh.faces)
+    ahead, count = np.roll(loop, -1), len(mesh)
+    out = count + np.arange(len(loop), dtype=np.int32)
+    onward = np.roll(out, -1)
+    flange = np.concatenate(
+        [np.column_stack([ahead, loop, out]), np.column_stack([ahead, out, onward])]
+    )
+    wide = in_limb(limb)[loop] * np.array([1.25, 1.25, 1.0])
+    assert limb.frame is not None
+    places = np.concatenate([mesh.vertices_mm, limb.frame.limb_from_mesh.inverse.apply(wide)])
+    hat = limb.with_mesh(Mesh(vertices_mm=places, faces=np.concatenate([mesh.faces, flange])))
+    closed = fill(hat, Fill(brim=True))
+    assert not boundary_loops(closed.mesh.faces)
+    assert any("dome" in note for note in closed.notes)
+    assert volume_mm3(closed.mesh) > 1.02 * volume_mm3(hat.mesh)
 
 
 def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:

@@ -95,37 +95,15 @@ def fill(limb: Limb, edit: Fill) -> Limb:
         EditError: there is none that can be filled.
     """
     what = "The filling"
-    mesh = limb.mesh
-    upright = mesh.vertices_mm
-    if limb.frame is not None:
-        upright = moved_by(limb.frame.limb_from_mesh, upright)
-    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
-    holes = openings.holes
-    if edit.brim and openings.brim is not None:
-        holes = [*holes, openings.brim]
-    own = _of_scraps(mesh, holes)
-    holes = [loop for loop, of_scrap in zip(holes, own, strict=True) if not of_scrap]
-    if not holes:
-        besides = "" if openings.brim is None else " besides the brim (brim = true closes that)"
-        scraps = " but the edges of loose scraps of surface" if any(own) else ""
-        raise EditError(f"{what} found no hole{scraps}{besides}. Leave this edit out.")
-    whole = [loop for loop in holes if not _touches_itself(mesh, loop)]
-    if not whole:
-        raise EditError(
-            f"{what} found only holes that touch themselves in a point, and none of them can be "
-            "closed soundly. Cut that part off, or mend it in the program the shape comes from."
-        )
-    brim = [loop for loop in whole if loop is openings.brim]
-    inner = whole[: len(whole) - len(brim)]
-    grown = _filled(mesh, inner, brim, bent=False)
-    domed = bool(brim) and bool(spoilt_vertices(mesh, grown).any())
+    found = _to_fill(limb, edit, what)
+    grown = _filled(limb.mesh, found, bent=False)
+    domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
     if domed:
-        grown = _filled(mesh, inner, brim, bent=True)
-    require_sound(what, mesh, grown)
+        grown = _filled(limb.mesh, found, bent=True)
+    require_sound(what, limb.mesh, grown)
     notes: list[str] = []
-    if len(whole) < len(holes):
-        left = len(holes) - len(whole)
-        notes.append(f"holes that touch themselves in a point, and were left open: {left}")
+    if found.left:
+        notes.append(f"holes that touch themselves in a point, and were left open: {found.left}")
     if domed:
         notes.append(
             "the brim was closed by a dome, which adds to the volume: straight across it, the lid "
@@ -134,15 +112,53 @@ def fill(limb: Limb, edit: Fill) -> Limb:
     return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
 
 
-def _filled(mesh: Mesh, holes: list[Loop], brim: list[Loop], *, bent: bool) -> Mesh:
+@dataclass(frozen=True)
+class _ToFill:
+    """Openings that can be closed."""
+
+    holes: list[Loop]
+    brim: list[Loop]
+    """The brim, if it is to be closed too."""
+    left: int
+    """Holes that cannot."""
+
+
+def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
+    mesh = limb.mesh
+    upright = mesh.vertices_mm
+    if limb.frame is not None:
+        upright = moved_by(limb.frame.limb_from_mesh, upright)
+    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    brim = [openings.brim] if edit.brim and openings.brim is not None else []
+    loops = [*openings.holes, *brim]
+    own = _of_scraps(mesh, loops)
+    loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
+    if not loops:
+        besides = "" if openings.brim is None else " besides the brim (brim = true closes that)"
+        scraps = " but the edges of loose scraps of surface" if any(own) else ""
+        raise EditError(f"{what} found no hole{scraps}{besides}. Leave this edit out.")
+    whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
+    if not whole:
+        raise EditError(
+            f"{what} found only holes that touch themselves in a point, and none of them can be "
+            "closed soundly. Cut that part off, or mend it in the program the shape comes from."
+        )
+    return _ToFill(
+        holes=[loop for loop in whole if loop is not openings.brim],
+        brim=[loop for loop in whole if loop is openings.brim],
+        left=len(loops) - len(whole),
+    )
+
+
+def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
     """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
     first = len(mesh)
-    closed = fill_holes(mesh.vertices_mm, mesh.faces, holes)
-    closed = fill_holes(closed.vertices_mm, closed.faces, brim, bent=bent)
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, found.holes)
+    closed = fill_holes(closed.vertices_mm, closed.faces, found.brim, bent=bent)
     if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
         raise EditError("The filling would have moved what was measured.")
     places = closed.vertices_mm[first:]
-    rim = np.concatenate([*holes, *brim]).astype(np.int64)
+    rim = np.concatenate([*found.holes, *found.brim]).astype(np.int64)
     nearest = _nearest(mesh.vertices_mm[rim], places)
     return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
 
