@@ -48,10 +48,17 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
             )
 
 
-def spoilt_vertices(before: Mesh, after: Mesh) -> Bool[np.ndarray, " n"]:
-    """Vertices after an edit of triangles for which `require_sound` would refuse it."""
+def spoilt_vertices(
+    before: Mesh, after: Mesh, watched: Bool[np.ndarray, " n"] | None = None
+) -> Bool[np.ndarray, " n"]:
+    """Vertices after an edit of triangles for which `require_sound` would refuse it.
+
+    watched: only triangles with one of these vertices after the edit are looked at; None: all.
+    """
     spoilt = np.zeros(len(after), np.bool_)
     moved = _moved_faces(before, after)
+    if watched is not None:
+        moved &= watched[after.faces].any(1)
     for _, find in _FINDERS:
         spoilt[after.faces[_added(before, after, find, moved)]] = True
     return spoilt

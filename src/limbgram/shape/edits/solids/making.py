@@ -182,15 +182,17 @@ def wall(limb: Limb, edit: Wall) -> Limb:
         )
     ease = np.zeros(len(mesh), np.bool_)
     solid = _solid(mesh, border, edit, ease)
+    spoilt = spoilt_vertices(mesh, solid)
     for _ in range(_RETRIES):
-        spoilt = spoilt_vertices(mesh, solid)
         if not spoilt.any():
             return limb.with_mesh(solid)
         # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
         ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
         for _ in range(2):
             ease[mesh.faces[ease[mesh.faces].any(1)]] = True
-        solid = _solid(mesh, border, edit, ease)
+        last, solid = solid, _solid(mesh, border, edit, ease)
+        changed = (solid.vertices_mm != last.vertices_mm).any(1)
+        spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
     require_sound(what, mesh, solid)
     return limb.with_mesh(solid)
 
