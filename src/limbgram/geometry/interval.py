@@ -1,0 +1,54 @@
+"""Intervals: how far a true value may lie from a stated one, and how a ± is written.
+
+What a person reads first, on the terminal, a page, a record or a PDF, is one thing everywhere: ± is
+the interval that holds in 95 of 100, "± b" where both sides are alike and "+a / -b" where they are
+not. One standard deviation (sigma) is written by its name alone, in JSON, in the library and under
+headings for experts. A text with a ± says `HOLDS` once.
+"""
+
+import math
+from dataclasses import dataclass
+
+COVER = 1.96
+"""Standard deviations to either side that hold 95 of 100 Gaussian errors."""
+HOLDS = "± holds in 95 of 100"
+"""What a page or print with a ± says once."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """How far the true value may lie below and above the stated one, in 95 of 100 cases."""
+
+    below: float
+    above: float
+
+    @classmethod
+    def of_sigma(cls, sigma: float) -> "Interval":
+        """Both sides alike, from one standard deviation."""
+        return cls(COVER * sigma, COVER * sigma)
+
+    def over(self, unit: float) -> "Interval":
+        """The same in a unit that is so many times as large."""
+        return Interval(self.below / unit, self.above / unit)
+
+
+def plus_minus(interval: Interval | None, decimals: int) -> str:
+    """Write "± 0.25", or "+0.40 / -0.12"; nothing where the interval is not known.
+
+    A side keeps one digit at least: what is smaller than the decimals is not written as nothing.
+
+    >>> plus_minus(Interval.of_sigma(0.5), 2)
+    '± 0.98'
+    >>> plus_minus(Interval(0.12, 0.4), 2)
+    '+0.40 / -0.12'
+    """
+    if interval is None:
+        return ""
+    above, below = _side(interval.above, decimals), _side(interval.below, decimals)
+    return f"± {above}" if above == below else f"+{above} / -{below}"
+
+
+def _side(width: float, decimals: int) -> str:
+    if 0 < width < 0.5 * 10.0**-decimals:
+        decimals = min(-math.floor(math.log10(width)), 9)
+    return f"{width:.{decimals}f}"
