@@ -49,7 +49,7 @@ def run(*arguments: str, threads: str | None = None) -> subprocess.CompletedProc
     told = {} if threads is None else {"NUMBA_NUM_THREADS": threads}
     kept = {name: value for name, value in os.environ.items() if name != _NO_BYTECODE}
     return subprocess.run(
-        [sys.executable, "-c", "from limbgram.cli.main import app; app()", *arguments],
+        [sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()", *arguments],
         env={**kept, **told},
         capture_output=True,
         text=True,

@@ -27,6 +27,10 @@ S = TypeVar("S")
 _STATM = Path("/proc/self/statm")
 _WATCH_STEP_S = 0.05
 
+NEUTRAL_FOLDER = Path(os.__file__).parent
+"""Where to be while libraries are imported: several read settings from the current folder
+(`matplotlibrc`, `.numba_config.yaml`), which may be a folder of files from anywhere."""
+
 Listener = Callable[[str, int, int], None]
 """Called with the stage's name, steps done and steps in all."""
 

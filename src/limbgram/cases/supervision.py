@@ -21,6 +21,7 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job, job_tree
 from limbgram.cases.worker import GRACE_S
 from limbgram.errors import Cancelled, CaseError, LimbgramError
+from limbgram.run import NEUTRAL_FOLDER
 
 Event = dict[str, Any]
 _POLL_S = 0.2
@@ -46,7 +47,8 @@ class Supervision:
 
     job: Job
     listener: Callable[[Event], None]
-    command: tuple[str, ...] = (sys.executable, "-m", "limbgram.cases.worker")
+    command: tuple[str, ...] = (sys.executable, "-P", "-m", "limbgram.cases.worker")
+    """With -P the current folder, which may hold anything, is not searched for modules."""
     grace_s: float = GRACE_S
     _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
     _stage: str = "start"
@@ -72,7 +74,9 @@ class Supervision:
                 ) from None
             finally:
                 process.kill()
-        return self._answer(last, code, case)
+        if code != _announced(last):
+            raise JobDied(_how_it_died(self._stage, code, case.log, last))
+        return _answer(last)
 
     def _start(self, log: IO[bytes]) -> "subprocess.Popen[bytes]":
         """The process gets no Ctrl-C of its own: we tell it to stop."""
@@ -82,7 +86,8 @@ class Supervision:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=log,
-            env=_MEMORY | dict(os.environ),
+            cwd=NEUTRAL_FOLDER,
+            env=_environment(),
             start_new_session=sys.platform != "win32",
             creationflags=new_group,
         )
@@ -125,16 +130,35 @@ class Supervision:
         except (subprocess.TimeoutExpired, KeyboardInterrupt, BrokenPipeError):
             process.kill()
 
-    def _answer(self, last: Event, code: int, case: CaseFolder) -> Path:
-        match last:
-            case {"event": "finished", "summary": str(summary)}:
-                return Path(summary)
-            case {"event": "refused", "kind": str(kind), "message": str(message)}:
-                raise getattr(errors, kind, LimbgramError)(message)
-            case {"event": "bug", "traceback": str(text)}:
-                raise JobBug(text)
-            case _:
-                raise JobDied(_how_it_died(self._stage, code, case.log))
+
+def _environment() -> dict[str, str]:
+    """Ours, with modules looked for where we looked: never in the folder we were started in."""
+    given = os.environ.get("PYTHONPATH", "")
+    places = [str(Path(place).absolute()) for place in given.split(os.pathsep) if place]
+    return _MEMORY | dict(os.environ) | {"PYTHONPATH": os.pathsep.join(places)}
+
+
+def _announced(last: Event) -> int | None:
+    """The exit code with which the process ends after its answer; None: it gave no answer."""
+    match last:
+        case {"event": "finished"}:
+            return 0
+        case {"event": "refused", "kind": str(kind)}:
+            return getattr(errors, kind, LimbgramError).exit_code
+        case {"event": "bug"}:
+            return 1
+        case _:
+            return None
+
+
+def _answer(last: Event) -> Path:
+    match last:
+        case {"event": "finished", "summary": str(summary)}:
+            return Path(summary)
+        case {"event": "refused", "kind": str(kind), "message": str(message)}:
+            raise getattr(errors, kind, LimbgramError)(message)
+        case _:
+            raise JobBug(str(last.get("traceback")))
 
 
 def _log(case: CaseFolder) -> IO[bytes]:
@@ -148,17 +172,23 @@ def _log(case: CaseFolder) -> IO[bytes]:
         ) from error
 
 
-def _how_it_died(stage: str, code: int, log: Path) -> str:
-    if code == -getattr(signal, "SIGKILL", 9):
+def _how_it_died(stage: str, code: int, log: Path, last: Event) -> str:
+    answered = _announced(last) is not None
+    if code == -getattr(signal, "SIGKILL", 9) and not answered:
         return (
             f"The system ended the program during '{stage}', probably because memory ran out. "
             "Close other programs, or use fewer or smaller photos, and run the same command "
             "again: finished stages are kept."
         )
     how = f"by {signal.Signals(-code).name}" if code < 0 else f"with code {code}"
+    when = (
+        f"after '{stage}', though it had already said: {last.get('message') or last['event']}"
+        if answered
+        else f"during '{stage}', without an answer of its own"
+    )
     tail = log.read_text("utf-8", errors="replace").strip().splitlines()[-5:]
     return (
-        f"The program ended {how} during '{stage}', without an answer of its own. Finished stages "
-        f"are kept: run the same command again. If it ends there again, report it with {log}"
+        f"The program ended {how} {when}. Finished stages are kept: run the same command again. "
+        f"If it ends there again, report it with {log}"
         + (", whose last lines are:\n" + "\n".join(tail) if tail else ".")
     )

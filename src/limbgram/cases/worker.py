@@ -3,7 +3,7 @@
 In      the job as one JSON line on standard input; when standard input ends, the job stops at
         its next step, and if that takes too long the process ends itself.
 Out     one JSON line an event: stage, progress, and one of finished, refused, bug.
-Runs as `python -m limbgram.cases.worker CASE`.
+Runs as `python -P -m limbgram.cases.worker CASE`.
 """
 
 import json
@@ -55,8 +55,8 @@ class Events:
         self.send("progress", stage=stage, done=done, total=total)
 
 
-def work(job: Job, events: Events, stop: IO[bytes]) -> int:
-    """Do the job; the exit code says how it went."""
+def work(job: Job, events: Events, stop: int) -> int:
+    """Do the job, until the descriptor `stop` comes to its end; the exit code says how it went."""
     case = CaseFolder(job.case)
     run = KeepingRun(case=case, listener=events.progress)
     events.on_lost = run.cancel
@@ -85,8 +85,10 @@ def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
     return 0
 
 
-def _wait_for_stop(stop: IO[bytes], run: KeepingRun) -> None:
-    while stop.read(1):
+def _wait_for_stop(stop: int, run: KeepingRun) -> None:
+    # Not by a file object: a thread that reads one holds its lock, and the interpreter, which
+    # takes that lock when it ends, aborts if it cannot have it.
+    while os.read(stop, 1):
         pass
     run.cancel()
     time.sleep(GRACE_S)
@@ -101,7 +103,7 @@ def main() -> int:
         line = sys.stdin.buffer.readline().decode()
         if not line:
             return Cancelled.exit_code
-        return work(read_job(json.loads(line), Path.cwd()), Events(file), sys.stdin.buffer)
+        return work(read_job(json.loads(line), Path.cwd()), Events(file), sys.stdin.fileno())
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import chdir
 from importlib import import_module
 from types import ModuleType
 from typing import Any, cast
@@ -16,6 +17,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from limbgram.cli.replies import refuse_in_json
+from limbgram.run import NEUTRAL_FOLDER
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -150,13 +152,17 @@ def loaded(name: str) -> Any:
 
 
 def _imported(module: str) -> ModuleType:
-    """A module; no search for garbage on the way, nor of it at the end: a sixth of the start."""
+    """A module, imported away from the user's files.
+
+    No search for garbage on the way, nor of it at the end: a sixth of the start.
+    """
     if module in sys.modules:
         return sys.modules[module]
     searching = gc.isenabled()
     gc.disable()
     try:
-        return import_module(module)
+        with chdir(NEUTRAL_FOLDER):
+            return import_module(module)
     finally:
         gc.freeze()
         if searching:

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
+import limbgram
 from limbgram.cases.job import Job
 from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
-from limbgram.errors import Cancelled, CaseError, ScaleError
+from limbgram.errors import Cancelled, CaseError, PhotoError, ScaleError
 
 HEAD = """
 import json, os, sys, time
@@ -74,6 +75,63 @@ def test_a_kill_is_explained_by_memory(tmp_path: Path) -> None:
 def test_ending_without_an_answer_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(JobDied, match="with code 7"):
         supervised(tmp_path, "sys.exit(7)")[0].wait()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals end processes on POSIX only")
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ('event="finished", summary="s.json"', "finished"),
+        ('event="refused", kind="ScaleError", message="No board."', r"No board\."),
+    ],
+)
+def test_a_process_that_dies_after_its_answer_is_not_believed(
+    answer: str, said: str, tmp_path: Path
+) -> None:
+    body = f"send({answer}); os.abort()"
+    with pytest.raises(JobDied, match=rf"SIGABRT after 'place', though it had .* {said}"):
+        supervised(tmp_path, body)[0].wait()
+
+
+REAL = """
+import sys
+from limbgram.cases import worker
+worker.do = lambda job, run: run.case.summary.write_text("{}")
+worker.write_record = lambda *args, **more: None
+sys.exit(worker.main())
+"""
+
+
+def test_the_real_worker_ends_in_silence_every_time(tmp_path: Path) -> None:
+    script = tmp_path / "child.py"
+    script.write_text(REAL, "utf-8")
+    job = Job(case=tmp_path / "case", sources=(tmp_path,))
+    for _ in range(4):
+        supervision = Supervision(job, lambda _event: None, (sys.executable, str(script)))
+        assert supervision.wait() == tmp_path / "case" / "summary.json"
+    assert (tmp_path / "case" / "log.txt").read_bytes() == b""
+
+
+PLANTED = ("queue", "json", "numpy", "limbgram", "platform", "typer")
+
+
+def test_code_and_settings_in_the_current_folder_are_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    ran = tmp_path / "ran"
+    for name in PLANTED:
+        (photos / f"{name}.py").write_text(f"open({str(ran)!r}, 'a').write('{name} ')\n", "utf-8")
+    (photos / "matplotlibrc").write_text("no setting: at all\n", "utf-8")
+    (photos / ".numba_config.yaml").write_text("disable_jit: 1\n", "utf-8")
+    monkeypatch.chdir(photos)
+    sources = str(Path(limbgram.__file__).parents[1])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(("", sources)))  # "" is the current folder
+    with pytest.raises(PhotoError):
+        Supervision(Job(case=tmp_path / "case", sources=(Path(),)), lambda _event: None).wait()
+    assert not ran.exists(), ran.read_text("utf-8")
+    assert (tmp_path / "case" / "log.txt").read_bytes() == b""
 
 
 @pytest.fixture

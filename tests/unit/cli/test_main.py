@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -94,3 +95,25 @@ print(os.environ["OPENBLAS_NUM_THREADS"])
         [sys.executable, "-c", asked], check=True, capture_output=True, text=True, env=around
     )
     assert told.stdout.split() == [kept]
+
+
+def test_settings_in_the_current_folder_are_left_alone(tmp_path: Path) -> None:
+    asked = """
+import warnings
+warnings.simplefilter("error")
+from limbgram.cli.main import loaded
+loaded("reconstruct")
+import matplotlib, os
+print(matplotlib.rcParams["savefig.dpi"], os.getcwd())
+"""
+    (tmp_path / "matplotlibrc").write_text("savefig.dpi: 7\nno setting: at all\n", "utf-8")
+    (tmp_path / ".numba_config.yaml").write_text("disable_jit: 1\n", "utf-8")
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", asked],
+        check=True,
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+    )
+    assert told.stdout.split() == ["figure", str(tmp_path)]
+    assert not told.stderr
