@@ -54,8 +54,8 @@ SHAPES = {
 }
 """Millimetres in one unit of each file."""
 EDITS = {
-    "relief": ["at=tibial tubercle", "depth_mm=4", "falloff_mm=20"],
-    "build-up": ["at=fibula head", "depth_mm=4", "falloff_mm=20"],
+    "load": ["at=tibial tubercle", "depth_mm=4", "falloff_mm=20"],
+    "relieve": ["at=fibula head", "depth_mm=4", "falloff_mm=20"],
     "reduction": ["heights_mm=[30,150]", "per_cent=[1,3]", "of=girth"],
     "offset": ["distance_mm=1"],
     "smoothing": ["passes=20"],
@@ -190,7 +190,7 @@ def replays(scan: Path, work: Path) -> Iterator[str]:
     done(*aligning(scan, mesh))
     recipe = str(work / f"{scan.stem}-several.toml")
     done("edit", "new", recipe, "--for", str(scan))
-    for kind in ("smoothing", "reduction", "relief"):
+    for kind in ("smoothing", "reduction", "load"):
         done("edit", "add", recipe, kind, *EDITS[kind])
     hashes: Rows = []
     for number, threads in enumerate(("1", "2", "2"), 1):

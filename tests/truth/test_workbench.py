@@ -39,11 +39,11 @@ PLACES = {
     OWN_LANDMARK: (40, 0.6),
 }
 """Degrees from anterior towards lateral, and share of the height from the cut."""
-RELIEF_MM, REDUCED = 5.0, 0.03
+LOAD_MM, REDUCED = 5.0, 0.03
 EDITS = (
-    f'relief at="patellar tendon" depth_mm={RELIEF_MM} falloff_mm=25',
-    'build-up at="popliteal crease" depth_mm=4 falloff_mm=40',
-    f'build-up at="{OWN_LANDMARK}" depth_mm=2 falloff_mm=25',
+    f'load at="patellar tendon" depth_mm={LOAD_MM} falloff_mm=25',
+    'relieve at="popliteal crease" depth_mm=4 falloff_mm=40',
+    f'relieve at="{OWN_LANDMARK}" depth_mm=2 falloff_mm=25',
     f"reduction heights_mm=[20,140] per_cent=[{100 * REDUCED:g},0] of=girth",
     "smoothing passes=3",
 )
@@ -173,7 +173,7 @@ def test_the_ledger_is_what_happened(bench: Bench, ledger: list[dict[str, Any]])
     assert first == pytest.approx(volume_ml(bench.scan))
     assert last == pytest.approx(volume_ml(bench.rectified), rel=1e-7)
     assert [line["after"] for line in ledger[:-1]] == [line["before"] for line in ledger[1:]]
-    assert ledger[0]["displacement"]["largest_mm"] == pytest.approx(-RELIEF_MM, abs=0.05)
+    assert ledger[0]["displacement"]["largest_mm"] == pytest.approx(-LOAD_MM, abs=0.05)
     assert ledger[1]["displacement"]["largest_mm"] == pytest.approx(4.0, abs=0.05)
     smoothed = ledger[-1]["after"]["volume_ml"] / ledger[-1]["before"]["volume_ml"] - 1
     assert abs(smoothed) < 5e-4
@@ -190,7 +190,7 @@ def test_the_comparison_finds_the_edits(bench: Bench, ledger: list[dict[str, Any
     assert girths[20.0] == pytest.approx(-REDUCED, abs=4e-3)
     assert girths[80.0] == pytest.approx(-REDUCED / 2, abs=4e-3)
     assert abs(girths[240.0]) < 2e-3
-    assert found["surface"]["on_first"]["largest_mm"] == pytest.approx(RELIEF_MM, abs=0.3)
+    assert found["surface"]["on_first"]["largest_mm"] == pytest.approx(LOAD_MM, abs=0.3)
 
 
 def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
@@ -290,7 +290,7 @@ def test_a_recipe_that_did_not_make_the_shape_is_found_out(
         for path in (bench.rectified, bench.scan)
     ]
     done = replayed_on(RecipeSource(recipe=recipe, sha256="0" * 64), *shapes)
-    assert done.apart_mm == pytest.approx(RELIEF_MM, rel=0.1)
+    assert done.apart_mm == pytest.approx(LOAD_MM, rel=0.1)
     tree = {**record, "recipe": {**record["recipe"], "apart_mm": done.apart_mm}}
     grave = [one for one in findings(tree, measure(shapes[0].limb)) if one.gravity == "serious"]
     assert [found.topic for found in grave] == ["recipe"]

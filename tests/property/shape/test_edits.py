@@ -13,7 +13,7 @@ from limbgram.shape.edits.ends.brim import Extension, Flare
 from limbgram.shape.edits.ends.distal import DistalEnd
 from limbgram.shape.edits.percent import Increase, Reduction
 from limbgram.shape.edits.presets import Liner, Sock, SockPly
-from limbgram.shape.edits.regional import BuildUp, Relief
+from limbgram.shape.edits.regional import Load, Relieve
 from limbgram.shape.edits.smoothing import Smoothing
 from limbgram.shape.edits.solids.making import Fill, Mirror, Offset, Wall
 from limbgram.shape.limb import Limb, LimbFrame
@@ -96,8 +96,8 @@ levels = {"heights_mm": st.just((10.0, 90.0)), "of": st.sampled_from(["girth", "
 per_cent = st.tuples(st.floats(0, 10), st.floats(0, 10))
 names = st.sampled_from(["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"])
 EDIT = st.one_of(
-    st.builds(BuildUp, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
-    st.builds(Relief, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
+    st.builds(Relieve, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
+    st.builds(Load, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
     st.builds(Reduction, per_cent=per_cent, **levels),
     st.builds(Increase, per_cent=per_cent, **levels),
     st.builds(Liner, name=names, share=st.floats(0, 1)),
@@ -150,8 +150,8 @@ def test_manifold_in_manifold_out(seed: int, edit: Edit) -> None:
 @pytest.mark.parametrize(
     "edit",
     [
-        BuildUp(at=place(1, 60), depth_mm=5, falloff_mm=20),
-        Relief(within=tuple(place(0.4 * np.cos(a), 60 + 12 * np.sin(a)) for a in range(6)),
+        Relieve(at=place(1, 60), depth_mm=5, falloff_mm=20),
+        Load(within=tuple(place(0.4 * np.cos(a), 60 + 12 * np.sin(a)) for a in range(6)),
                depth_mm=4, falloff_mm=10),
         Offset(distance_mm=-2),
         Trimline(through=tuple(place(a, 70 + 10 * float(np.cos(2 * a))) for a in range(6))),

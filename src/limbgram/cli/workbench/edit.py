@@ -45,15 +45,15 @@ The scan itself is never changed: `apply` does the recipe's edits to it and writ
 the same bytes each time. Every edit reports volume, girths and displacement.
 
 1. `limbgram edit new first.toml --for scan.ply`
-2. `limbgram edit add first.toml relief at="patellar tendon" depth_mm=5 falloff_mm=18`
+2. `limbgram edit add first.toml load at="patellar tendon" depth_mm=5 falloff_mm=18`
 3. `limbgram edit add first.toml reduction "heights_mm=[30,200]" "per_cent=[0,4]" of=girth`
 4. `limbgram edit apply scan.ply first.toml -o rectified.ply`
 
 Change your mind by `undo`, `move`, `off`, `on` and `remove`, or in any text editor. `kinds` lists
 the edits there are, `kinds NAME` the parameters of one.
 
-On the shape itself a **build-up** goes outwards and a **relief** inwards; a socket made over it
-has it the other way round. Places are landmarks by name, or [x,y,z] in mm in the limb's frame
+The shape is a positive: **relieve** builds it up, outwards, and gives room; **load** carves it in,
+inwards, and gives pressure. Places are landmarks by name, or [x,y,z] in mm in the limb's frame
 (origin distal, +Z proximal, +Y anterior, +X the patient's right), or in the mesh's own with
 positions_in=mesh. An edit that would fold the surface or push it through itself is refused.
 """
@@ -91,14 +91,14 @@ def apply_command(
     done = bool(replayed.ledger.lines)
     return Reply(
         (
-            *(f"Note: {note}." for note in replayed.limb.notes),
+            *(f"Note: {note}." for note in (*made.notes, *replayed.limb.notes)),
             *(lines_of(replayed.ledger) if done else (_NOTHING_DONE,)),
             f"Written: {written}",
         ),
         {
             "recipe": made.name,
             "ledger": asdict(replayed.ledger),
-            "notes": [*replayed.limb.notes, *(() if done else (_NOTHING_DONE,))],
+            "notes": [*made.notes, *replayed.limb.notes, *(() if done else (_NOTHING_DONE,))],
             "written": str(written),
         },
     )
@@ -195,8 +195,13 @@ def diff_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Say what changed from one recipe to another."""
-    lines = differences(read_recipe(old), read_recipe(new))
-    return Reply(lines or ("The recipes do the same.",), {"changes": list(lines)})
+    recipes = read_recipe(old), read_recipe(new)
+    lines = differences(*recipes)
+    notes = tuple(f"Note: {note}." for recipe in recipes for note in recipe.notes)
+    return Reply(
+        (*notes, *(lines or ("The recipes do the same.",))),
+        {"changes": list(lines), "notes": [note for recipe in recipes for note in recipe.notes]},
+    )
 
 
 @answered
@@ -241,12 +246,13 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 
 def _shown(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
-    lines = [f'Recipe "{recipe.name}", {len(listed)} edits']
+    lines = [f"Note: {note}." for note in recipe.notes]
+    lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [
         {"edit": text, "on": entry.on} for text, entry in zip(listed, recipe.entries, strict=True)
     ]
-    return Reply(tuple(lines), {"name": recipe.name, "edits": entries})
+    return Reply(tuple(lines), {"name": recipe.name, "edits": entries, "notes": list(recipe.notes)})
 
 
 def _parameter(text: str) -> tuple[str, Any]:

@@ -119,7 +119,8 @@ def apply_command(
     return Reply(
         (
             f"{known.name} applied at {strength:.0%}: the surface moved by {moved.min():+.1f} to "
-            f"{moved.max():+.1f} mm, the volume by {change_ml:+.1f} mL ({share:+.1%}).",
+            f"{moved.max():+.1f} mm (+ room, - pressure), the volume by {change_ml:+.1f} mL "
+            f"({share:+.1%}).",
             *(f"Note: {note}" for note in notes),
             f"Written: {written}",
         ),
@@ -181,7 +182,7 @@ def _lines(template: Template) -> Sequence[str]:
         else "one pair tells no spread: learn from three or more"
     )
     return (
-        f"{template.name}: {moved.min():+.1f} to {moved.max():+.1f} mm along the normal on "
+        f"{template.name}: {moved.min():+.1f} to {moved.max():+.1f} mm (+ room, - pressure) on "
         f"{share:.0%} of the surface, from {count}; {told}.",
         f"Heights count from the rounded end (0) to {template.reference} (1).",
         *(

@@ -63,7 +63,7 @@ def difference_pictures(comparison: Comparison) -> Drawing:
         upper,
         away,
         edges,
-        "difference, mm: red where the second lies outside, blue inside",
+        "mm: red, the second lies outside (of positives: room); blue, inside (pressure)",
     )
     _row(lower, of_angles, anatomical)
     _bar(lower, angles, _ANGLES_DEG, "surface-normal-angle error, degrees")

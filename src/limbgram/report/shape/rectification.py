@@ -17,7 +17,14 @@ def unrolled(template: Template) -> Drawing:
     left, right = (plain(axes) for axes in figure.subplots(1, 2))
     moved, spread = template.displacement_mm, template.spread_mm
     reach = max(float(np.abs(moved).max(initial=0.0)), _LEAST_MM)
-    _map(left, template, moved, Normalize(-reach, reach), "RdBu_r", "displacement, mm")
+    _map(
+        left,
+        template,
+        moved,
+        Normalize(-reach, reach),
+        "RdBu_r",
+        "mm: + outward (room), - inward (pressure)",
+    )
     if np.isfinite(spread).any():
         most = max(float(np.nanmax(spread)), 1e-3)
         _map(right, template, spread, Normalize(0.0, most), "YlOrRd", "spread between pairs, mm")
@@ -28,7 +35,8 @@ def unrolled(template: Template) -> Drawing:
     return Drawing(
         figure,
         f"{template.name}: pairs {template.pairs}, {moved.min():+.1f} to {moved.max():+.1f} "
-        f"mm along the normal, red outwards; {share:.0%} of the surface is changed.",
+        f"mm along the normal, red outward (room), blue inward (pressure); {share:.0%} of the "
+        "surface is changed.",
     )
 
 

@@ -1,6 +1,6 @@
 """Editing: every edit there is, and the one function that does any of them.
 
-Edits stand in a recipe under the name of their class in small letters: BuildUp is "build-up".
+Edits stand in a recipe under the name of their class in small letters: PlaneCut is "plane-cut".
 """
 
 import re
@@ -38,7 +38,15 @@ from limbgram.shape.edits.presets import (
     sock,
     sock_ply,
 )
-from limbgram.shape.edits.regional import BuildUp, Relief, build_up, relief, require_area
+from limbgram.shape.edits.regional import (
+    LOADING,
+    RELIEVING,
+    Load,
+    Relieve,
+    load,
+    relieve,
+    require_area,
+)
 from limbgram.shape.edits.smoothing import Smoothing, require_amounts, smoothing
 from limbgram.shape.edits.solids.making import (
     Fill,
@@ -58,8 +66,8 @@ _LONGEST_MM = 2000.0
 
 Edit = (
     Sock
-    | BuildUp
-    | Relief
+    | Relieve
+    | Load
     | Reduction
     | Increase
     | Liner
@@ -99,8 +107,10 @@ def require_sense(edit: Edit) -> None:
                 "millimetres."
             )
     match edit:
-        case BuildUp() | Relief():
-            require_area(edit, f"The {name_of(type(edit))}")
+        case Relieve():
+            require_area(edit, RELIEVING)
+        case Load():
+            require_area(edit, LOADING)
         case Reduction() | Increase():
             require_levels(edit, f"The {name_of(type(edit))}")
         case Sock():
@@ -146,10 +156,10 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
     match edit:
         case Sock():
             return sock(limb, edit)
-        case BuildUp():
-            return build_up(limb, edit)
-        case Relief():
-            return relief(limb, edit)
+        case Relieve():
+            return relieve(limb, edit)
+        case Load():
+            return load(limb, edit)
         case Reduction():
             return reduction(limb, edit)
         case Increase():

@@ -1,7 +1,11 @@
-"""Regional edits: the surface built up or taken back over an area, fading towards its edge.
+"""Regional edits: an area relieved or loaded, fading towards its edge.
 
-On the shape itself a build-up goes outwards and a relief inwards. A socket made over the shape
-has it the other way round: the build-up gives room there, the relief gives load.
+The shape is a positive. To relieve a place is to build it up, outwards: what is made over the shape
+has room there. To load a place is to carve it in: what is made over the shape presses there. In the
+words of J. Zettl and J. Traub (Artificial Limbs 15(1), 1971): the positive is modified "to relieve
+pressure-sensitive areas by the addition of build-ups, and to increase the pressure to the
+pressure-tolerant areas by the judicious removal of small amounts of plaster". The noun "relief",
+by which this program once called the carving, is no edit any more.
 """
 
 from dataclasses import dataclass
@@ -29,11 +33,13 @@ from limbgram.surface.mesh import Mesh
 _FINENESS = 8.0
 """Edges along the falloff, at least."""
 _FINEST_MM = 0.4
+RELIEVING, LOADING = "The edit relieve", "The edit load"
+"""What messages call the edits."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class BuildUp:
-    """Move the surface outwards round a place, or over a drawn region."""
+class Relieve:
+    """Give room: build the positive up, outwards, round a place or over a drawn region."""
 
     depth_mm: float
     """How far the surface rises, at the highest point, exactly."""
@@ -51,8 +57,8 @@ class BuildUp:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Relief:
-    """Move the surface inwards round a place, or over a drawn region."""
+class Load:
+    """Give pressure: carve the positive in, round a place or over a drawn region."""
 
     depth_mm: float
     """How far the surface sinks, at the deepest point, exactly."""
@@ -69,25 +75,25 @@ class Relief:
     """Frame of coordinates."""
 
 
-def build_up(limb: Limb, edit: BuildUp) -> Limb:
-    """Move an area outwards along the surface's normals.
+def relieve(limb: Limb, edit: Relieve) -> Limb:
+    """Build an area up along the surface's normals.
 
     Raises:
         EditError: no such area, or the surface would fold or cut through itself.
     """
-    return _press(limb, edit, "The build-up", 1.0)
+    return _press(limb, edit, RELIEVING, 1.0)
 
 
-def relief(limb: Limb, edit: Relief) -> Limb:
-    """Move an area inwards along the surface's normals.
+def load(limb: Limb, edit: Load) -> Limb:
+    """Carve an area in along the surface's normals.
 
     Raises:
         EditError: no such area, or the surface would fold or cut through itself.
     """
-    return _press(limb, edit, "The relief", -1.0)
+    return _press(limb, edit, LOADING, -1.0)
 
 
-def require_area(edit: BuildUp | Relief, what: str) -> None:
+def require_area(edit: Relieve | Load, what: str) -> None:
     """Refuse an area that makes sense on no limb.
 
     Raises:
@@ -96,7 +102,8 @@ def require_area(edit: BuildUp | Relief, what: str) -> None:
     if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
         raise EditError(
             f"{what} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or more. "
-            "Build-up goes outwards and relief inwards; neither takes a negative depth."
+            "For room say relieve (outwards), for pressure load (inwards); neither takes a "
+            "negative depth."
         )
     if (edit.at is None) == (not edit.within):
         raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
@@ -104,7 +111,7 @@ def require_area(edit: BuildUp | Relief, what: str) -> None:
         require_ring(edit.within, what)
 
 
-def _press(limb: Limb, edit: BuildUp | Relief, what: str, sign: float) -> Limb:
+def _press(limb: Limb, edit: Relieve | Load, what: str, sign: float) -> Limb:
     require_area(edit, what)
     given = limb.mesh
     limb, weight = (
@@ -128,7 +135,7 @@ def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
 
 
 def _round_a_place(
-    limb: Limb, edit: BuildUp | Relief, place: Place, what: str
+    limb: Limb, edit: Relieve | Load, place: Place, what: str
 ) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
@@ -146,7 +153,7 @@ def _round_a_place(
 
 
 def _in_a_region(
-    limb: Limb, edit: BuildUp | Relief, what: str
+    limb: Limb, edit: Relieve | Load, what: str
 ) -> tuple[Limb, Float64[np.ndarray, " n"]]:
     """The limb fine enough, and the share of the depth at each vertex."""
     picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
@@ -170,5 +177,5 @@ def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " 
     return np.where(within & np.isfinite(depth), depth, 0.0)
 
 
-def _edge_mm(edit: BuildUp | Relief) -> float:
+def _edge_mm(edit: Relieve | Load) -> float:
     return max(edit.falloff_mm / _FINENESS, _FINEST_MM)

@@ -1,12 +1,12 @@
 """The recipe's file: TOML that a person can read, write and correct.
 
     format = "limbgram recipe"
-    version = 1
+    version = 2
     name = "first fitting"
     scan_sha256 = "..."
 
     [[edit]]
-    do = "relief"
+    do = "load"
     at = "patellar tendon"
     depth_mm = 5.0
     falloff_mm = 18.0
@@ -18,6 +18,11 @@
 
 Places are landmarks by name, or [x, y, z] in millimetres in the frame that the edit names. Names
 and parameters that are not known are errors that list what is.
+
+Version 1 called the carving in of the positive "relief", which is prosthetics' word for the
+opposite, and the building up "build-up". A file of version 1 is read as it was meant, "relief" as
+"load", with a note, and is of version 2 when it is written again. In version 2 "relief" is refused:
+nobody can know what its writer meant.
 """
 
 import tomllib
@@ -31,7 +36,16 @@ from limbgram.errors import OptionsError, ShapeFileError
 from limbgram.shape.edits.editing import EDITS, Edit, name_of
 from limbgram.shape.recipe.recipe import Entry, Recipe
 
-_FORMAT, _VERSION = "limbgram recipe", 1
+_FORMAT, _VERSION = "limbgram recipe", 2
+_BEFORE = {"relief": "load", "build-up": "relieve"}
+"""Words of version 1, and what each did, in the words of today."""
+_SAME = {"build-up": "relieve"}
+"""Other words of the trade for an edit, taken in any version and written as the one."""
+_MISREAD = {
+    "relief": "it is the trade's word for room (the positive built up), and recipes of version 1 "
+    "said it for pressure (the positive carved in). Say relieve for room, or load for pressure"
+}
+"""Words that are refused, and why."""
 _LARGEST_BYTES = 4_000_000
 _MOST_EDITS = 1000
 _HEADER = {"format", "version", "name", "scan_sha256", "edit"}
@@ -60,7 +74,8 @@ def parse_recipe(text: str, name: str) -> Recipe:
         tree = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
-    if tree.get("format") != _FORMAT or tree.get("version") != _VERSION:
+    version = tree.get("version")
+    if tree.get("format") != _FORMAT or version not in (1, _VERSION) or isinstance(version, bool):
         raise ShapeFileError(
             f'{name} is no recipe: it must begin with format = "{_FORMAT}" and version = '
             f"{_VERSION}."
@@ -77,12 +92,18 @@ def parse_recipe(text: str, name: str) -> Recipe:
     listed = tree.get("edit", [])
     if not isinstance(listed, list) or len(cast(list[Any], listed)) > _MOST_EDITS:
         raise OptionsError(f"{name}: edits are written as [[edit]], at most {_MOST_EDITS} of them.")
+    parts, notes = cast(list[Any], listed), ()
+    if version == 1:
+        notes = _renamed(parts)
+        parts = [_of_today(part) for part in parts]
     entries = tuple(
-        _entry(part, f"Edit {number} of {name}")
-        for number, part in enumerate(cast(list[Any], listed), start=1)
+        _entry(part, f"Edit {number} of {name}") for number, part in enumerate(parts, start=1)
     )
     return Recipe(
-        name=tree.get("name", ""), scan_sha256=tree.get("scan_sha256", ""), entries=entries
+        name=tree.get("name", ""),
+        scan_sha256=tree.get("scan_sha256", ""),
+        entries=entries,
+        notes=notes,
     )
 
 
@@ -92,7 +113,9 @@ def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
     Raises:
         OptionsError: a name or parameter that is not known, missing, or of the wrong kind.
     """
-    made = EDITS.get(kind)
+    if kind in _MISREAD:
+        raise OptionsError(f'{what}: "{kind}" is not taken: {_MISREAD[kind]}.')
+    made = EDITS.get(_SAME.get(kind, kind))
     if made is None:
         raise OptionsError(f'{what}: there is no edit "{kind}". There are: {", ".join(EDITS)}.')
     hints = get_type_hints(made)
@@ -129,6 +152,28 @@ def encode_recipe(recipe: Recipe) -> bytes:
             if value is not None:
                 lines.append(f"{field.name} = {_written(value)}")
     return ("\n".join(lines) + "\n").encode()
+
+
+def _of_today(part: Any) -> Any:
+    """An edit of version 1 under the word that means today what its own meant then."""
+    if not isinstance(part, dict):
+        return part
+    tree = cast(dict[str, Any], part)
+    kind = tree.get("do")
+    return {**tree, "do": _BEFORE.get(kind, kind)} if isinstance(kind, str) else tree
+
+
+def _renamed(parts: list[Any]) -> tuple[str, ...]:
+    """What a reader of a file of version 1 has to know."""
+    kinds = [cast(dict[str, Any], part).get("do") for part in parts if isinstance(part, dict)]
+    if "relief" not in kinds:
+        return ()
+    numbers = [str(number) for number, kind in enumerate(kinds, start=1) if kind == "relief"]
+    which = f"edit {numbers[0]}" if len(numbers) == 1 else f"edits {', '.join(numbers)}"
+    return (
+        f'the recipe is of version 1, where "relief" carved the positive in, which presses: {which}'
+        " is read with that meaning, as load. If room was meant, make it relieve",
+    )
 
 
 def _entry(part: Any, what: str) -> Entry:

@@ -17,6 +17,8 @@ from limbgram.surface.sections import cut
 from limbgram.surface.topology import volume_mm3
 
 _LEVELS = 6
+SIGNS = "How far the surface moved: + outward, which gives room; - inward, which gives pressure."
+"""Of what is made over the shape, which is a positive."""
 _WHOLE_MM = 2 * _LEVELS
 """A shape that is as high has its levels at whole millimetres."""
 
@@ -113,8 +115,8 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
 
 
 def lines_of(ledger: Ledger) -> tuple[str, ...]:
-    """The ledger for people, two lines an edit."""
-    texts: list[str] = []
+    """The ledger for people."""
+    texts = [SIGNS] if any(line.displacement is not None for line in ledger.lines) else []
     for line in ledger.lines:
         old, new = line.before, line.after
         change = new.volume_ml - old.volume_ml

@@ -5,7 +5,7 @@ never changed. Numbers of edits count from 1, as people do.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
 from limbgram.errors import EditError, OptionsError
@@ -29,6 +29,8 @@ class Recipe:
     scan_sha256: str = ""
     """Of the scan's file; empty for a recipe that is meant for any limb."""
     entries: tuple[Entry, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    """What was odd about its file and how it was taken; no part of what is written."""
 
 
 def added(recipe: Recipe, edit: Edit, at: int | None = None) -> Recipe:
@@ -97,8 +99,8 @@ def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
 
 def described(entry: Entry) -> str:
     """An edit in one line: its name and the parameters that differ from their defaults, or all."""
-    values = {field.name: getattr(entry.edit, field.name) for field in fields(entry.edit)}
-    usual = {field.name: field.default for field in fields(entry.edit)}
+    values = {one.name: getattr(entry.edit, one.name) for one in fields(entry.edit)}
+    usual = {one.name: one.default for one in fields(entry.edit)}
     own = {name: value for name, value in values.items() if value != usual[name]}
     given = [f"{name} = {_shown(value)}" for name, value in (own or values).items()]
     off = "" if entry.on else " (off)"
@@ -130,10 +132,10 @@ def _change(old: Sequence[Entry], new: Sequence[Entry], first: int, second: int)
 def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
     """What changed within an edit of one kind."""
     changes = [
-        f"{field.name} {_shown(getattr(one.edit, field.name))} -> "
-        f"{_shown(getattr(two.edit, field.name))}"
-        for field in fields(one.edit)
-        if getattr(one.edit, field.name) != getattr(two.edit, field.name)
+        f"{given.name} {_shown(getattr(one.edit, given.name))} -> "
+        f"{_shown(getattr(two.edit, given.name))}"
+        for given in fields(one.edit)
+        if getattr(one.edit, given.name) != getattr(two.edit, given.name)
     ]
     if one.on != two.on:
         changes.append("switched on" if two.on else "switched off")

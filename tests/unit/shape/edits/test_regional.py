@@ -1,10 +1,10 @@
-"""Build-up and relief: the depth is met exactly, fades as asked, and nothing else moves."""
+"""Relieve and load: the depth is met exactly, fades as asked, and nothing else moves."""
 
 import numpy as np
 import pytest
 
 from limbgram.errors import EditError
-from limbgram.shape.edits.regional import BuildUp, Relief, build_up, fading, relief
+from limbgram.shape.edits.regional import Load, Relieve, fading, load, relieve
 from limbgram.shape.limb import Limb
 
 RADIUS_MM = 40.0
@@ -27,8 +27,8 @@ def unrolled_mm(limb: Limb, right: float) -> np.ndarray:
     return np.hypot(RADIUS_MM * angle, points[:, 2] - HEIGHT_MM)
 
 
-def test_a_relief_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: Limb) -> None:
-    edited = relief(limb, Relief(at="right", depth_mm=4, flat_mm=5, falloff_mm=20))
+def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: Limb) -> None:
+    edited = load(limb, Load(at="right", depth_mm=4, flat_mm=5, falloff_mm=20))
     moved = radial_mm(edited)
     assert moved.min() == pytest.approx(-4, abs=0.05)  # coarse triangles lie inside the tube
     distance = unrolled_mm(edited, 1)
@@ -40,7 +40,7 @@ def test_a_relief_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb
 
 
 def test_the_landmark_moves_with_the_surface(limb: Limb) -> None:
-    edited = build_up(limb, BuildUp(at="front", depth_mm=3, flat_mm=6, falloff_mm=15))
+    edited = relieve(limb, Relieve(at="front", depth_mm=3, flat_mm=6, falloff_mm=15))
     front = edited.landmarks[0].position_mm - limb.landmarks[0].position_mm
     assert np.linalg.norm(front) == pytest.approx(3, abs=0.05)
     np.testing.assert_array_equal(edited.landmarks[1].position_mm, limb.landmarks[1].position_mm)
@@ -59,7 +59,7 @@ def ring(radius_mm: float, count: int = 12) -> tuple[tuple[float, float, float],
 @pytest.mark.parametrize("backwards", [False, True])
 def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwards: bool) -> None:
     points = ring(20.0)[::-1] if backwards else ring(20.0)
-    edited = build_up(limb, BuildUp(within=points, depth_mm=5, falloff_mm=8))
+    edited = relieve(limb, Relieve(within=points, depth_mm=5, falloff_mm=8))
     moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
     assert moved.max() == pytest.approx(5, abs=0.05)
     assert np.abs(moved[distance < 11] - 5).max() < 0.1
@@ -70,7 +70,7 @@ def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwar
 
 def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
     """The band under a falloff of 2 mm wants edges of 0.4 mm; all the region, five times that."""
-    edited = build_up(limb, BuildUp(within=ring(34.0), depth_mm=2, falloff_mm=2))
+    edited = relieve(limb, Relieve(within=ring(34.0), depth_mm=2, falloff_mm=2))
     moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
     assert np.abs(moved[distance < 31] - 2).max() < 0.1
     assert np.abs(moved[distance > 34.3]).max() < 0.05
@@ -82,33 +82,33 @@ def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
 
 
 def test_a_narrow_region_still_reaches_its_depth(limb: Limb) -> None:
-    edited = build_up(limb, BuildUp(within=ring(10.0), depth_mm=2, falloff_mm=50))
+    edited = relieve(limb, Relieve(within=ring(10.0), depth_mm=2, falloff_mm=50))
     assert radial_mm(edited).max() == pytest.approx(2, abs=0.05)
 
 
-def test_a_relief_through_the_other_side_is_refused(limb: Limb) -> None:
+def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match=r"pass through each other|fold over"):
-        relief(limb, Relief(at="right", depth_mm=90, falloff_mm=25))
+        load(limb, Load(at="right", depth_mm=90, falloff_mm=25))
 
 
 @pytest.mark.parametrize(
     ("edit", "reason"),
     [
-        (BuildUp(depth_mm=3, falloff_mm=5), "either a place"),
-        (BuildUp(at="front", within=ring(9.0), depth_mm=3, falloff_mm=5), "either a place"),
-        (BuildUp(at="front", depth_mm=-3, falloff_mm=5), "negative depth"),
-        (BuildUp(at="heel", depth_mm=3, falloff_mm=5), '"front", "right"'),
-        (BuildUp(at=(0.0, 90.0, 100.0), depth_mm=3, falloff_mm=5), "from the surface"),
-        (BuildUp(within=ring(9.0)[:2], depth_mm=3, falloff_mm=5), "at least 3 points"),
+        (Relieve(depth_mm=3, falloff_mm=5), "either a place"),
+        (Relieve(at="front", within=ring(9.0), depth_mm=3, falloff_mm=5), "either a place"),
+        (Relieve(at="front", depth_mm=-3, falloff_mm=5), "negative depth"),
+        (Relieve(at="heel", depth_mm=3, falloff_mm=5), '"front", "right"'),
+        (Relieve(at=(0.0, 90.0, 100.0), depth_mm=3, falloff_mm=5), "from the surface"),
+        (Relieve(within=ring(9.0)[:2], depth_mm=3, falloff_mm=5), "at least 3 points"),
     ],
 )
-def test_what_makes_no_sense_is_refused(limb: Limb, edit: BuildUp, reason: str) -> None:
+def test_what_makes_no_sense_is_refused(limb: Limb, edit: Relieve, reason: str) -> None:
     with pytest.raises(EditError, match=reason):
-        build_up(limb, edit)
+        relieve(limb, edit)
 
 
 def test_places_may_be_given_in_the_frame_of_the_mesh(limb: Limb) -> None:
     x, y, z = limb.landmarks[0].position_mm.tolist()
-    named = build_up(limb, BuildUp(at="front", depth_mm=3, falloff_mm=15))
-    placed = build_up(limb, BuildUp(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
+    named = relieve(limb, Relieve(at="front", depth_mm=3, falloff_mm=15))
+    placed = relieve(limb, Relieve(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
     np.testing.assert_array_equal(named.mesh.vertices_mm, placed.mesh.vertices_mm)

@@ -35,9 +35,7 @@ def test_a_recipe_from_its_beginning_to_a_new_shape(scan: Path, tmp_path: Path) 
     edit("new", recipe, code=2)
     edit("add", recipe, "smoothing", "passes=2")
     edit("add", recipe, "offset", "distance_mm=-0.5")
-    edit(
-        "add", recipe, "relief", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15"
-    )
+    edit("add", recipe, "load", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15")
     assert '"first", 3 edits' in edit("move", recipe, "2", "1")
     edit("off", recipe, "2")
     assert "smoothing (off)" in edit("show", recipe)
@@ -87,7 +85,7 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
         ("reduction heights_mm=[10,9000] per_cent=[1,1] of=girth", "heights_mm = 9000"),
         ("trimline through=[]", "at least 3 points"),
         ('trimline through=["a","b","a"]', "two points in a row are the same"),
-        ("relief depth_mm=5 falloff_mm=9 within=[[0,0,0]]", "at least 3 points"),
+        ("load depth_mm=5 falloff_mm=9 within=[[0,0,0]]", "at least 3 points"),
     ],
 )
 def test_what_makes_sense_on_no_limb_is_not_added(tmp_path: Path, words: str, told: str) -> None:
@@ -152,9 +150,7 @@ def test_another_scan_needs_a_word(scan: Path, tmp_path: Path) -> None:
 def test_replay_gives_the_same_bytes_on_any_number_of_threads(scan: Path, tmp_path: Path) -> None:
     recipe = tmp_path / "a.toml"
     edit("new", recipe)
-    edit(
-        "add", recipe, "relief", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15"
-    )
+    edit("add", recipe, "load", "at=[40,0,50]", "positions_in=mesh", "depth_mm=3", "falloff_mm=15")
     edit("add", recipe, "smoothing", "passes=5")
     edit("add", recipe, "offset", "distance_mm=2")
     found: set[str] = set()

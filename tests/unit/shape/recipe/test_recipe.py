@@ -8,7 +8,7 @@ import pytest
 
 from limbgram.errors import OptionsError, ShapeFileError
 from limbgram.shape.edits import EDITS
-from limbgram.shape.edits.regional import Relief
+from limbgram.shape.edits.regional import Load, Relieve
 from limbgram.shape.edits.smoothing import Smoothing
 from limbgram.shape.edits.solids.making import Offset
 from limbgram.shape.recipe import (
@@ -30,11 +30,11 @@ from limbgram.shape.recipe import (
 
 TEXT = """
 format = "limbgram recipe"
-version = 1
+version = 2
 name = "first fitting"
 
 [[edit]]
-do = "relief"
+do = "load"
 at = "patellar tendon"
 depth_mm = 5
 falloff_mm = 18.0
@@ -45,7 +45,7 @@ on = false
 passes = 8
 leave = ["fibula head", [1, 2.5, 3]]
 """
-FIRST = Entry(edit=Relief(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0))
+FIRST = Entry(edit=Load(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0))
 SECOND = Entry(
     edit=Smoothing(passes=8, leave=("fibula head", (1.0, 2.5, 3.0))),
     on=False,
@@ -90,7 +90,7 @@ def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ('do = "relief"', 'do = "relif"', "relief, reduction"),
+        ('do = "load"', 'do = "loda"', "relieve, load, reduction"),
         ("depth_mm = 5", "deph_mm = 5", "depth_mm, falloff_mm"),
         ("depth_mm = 5", "", "needs depth_mm"),
         ("depth_mm = 5", 'depth_mm = "5"', "a number"),
@@ -108,10 +108,68 @@ def test_what_is_not_known_is_told(old: str, new: str, reason: str) -> None:
         parse_recipe(TEXT.replace(old, new), "a.toml")
 
 
-@pytest.mark.parametrize("text", ["", "format =", "format = 'x'\nversion = 1", "version = 2"])
+@pytest.mark.parametrize("text", ["", "format =", "format = 'x'\nversion = 2", "version = 2"])
 def test_what_is_no_recipe_is_refused(text: str) -> None:
     with pytest.raises(ShapeFileError, match=r"a\.toml"):
         parse_recipe(text, "a.toml")
+
+
+OLD = """
+format = "limbgram recipe"
+version = 1
+name = "of last year"
+
+[[edit]]
+do = "relief"
+at = "patellar tendon"
+depth_mm = 5.0
+falloff_mm = 18.0
+
+[[edit]]
+do = "build-up"
+at = "tibia end"
+depth_mm = 3.0
+falloff_mm = 16.0
+
+[[edit]]
+do = "relief"
+on = false
+at = [1.0, 2.0, 3.0]
+depth_mm = 2.0
+falloff_mm = 10.0
+"""
+
+
+def test_an_old_recipe_is_read_as_it_was_meant_and_written_in_words_that_say_so() -> None:
+    """What version 1 called a relief carved the positive in; its build-up built it up."""
+    read = parse_recipe(OLD, "old.toml")
+    first, second, third = (entry.edit for entry in read.entries)
+    assert first == Load(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0)
+    assert second == Relieve(at="tibia end", depth_mm=3.0, falloff_mm=16.0)
+    assert isinstance(third, Load)
+    assert [entry.on for entry in read.entries] == [True, True, False]
+    (note,) = read.notes
+    assert "edits 1, 3" in note
+    assert "carved the positive in" in note
+    assert "as load" in note
+    text = encode_recipe(read).decode()
+    assert "version = 2" in text
+    assert "relief" not in text
+    again = parse_recipe(text, "new.toml")
+    assert again == read
+    assert again.notes == ()
+
+
+def test_relief_is_refused_where_nobody_can_know_what_was_meant() -> None:
+    with pytest.raises(OptionsError, match=r"relieve for room, or load for pressure"):
+        parse_recipe(OLD.replace("version = 1", "version = 2"), "a.toml")
+    with pytest.raises(OptionsError, match=r"relieve for room, or load for pressure"):
+        make_edit("relief", {"at": "fibula head", "depth_mm": 5.0, "falloff_mm": 9.0}, "the test")
+
+
+def test_a_build_up_is_another_word_for_relieve() -> None:
+    values: dict[str, object] = {"at": "fibula head", "depth_mm": 3.0, "falloff_mm": 18.0}
+    assert make_edit("build-up", values, "a") == make_edit("relieve", values, "a")
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
@@ -144,8 +202,8 @@ def test_changes_leave_the_old_recipe_and_do_what_they_say() -> None:
 @pytest.mark.parametrize(
     ("kind", "values", "reason"),
     [
-        ("relief", {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0}, "above 0 mm"),
-        ("build-up", {"depth_mm": 5.0, "falloff_mm": 18.0}, "either a place"),
+        ("load", {"at": "a", "depth_mm": -5.0, "falloff_mm": 18.0}, "above 0 mm"),
+        ("relieve", {"depth_mm": 5.0, "falloff_mm": 18.0}, "either a place"),
         ("reduction", {"heights_mm": [1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "one for each"),
         ("increase", {"heights_mm": [9.0, 1.0], "per_cent": [2.0, 3.0], "of": "girth"}, "rising"),
         ("sock", {"thickness_mm": 40.0}, "cannot be"),
@@ -165,15 +223,15 @@ def test_what_makes_sense_on_no_limb_is_not_added(
 def test_differences_say_what_changed_and_nothing_else() -> None:
     assert differences(RECIPE, RECIPE) == ()
     deeper = make_edit(
-        "relief", {"at": "patellar tendon", "depth_mm": 6, "falloff_mm": 18}, "the test"
+        "load", {"at": "patellar tendon", "depth_mm": 6, "falloff_mm": 18}, "the test"
     )
     changed = Recipe(name="first fitting", entries=(Entry(edit=deeper), SECOND))
-    assert differences(RECIPE, changed) == ("~ 1. relief: depth_mm 5 -> 6",)
+    assert differences(RECIPE, changed) == ("~ 1. load: depth_mm 5 -> 6",)
     assert differences(RECIPE, switched(RECIPE, 2, on=True)) == ("~ 2. smoothing: switched on",)
     (line,) = differences(RECIPE, added(RECIPE, Offset(distance_mm=-0.3)))
     assert line == "+ 3. offset: distance_mm = -0.3"
     (line,) = differences(RECIPE, removed(RECIPE, 1))
-    assert line.startswith("- 1. relief")
+    assert line.startswith("- 1. load")
 
 
 def test_a_recipe_for_another_scan_is_refused() -> None:
@@ -185,7 +243,7 @@ def test_a_recipe_for_another_scan_is_refused() -> None:
 
 
 def test_every_kind_of_edit_has_a_name_for_people() -> None:
-    assert {"build-up", "relief", "plane-cut", "sock", "sock-ply", "mirror"} <= set(EDITS)
+    assert {"relieve", "load", "plane-cut", "sock", "sock-ply", "mirror"} <= set(EDITS)
     assert len(EDITS) == len(set(EDITS.values())) == 17
 
 

@@ -77,9 +77,6 @@ def _recipe(tree: Tree) -> Iterator[str]:
     yield "<h2>Edits and what they did</h2>"
     yield f'<p class="note">{escape(words.recipe_note(tree))}</p>'
     yield table(words.LEDGER_HEADS, words.ledger_rows(tree))
-    yield (
-        '<p class="note">Largest and mean: how far the surface moved, + outwards. Volume: of the '
-        "closed shape, an open brim closed from its middle.</p>"
-    )
+    yield f'<p class="note">{words.LEDGER_NOTE}</p>'
     yield "<h3>Girths after each edit, by height in the limb frame (contour, mm)</h3>"
     yield table(*words.girth_ledger(tree))

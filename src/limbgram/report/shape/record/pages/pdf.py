@@ -91,6 +91,7 @@ def _second(tree: Tree, pictures: Sequence[Picture]) -> Sheet:
     if tree["recipe"] is not None:
         sheet.heading("Edits and what they did")
         sheet.text(words.recipe_note(tree), points=7, colour=FAINT)
+        sheet.text(words.LEDGER_NOTE, points=6.5, colour=FAINT)
         rows = words.ledger_rows(tree)
         kept = rows[: sheet.rows_that_fit(below_in + 0.2)]
         sheet.table(words.LEDGER_HEADS, kept, (0.7, 11, 2, 2, 1.7, 2, 1.7), points=6.5)

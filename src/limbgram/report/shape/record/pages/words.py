@@ -17,6 +17,10 @@ MEASURE_HEADS = (
 LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
 CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
                 "#mL since the last level", "#change")  # fmt: skip
+LEDGER_NOTE = (
+    "Largest and mean: how far the surface moved, + outward (room), - inward (pressure). Volume: "
+    "of the closed shape, an open brim closed from its middle."
+)
 LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
 BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "how it is known")
 FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
