@@ -53,7 +53,9 @@ def compare_command(
         typer.Option(
             "--align",
             help="How they are laid on each other; never scaled. auto: as they lie where one was "
-            "made from the other, else icp.",
+            "made from the other; else by three landmarks or more that both have; else by both "
+            "alignments, where shape alone leaves the place along the axis open; else icp. "
+            "Repeated captures go by icp.",
         ),
     ] = WayName.AUTO,
     weight: Annotated[

@@ -82,7 +82,8 @@ def learn_command(
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     pairs = [Pair(before=one, after=two) for one, two in zip(limbs[::2], limbs[1::2])]
     options = LearnOptions(
-        registration=RegistrationOptions(way=way.value, brim_mm=brim), reference=reference
+        registration=RegistrationOptions(way=way.value, brim_mm=brim, mostly_unchanged=True),
+        reference=reference,
     )
     learned = learn(pairs, name or out.stem, options)
     template, notes = learned.template, learned.notes

@@ -7,11 +7,12 @@ different visits can be laid side by side.
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Bool, Float64, UInt8
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import SubFigure
 
+from limbgram.geometry.interval import COVER
 from limbgram.report.drawings.drawing import FAINT, INK, Drawing, axes_at, bare
 from limbgram.report.drawings.shading import Frame, looking_along, shade_each
 from limbgram.shape.comparing.comparing import Comparison
@@ -22,6 +23,8 @@ _EDGES_MM = (MRE_LIMIT_MM, IQR_LIMIT_MM, 0.8, 1.6, 3.2, 6.4)
 _OUTSIDE = ("#fbe3d2", "#f6bd98", "#e88a63", "#cf5246", "#a51f33", "#67001f")
 _INSIDE = ("#dbe9f3", "#aed0e6", "#77aed3", "#3f86bd", "#22609d", "#0b2f5f")
 _ALIKE = "#f3f2ee"
+_OPEN = np.array([203.0, 190.0, 222.0])
+"""Places whose difference how the shapes were laid could make: it means nothing there."""
 _ANGLES_DEG = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
 _TURNED = ("#f3f2ee", "#fdf0c4", "#f7d275", "#e8a33d", "#c2691d", "#7d3a0b")
 _UNKNOWN = np.array([150.0, 150.0, 150.0])
@@ -51,10 +54,13 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     away = ScalarMappable(BoundaryNorm(edges, bands.N), bands)
     turned = ListedColormap(_TURNED[:-1]).with_extremes(over=_TURNED[-1])
     angles = ScalarMappable(BoundaryNorm(_ANGLES_DEG, turned.N), turned)
+    in_open = open_places(comparison)
+    of_difference = paint_of(on_first.difference_mm, away)
+    of_difference[in_open] = _OPEN
     shaded = shade_each(
         mesh,
         [_frame(mesh, azimuth_deg) for azimuth_deg, _ in _SIDES],
-        [paint_of(on_first.difference_mm, away), paint_of(on_first.normal_angle_deg, angles)],
+        [of_difference, paint_of(on_first.normal_angle_deg, angles)],
     )
     of_away, of_angles = zip(*shaded, strict=True)
     anatomical = comparison.axes.anatomical
@@ -67,7 +73,15 @@ def difference_pictures(comparison: Comparison) -> Drawing:
     )
     _row(lower, of_angles, anatomical)
     _bar(lower, angles, _ANGLES_DEG, "surface-normal-angle error, degrees")
-    return Drawing(figure, _caption(comparison))
+    return Drawing(figure, _caption(comparison, in_open))
+
+
+def open_places(comparison: Comparison) -> Bool[np.ndarray, " n"]:
+    """Vertices of the first that would be coloured, though how the shapes were laid could do it."""
+    off_mm = np.abs(comparison.deviation.on_first.difference_mm)
+    if comparison.laid_sigma_mm is None:
+        return np.zeros(len(off_mm), bool)
+    return (off_mm > MRE_LIMIT_MM) & (off_mm < COVER * comparison.laid_sigma_mm)
 
 
 def paint_of(values: Float64[np.ndarray, " n"], colours: ScalarMappable) -> np.ndarray:
@@ -126,11 +140,16 @@ def _frame(mesh: Mesh, azimuth_deg: int) -> Frame:
     )
 
 
-def _caption(comparison: Comparison) -> str:
+def _caption(comparison: Comparison, in_open: Bool[np.ndarray, " n"]) -> str:
     figures = comparison.deviation.on_first.figures
+    lilac = (
+        " Lilac: how the shapes were laid on each other could make the difference (95 of 100)."
+        if in_open.any()
+        else ""
+    )
     return (
         f"{comparison.names[1]} against {comparison.names[0]}, drawn on the latter; mean "
         f"{figures.mean_mm:+.2f} mm, {figures.rms_mm:.2f} mm RMS, 95 % within "
-        f"{figures.p95_mm:.2f} mm. Grey: no counterpart (brim, or filled in). Alignment: "
+        f"{figures.p95_mm:.2f} mm. Grey: no counterpart (brim, or filled in).{lilac} Alignment: "
         f"{comparison.alignment.sentence}."
     )

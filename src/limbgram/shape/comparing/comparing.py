@@ -10,15 +10,23 @@ Fails   MeasureError: the shapes cannot be laid on each other, or share no level
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Float64
 
 from limbgram.errors import MeasureError, OptionsError
-from limbgram.geometry.rigid import Rigid
+from limbgram.geometry.interval import COVER, Interval, plus_minus
+from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.shape.comparing.deviation import Deviation, deviation
 from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame, outside_of
-from limbgram.shape.comparing.levels import LevelChanges, changes_by_level, shared_heights_mm
+from limbgram.shape.comparing.levels import (
+    Change,
+    LevelChanges,
+    changes_by_level,
+    shared_heights_mm,
+)
 from limbgram.shape.comparing.radial import RadialErrors, SpokeOptions, radial_errors
 from limbgram.shape.comparing.registration import (
     Alignment,
+    Looseness,
     RegistrationOptions,
     as_is,
     as_they_lie,
@@ -34,6 +42,10 @@ _SLID_MM, _LOOSE_MM, _LOOSE_GROWTH = 1.0, 0.5, 3.0
 """From here on pointed out: a slide along the axis, its standard deviation, and what 1 mm of growth
 
 all round would slide, mm."""
+_FAR_MARKS_MM = 5.0
+"""Landmarks that stay this far apart, root mean square, are not the same places."""
+_FRAMES_DEG, _FRAMES_MM = 5.0, 10.0
+"""Two alignments that lie so near to where the shapes put each other can both be good ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +62,17 @@ DEFAULTS = CompareOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
+class ByShape:
+    """What the volumes would be if the shapes were laid on each other by shape alone."""
+
+    alignment: Alignment
+    volume: Change
+    laid_sigma_mm3: float
+    at_odds: bool
+    """It contradicts what is told, beyond what is known of both ways of laying them."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """What changed from the first shape to the second."""
 
@@ -63,6 +86,11 @@ class Comparison:
     deviation: Deviation
     radial: RadialErrors | None
     levels: LevelChanges
+    laid_sigma_mm: Float64[np.ndarray, " n"] | None
+    """At the first's vertices, along their normals: how far the second may lie elsewhere, as it was
+    laid; None where that is not known, or exact."""
+    by_shape: ByShape | None
+    """Where auto laid them otherwise than by shape, and neither was made from the other."""
     notes: tuple[str, ...]
     """What a reader must know to trust the figures."""
 
@@ -78,7 +106,8 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
         raise OptionsError(f"A brim of {brim_mm:g} mm cannot be. Choose 0 mm or more.")
     first, second = outside_of(first), outside_of(second)
     axes = axes_of(first)
-    alignment = lay(first, second, axes, options.registration)
+    registration = options.registration
+    alignment = lay(first, second, axes, registration)
     one = in_limb_frame(first.mesh, axes.limb_from_mesh)
     two = in_limb_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
     notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
@@ -95,6 +124,9 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     except MeasureError as error:
         radial = None
         notes.append(f"There is no mean radial error. {error}")
+    heights = shared_heights_mm(one, two, options.spacing_mm)
+    levels = changes_by_level(one, two, heights, alignment.slide_sigma_mm)
+    loose = alignment.looseness
     return Comparison(
         names=(first.name, second.name),
         alignment=alignment,
@@ -103,9 +135,13 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
         second_in_limb=two,
         deviation=deviation(one, two, brim_mm),
         radial=radial,
-        levels=changes_by_level(
-            one, two, shared_heights_mm(one, two, options.spacing_mm), alignment.slide_sigma_mm
-        ),
+        levels=levels,
+        laid_sigma_mm=None
+        if loose is None
+        else loose.sigmas_mm(first.mesh.vertices_mm, first.mesh.vertex_normals()),
+        by_shape=None
+        if registration.way != "auto" or alignment.way == "icp" or alignment.exact
+        else _second_opinion(first, second, axes, registration, alignment, levels),
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -114,15 +150,106 @@ def lay(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> 
     """The second shape laid on the first, in the way that was asked for."""
     match options.way:
         case "landmarks":
-            return by_landmarks(first, second, options.landmark_weights)
+            return _by_landmarks(first, second, axes, options)
         case "as-is":
             return as_is(first, second)
         case "auto":
-            return as_they_lie(first, second) or _by_shape(first, second, axes, options)
+            return as_they_lie(first, second) or _by_what_is_known(first, second, axes, options)
         case "icp":
             return _by_shape(first, second, axes, options)
         case "volume":
             return _by_volume(first, second, axes, options)
+
+
+def _by_what_is_known(
+    first: Limb, second: Limb, axes: Axes, options: RegistrationOptions
+) -> Alignment:
+    """By shared landmarks, or two alignments, which do not slide where a limb shrank; or by shape.
+
+    Where most of the surface is unchanged the shape holds it better than any hand marks it.
+    """
+    notes: tuple[str, ...] = ()
+    if not options.mostly_unchanged:
+        try:
+            laid = _by_landmarks(first, second, axes, options)
+        except MeasureError:
+            laid = None
+        if laid is not None and laid.rms_mm is not None and laid.rms_mm <= _FAR_MARKS_MM:
+            return laid
+        if laid is not None:
+            notes = (
+                f"The landmarks that both shapes have were not used: laid {laid.sentence}, they "
+                "are not the same places. Mark them again.",
+            )
+    shaped = _by_shape(first, second, axes, options)
+    open_place = shaped.slide_sigma_mm > _LOOSE_MM
+    if open_place and not options.mostly_unchanged and _good_frames(first, second, shaped):
+        return replace(
+            as_is(first, second),
+            notes=(
+                *notes,
+                "Limb frame was laid on limb frame, as the shape alone leaves open where the "
+                "second belongs along the axis. Each frame begins at its own distal end and is as "
+                "good as its landmarks: three landmarks that both shapes have tell more.",
+            ),
+        )
+    return replace(shaped, notes=(*notes, *shaped.notes))
+
+
+def _good_frames(first: Limb, second: Limb, shaped: Alignment) -> bool:
+    """Whether both limbs were aligned, and so that their shapes do not contradict it."""
+    if first.frame is None or second.frame is None or shaped.looseness is None:
+        return False
+    told = as_is(first, second).first_from_second
+    middle = shaped.looseness.middle_mm[None]
+    moved = told.apply(shaped.first_from_second.inverse.apply(middle)) - middle
+    turned = angle_between_deg(told.rotation, shaped.first_from_second.rotation)
+    return turned < _FRAMES_DEG and float(np.linalg.norm(moved)) < _FRAMES_MM
+
+
+def _second_opinion(
+    first: Limb,
+    second: Limb,
+    axes: Axes,
+    options: RegistrationOptions,
+    told: Alignment,
+    levels: LevelChanges,
+) -> ByShape | None:
+    """The same volume by shape; None where the shapes cannot be laid so, or have no volume."""
+    try:
+        shaped = _by_shape(first, second, axes, options)
+    except MeasureError:
+        return None
+    one = in_limb_frame(first.mesh, axes.limb_from_mesh)
+    two = in_limb_frame(second.mesh, axes.limb_from_mesh @ shaped.first_from_second)
+    again = changes_by_level(
+        one, two, tuple(level.height_mm for level in levels.levels), shaped.slide_sigma_mm
+    )
+    if again.volume is None or levels.volume is None or again.from_mm != levels.from_mm:
+        return None
+    apart = abs(again.volume.difference - levels.volume.difference)
+    known = told.looseness is not None
+    room = COVER * float(np.hypot(again.laid_sigma_mm3, levels.laid_sigma_mm3))
+    return ByShape(
+        alignment=shaped,
+        volume=again.volume,
+        laid_sigma_mm3=again.laid_sigma_mm3,
+        at_odds=not known or apart > room,
+    )
+
+
+def _by_landmarks(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """By landmarks, and how sure they make its place along the axis."""
+    laid = by_landmarks(first, second, options.landmark_weights)
+    if laid.looseness is None:
+        return laid
+    return replace(laid, slide_sigma_mm=_along_mm(laid.looseness, axes))
+
+
+def _along_mm(loose: Looseness, axes: Axes) -> float:
+    """Standard deviation along the first's long axis."""
+    along = axes.limb_from_mesh.rotation[2]
+    return float(np.sqrt(along @ loose.covariance_mm2 @ along))
 
 
 def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
@@ -132,9 +259,11 @@ def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOption
     if loose is None:
         return laid
     along = axes.limb_from_mesh.rotation[2]
-    sigma_mm = float(np.sqrt(along @ loose.covariance_mm2 @ along))
+    sigma_mm = _along_mm(loose, axes)
     growth = float(along @ loose.growth_shift)
-    place = f"its place along the long axis is known to ± {sigma_mm:.2f} mm (1 sigma)"
+    place = (
+        f"its place along the long axis is known to {plus_minus(Interval.of_sigma(sigma_mm), 2)} mm"
+    )
     slid_mm = _slid_mm(first, second, axes, laid)
     if slid_mm is not None:
         place += f" and lies {slid_mm:+.2f} mm from where the limb frames put it"
@@ -143,8 +272,9 @@ def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOption
         notes.append(
             f"Laid by shape, the second slides along the long axis: {place}. 1 mm taken off or "
             f"added all round passes for a slide of {abs(growth):.1f} mm, and girths and volumes "
-            "move with it. If one shape was made from the other, or both are aligned well, take "
-            "them as they lie (--align as-is); landmarks do not slide either."
+            "move with it. Three landmarks marked on both do not slide, and are then taken "
+            "(`limbgram align --landmark`); if one shape was made from the other, or both are "
+            "aligned well, --align as-is takes them as they lie."
         )
     return replace(
         laid,

@@ -70,6 +70,9 @@ class LevelChanges:
     from_mm: float | None
     """Lower bound of that volume; None for the distal end."""
     to_mm: float
+    laid_sigma_mm3: float
+    """Standard deviation of that volume's change from how the second was laid alone, whatever the
+    scans know of their own errors; it is in the change's sigma where they do."""
     reason: str | None
     """Why there is no volume."""
 
@@ -109,20 +112,19 @@ def changes_by_level(
 
     Args:
         slide_sigma_mm: Standard deviation of where the second lies along the axis; it goes into
-            the sigmas of the second's figures.
+            the sigmas of the second's figures where it carries any.
     """
     sigmas = Sigmas.of(first_in_limb), Sigmas.of(second_in_limb)
     volumes = Volumes.of(sigmas[0]), Volumes.of(sigmas[1])
     cuts = [levels_at(mesh, heights_mm) for mesh in (first_in_limb, second_in_limb)]
     closed = not any(_open_below(mesh) for mesh in (first_in_limb, second_in_limb))
     low = DISTAL_END if closed else heights_mm[0]
-    if second_in_limb.sigma_mm is None:
-        slide_sigma_mm = 0.0
     slides = [{}] * len(heights_mm)
-    if slide_sigma_mm > 0:
+    if slide_sigma_mm > 0 and second_in_limb.sigma_mm is not None:
         slides = _slides(second_in_limb, heights_mm, slide_sigma_mm)
     lost = [slide_sigma_mm * _area_mm2(cut) for cut in cuts[1]]
-    volume = _volume(volumes, low, heights_mm[-1], lost[-1] - (0 if closed else lost[0]))
+    laid_mm3 = abs(lost[-1] - (0 if closed else lost[0]))
+    volume = _volume(volumes, low, heights_mm[-1], laid_mm3)
     levels: list[LevelChange] = []
     below = 0.0
     for height, one, two, slide, above in zip(heights_mm, *cuts, slides, lost):
@@ -135,6 +137,7 @@ def changes_by_level(
         volume=volume if isinstance(volume, Change) else None,
         from_mm=None if closed else heights_mm[0],
         to_mm=heights_mm[-1],
+        laid_sigma_mm3=laid_mm3,
         reason=volume if isinstance(volume, str) else None,
     )
 

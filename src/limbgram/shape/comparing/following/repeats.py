@@ -1,7 +1,7 @@
 """Repeats: several captures of one unchanged limb, and how far they lie apart."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,7 +48,8 @@ def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
     Raises:
         MeasureError: no level is whole in every capture.
     """
-    scans = stack(limbs, options)
+    unchanged = replace(options.registration, mostly_unchanged=True)
+    scans = stack(limbs, replace(options, registration=unchanged))
     whole = np.isfinite(scans.tapes_mm).all(0)
     if not whole.any():
         raise MeasureError(

@@ -39,12 +39,22 @@ class Looseness:
 
     middle_mm: Vector3
     """Of the places that count."""
-    covariance_mm2: Matrix3
-    """Of a shift there, whatever turns with it: patches err alike, and growth all round of the size
+    covariance: Float64[np.ndarray, "6 6"]
+    """Of a turn about the middle, rad, then of a shift there, mm: patches err alike, and growth all
 
-    by which they still differ would pass for a shift."""
+    round of the size by which they still differ would pass for a motion."""
     growth_shift: Vector3
-    """Shift that growth of 1 mm all round would be taken for, mm per mm."""
+    """Shift that growth of 1 mm all round would be taken for, mm per mm; nothing by landmarks."""
+
+    @property
+    def covariance_mm2(self) -> Matrix3:
+        """Of the shift, whatever turns with it."""
+        return self.covariance[3:, 3:]
+
+    def sigmas_mm(self, points_mm: Points3, normals: Points3) -> Float64[np.ndarray, " n"]:
+        """Standard deviation, along the normals, of where the second surface lies."""
+        columns = _columns(points_mm, normals, self.middle_mm, 1.0)
+        return np.sqrt(np.einsum("ni,ij,nj->n", columns, self.covariance, columns).clip(0.0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,13 +170,15 @@ def _looseness(
     np.add.at(patches, patch, pulls)
     few = len(patches) / max(len(patches) - 6, 1)
     covariance = few * inverse @ (patches.T @ patches) @ inverse
-    growth = (inverse @ (columns.T @ weights))[3:]
+    growth = inverse @ (columns.T @ weights)
     off_mm, counted = np.bincount(patch, weights * found.signed_mm), np.bincount(patch, weights)
     off_mm2 = float(np.sum(off_mm**2 / np.maximum(counted, 1e-12)) / counted.sum())
+    covariance = covariance + off_mm2 * np.outer(growth, growth)
+    in_rad = np.repeat([1 / reach_mm, 1.0], 3)  # turns were counted in mm at the reach
     return Looseness(
         middle_mm=middle,
-        covariance_mm2=covariance[3:, 3:] + off_mm2 * np.outer(growth, growth),
-        growth_shift=growth,
+        covariance=covariance * np.outer(in_rad, in_rad),
+        growth_shift=growth[3:],
     )
 
 

@@ -4,7 +4,7 @@ from limbgram.shape.comparing.comparing import Comparison
 from limbgram.shape.comparing.following.repeats import Repeats
 from limbgram.shape.comparing.following.series import Series
 from limbgram.shape.comparing.levels import Change
-from limbgram.shape.comparing.telling.verdict import verdict
+from limbgram.shape.comparing.telling.verdict import by_shape_sentence, verdict
 
 _HEADING = (
     f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
@@ -15,8 +15,10 @@ _HEADING = (
 def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
     found = comparison.deviation
     figures = found.on_first.figures
+    by_shape = comparison.by_shape
     return (
         verdict(comparison).sentence,
+        *(() if by_shape is None or by_shape.at_odds else (by_shape_sentence(by_shape),)),
         *(f"Note: {note}" for note in comparison.notes),
         f"Surface: mean {figures.mean_mm:+.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
         f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "

@@ -19,7 +19,7 @@ _MM3_PER_ML = 1000.0
 def comparison_tree(comparison: Comparison) -> dict[str, Any]:
     """Everything but the maps."""
     found, radial, levels = comparison.deviation, comparison.radial, comparison.levels
-    judged = verdict(comparison)
+    judged, by_shape = verdict(comparison), comparison.by_shape
     return {
         "format": "limbgram-comparison/1",
         "verdict": judged.sentence,
@@ -49,7 +49,16 @@ def comparison_tree(comparison: Comparison) -> dict[str, Any]:
             "to_mm": levels.to_mm,
             "ml": _change(levels.volume, _MM3_PER_ML),
             "sock_plies": levels.plies,
+            "laid_sigma_ml": levels.laid_sigma_mm3 / _MM3_PER_ML,
             "reason": levels.reason,
+        },
+        "by_shape": None
+        if by_shape is None
+        else {
+            "alignment": _alignment(by_shape.alignment),
+            "volume_ml": _change(by_shape.volume, _MM3_PER_ML),
+            "laid_sigma_ml": by_shape.laid_sigma_mm3 / _MM3_PER_ML,
+            "at_odds": by_shape.at_odds,
         },
         "levels": [_level(level) for level in levels.levels],
         "anatomical_frame": comparison.axes.anatomical,

@@ -8,9 +8,10 @@ Both are blind to a small place that was moved by much, so that is looked for by
 from dataclasses import dataclass
 from typing import Literal
 
-from limbgram.shape.comparing.comparing import Comparison
+from limbgram.geometry.interval import HOLDS, Interval, plus_minus
+from limbgram.shape.comparing.comparing import ByShape, Comparison
 from limbgram.shape.comparing.deviation import LOCAL_LIMIT_MM
-from limbgram.shape.comparing.levels import PLY_SHARE
+from limbgram.shape.comparing.levels import PLY_SHARE, Change
 
 MRE_LIMIT_MM = 0.25
 IQR_LIMIT_MM = 0.40
@@ -43,7 +44,7 @@ def verdict(comparison: Comparison) -> Verdict:
         figures = comparison.deviation.on_first.figures
         return Verdict(
             "not graded",
-            f"{_volume(comparison)}. Not graded: no radial errors; the surfaces are "
+            f"{_volume(comparison)} Not graded: no radial errors; the surfaces are "
             f"{figures.rms_mm:.2f} mm apart (RMS). Alignment: {comparison.alignment.sentence}.",
         )
     figures = comparison.deviation.on_first.figures
@@ -77,7 +78,7 @@ def verdict(comparison: Comparison) -> Verdict:
         grade,
         f"The shapes are {meaning}: mean radial error {_signed(radial.mre_mm)} mm (limit "
         f"{MRE_LIMIT_MM:.2f}), interquartile range {radial.iqr_mm:.2f} mm (limit "
-        f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)}. Alignment: "
+        f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)} Alignment: "
         f"{comparison.alignment.sentence}.",
     )
 
@@ -87,17 +88,51 @@ def _signed(value_mm: float) -> str:
 
 
 def _volume(comparison: Comparison) -> str:
+    """The headline: the volume's change with its interval, twice where two ways of laying the
+    shapes on each other contradict."""
     levels = comparison.levels
     change, plies = levels.volume, levels.plies
     if change is None or plies is None:
-        return "The volume could not be compared"
-    sigma = "" if change.sigma is None else f" ± {change.sigma / 1000:.1f}"
+        return "The volume could not be compared."
+    reach = volume_reach(change, levels.laid_sigma_mm3)
     start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
     span = f"from {start} to {levels.to_mm:g} mm"
+    by_shape = comparison.by_shape
+    after = _holds(change) if reach else ""
+    if by_shape is not None and by_shape.at_odds:
+        after += f" {by_shape_sentence(by_shape)}"
     if abs(change.share) < PLY_SHARE / 20:
-        return f"The volumes {span} are the same ({change.difference / 1000:+.1f}{sigma} mL)"
+        same = f"{change.difference / 1000:+.1f}{reach} mL"
+        return f"The volumes {span} are the same ({same}).{after}"
     size = "larger" if change.difference > 0 else "smaller"
     return (
-        f"The second is {abs(change.difference) / 1000:.1f}{sigma} mL ({abs(change.share):.1%}) "
-        f"{size} {span}, like {abs(plies):.1f} sock plies"
+        f"The second is {abs(change.difference) / 1000:.1f}{reach} mL ({abs(change.share):.1%}) "
+        f"{size} {span}, like {abs(plies):.1f} sock plies.{after}"
     )
+
+
+def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
+    """ " ± 3.1", mL, by what is known: the scans' errors and how they were laid, or that alone."""
+    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
+    return f" {plus_minus(Interval.of_sigma(sigma / 1000), 1)}" if sigma > 0 else ""
+
+
+def by_shape_sentence(by_shape: ByShape) -> str:
+    """What the volume would be by shape, and whether that contradicts."""
+    change = by_shape.volume
+    told = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
+    if not by_shape.at_odds:
+        return f"Laid by their shape alone the change would be {told}, which agrees."
+    return (
+        f"Laid by their shape alone the change would be {told}: the two ways disagree, and which "
+        "is right depends on where the second belongs along the axis. Look at the picture."
+    )
+
+
+def _holds(change: Change) -> str:
+    """What the ± says, and of what."""
+    if change.sigma is None:
+        return (
+            f" {HOLDS}, as far as it is how they were laid: the scans tell no error of their own."
+        )
+    return f" {HOLDS}."

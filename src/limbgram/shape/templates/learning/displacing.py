@@ -41,7 +41,9 @@ class Pair:
 class LearnOptions:
     """How pairs are laid on each other, and what is kept."""
 
-    registration: RegistrationOptions = field(default_factory=RegistrationOptions)
+    registration: RegistrationOptions = field(
+        default_factory=lambda: RegistrationOptions(mostly_unchanged=True)
+    )
     reference: str | None = None
     """Landmark from which heights count; None takes the most proximal that all pairs have."""
     false_share: float = 0.05
