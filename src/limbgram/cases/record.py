@@ -16,7 +16,17 @@ from limbgram.photos import SetAside
 from limbgram.pipeline import Reconstruction
 
 SCHEMA = "limbgram-case/1"
-_LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless", "pycolmap", "pillow")
+_LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "opencv-python-headless",
+    "pycolmap",
+    "pillow",
+    "trimesh",
+    "embreex",
+    "matplotlib",
+)
 
 State = Literal["unfinished", "cancelled", "refused", "finished"]
 

@@ -1,6 +1,7 @@
 """Nothing is computed twice, and nothing is reused that has changed or is not whole."""
 
 import errno
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from jaxtyping import Float64
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping import fingerprint, store
 from limbgram.cases.keeping.fingerprint import Fingerprints, code_version
-from limbgram.cases.keeping.store import KeepingRun
+from limbgram.cases.keeping.store import KeepingRun, read_product
 from limbgram.errors import Cancelled, CaseError
 from limbgram.run import track
 
@@ -126,6 +127,42 @@ def test_what_is_not_whole_is_computed_again(
     np.testing.assert_array_equal(values, [2, 4])
 
 
+def damaged(content: bytes, chance: np.random.Generator) -> bytes:
+    """A file with a flipped bit, a changed digit, or without its end or its middle."""
+    place = int(chance.integers(len(content)))
+    digits = [k for k, byte in enumerate(content) if chr(byte).isdigit()]
+    match int(chance.integers(4)):
+        case 0:
+            byte = content[place] ^ (1 << int(chance.integers(8)))
+            return content[:place] + bytes([byte]) + content[place + 1 :]
+        case 1:
+            place = digits[int(chance.integers(len(digits)))]
+            digit = (content[place] - ord("0") + int(chance.integers(1, 10))) % 10
+            return content[:place] + str(digit).encode() + content[place + 1 :]
+        case 2:
+            return content[:place]
+        case _:
+            return content[:place] + content[place + 1 :]
+
+
+@pytest.mark.parametrize("name", ["product.json", "arrays.npz", "stage.json"])
+def test_no_damage_is_taken_up(files: tuple[Path, ...], name: str) -> None:
+    chain(files)
+    folder = files[0].parent.parent / "stages" / "scale"
+    key = json.loads((folder / "stage.json").read_text("utf-8"))["key"]
+    whole = (folder / name).read_bytes()
+    chance = np.random.default_rng(7)
+    for _ in range(200):
+        changed = damaged(whole, chance)
+        if changed == whole:
+            continue
+        (folder / name).write_bytes(changed)
+        with pytest.raises(LookupError):
+            read_product(folder, key, Numbers, folder)
+    (folder / name).write_bytes(whole)
+    assert read_product(folder, key, Numbers, folder)
+
+
 def test_a_case_can_be_moved(files: tuple[Path, ...]) -> None:
     chain(files)
     old = files[0].parent.parent
@@ -184,6 +221,34 @@ def test_code_version_follows_imports() -> None:
         fingerprint._imported(Path(fingerprint._PACKAGE / "geometry/similarity.py").read_bytes())
     )
     assert "limbgram.geometry.rigid" in read_by_similarity
+
+
+def test_code_version_has_the_libraries_that_the_code_can_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stages = {
+        "limbgram.photos.reading": {"pillow", "pillow_heif", "numpy", "opencv-python-headless"},
+        "limbgram.measuring.measurement": {"numba", "llvmlite", "embreex", "scipy"},
+        "limbgram.mapping.ring": {"pycolmap"},
+    }
+    plain = fingerprint.version
+    before = {module: code_version(module) for module in stages}
+    for module, libraries in stages.items():
+        for library in libraries | {"matplotlib"}:
+            fingerprint.code_version.cache_clear()
+            fingerprint.library_versions.cache_clear()
+            with monkeypatch.context() as patch:
+                if library == "pillow_heif":  # comes later than the rest
+                    installed = fingerprint._all_distributions() | {library: ["pillow"]}
+                    patch.setattr(fingerprint, "_all_distributions", lambda found=installed: found)
+                patch.setattr(
+                    fingerprint,
+                    "version",
+                    lambda name, other=library: plain(name) + ("a" if name == other else ""),
+                )
+                assert (code_version(module) == before[module]) == (library == "matplotlib")
+    fingerprint.code_version.cache_clear()
+    fingerprint.library_versions.cache_clear()
 
 
 def test_fingerprints_tell_dtype_shape_and_content_apart() -> None:

@@ -22,7 +22,7 @@ def cited(case: CaseFolder) -> CaseSource:
         schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
         files = frozenset(str(file["sha256"]) for file in record["files"])
         hash_of_record = file_sha256(case.record)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise CaseError(
             f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
             "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."

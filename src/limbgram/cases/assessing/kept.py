@@ -1,17 +1,19 @@
-"""Kept products: those of a finished case from which its accuracy is read; nothing is computed."""
+"""Kept products: those of a finished case from which its accuracy is read; nothing is computed.
+
+What is read is what the finished run kept, to the byte: the keys stand in case.json, the hashes
+beside the products, those of the photos among them.
+"""
 
 import json
-import zipfile
-from pathlib import Path
-from typing import Any, TypeVar
-
-import numpy as np
+from collections.abc import Iterable
+from typing import Any, TypeVar, cast
 
 from limbgram.calibration.cameras import Cameras
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.keeping.encoding import from_tree
+from limbgram.cases.keeping.fingerprint import file_sha256
+from limbgram.cases.keeping.store import read_product
 from limbgram.errors import CaseError
-from limbgram.photos.photo import PhotoSet
+from limbgram.photos.photo import Photo, PhotoSet
 from limbgram.report.accuracy import Evidence
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
@@ -24,18 +26,38 @@ def kept_evidence(case: CaseFolder) -> Evidence:
     """The evidence that a finished case keeps.
 
     Raises:
-        CaseError: the folder is no finished case, or its products cannot be read.
+        CaseError: the folder is no finished case, or its products are not those it was
+            finished with.
     """
-    _require_finished(case)
-    board = case.stages / "find_board"
+    keys = _keys_of_finished(case)
+    board = keys.get("find_board")
     return Evidence(
         name=_name(case),
-        photos=_read(case, "read_photos", PhotoSet),
-        cameras=_read(case, "cameras_for", Cameras),
-        detections=_read(case, "find_board", BoardDetections) if board.is_dir() else None,
-        metric=_read(case, "to_millimetres", MetricScene),
-        mesh=_read(case, "measure", Mesh),
+        photos=_read(case, keys, "read_photos", PhotoSet),
+        cameras=_read(case, keys, "cameras_for", Cameras),
+        detections=None if board is None else _read(case, keys, "find_board", BoardDetections),
+        metric=_read(case, keys, "to_millimetres", MetricScene),
+        mesh=_read(case, keys, "measure", Mesh),
     )
+
+
+def require_unaltered(photos: Iterable[Photo]) -> None:
+    """Refuse photos whose files no longer hold what was reconstructed.
+
+    Raises:
+        CaseError: a photo is gone, or holds other bytes.
+    """
+    for photo in photos:
+        try:
+            same = file_sha256(photo.path) == photo.sha256
+        except OSError:
+            same = False
+        if not same:
+            raise CaseError(
+                f"{photo.path} is no longer the photo that the case was made from: it was altered, "
+                "moved or damaged. Put the original back, or run `limbgram reconstruct` with the "
+                "photos into a new case."
+            )
 
 
 def _name(case: CaseFolder) -> str:
@@ -44,10 +66,13 @@ def _name(case: CaseFolder) -> str:
     return f"{root.parent.name}/{root.name}" if root.name == "case" else root.name
 
 
-def _require_finished(case: CaseFolder) -> None:
+def _keys_of_finished(case: CaseFolder) -> dict[str, str]:
+    """Key of each stage's product, as case.json has them."""
     try:
-        state = json.loads(case.record.read_text("utf-8"))["state"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        record: Any = json.loads(case.record.read_text("utf-8"))
+        state = record["state"]
+        keys = {str(stage["stage"]): str(stage["key"]) for stage in record.get("stages", ())}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise CaseError(
             f"{case.root} is no case: it has no readable case.json. Name the folder that "
             "`limbgram reconstruct` was given with -o."
@@ -57,18 +82,17 @@ def _require_finished(case: CaseFolder) -> None:
             f"The case {case.root} is {state}. Run `limbgram reconstruct` again: it continues "
             "where it stopped."
         )
+    return keys
 
 
-def _read(case: CaseFolder, stage: str, hint: type[T]) -> T:
-    """A product by the name of its stage, whatever options it was made with."""
+def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> T:
     folder = case.stages / stage
     try:
-        with np.load(folder / "arrays.npz", allow_pickle=False) as kept:
-            arrays = [kept[f"arr_{k}"] for k in range(len(kept.files))]
-        tree: Any = json.loads((folder / "product.json").read_text("utf-8"))
-        return from_tree(tree, hint, arrays, Path(case.root))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        kept, _ = read_product(folder, keys[stage], hint, case.root)
+    except LookupError as error:
         raise CaseError(
-            f"{folder} cannot be read ({type(error).__name__}): it was made by another version, "
-            "or is damaged. Run `limbgram reconstruct` on the case again."
+            f"{folder} is not what the case was finished with: it is damaged, was edited, or was "
+            "made by another version. Run `limbgram reconstruct` on the case again: it makes anew "
+            "what is not whole."
         ) from error
+    return cast(T, kept)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from limbgram.cases.assessing.kept import kept_evidence
+from limbgram.cases.assessing.kept import kept_evidence, require_unaltered
 from limbgram.cases.folder import CaseFolder
 from limbgram.errors import OptionsError
 from limbgram.shape.painted import PaintedMarks, PaintedOptions, find_painted_marks
@@ -25,13 +25,14 @@ def painted_marks_of(case: CaseFolder, shape: Mesh, options: PaintedOptions) -> 
     """The marks that a case's photos show, in the frame of a shape made from this case.
 
     Raises:
-        CaseError: it is no finished case, or its products cannot be read.
+        CaseError: it is no finished case, or its products or photos are not what they were.
         OptionsError: the shape is not the case's surface as it lies there; a grey colour.
     """
     kept = kept_evidence(case)
     _require_same_place(case, shape, kept.mesh)
     scene = kept.metric.scene
     photos = [kept.photos.photos[idx] for idx in scene.placed]
+    require_unaltered(photos)
     return find_painted_marks(photos, scene.views, kept.mesh, options)
 
 

@@ -1,16 +1,20 @@
 """Fingerprints: what a product depends on, as one short text.
 
-A product's key is the hash of its inputs (their content, files included), its options and the
-source code that makes it. Equal keys, equal product: nothing is computed twice.
+A product's key is the hash of its inputs (their content, files included), its options, the
+source code that makes it and the versions of the libraries that this code can use. Equal keys,
+equal product: nothing is computed twice.
 """
 
 import ast
 import hashlib
 import json
+import platform
+import sys
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, is_dataclass
 from functools import cache
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,6 +24,14 @@ import limbgram
 from limbgram.cases.keeping.encoding import to_tree
 
 _PACKAGE = Path(limbgram.__file__).parent
+_BEHIND = {
+    "numba": ("llvmlite",),
+    "trimesh": ("embreex", "numpy", "scipy"),
+    "cv2": ("numpy",),
+    "pycolmap": ("numpy",),
+    "matplotlib": ("numpy",),
+}
+"""Libraries that another uses to compute, though our code names them nowhere."""
 
 
 @dataclass
@@ -76,21 +88,50 @@ def file_sha256(path: Path) -> str:
 
 @cache
 def code_version(module: str) -> str:
-    """Hash of a module's source and of all limbgram modules that it imports, and theirs."""
+    """Hash of a module's source and of all limbgram modules that it imports, and theirs.
+
+    The versions of Python and of the libraries that they import are in it.
+    """
     if not module.startswith("limbgram"):
         return module
-    waiting, sources = [module], dict[str, bytes]()
+    waiting, sources, libraries = [module], dict[str, bytes](), set[str]()
     while waiting:
         name = waiting.pop()
         file = _source_file(name)
         if name in sources or file is None:
             continue
         sources[name] = file.read_bytes()
-        waiting.extend(_imported(sources[name]))
-    digest = hashlib.sha256()
+        imported = set(_imported(sources[name]))
+        ours = {name for name in imported if name.partition(".")[0] == _PACKAGE.name}
+        waiting.extend(ours)
+        libraries |= {name.partition(".")[0] for name in imported - ours}
+    digest = hashlib.sha256(platform.python_version().encode())
+    for library, found in library_versions(frozenset(libraries)).items():
+        digest.update(f"{library} {found}\n".encode())
     for name in sorted(sources):
         digest.update(name.encode() + b"\0" + sources[name] + b"\0")
     return digest.hexdigest()
+
+
+@cache
+def library_versions(imported: frozenset[str]) -> dict[str, str]:
+    """Version of each library among imported modules and behind them; "none": not installed."""
+    used = imported | {one for name in imported for one in _BEHIND.get(name, ())}
+    return {
+        name: ", ".join(f"{one} {version(one)}" for one in sorted(set(_distributions(name))))
+        or "none"
+        for name in sorted(used - sys.stdlib_module_names)
+    }
+
+
+def _distributions(module: str) -> list[str]:
+    return _all_distributions().get(module, [])
+
+
+@cache
+def _all_distributions() -> dict[str, list[str]]:
+    """What is installed, by the modules that it brings."""
+    return {name: list(found) for name, found in packages_distributions().items()}
 
 
 def _source_file(module: str) -> Path | None:
@@ -100,9 +141,15 @@ def _source_file(module: str) -> Path | None:
 
 
 def _imported(source: bytes) -> Iterator[str]:
+    """Modules that a source imports, by name in a call of import_module too."""
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("limbgram"):
-            yield str(node.module)
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from (a.name for a in node.names if a.name.startswith("limbgram."))
+        match node:
+            case ast.ImportFrom(module=str(module), level=0):
+                yield module
+                yield from (f"{module}.{alias.name}" for alias in node.names)
+            case ast.Import():
+                yield from (alias.name for alias in node.names)
+            case ast.Call(func=ast.Name("import_module"), args=[ast.Constant(str(module))]):
+                yield module
+            case _:
+                pass

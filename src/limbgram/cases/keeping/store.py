@@ -2,8 +2,13 @@
 
 A product is taken up when its key (inputs, options, code) is the wanted one and its files are
 whole; otherwise the stage runs. So resuming, and recomputing only what changed, are the same.
+
+stage.json holds the hashes of the product's two files, and a seal: the hash of its own text without
+the seal. A changed byte in any of the three is noticed. It guards against damage and against
+editing by hand, not against forgery: whoever can write here can seal again.
 """
 
+import hashlib
 import inspect
 import json
 import shutil
@@ -25,7 +30,7 @@ from limbgram.run import Run, Timing
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_SCHEMA = "limbgram-stage/1"
+_SCHEMA = "limbgram-stage/2"
 _PRODUCT, _ARRAYS, _STAGE = "product.json", "arrays.npz", "stage.json"
 
 
@@ -104,7 +109,7 @@ def write_product(
         "timing": to_tree(timing, [], str),
         "options": options,
     }
-    (half / _STAGE).write_text(json.dumps(stage, indent=1), encoding="utf-8")
+    (half / _STAGE).write_text(_sealed(stage), encoding="utf-8")
     for name in (_PRODUCT, _ARRAYS, _STAGE):
         sync(half / name)
     shutil.rmtree(folder, ignore_errors=True)
@@ -118,11 +123,11 @@ def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object,
         LookupError: there is none under this key, or it is not whole.
     """
     try:
-        stage = json.loads((folder / _STAGE).read_text("utf-8"))
+        stage = _unsealed((folder / _STAGE).read_text("utf-8"))
         if stage["schema"] != _SCHEMA or stage["key"] != key:
             raise LookupError(f"{folder.name} was made from other inputs")
-        for name, sha256 in stage["sha256"].items():
-            if file_sha256(folder / name) != sha256:
+        for name in (_PRODUCT, _ARRAYS):
+            if file_sha256(folder / name) != stage["sha256"][name]:
                 raise LookupError(f"{folder / name} is not whole")
         with np.load(folder / _ARRAYS, allow_pickle=False) as kept:
             arrays = [kept[f"arr_{k}"] for k in range(len(kept.files))]
@@ -131,6 +136,28 @@ def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object,
         return product, from_tree(stage["timing"], Timing, [], root)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         raise LookupError(f"{folder.name} is not kept, or not whole") from error
+
+
+def _sealed(stage: dict[str, Any]) -> str:
+    """A stage as the text of its file."""
+    return json.dumps({**stage, "seal": _seal(stage)}, indent=1)
+
+
+def _unsealed(text: str) -> dict[str, Any]:
+    """The stage in a file's text.
+
+    Raises:
+        LookupError: the text is not the one that was written, to the byte.
+    """
+    stage = json.loads(text)
+    stage.pop("seal")
+    if _sealed(stage) != text:
+        raise LookupError("stage.json is not whole")
+    return stage
+
+
+def _seal(stage: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(stage).encode()).hexdigest()
 
 
 def _relative(path: Path, root: Path) -> str:

@@ -1,5 +1,6 @@
 """A finished case is assessed from what it keeps; an unfinished one is refused."""
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +10,14 @@ import pytest
 
 from limbgram.cases.assessing.accuracy import assess_case
 from limbgram.cases.assessing.citing import cited
+from limbgram.cases.assessing.kept import kept_evidence, require_unaltered
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.store import write_product
 from limbgram.cli.quality.accuracy import accuracy_lines
 from limbgram.errors import CaseError, OptionsError
 from limbgram.export import write_ply
-from limbgram.photos.photo import PhotoSet
+from limbgram.photos.photo import Exif, Photo, PhotoSet
 from limbgram.report.accuracy import Evidence
 from limbgram.run import Timing
 
@@ -32,8 +34,15 @@ def keep(case: CaseFolder, found: Evidence, state: str = "finished") -> None:
         "measure": found.mesh,
     }
     for name, product in products.items():
-        write_product(case.stages / name, "key", product, type(product), TIMING, None, case.root)
-    case.record.write_text(json.dumps({"state": state}))
+        key = f"key of {name}"
+        write_product(case.stages / name, key, product, type(product), TIMING, None, case.root)
+    record_as(case, state, list(products))
+
+
+def record_as(case: CaseFolder, state: str, stages: list[str]) -> None:
+    """Write a record of these stages."""
+    listed = [{"stage": name, "key": f"key of {name}"} for name in stages]
+    case.record.write_text(json.dumps({"state": state, "stages": listed, "files": []}), "utf-8")
 
 
 def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path: Path) -> None:
@@ -71,7 +80,6 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
     case = CaseFolder(tmp_path / "case")
     case.root.mkdir()
     keep(case, with_sigmas)
-    case.record.write_text(json.dumps({"state": "finished", "files": []}))
     assess_case(case, None, "surface")
     own = {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")}
     larger = with_sigmas.mesh.with_vertices(1.2 * with_sigmas.mesh.vertices_mm)
@@ -96,12 +104,56 @@ def test_what_is_no_finished_case_is_refused(with_sigmas: Evidence, tmp_path: Pa
         assess_case(CaseFolder(tmp_path), None, "surface")
 
 
-def test_a_damaged_product_is_refused_and_named(with_sigmas: Evidence, tmp_path: Path) -> None:
+@pytest.mark.parametrize("stage", ["measure", "to_millimetres", "cameras_for", "read_photos"])
+@pytest.mark.parametrize("file", ["product.json", "arrays.npz", "stage.json"])
+def test_a_damaged_or_edited_product_is_refused_and_named(
+    with_sigmas: Evidence, tmp_path: Path, stage: str, file: str
+) -> None:
     case = CaseFolder(tmp_path)
     keep(case, with_sigmas)
-    (case.stages / "measure" / "arrays.npz").write_bytes(b"half")
-    with pytest.raises(CaseError, match="measure cannot be read"):
+    path = case.stages / stage / file
+    content = path.read_bytes()
+    digits = [k for k, byte in enumerate(content) if chr(byte).isdigit()]
+    place = max(digits, default=len(content) - 1)
+    other = bytes([content[place] ^ 1])  # of a digit, its neighbour
+    path.write_bytes(content[:place] + other + content[place + 1 :])
+    with pytest.raises(CaseError, match=rf"{stage} is not what .* reconstruct. on the case again"):
         assess_case(case, None, "surface")
+
+
+def test_a_product_of_another_run_is_refused(with_sigmas: Evidence, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path)
+    keep(case, with_sigmas)
+    mesh = with_sigmas.mesh
+    folder = case.stages / "measure"
+    write_product(folder, "key of another run", mesh, type(mesh), TIMING, None, case.root)
+    with pytest.raises(CaseError, match="measure is not what the case was finished with"):
+        assess_case(case, None, "surface")
+
+
+def test_a_board_that_the_finished_run_did_not_ask_for_is_not_read(
+    with_sigmas: Evidence, tmp_path: Path
+) -> None:
+    case = CaseFolder(tmp_path)
+    keep(case, with_sigmas)
+    (case.stages / "find_board").mkdir()
+    assert kept_evidence(case).detections is None
+
+
+def test_an_altered_photo_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "a.jpg"
+    file.write_bytes(b"as received")
+    sha256 = hashlib.sha256(b"as received").hexdigest()
+    photo = Photo(
+        name="a.jpg", path=file, width_px=9, height_px=9, exif=Exif(), sha256=sha256, camera_idx=0
+    )
+    require_unaltered([photo])
+    file.write_bytes(b"as retouched")
+    with pytest.raises(CaseError, match=r"a\.jpg is no longer the photo"):
+        require_unaltered([photo])
+    file.unlink()
+    with pytest.raises(CaseError, match=r"a\.jpg is no longer the photo"):
+        require_unaltered([photo])
 
 
 def test_a_truth_must_exist_and_have_cameras_to_align_by(
