@@ -36,6 +36,19 @@ from tables import write_tables
 
 HERE = Path(__file__).parent
 LIMBGRAM = str(Path(sys.executable).with_name("limbgram"))
+CALIBRATED_WITH = {"limb_sparse15": "limb_ring15"}
+"""Sets without board photos of their own, and the set of the same camera that has them."""
+REPEATED = (
+    "rms_mm",
+    "p95_mm",
+    "mean_mm",
+    "within",
+    "scale_error",
+    "girths",
+    "volume_error",
+    "sigma",
+)
+"""Figures against the truth that are kept of a repeat."""
 LIBRARIES = ("limbgram", "numpy", "numba", "opencv-python-headless", "pycolmap", "scipy")
 
 
@@ -51,6 +64,9 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=11, help="of the sweep's captures")
     parser.add_argument("--rivals", action="store_true", help="run rivals that are installed")
+    parser.add_argument(
+        "--repeats", type=int, default=0, help="more runs of a set, each without one of its photos"
+    )
     parser.add_argument("--keep", type=Path, help="keep captures and case folders here")
     parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
@@ -62,6 +78,8 @@ def main() -> None:
             sys.stderr.write(f"{source.name}\n")
             result = known | one_set(source, folder / source.name, chosen.judge)
             camera = folder / source.name / "camera.json"
+            if chosen.repeats and camera.exists() and (source / "truth").is_dir():
+                result["repeats"] = list(repeats(source, camera, chosen.repeats))
             if chosen.rivals and camera.exists():
                 result["rivals"] = against_rivals(source, camera, folder / f"{source.name}_rivals")
             results["sets"][source.name] = result
@@ -108,10 +126,11 @@ def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
     command = ["reconstruct", str(source / "images"), "-o", str(case / "case"), "--json"]
     result: dict[str, Any] = {}
     picks: list[Path] = []
-    if (source / "calibration").is_dir():
+    boards = source.with_name(CALIBRATED_WITH.get(source.name, source.name)) / "calibration"
+    if boards.is_dir():
         camera = case / "camera.json"
         board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
-        result["calibrate"] = timed([LIMBGRAM, "calibrate", str(source / "calibration"), *board])
+        result["calibrate"] = timed([LIMBGRAM, "calibrate", str(boards), *board])
         command += ["--camera", str(camera)]
     elif picks := list(HERE.glob(f"{source.name}_picks.json")):
         command += ["--known-distance", str(picks[0]), "--no-board"]
@@ -121,7 +140,7 @@ def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
     summary = case / "case" / "summary.json"
     if summary.exists():
         result["summary"] = json.loads(summary.read_text())
-    named = "poses.json" if (source / "calibration").is_dir() or picks else "poses-unitless.json"
+    named = "poses.json" if boards.is_dir() or picks else "poses-unitless.json"
     poses = case / "case" / "deliverables" / named
     if poses.exists():
         result["poses"] = against_known(poses, source)
@@ -131,14 +150,34 @@ def one_set(source: Path, case: Path, judge: str | None) -> dict[str, Any]:
     return result
 
 
+def repeats(source: Path, camera: Path, count: int) -> Iterator[dict[str, Any]]:
+    """The same set without one photo, another one each time, evenly spread over the set."""
+    photos = sorted(file for file in (source / "images").iterdir() if file.is_file())
+    for left_out in photos[len(photos) // (2 * count) :: len(photos) // count][:count]:
+        kept = [str(photo) for photo in photos if photo != left_out]
+        with tempfile.TemporaryDirectory() as scratch:
+            case = Path(scratch) / "case"
+            run = timed([LIMBGRAM, "reconstruct", *kept, "--camera", str(camera), "-o", str(case)])
+            said = accuracy(case, source)
+        truth = {name: said["truth"][name] for name in REPEATED}
+        yield {"left_out": left_out.name, "exit_code": run["exit_code"], "truth": truth}
+
+
 def accuracy(case: Path, source: Path) -> dict[str, Any]:
-    """What `limbgram accuracy` says, against the truth where the capture has one."""
+    """What the case says of itself, and its comparison with the truth where there is one."""
+    own = _accuracy_tree(case)
+    said = {name: own[name] for name in ("headline", "light", "criteria", "expected")}
+    against = _accuracy_tree(case, source) if (source / "truth").is_dir() else own
+    return said | {"truth": against["truth"]}
+
+
+def _accuracy_tree(case: Path, truth: Path | None = None) -> dict[str, Any]:
     command = [LIMBGRAM, "accuracy", str(case), "--json"]
-    if (source / "truth").is_dir():
-        command += ["--truth", str(source)]
-    said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True)
-    tree: dict[str, Any] = json.loads(said.stdout)
-    return {name: tree[name] for name in ("headline", "light", "criteria", "expected", "truth")}
+    if truth is not None:
+        command += ["--truth", str(truth)]
+    said = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
+    tree: dict[str, Any] = json.loads(said.stdout)  # a red verdict has an exit code of its own
+    return tree
 
 
 def timed(command: list[str]) -> dict[str, Any]:

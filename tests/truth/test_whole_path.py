@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
 from typer.testing import CliRunner, Result
 
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
 from limbgram.synthetic import SMALL, make_capture
 
+README = Path(__file__).parents[2] / "README.md"
 CAPTURE = replace(SMALL, photos=14)
 NAMES = ("surface.stl", "surface.dxf", "surface.ply", "surface.obj", "surface.glb", "cloud.ply")
 
@@ -49,13 +51,34 @@ def reconstruct(folder: Path, *words: object) -> Result:
 
 
 def test_the_surface_is_true(folder: Path) -> None:
+    """Near what this capture reaches (RMS 0.058 mm at 0.7 mm a pixel), from both sides."""
     score = score_case(folder / "case", folder / "capture" / "truth")
-    assert 0.005 < score.rms_mm < 0.13
-    assert abs(score.mean_mm) < 0.03
-    assert abs(score.scale_error) < 0.001
-    assert score.covered > 0.95
-    assert max(map(abs, score.girth_errors_mm)) < 0.5
-    assert abs(score.volume_error) < 0.003
+    assert 0.045 < score.rms_mm < 0.066
+    assert 0.09 < score.p95_mm < 0.13
+    assert abs(score.mean_mm) < 0.015
+    assert 1e-6 < abs(score.scale_error) < 5e-4
+    assert 0.975 < score.covered < 0.998
+    assert len(score.girth_errors_mm) == 4
+    assert 0.02 < max(map(abs, score.girth_errors_mm)) < 0.2
+    assert 1e-6 < abs(score.volume_error) < 8e-4
+    assert score.camera_rms_mm < 0.6
+
+
+def test_the_readme_program_makes_the_same_surface(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the README shows of Python runs as it stands there, on real photos."""
+    (tmp_path / "photos").symlink_to(folder / "capture" / "images")
+    (tmp_path / "camera.json").write_bytes((folder / "camera.json").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    (program,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    exec(program, {})
+    made = trimesh.load_mesh(tmp_path / "limb.stl")
+    command = trimesh.load_mesh(folder / "case" / "deliverables" / "surface.stl")
+    apart_mm, _ = cKDTree(command.vertices).query(made.vertices)
+    # Not to the byte: the command sets how many threads add up matrix products.
+    assert np.quantile(apart_mm, 0.99) < 0.02
+    assert len(made.faces) == pytest.approx(len(command.faces), rel=0.005)
 
 
 def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 import scipy.sparse as sp
 
 from limbgram.measuring.plate import bending_of, plate_of, quadrics, tangent_axes
@@ -66,35 +67,41 @@ def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
     return Solved(mesh, sight, equations, moved_mm - true_mm)
 
 
-def test_noise_is_told_by_how_photos_disagree() -> None:
+@pytest.mark.parametrize(("common", "low", "high"), [(0.0, 0.65, 0.82), (0.2, 0.8, 0.95)])
+def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: float) -> None:
+    """Whether photos err alike by nothing or by the most that captures showed, sigma is near.
+
+    Errors of captures are alike by 0.05 to 0.2 (docs/method/uncertainty.md). A sheet without relief
+    has no lost detail, so its sigma is somewhat wide.
+    """
     ratios: list[float] = []
     for seed in range(4):
-        found = solved(0.14, seed)
+        found = solved(common, seed)
         sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean((found.errors_mm / sigma)[inside] ** 2))))
-    assert 0.75 < np.mean(ratios) < 1.1
+    assert low < np.mean(ratios) < high
 
 
 def test_detail_that_the_plate_takes_is_told() -> None:
-    found = solved(0.14, 7, wave_mm=0.3)
+    found = solved(0.1, 7, wave_mm=0.3)
     sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
     inside = _inside()
-    smooth = solved(0.14, 7)
+    smooth = solved(0.1, 7)
     error, error_smooth = found.errors_mm[inside].std(), smooth.errors_mm[inside].std()
     assert error > 1.4 * error_smooth  # the waves were lost
     assert 0.7 < error / np.sqrt(np.mean(sigma[inside] ** 2)) < 1.4
 
 
 def test_a_vertex_of_a_single_photo_has_a_pixel() -> None:
-    found = solved(0.14, 1)
+    found = solved(0.1, 1)
     found.equations.photos[500] = 1
     sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
     assert sigma[500] > EDGE_MM / 4.5 > 2 * np.median(sigma)
 
 
 def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
-    found = solved(0.14, 1)
+    found = solved(0.1, 1)
     usual = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
     wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
     found.equations.pull[wild] *= 1000

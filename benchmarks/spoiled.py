@@ -1,0 +1,176 @@
+"""Captures that cannot give a right answer: what limbgram says of each, and how wrong it is.
+
+    python benchmarks/spoiled.py SET -o benchmarks/results/spoiled.json
+
+SET is a capture with board photos and a truth (rendered, or of `limbgram make-capture`). Photos
+are taken away, damaged or mirrored, the board's size or the camera file is stated wrongly; each
+goes through the command line. A green verdict with exit code 0 on any of them is a defect.
+"""
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from PIL import Image, ImageEnhance, ImageFilter, ImageOps
+
+from captures import LIMBGRAM, accuracy, machine, timed
+
+Photos = Sequence[Path]
+_JPEG_QUALITY = 95
+"""Of photos that were damaged and stored as JPEG once more."""
+
+
+def all_of(photos: Photos) -> Photos:
+    return photos
+
+
+def half_ring(photos: Photos) -> Photos:
+    return photos[: (len(photos) + 1) // 2]
+
+
+def three(photos: Photos) -> Photos:
+    return photos[:3]
+
+
+def every_second(photos: Photos) -> Photos:
+    return photos[::2]
+
+
+def blurred(photo: Image.Image) -> Image.Image:
+    return photo.filter(ImageFilter.GaussianBlur(6.0))
+
+
+def overexposed(photo: Image.Image) -> Image.Image:
+    return ImageEnhance.Brightness(photo).enhance(4.0)
+
+
+def longer(camera: dict[str, Any]) -> dict[str, Any]:
+    """A focal length 3 % too long."""
+    lens = camera["parameters"]
+    return camera | {"parameters": lens | {"fx": 1.03 * lens["fx"], "fy": 1.03 * lens["fy"]}}
+
+
+def foreign(camera: dict[str, Any]) -> dict[str, Any]:
+    """A phone's: other pixels, another lens."""
+    lens = {"fx": 3100.0, "fy": 3100.0, "cx": 1999.5, "cy": 1499.5}
+    stated = {"width_px": 4000, "height_px": 3000, "label": "a phone", "focal_mm": 4.3}
+    return camera | stated | {"parameters": camera["parameters"] | lens}
+
+
+@dataclass(frozen=True)
+class Spoiled:
+    """One way of spoiling a good capture."""
+
+    title: str
+    photos: Callable[[Photos], Photos] = all_of
+    image: Callable[[Image.Image], Image.Image] | None = None
+    camera: Callable[[dict[str, Any]], dict[str, Any]] | None = None
+    words: Sequence[str] = field(default=())
+
+
+CAPTURES = (
+    Spoiled("half of the ring", half_ring),
+    Spoiled("three neighbouring photos", three),
+    Spoiled("every second photo of the ring", every_second),
+    Spoiled("board stated 10 % too large", words=("--board", "charuco:7x5:33:24.2:4X4_50")),
+    Spoiled("focal length 3 % too long", camera=longer),
+    Spoiled("every photo blurred", image=blurred),
+    Spoiled("every photo overexposed", image=overexposed),
+    Spoiled("every photo mirrored", image=ImageOps.mirror),
+    Spoiled("camera file of another camera", camera=foreign),
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("source", type=Path)
+    parser.add_argument("--keep", type=Path, help="keep the case folders here")
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = chosen.keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        camera = folder / "camera.json"
+        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
+        timed([LIMBGRAM, "calibrate", str(chosen.source / "calibration"), *board])
+        captures: list[dict[str, Any]] = []
+        for number, one in enumerate(CAPTURES):
+            captures.append(tried(one, chosen.source, camera, folder / f"{number}"))
+            sys.stderr.write(f"{one.title}: exit {captures[-1]['exit_code']}\n")
+            result = {"machine": machine(), "of": chosen.source.name, "captures": captures}
+            chosen.out.write_text(json.dumps(result, indent=1) + "\n")
+
+
+def tried(one: Spoiled, source: Path, camera: Path, folder: Path) -> dict[str, Any]:
+    """Spoil the capture, run it, and hold what comes out against the truth."""
+    photos = one.photos(sorted(p for p in (source / "images").iterdir() if p.is_file()))
+    images = folder / "images"
+    images.mkdir(parents=True)
+    for photo in photos:
+        _store(photo, images / photo.name, one.image)
+    stated = folder / "camera.json"
+    tree = json.loads(camera.read_text())
+    stated.write_text(json.dumps(tree if one.camera is None else one.camera(tree)))
+    case = folder / "case"
+    command = [LIMBGRAM, "reconstruct", str(images), "--camera", str(stated), "-o", str(case)]
+    run = subprocess.run([*command, *one.words], capture_output=True, text=True, check=False)
+    summary = case / "summary.json"
+    finished = summary.exists()
+    return {
+        "title": one.title,
+        "photos": len(photos),
+        "exit_code": run.returncode,
+        "terminal": [line for line in run.stdout.splitlines() if line],
+        "refusal": "" if finished else _refusal(run.stderr),
+        "says": _first_line(run.stdout) if finished else _refusal(run.stderr),
+        "page": _banner(case / "report.html") if finished else None,
+        "truth": _truth(case, source) if finished else "no surface is made",
+    }
+
+
+def _store(photo: Path, kept: Path, change: Callable[[Image.Image], Image.Image] | None) -> None:
+    if change is None:
+        shutil.copyfile(photo, kept)
+        return
+    with Image.open(photo) as opened:
+        exif = opened.getexif()
+        change(opened.convert("RGB")).save(kept, quality=_JPEG_QUALITY, exif=exif)
+
+
+def _first_line(printed: str) -> str:
+    return next((line for line in printed.splitlines() if line.strip()), "")
+
+
+def _refusal(printed: str) -> str:
+    """The message at the end of what was printed, without the bars of progress before it."""
+    return printed.strip().splitlines()[-1] if printed.strip() else ""
+
+
+def _banner(page: Path) -> str | None:
+    """The class of the page's banner: its colour."""
+    found = re.search(r'class="(verdict[^"]*)"', page.read_text("utf-8"))
+    return None if found is None else found[1]
+
+
+def _truth(case: Path, source: Path) -> str:
+    truth = accuracy(case, source)["truth"]
+    girth = max((one["error_mm"] for one in truth["girths"]), key=abs, default=float("nan"))
+    return (
+        f"{truth['covered']['0.25 mm']:.0%} of the visible limb is there; scale "
+        f"{100 * truth['scale_error']:+.2f} %, volume {100 * truth['volume_error']:+.0f} %, worst "
+        f"girth {girth:+.1f} mm"
+    )
+
+
+if __name__ == "__main__":
+    main()
