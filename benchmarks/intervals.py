@@ -1,12 +1,15 @@
 """How often a stated 95 % interval holds: many small synthetic captures, each another limb.
 
-    python benchmarks/intervals.py intervals.jsonl --count 100
+    python benchmarks/intervals.py intervals.jsonl --count 100 --jobs 16
 
 Every capture gets its own limb, paint, walk, noise and lens calibration from its seed, is
 reconstructed from nothing, laid on its truth without changing size, and measured: girths (along
 the contour, and of a taut tape) at five heights, and the volume between the outer two. One line
 of JSON a capture; seeds that are in the file already are not run again. The last line printed
-says how many of all intervals held.
+says how many of all intervals held, and how many missed on either side.
+
+`--setting` photographs another sort of limb or more sharply (SETTINGS). `--keep FOLDER` keeps the
+photos and every stage of each case: figures told anew are then a matter of seconds a capture.
 
     python benchmarks/intervals.py a.jsonl b.jsonl --table benchmarks/results/intervals.md
 
@@ -16,9 +19,16 @@ puts runs made so side by side into one table.
 import argparse
 import json
 import math
+import multiprocessing
+import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +36,11 @@ import numpy as np
 
 from captures import machine
 from limbgram.calibration import calibrate
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.errors import LimbgramError
+from limbgram.geometry.interval import COVER
 from limbgram.mapping.scene import Scene
 from limbgram.photos import read_photos
 from limbgram.pipeline import Capture, Reconstruction, reconstruct
@@ -41,44 +54,77 @@ from limbgram.synthetic import (
     SCALE_BOARD,
     CaptureOptions,
     LimbKind,
+    Relief,
     make_capture,
+    stage_truth,
 )
 from tables import made_on, table
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 """Heights of the girths, as shares of the seen height."""
-COVER = 1.96
-"""Sigmas to either side of a figure that hold it in 95 of 100 cases."""
+SETTINGS: dict[str, dict[str, Any]] = {
+    "usual": {},
+    "smooth": {"relief": Relief(rms_mm=0.0)},
+    "rough": {"relief": Relief(rms_mm=0.5)},
+    "fine": {"relief": Relief(rms_mm=0.1, finest_mm=2.5), "mesh_step_mm": 0.6},
+    "sharp": {
+        "width_px": 1920,
+        "height_px": 1280,
+        "blur_px": 0.35,
+        "noise": 0.5,
+        "mesh_step_mm": 0.6,
+    },
+}
+"""What a setting changes of the usual small capture: no relief, 2.5 times as much, relief that goes
+on to waves of 2.5 mm, photos of twice the resolution."""
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("out", type=Path, nargs="+", help="JSON lines; what is there is kept")
     parser.add_argument("--table", type=Path, help="run nothing; write what is there to this file")
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=1000, help="first seed")
+    parser.add_argument("--setting", choices=SETTINGS, default="usual")
+    parser.add_argument("--jobs", type=int, default=1, help="captures at a time, a process each")
+    parser.add_argument("--keep", type=Path, help="keep photos and stages of every case here")
     chosen = parser.parse_args()
     if chosen.table:
         found = [line for path in chosen.out for line in lines_of(path)]
         chosen.table.write_text(table_of(found))
         return
     (out,) = chosen.out
-    done = {line["seed"] for line in lines_of(out)}
-    for seed in range(chosen.first, chosen.first + chosen.count):
-        if seed in done:
-            continue
-        line = one(seed)
+    done = {line["seed"] for line in lines_of(out) if line["setting"] == chosen.setting}
+    seeds = [seed for seed in range(chosen.first, chosen.first + chosen.count) if seed not in done]
+    for line in run_all(partial(one, setting=chosen.setting, keep=chosen.keep), seeds, chosen.jobs):
         with out.open("a") as stream:
             stream.write(json.dumps(line) + "\n")
-        sys.stderr.write(f"{seed}: {line.get('refused') or told([line])}\n")
+        sys.stderr.write(f"{line['seed']}: {line.get('refused') or told([line])}\n")
     sys.stdout.write(told(lines_of(out)) + "\n")
 
 
-def options_of(seed: int) -> CaptureOptions:
+def run_all(
+    task: "partial[dict[str, Any]]", seeds: list[int], jobs: int
+) -> Iterator[dict[str, Any]]:
+    """Every seed's line as it comes, so many processes at a time."""
+    if jobs == 1:
+        yield from map(task, seeds)
+        return
+    for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(name, "1")  # the processes share the cores, not their threads
+    fresh = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=fresh) as pool:
+        for done in as_completed([pool.submit(task, seed) for seed in seeds]):
+            yield done.result()
+
+
+def options_of(seed: int, setting: str) -> CaptureOptions:
     """A small capture, drawn by its seed."""
     random = np.random.default_rng((seed, 77))
     width = int(random.choice([780, 864, 960]))
-    return CaptureOptions(
+    usual = CaptureOptions(
         kind=list(LimbKind)[int(random.integers(len(LimbKind)))],
         seed=seed,
         coverage=float(random.uniform(0.45, 0.65)),
@@ -91,30 +137,47 @@ def options_of(seed: int) -> CaptureOptions:
         jpeg_quality=int(random.integers(88, 97)),
         mesh_step_mm=1.0,
     )
+    return replace(usual, **SETTINGS[setting])
 
 
-def one(seed: int) -> dict[str, Any]:
+def one(seed: int, setting: str, keep: Path | None) -> dict[str, Any]:
     """One capture from nothing to its figures."""
     start = time.process_time()
-    line: dict[str, Any] = {"seed": seed}
-    with tempfile.TemporaryDirectory() as scratch:
-        capture = make_capture(Path(scratch) / "capture", options_of(seed))
+    options = options_of(seed, setting)
+    line: dict[str, Any] = {"seed": seed, "setting": setting, "kind": options.kind.value}
+    with folder_of(seed, setting, keep) as folder:
+        photos = folder / "capture"
+        if not photos.exists():
+            make_capture(photos, options)
         made = time.process_time()
         try:
-            lens = calibrate(read_photos([capture.folder / "calibration"]), CALIBRATION_BOARD.board)
+            lens = calibrate(read_photos([photos / "calibration"]), CALIBRATION_BOARD.board)
             result = reconstruct(
                 Capture(
-                    sources=(capture.folder / "images",),
+                    sources=(photos / "images",),
                     calibrations=(lens.calibration,),
                     board=SCALE_BOARD.board,
-                )
+                ),
+                run=None if keep is None else KeepingRun(case=CaseFolder(folder / "case")),
             )
-            views = {view.name: view for view in capture.truth.views}
+            views = {view.name: view for view in stage_truth(options).views}
             placed = [views[name].centre_in_world for name in names_placed(result.metric.scene)]
-            line |= figures(result, truth_of(capture.folder / "truth", np.array(placed)))
+            line |= figures(result, truth_of(photos / "truth", np.array(placed)))
         except LimbgramError as refusal:
             line["refused"] = str(refusal)
     return line | {"cpu_s": [round(made - start, 1), round(time.process_time() - made, 1)]}
+
+
+@contextmanager
+def folder_of(seed: int, setting: str, keep: Path | None) -> Iterator[Path]:
+    """Where photos and stages lie: for good, or for as long as they are worked on."""
+    if keep is None:
+        with tempfile.TemporaryDirectory() as scratch:
+            yield Path(scratch)
+    else:
+        folder = keep / f"{setting}-{seed}"
+        folder.mkdir(parents=True, exist_ok=True)
+        yield folder
 
 
 def names_placed(scene: Scene) -> tuple[str, ...]:
@@ -221,7 +284,7 @@ def table_of(lines: list[dict[str, Any]]) -> str:
     )
     rows: list[list[str]] = []
     for line in sorted(lines, key=lambda one: one["seed"]):
-        kind = options_of(line["seed"]).kind.value
+        kind = line["kind"]
         if "refused" in line:
             rows.append([f"{line['seed']}", kind, f"refused: {line['refused'][:80]}", *[""] * 6])
             continue

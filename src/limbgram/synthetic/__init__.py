@@ -8,7 +8,7 @@ from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
-from limbgram.synthetic.props.limb import LimbKind
+from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint
 from limbgram.synthetic.props.spots import MAGENTA, PaintedSpot, places_mm, scattered_spots
 from limbgram.synthetic.rendering.lighting import Lighting, Shadow
@@ -27,6 +27,7 @@ __all__ = [
     "Paint",
     "PaintedSpot",
     "PrintedBoard",
+    "Relief",
     "Shadow",
     "SurfacePoints",
     "Truth",

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from limbgram.errors import OptionsError
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
-from limbgram.synthetic.props.limb import LimbKind
+from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint
 from limbgram.synthetic.props.spots import PaintedSpot
 from limbgram.synthetic.rendering.lighting import Lighting
@@ -25,6 +25,8 @@ class CaptureOptions:
     """Marks of one plain colour over the paint; their places stand in the truth's notes."""
     lighting: Lighting = field(default_factory=Lighting)
     """Light on the limb; the calibration board has the usual one."""
+    relief: Relief = field(default_factory=Relief)
+    """How high and how fine skin and knit stand out."""
     fin_mm: float = 0.0
     """Thickness of an upright fin on the limb's side, 12 mm high; 0 for none."""
     photos: int = 15
@@ -51,6 +53,10 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
+        _require(
+            0 <= self.relief.rms_mm <= 2 and 1 <= self.relief.finest_mm <= 40,
+            "relief is 0 to 2 mm high and its finest waves 1 to 40 mm long",
+        )
         _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
         _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")

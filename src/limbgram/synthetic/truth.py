@@ -49,7 +49,9 @@ class SurfacePoints:
 
 def stage_truth(options: CaptureOptions) -> Truth:
     """Build the limb, place the boards, and decide where every photo is taken from."""
-    limb = make_limb(options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm)
+    limb = make_limb(
+        options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm, options.relief
+    )
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
     target = np.array([0.0, 0.0, BASE_MM + _AIM * limb.height_mm])
     ring = walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)

@@ -20,7 +20,7 @@ from limbgram.synthetic import (
     stage_truth,
     surface_points,
 )
-from limbgram.synthetic.props.limb import make_limb
+from limbgram.synthetic.props.limb import Relief, make_limb
 from limbgram.synthetic.props.paint import bake
 from limbgram.synthetic.props.spots import PaintedSpot
 
@@ -102,6 +102,21 @@ def test_a_limb_is_the_same_at_every_mesh_step() -> None:
     for axis in range(2):
         spans = [np.ptp(limb.mesh.vertices_mm[:, axis]) for limb in (fine, coarse)]
         assert spans[0] == pytest.approx(spans[1], abs=0.3)
+
+
+def test_relief_is_as_high_and_as_fine_as_asked_for() -> None:
+    def lifted_mm(relief: Relief) -> np.ndarray:
+        rough = make_limb(LimbKind.TRANSTIBIAL, 5, 1.0, 60.0, relief=relief).mesh
+        return np.einsum("ni,ni->n", rough.vertices_mm - smooth.vertices_mm, outward)
+
+    smooth = make_limb(LimbKind.TRANSTIBIAL, 5, 1.0, 60.0, relief=Relief(rms_mm=0.0)).mesh
+    outward = smooth.vertex_normals()
+    usual, fine = lifted_mm(Relief()), lifted_mm(Relief(finest_mm=2.5))
+    assert np.sqrt(np.mean(usual**2)) == pytest.approx(0.2, rel=0.15)
+    assert np.sqrt(np.mean(fine**2)) == pytest.approx(0.2, rel=0.15)
+    ends = smooth.faces[:, :2]
+    steep = [np.abs(np.diff(lift[ends], axis=1)).mean() for lift in (usual, fine)]
+    assert steep[1] > 1.2 * steep[0]
 
 
 @pytest.mark.parametrize("coverage", [0.2, 0.55])

@@ -22,6 +22,18 @@ from limbgram.synthetic.props.fin import columns_round, fin_rise_mm
 
 _CUT_RING_MM = 3.0
 _WAVES = 48
+_COARSEST_MM = 40.0
+"""Wave length of the coarsest relief."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relief:
+    """The fine relief of skin and knit: plane waves, long ones higher."""
+
+    rms_mm: float = 0.2
+    """Its height in all; 0 for a smooth limb."""
+    finest_mm: float = 5.0
+    """Its shortest wave length."""
 
 
 class LimbKind(Enum):
@@ -133,8 +145,16 @@ class Limb:
     height_mm: float
 
 
+_RELIEF = Relief()
+
+
 def make_limb(
-    kind: LimbKind, seed: int, step_mm: float, base_mm: float, fin_mm: float = 0.0
+    kind: LimbKind,
+    seed: int,
+    step_mm: float,
+    base_mm: float,
+    fin_mm: float = 0.0,
+    relief: Relief = _RELIEF,
 ) -> Limb:
     """Build a limb, with a fin of this thickness; one seed gives one person, left or right."""
     rng = np.random.default_rng((seed, 1))
@@ -150,7 +170,7 @@ def make_limb(
     turn = np.stack([np.cos(angles), np.sin(angles)], -1)
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
     skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
-    skin = skin + _normals(skin) * _relief_mm(skin, rng)[..., None]
+    skin = skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
@@ -219,14 +239,16 @@ def _scar_mm(
     return -1.3 * on_end * np.exp(-0.5 * ((forward_mm + 6.0) / 2.6) ** 2)
 
 
-def _relief_mm(points: Points3, rng: np.random.Generator) -> Float64[np.ndarray, "n c"]:
-    """Skin and knit: plane waves of 5 to 40 mm, 0.2 mm RMS in all, long ones higher."""
-    lengths = np.geomspace(5.0, 40.0, _WAVES)
+def _relief_mm(
+    points: Points3, wanted: Relief, rng: np.random.Generator
+) -> Float64[np.ndarray, "n c"]:
+    """Height of every point over the smooth skin."""
+    lengths = np.geomspace(wanted.finest_mm, _COARSEST_MM, _WAVES)
     directions = rng.normal(size=(_WAVES, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     phases = rng.uniform(0, 2 * np.pi, _WAVES)
     weights = lengths**0.7
-    weights *= 0.2 * np.sqrt(2) / np.linalg.norm(weights)
+    weights *= wanted.rms_mm * np.sqrt(2) / np.linalg.norm(weights)
     relief = np.zeros(points.shape[:-1])
     for length, direction, phase, weight in zip(lengths, directions, phases, weights, strict=True):
         relief += weight * np.sin(points @ (direction * 2 * np.pi / length) + phase)
