@@ -24,7 +24,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import replace
@@ -169,7 +169,7 @@ def one(seed: int, setting: str, keep: Path | None) -> dict[str, Any]:
 
 
 @contextmanager
-def folder_of(seed: int, setting: str, keep: Path | None) -> Iterator[Path]:
+def folder_of(seed: int, setting: str, keep: Path | None) -> Generator[Path]:
     """Where photos and stages lie: for good, or for as long as they are worked on."""
     if keep is None:
         with tempfile.TemporaryDirectory() as scratch:

@@ -14,6 +14,7 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
+from limbgram.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.synthetic import SMALL, make_capture
 
 README = Path(__file__).parents[2] / "README.md"
@@ -79,6 +80,17 @@ def test_the_readme_program_makes_the_same_surface(
     # Not to the byte: the command sets how many threads add up matrix products.
     assert np.quantile(apart_mm, 0.99) < 0.02
     assert len(made.faces) == pytest.approx(len(command.faces), rel=0.005)
+
+
+def test_the_expected_error_has_a_part_from_every_source(folder: Path) -> None:
+    tree = json.loads((folder / "case" / "accuracy.json").read_text("utf-8"))
+    budget = {one["part"]: one["sigma_mm"] for one in tree["expected"]["budget"]}
+    assert set(budget) == {"image measurement", SCALE, CAMERAS, OFFSET}
+    assert 1e-4 < budget[CAMERAS] < 0.05
+    assert min(budget.values()) > 1e-5
+    assert np.hypot.reduce([*budget.values()]) == pytest.approx(
+        tree["expected"]["rms_mm"], rel=1e-3
+    )
 
 
 def test_every_file_is_there_and_is_in_millimetres(folder: Path) -> None:

@@ -39,6 +39,8 @@ class Mesh:
     shared_mm: Float32[np.ndarray, "n k"] | None = None
     """Displacement along the normal for one standard deviation of each of k sources of error
     that all vertices share (scale, cameras); part of `sigma_mm`."""
+    shared_sources: tuple[str, ...] = ()
+    """What each column of `shared_mm` comes from; a source may have several. Empty: not known."""
     correlation_mm: float | None = None
     """Distance over which the rest of the error is alike."""
     repairs: Repairs | None = None

@@ -14,6 +14,8 @@ from limbgram.measuring.uncertainty.shared import shared_errors
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 
+SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
+"""Sources of what all vertices share, as `Mesh.shared_sources` has them."""
 _OFFSET_PX = 0.0045
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
 53 small captures (seeds 6000 to 7088) say -0.007 px for thighs, -0.003 for shanks and 0.003 for
@@ -28,10 +30,12 @@ def with_sigma(mesh: Mesh, sight: Sight, equations: JointEquations, metric: Metr
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, sight.axes, sight.seen_by, measured, metric)
     modes_mm = np.column_stack([shared.modes_mm, _OFFSET_PX * sight.pixel_mm])
+    cameras = modes_mm.shape[1] - 2
     variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm**2).sum(1)
     return replace(
         mesh,
         sigma_mm=np.where(filled, np.nan, np.sqrt(variance)).astype(np.float32),
         shared_mm=modes_mm.astype(np.float32),
+        shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET),
         correlation_mm=local.reach_mm,
     )

@@ -12,11 +12,14 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
 
+from limbgram.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.evidence import Json
 
 Light = Literal["green", "amber", "red"]
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
 
+IMAGE, FAR_SCALE = "image measurement", "scale, at the far end"
+"""Parts of the expected error beside those that the mesh names."""
 _TWO_SIDED_95 = 1.96
 _FORMAL_TOO_SMALL = 4.0
 """Formal sigmas of matching were found three to four times too small against known truth."""
@@ -73,29 +76,29 @@ VOLUME = _Limit("volume", "Volume: error", "%", 0.5, 1.1)
 def expectation(figures: Json) -> Json:
     """The error to expect on the surface, mm, and what it is made of.
 
-    With vertex sigmas: from those, which hold cameras and scale. Without: four times the formal
-    sigma of the scene's points, and the scale.
+    With vertex sigmas: from those; each source's part is its own RMS over the same area, so the
+    parts add up in squares to the whole. Without: four times the formal sigma of the scene's
+    points, and the scale at the far end.
     """
     surface, lengths = figures["surface"], figures["lengths"]
     sigma = surface["sigma"]
-    arm = max(surface["size"]) / 2
-    relative = scale_sigma(lengths)
-    scale_mm = 0.0 if math.isnan(relative) else relative * arm
     if sigma is not None:
-        cameras_mm = math.sqrt(max(sigma["shared_rms_mm"] ** 2 - scale_mm**2, 0.0))
         return {
             "basis": "vertex sigmas",
             "rms_mm": sigma["rms_mm"],
             "p95_mm": sigma["expected_error_p95_mm"],
-            "budget": _budget(sigma["own_rms_mm"], cameras_mm, scale_mm),
+            "budget": _budget({IMAGE: sigma["own_rms_mm"], **sigma["shares_mm"]}),
         }
+    arm = max(surface["size"]) / 2
+    relative = scale_sigma(lengths)
+    scale_mm = 0.0 if math.isnan(relative) else relative * arm
     image_mm = _FORMAL_TOO_SMALL * figures["network"]["point_sigma"]["median"]
     rms_mm = math.hypot(image_mm, scale_mm)
     return {
         "basis": "points of the scene",
         "rms_mm": rms_mm,
         "p95_mm": _TWO_SIDED_95 * rms_mm,
-        "budget": _budget(image_mm, math.nan, scale_mm),
+        "budget": _budget({IMAGE: image_mm, CAMERAS: math.nan, FAR_SCALE: scale_mm}),
     }
 
 
@@ -105,13 +108,9 @@ def scale_sigma(lengths: Json) -> float:
     return max(known, default=math.nan)
 
 
-def _budget(image_mm: float, cameras_mm: float, scale_mm: float) -> list[Json]:
+def _budget(parts_mm: dict[str, float]) -> list[Json]:
     """What the expected error is made of, one standard deviation each."""
-    return [
-        {"part": "image measurement", "sigma_mm": image_mm},
-        {"part": "cameras and lens", "sigma_mm": cameras_mm},
-        {"part": "scale, at the far end", "sigma_mm": scale_mm},
-    ]
+    return [{"part": part, "sigma_mm": sigma_mm} for part, sigma_mm in parts_mm.items()]
 
 
 def criteria(figures: Json) -> tuple[Criterion, ...]:

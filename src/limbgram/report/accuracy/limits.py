@@ -9,7 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from limbgram.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evidence import Json
+from limbgram.report.accuracy.figures.surface import UNNAMED
+from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE
 
 Gravity = Literal["serious", "worth doing", "note"]
 _ORDER: tuple[Gravity, ...] = ("serious", "worth doing", "note")
@@ -220,13 +223,16 @@ def _largest_part(figures: Json) -> Iterator[Finding]:
         return
     largest = max(known, key=lambda one: one["sigma_mm"])
     pixel = figures["images"]["pixel"]
+    larger = "A larger board, closer to the limb and in more photos; or a longer known distance."
+    overlap = "More overlap between photos, and a fresh calibration with more board photos."
     remedies = {
-        "image measurement": f"A pixel is {pixel:.2f} mm on the limb: come closer, or use more "
+        IMAGE: f"A pixel is {pixel:.2f} mm on the limb: come closer, or use more "
         "pixels; more photos help with their square root only.",
-        "cameras and lens": "More overlap between photos, and a fresh calibration with more "
-        "board photos.",
-        "scale, at the far end": "A larger board, closer to the limb and in more photos; or a "
-        "longer known distance.",
+        CAMERAS: overlap,
+        SCALE: larger,
+        FAR_SCALE: larger,
+        OFFSET: "Sharper photos, or photos from nearer: it goes with the size of a pixel.",
+        UNNAMED: f"{overlap} {larger}",
     }
     yield Finding(
         "note",

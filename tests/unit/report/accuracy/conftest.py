@@ -11,6 +11,7 @@ from limbgram.calibration.cameras import Calibration, Cameras
 from limbgram.geometry.camera import Camera
 from limbgram.geometry.rigid import Rigid
 from limbgram.mapping.scene import Observations, PhotoVerdict, Ring, Scene
+from limbgram.measuring.uncertainty import SCALE
 from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.report.accuracy import Evidence
 from limbgram.scale.metric import LengthCheck, MetricScene, Scale
@@ -137,6 +138,7 @@ def with_sigmas(evidence: Evidence) -> Evidence:
         evidence.mesh,
         sigma_mm=np.full(count, 0.1, np.float32),
         shared_mm=np.full((count, 1), 0.06, np.float32),
+        shared_sources=(SCALE,),
         correlation_mm=2.0,
     )
     return replace(evidence, mesh=mesh, metric=replace(evidence.metric, scene=scene))

@@ -3,8 +3,10 @@
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from limbgram.measuring import uncertainty as sources
 from limbgram.report.accuracy import Evidence, assess
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95
 from limbgram.scale.metric import Scale
@@ -45,8 +47,49 @@ def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
     assert tree["expected"]["basis"] == "vertex sigmas"
     assert {one["part"]: round(one["sigma_mm"], 3) for one in tree["expected"]["budget"]} == {
         "image measurement": 0.08,
-        "cameras and lens": 0.0,
-        "scale, at the far end": 0.06,
+        "scale": 0.06,
+    }
+
+
+def test_a_share_put_into_the_surface_is_the_share_of_the_budget(with_sigmas: Evidence) -> None:
+    """Also of uneven triangles, and where a check length contradicts the scale."""
+    mesh = with_sigmas.mesh
+    squeezed, top = mesh.vertices_mm.copy(), mesh.vertices_mm[:, 2].max()
+    height = (squeezed[:, 2] / top) ** 2
+    squeezed[:, 2] = height * top  # small triangles at the foot
+    noise, scale, offset = 0.03 * np.ones(len(mesh)), 0.05 * height, 0.01 * np.ones(len(mesh))
+    cameras = np.column_stack([0.04 * (1 - height), np.where(height > 0.5, -0.02, 0.0)])
+    shared = np.column_stack([scale, cameras, offset])
+    uneven = replace(
+        mesh,
+        vertices_mm=squeezed,
+        sigma_mm=np.sqrt(noise**2 + (shared**2).sum(1)).astype(np.float32),
+        shared_mm=shared.astype(np.float32),
+        shared_sources=(sources.SCALE, sources.CAMERAS, sources.CAMERAS, sources.OFFSET),
+    )
+    areas = uneven.vertex_areas_mm2()
+    put_in = {
+        "image measurement": noise[:, None],
+        sources.SCALE: scale[:, None],
+        sources.CAMERAS: cameras,
+        sources.OFFSET: offset[:, None],
+    }
+    for case in (with_sigmas, with_check(with_sigmas, 0.004)):
+        expected = tree_of(replace(case, mesh=uneven))["expected"]
+        budget = {one["part"]: one["sigma_mm"] for one in expected["budget"]}
+        assert budget == pytest.approx(
+            {name: np.sqrt(areas @ (of**2).sum(1) / areas.sum()) for name, of in put_in.items()},
+            rel=1e-4,
+        )
+        assert np.hypot.reduce([*budget.values()]) == pytest.approx(expected["rms_mm"], rel=1e-6)
+
+
+def test_sources_without_names_stay_in_the_budget(with_sigmas: Evidence) -> None:
+    unnamed = replace(with_sigmas.mesh, shared_sources=())
+    budget = tree_of(replace(with_sigmas, mesh=unnamed))["expected"]["budget"]
+    assert {one["part"]: round(one["sigma_mm"], 3) for one in budget} == {
+        "image measurement": 0.08,
+        "shared by all vertices": 0.06,
     }
 
 

@@ -4,10 +4,11 @@ Areas are shared out to vertices, a third of each triangle to each corner, so th
 share of the surface and not of a number of vertices.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 from scipy.special import erf
 
 from limbgram.geometry.camera import View
@@ -23,6 +24,8 @@ _BINS = 50
 _SHOWN_QUANTILE = 0.995
 _TELL_OPENINGS = 5
 _BISECTIONS = 50
+UNNAMED = "shared by all vertices"
+"""What a shared source is called where the mesh does not tell."""
 
 
 def surface_figures(evidence: Evidence) -> Json:
@@ -97,10 +100,8 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> Json | None:
         return None
     sigmas, weights = mesh.sigma_mm[known].astype(np.float64), areas[known]
     weights = weights / weights.sum()
-    shared = 0.0
-    if mesh.shared_mm is not None:
-        squares = (mesh.shared_mm[known].astype(np.float64) ** 2).sum(1)
-        shared = float(np.sqrt(weights @ squares))
+    shares = _shares(mesh, known, weights)
+    shared = math.hypot(*shares.values())
     total = float(np.sqrt(weights @ sigmas**2))
     reach = float(np.quantile(sigmas, _SHOWN_QUANTILE))
     edges = np.linspace(0.0, reach, _BINS + 1)
@@ -109,11 +110,24 @@ def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> Json | None:
         "median_mm": _weighted_quantile(sigmas, weights, 0.5),
         "p95_mm": _weighted_quantile(sigmas, weights, 0.95),
         "shared_rms_mm": shared,
+        "shares_mm": shares,
         "own_rms_mm": float(np.sqrt(max(total**2 - shared**2, 0.0))),
         "correlation_mm": float("nan") if mesh.correlation_mm is None else mesh.correlation_mm,
         "expected_error_p95_mm": expected_p95(sigmas, weights),
         "edges_mm": edges.tolist(),
         "area_share": np.histogram(np.minimum(sigmas, reach), edges, weights=weights)[0].tolist(),
+    }
+
+
+def _shares(mesh: Mesh, known: Bool[np.ndarray, " n"], weights: Float64[np.ndarray, " k"]) -> Json:
+    """RMS over the area of what each shared source does to the surface, by the source's name."""
+    if mesh.shared_mm is None:
+        return {}
+    energies = weights @ mesh.shared_mm[known].astype(np.float64) ** 2
+    names = mesh.shared_sources or len(energies) * (UNNAMED,)
+    return {
+        name: float(np.sqrt(sum(e for e, of in zip(energies, names, strict=True) if of == name)))
+        for name in dict.fromkeys(names)
     }
 
 
