@@ -7,12 +7,15 @@ headings for experts. A text with a ± says `HOLDS` once.
 """
 
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 COVER = 1.96
 """Standard deviations to either side that hold 95 of 100 Gaussian errors."""
 HOLDS = "± holds in 95 of 100"
 """What a page or print with a ± says once."""
+_TWO_SIDES = re.compile(r"\+[\d.]+ / -[\d.]")
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,11 @@ class Interval:
     def of_sigma(cls, sigma: float) -> "Interval":
         """Both sides alike, from one standard deviation."""
         return cls(COVER * sigma, COVER * sigma)
+
+    @classmethod
+    def of_half_width(cls, half_width: float) -> "Interval":
+        """Both sides alike, from a half width that holds in 95 of 100 already."""
+        return cls(half_width, half_width)
 
     def over(self, unit: float) -> "Interval":
         """The same in a unit that is so many times as large."""
@@ -46,6 +54,14 @@ def plus_minus(interval: Interval | None, decimals: int) -> str:
         return ""
     above, below = _side(interval.above, decimals), _side(interval.below, decimals)
     return f"± {above}" if above == below else f"+{above} / -{below}"
+
+
+def explained(lines: Sequence[str]) -> tuple[str, ...]:
+    """The lines, and below them what ± means where one has it and none says so."""
+    told = "\n".join(lines)
+    if HOLDS in told or not ("±" in told or _TWO_SIDES.search(told)):
+        return tuple(lines)
+    return (*lines, f"{HOLDS}.")
 
 
 def _side(width: float, decimals: int) -> str:

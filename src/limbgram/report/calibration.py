@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from limbgram.calibration import BoardCalibration, Estimate
 from limbgram.calibration.projection import BOARD_TERMS
 from limbgram.geometry.camera import PARAMETERS
+from limbgram.geometry.interval import HOLDS, Interval, plus_minus
 
 _BLUE, _ORANGE, _GREY = "#1f5a8a", "#d9822b", "#777777"
 
@@ -48,14 +49,14 @@ def calibration_text(result: BoardCalibration) -> str:
         "",
     ]
     for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):
-        fixed = "held at zero" if sigma == 0 else f"+/- {_short(sigma)}"
+        fixed = "held at zero" if sigma == 0 else _spread(sigma)
         lines.append(f"{name:>5} {_rounded(value, sigma):>14} {fixed}")
     lines += [
         "",
         f"pixel aspect fy/fx {_told(result.aspect)}",
         f"skew {_told(result.skew)} px, {_kept(result.skew_delivered)}",
         f"k3 {_told(result.k3)}, {_kept(result.k3_delivered)}",
-        f"sigmas enlarged {result.inflation:.2f} times for errors shared within a photo",
+        f"{HOLDS}; enlarged {result.inflation:.2f} times for errors shared within a photo",
     ]
     if result.board_shape is not None:
         lines += ["board not flat or true (of its half side):"] + [
@@ -156,7 +157,7 @@ def _frame(axes: Axes, result: BoardCalibration) -> None:
 
 
 def _told(one: Estimate) -> str:
-    return f"{_rounded(one.value, one.sigma)} +/- {_short(one.sigma)}"
+    return f"{_rounded(one.value, one.sigma)} {_spread(one.sigma)}"
 
 
 def _kept(delivered: bool) -> str:
@@ -165,13 +166,15 @@ def _kept(delivered: bool) -> str:
 
 def _rounded(value: float, sigma: float) -> str:
     """A value with two digits of its sigma."""
-    if sigma <= 0:
-        return f"{value:g}"
-    return f"{value:.{max(0, min(8, 1 - math.floor(math.log10(sigma))))}f}"
+    return f"{value:g}" if sigma <= 0 else f"{value:.{_decimals(sigma)}f}"
 
 
-def _short(sigma: float) -> str:
-    return _rounded(sigma, sigma)
+def _decimals(sigma: float) -> int:
+    return max(0, min(8, 1 - math.floor(math.log10(sigma)))) if sigma > 0 else 0
+
+
+def _spread(sigma: float) -> str:
+    return plus_minus(Interval.of_sigma(sigma), _decimals(sigma))
 
 
 def _record(one: Estimate) -> dict[str, float]:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 from PIL import Image
 
 from limbgram.calibration import calibrate_detections
@@ -33,6 +34,9 @@ def test_the_text_rounds_to_the_sigma_and_names_what_is_held(capture: Callable[.
     fx = next(line for line in lines if line.split()[:1] == ["fx"]).split()
     assert abs(float(fx[1]) - result.calibration.camera.fx) < result.calibration.sigmas[0]
     assert any("skew" in line and "held at zero" in line for line in lines)
+    assert fx[2] == "±"
+    assert float(fx[3]) == pytest.approx(1.96 * result.calibration.sigmas[0], rel=0.1)
+    assert sum("± holds in 95 of 100" in line for line in lines) == 1
 
 
 def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:

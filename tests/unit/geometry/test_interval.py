@@ -1,8 +1,12 @@
 """How a ± is written: the interval that holds in 95 of 100, never one standard deviation."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 
-from limbgram.geometry.interval import HOLDS, Interval, plus_minus
+import limbgram
+from limbgram.geometry.interval import HOLDS, Interval, explained, plus_minus
 
 
 def test_a_plus_minus_holds_in_95_of_100_gaussian_errors() -> None:
@@ -23,3 +27,18 @@ def test_a_small_width_is_not_written_as_nothing() -> None:
     assert plus_minus(Interval.of_sigma(0.01 / 1.96), 1) == "± 0.01"
     assert plus_minus(Interval(0.0, 0.0), 1) == "± 0.0"
     assert plus_minus(None, 2) == ""
+
+
+def test_what_it_means_is_said_once_and_only_where_it_stands() -> None:
+    for shown in ("girth 310.2 ± 0.4", "girth 310.2 +0.4 / -0.1"):
+        assert explained([shown, "more"]) == (shown, "more", f"{HOLDS}.")
+        assert explained([shown, f"{HOLDS}: told."]) == (shown, f"{HOLDS}: told.")
+    assert explained(["change +0.4 mm", "5 / 6"]) == ("change +0.4 mm", "5 / 6")
+
+
+def test_a_figure_gets_its_plus_minus_here_alone() -> None:
+    """Written by hand a ± would be one standard deviation again: no other source writes one."""
+    written = re.compile(r"(±|\+/-|\+-) ?\{")
+    sources = Path(limbgram.__file__).parent.rglob("*.py")
+    found = {path.name for path in sources if written.search(path.read_text("utf-8"))}
+    assert found == {"interval.py"}

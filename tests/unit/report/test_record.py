@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.errors import MeasureError, OptionsError
+from limbgram.geometry.interval import HOLDS
 from limbgram.geometry.rigid import Rigid
 from limbgram.report.shape.record import (
     CaseSource,
@@ -17,6 +18,7 @@ from limbgram.report.shape.record import (
 )
 from limbgram.report.shape.record.bias import biases
 from limbgram.report.shape.record.pages import words
+from limbgram.report.shape.record.pages.html import record_page
 from limbgram.shape.frame import in_limb_frame
 from limbgram.shape.limb import Landmark, Limb, LimbFrame
 from limbgram.shape.measures import measure
@@ -87,6 +89,21 @@ def test_aop_costs_a_cylinder_what_a_polygon_of_its_spokes_costs() -> None:
     assert line.bias_mm == pytest.approx((coarse - fine) * RADIUS_MM / side_mm, rel=0.03)
     sagitta = RADIUS_MM * (1 - np.cos(np.pi / 120))
     assert 0.5 * sagitta < line.largest_mm <= sagitta
+
+
+def test_plus_minus_on_the_record_is_what_holds_in_95_of_100() -> None:
+    scanned = cylinder()
+    shared = np.full((len(scanned.mesh), 1), 0.1, np.float32)  # the whole surface in or out
+    known = replace(scanned.mesh, sigma_mm=shared[:, 0], shared_mm=shared, correlation_mm=1.0)
+    bare = record_of(source(scanned))
+    tree = record_of(source(replace(scanned, mesh=known))).tree
+    page = record_page(tree, bare.pictures)
+    told = tree["measures"]["levels"][1]["tape_mm"]
+    assert told["sigma"] == pytest.approx(2 * np.pi * 0.1, rel=0.02)
+    assert f"{told['value']:.1f} ± {1.96 * told['sigma']:.2f}" in page
+    assert f"± {told['sigma']:.2f}" not in page
+    assert page.count(HOLDS) == 1
+    assert HOLDS not in record_page(bare.tree, bare.pictures)
 
 
 def test_scale_and_sock_in_millimetres_of_radius() -> None:

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,19 @@ def test_align_keeps_the_frame_beside_the_shape_and_leaves_the_shape(
     assert limb.frame is not None
     assert limb.frame.side == "right"
     assert len(limb.landmarks) == 4
+
+
+def test_measure_prints_what_holds_in_95_of_100(stump: Limb, tmp_path: Path) -> None:
+    shared = np.full((len(stump.mesh), 1), 0.1, np.float32)
+    known = replace(stump.mesh, sigma_mm=shared[:, 0], shared_mm=shared, correlation_mm=1.0)
+    scan = tmp_path / "scan.ply"
+    write_ply(known, scan, "mm")
+    words = ("measure", scan, "--unaligned", "--tape", "120=300")
+    told = json.loads(run(*words, "--json").stdout)["tape"][0]["measured_mm"]
+    lines = run(*words).stdout
+    assert 0.5 < told["sigma"] < 0.8  # 2 pi 0.1
+    assert f"{told['value']:.1f} ± {1.96 * told['sigma']:.1f} " in lines
+    assert lines.count("± holds in 95 of 100") == 1
 
 
 def test_the_side_is_never_guessed(scan: Path) -> None:

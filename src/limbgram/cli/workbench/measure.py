@@ -22,6 +22,7 @@ from limbgram.cli.workbench.stating import (
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import write_bytes
+from limbgram.geometry.interval import explained, plus_minus
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.bodies import left_out, outer_bodies
 from limbgram.shape.limb import Limb, LimbFrame
@@ -116,7 +117,11 @@ def measure_command(
     )
     written = _write(measures, fitted, (csv, picture, fit))
     return Reply(
-        (*_lines(limb, measures), *_fit_lines(fitted), *(f"Written: {path}" for path in written)),
+        (
+            *explained(_lines(limb, measures)),
+            *_fit_lines(fitted),
+            *(f"Written: {path}" for path in written),
+        ),
         {**tree(measures), "fit": _fit_tree(fitted), "written": [str(path) for path in written]},
     )
 
@@ -193,7 +198,8 @@ def _row_line(row: Row) -> str:
     cells.append("" if area is None else f"{area.value / 100:10.2f}")
     cells.append(f"{'-':>10}" if volume is None else f"{volume.value / 1000:10.1f}")
     tape = row.figures["tape_mm"]
-    spread = "" if tape is None or tape.sigma is None else f"   tape ± {tape.sigma:.2f}"
+    reach = "" if tape is None else plus_minus(tape.interval, 2)
+    spread = f"   tape {reach}" if reach else ""
     parts = f"   {row.loops} loops" if row.loops > 1 else ""
     return start + "".join(cells) + spread + parts
 
@@ -247,5 +253,4 @@ def _value(figure: Figure | None) -> str:
 
 
 def _text(figure: Figure, decimals: int) -> str:
-    spread = "" if figure.sigma is None else f" ± {figure.sigma:.{decimals}f}"
-    return f"{figure.value:.{decimals}f}{spread}"
+    return f"{figure.value:.{decimals}f} {plus_minus(figure.interval, decimals)}".rstrip()

@@ -7,10 +7,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from limbgram.geometry.interval import COVER
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, blank, plain
 from limbgram.shape.comparing.following import Series
 
-_TWO_SIDED = 1.96
 _MOST_TICKS = 12
 
 
@@ -26,7 +26,7 @@ def course(series: Series) -> Drawing:
         axes.tick_params(axis="x", rotation=30)
     return Drawing(
         figure,
-        f"{series.sentence} Bars: 95 %. Sigmas of the volumes: {series.sigma_source}.",
+        f"{series.sentence} Bars: 95 %, {series.sigma_source}.",
     )
 
 
@@ -36,7 +36,7 @@ def _volume(axes: Axes, series: Series) -> None:
     axes.errorbar(
         days,
         volumes_ml,
-        _TWO_SIDED * series.volume_sigmas_mm3 / 1000,
+        COVER * series.volume_sigmas_mm3 / 1000,
         fmt="o",
         color=BLUE,
         ecolor=FAINT,

@@ -10,6 +10,7 @@ from jaxtyping import UInt8
 from limbgram.cli.replies import Reply
 from limbgram.cli.workbench.stating.typed import colour_of
 from limbgram.geometry.arrays import Vector3
+from limbgram.geometry.interval import Interval, explained, plus_minus
 from limbgram.shape.limb import Limb
 
 _SHOWN_AT_MOST = 12
@@ -63,8 +64,8 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
     found = painted_marks_of(CaseFolder(case), limb.mesh, PaintedOptions(colour=colour))
     lines = [
         f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
-        f"{_place(mark.position_mm)} ± {mark.sigma_mm:.2f} mm, in {len(mark.photos)} of "
-        f"{mark.looking} photos that look at it"
+        f"{_place(mark.position_mm)} {plus_minus(Interval.of_sigma(mark.sigma_mm), 2)} mm, in "
+        f"{len(mark.photos)} of {mark.looking} photos that look at it"
         for number, mark in enumerate(found.marks, 1)
     ]
     lines = lines or [
@@ -108,7 +109,7 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> S
             for spot in found.left_out
         ],
     }
-    return Seen(tuple(mark.position_mm for mark in found.marks), Reply(tuple(lines), content))
+    return Seen(tuple(mark.position_mm for mark in found.marks), Reply(explained(lines), content))
 
 
 def _rgb(colour: UInt8[np.ndarray, "3"]) -> tuple[int, ...]:

@@ -254,7 +254,7 @@ def _key_figures(axes: Axes, tree: Tree) -> None:
         "",
         *(
             f"{one['name']:>5} {one['value']:.7g}"
-            + ("  held" if one["held"] else f"  +/- {one['sigma']:.2g}" if one["sigma"] else "")
+            + ("  held" if one["held"] else f"  sigma {one['sigma']:.2g}" if one["sigma"] else "")
             for one in tree["cameras"][0]["parameters"]
         ),
     ]

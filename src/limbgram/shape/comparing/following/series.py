@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import OptionsError
+from limbgram.geometry.interval import COVER, Interval, plus_minus
 from limbgram.shape.comparing.comparing import CompareOptions
 from limbgram.shape.comparing.following.stack import Stack, stack
 from limbgram.shape.comparing.following.trend import Trend, fit_trend
@@ -23,7 +24,6 @@ from limbgram.shape.comparing.levels import PLY_SHARE
 from limbgram.shape.limb import Limb
 
 _FEWEST_REPEATS = 2
-_TWO_SIDED = 1.96
 
 SigmaSource = Literal["scans", "repeats", "assumed"]
 
@@ -70,27 +70,27 @@ class Series:
     @property
     def change_95_mm3(self) -> float:
         """Uncertainty of that change, 95 %."""
-        return _TWO_SIDED * float(np.hypot(self.volume_sigmas_mm3[-1], self.volume_sigmas_mm3[0]))
+        return COVER * float(np.hypot(self.volume_sigmas_mm3[-1], self.volume_sigmas_mm3[0]))
 
     @property
     def sentence(self) -> str:
         start = float(self.stack.volumes_mm3[0])
         change, reach = self.change_mm3 / 1000, self.change_95_mm3 / 1000
-        rate, rate_95 = self.volume.per_week / 1000, self.volume.per_week_95 / 1000
+        rate = self.volume.per_week / 1000
+        about = plus_minus(Interval.of_half_width(self.volume.per_week_95 / 1000), 1)
+        within = plus_minus(Interval.of_half_width(reach), 1)
         span = f"{(self.days[-1] - self.days[0]).days} days"
         share = self.change_mm3 / start
-        rates = (
-            f"{rate:+.1f} ± {rate_95:.1f} mL a week ({self.volume.per_week / start:+.2%} a week)"
-        )
+        rates = f"{rate:+.1f} {about} mL a week ({self.volume.per_week / start:+.2%} a week)"
         if not self.volume.told:
             return (
                 f"No trend can be told: the volume's {rates} over {span} lies within its "
-                f"uncertainty (95 %). Last scan less first: {change:+.1f} ± {reach:.1f} mL."
+                f"uncertainty (95 %). Last scan less first: {change:+.1f} {within} mL."
             )
         word = "grows" if rate > 0 else "shrinks"
         return (
-            f"The limb {word}: {rates}, 95 %. Last scan less first, {span}: {change:+.1f} ± "
-            f"{reach:.1f} mL ({share:+.1%}, like {abs(share) / PLY_SHARE:.1f} sock plies)"
+            f"The limb {word}: {rates}, 95 %. Last scan less first, {span}: {change:+.1f} "
+            f"{within} mL ({share:+.1%}, like {abs(share) / PLY_SHARE:.1f} sock plies)"
             + ("." if abs(change) > reach else ", within its uncertainty by itself.")
         )
 

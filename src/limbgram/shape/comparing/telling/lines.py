@@ -1,5 +1,6 @@
 """Lines: comparisons, series and repeats as people read them, the verdict first."""
 
+from limbgram.geometry.interval import HOLDS, Interval, plus_minus
 from limbgram.shape.comparing.comparing import Comparison
 from limbgram.shape.comparing.following.repeats import Repeats
 from limbgram.shape.comparing.following.series import Series
@@ -54,11 +55,12 @@ def series_lines(series: Series) -> tuple[str, ...]:
     return (
         series.sentence,
         *(f"Note: {note}" for note in scans.notes),
-        f"Standard deviations of the volumes are {source}. Alignment to the first: "
+        f"{HOLDS}; for the volumes it is {source}. Alignment to the first: "
         f"{scans.alignments[0].sentence}.",
         *(
-            f"{day.isoformat()}  {volume / 1000:8.1f} ± {sigma / 1000:.1f} mL "
-            f"({volume / start - 1:+.1%})  {name}"
+            f"{day.isoformat()}  {volume / 1000:8.1f} "
+            f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+.1%})  "
+            f"{name}"
             for day, volume, sigma, name in zip(
                 series.days, scans.volumes_mm3, series.volume_sigmas_mm3, series.names
             )
@@ -67,7 +69,8 @@ def series_lines(series: Series) -> tuple[str, ...]:
         *(
             f"{height:8.1f} mm  no whole section on two days"
             if trend is None
-            else f"{height:8.1f} mm  {trend.per_week:+.2f} ± {trend.per_week_95:.2f} mm a week"
+            else f"{height:8.1f} mm  {trend.per_week:+.2f} "
+            f"{plus_minus(Interval.of_half_width(trend.per_week_95), 2)} mm a week"
             + ("" if trend.told else ": within the uncertainty")
             for height, trend in zip(scans.heights_mm, series.girths)
         ),

@@ -12,6 +12,7 @@ from jaxtyping import Float64, Int64
 from scipy.spatial import ConvexHull
 
 from limbgram.geometry.arrays import Points3
+from limbgram.geometry.interval import Interval
 from limbgram.shape.measures.levels.cutting import Level
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.uncertainty import lost_per_length, propagate
@@ -23,6 +24,11 @@ class Figure:
 
     value: float
     sigma: float | None
+
+    @property
+    def interval(self) -> Interval | None:
+        """Where the true value lies in 95 of 100 cases: what ± tells."""
+        return None if self.sigma is None else Interval.of_sigma(self.sigma)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from limbgram.geometry.interval import HOLDS, Interval, plus_minus
+
 Tree = dict[str, Any]
 Row = tuple[str, ...]
 
@@ -100,7 +102,7 @@ def measure_note(tree: Tree) -> str:
         row["tape_mm"] is not None and row["tape_mm"]["sigma"] is not None
         for row in tree["measures"]["levels"]
     )
-    spread = "± is one standard deviation. " if with_sigma else ""
+    spread = f"{HOLDS}." if with_sigma else ""
     return (
         f"Heights count from: {tree['measures']['reference']}. Tape: what a taut tape reads; "
         f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
@@ -226,8 +228,8 @@ def _girths(figures: Tree) -> Row:
 
 def _figure(figure: Tree, decimals: int) -> str:
     sigma = figure["sigma"]
-    spread = "" if sigma is None else f" ± {sigma:.{max(decimals, 2)}f}"
-    return f"{figure['value']:.{decimals}f}{spread}"
+    interval = None if sigma is None else Interval.of_sigma(sigma)
+    return f"{figure['value']:.{decimals}f} {plus_minus(interval, max(decimals, 2))}".rstrip()
 
 
 def _number(value: float | None, form: str) -> str:
