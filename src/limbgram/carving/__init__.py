@@ -1,6 +1,6 @@
 """Carving: the shape as a carver takes it, and the proof that it carves it."""
 
-from limbgram.carving.mapping import MapOptions, Mapped, map_radii
+from limbgram.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.carving.setup import CarveOptions
 from limbgram.carving.simulation import CarveCheck, Moves, check_carving, simulate
 from limbgram.carving.toolpath import Toolpath, plan_toolpath
@@ -14,6 +14,7 @@ __all__ = [
     "Toolpath",
     "check_carving",
     "map_radii",
+    "map_radii_on",
     "plan_toolpath",
     "simulate",
 ]

@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float64
 from limbgram.carving.casting import Cast, axis_heights_mm, cast_radii
 from limbgram.errors import CarveError, OptionsError
 from limbgram.shape.reading.aop.radiusmap import RadiusMap
+from limbgram.shape.reading.grid import Grid
 from limbgram.surface.mesh import Mesh
 
 _ABOVE_DISC_MM = 1e-6
@@ -54,9 +55,9 @@ class Mapped:
     """The map, and where it stands in the limb."""
 
     radius_map: RadiusMap
-    """Heights from its first slice."""
+    """Heights from its first slice, or those of the grid that was given."""
     first_mm: float
-    """Height of the first slice in the limb frame."""
+    """Height of the map's zero in the limb frame."""
     girths_mm: Float64[np.ndarray, " m"]
     """Of the mesh itself at every slice; 0 at a distal point."""
     whole: Bool[np.ndarray, " m"]
@@ -73,11 +74,29 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
     """Express a surface by its radii round the z axis."""
     _check(options)
     thetas = 360.0 / options.spokes * np.arange(options.spokes)
-    low_mm, high_mm = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
     first_mm = _first(mesh, thetas, options)
     last_mm = _last(mesh, thetas, first_mm, options)
-    rises = _rises(last_mm - first_mm, options)
-    cut_at = np.minimum(first_mm + rises, high_mm)
+    return _mapped(mesh, thetas, first_mm, _rises(last_mm - first_mm, options), options)
+
+
+def map_radii_on(mesh: Mesh, grid: Grid, options: MapOptions = DEFAULTS) -> Mapped:
+    """The same at given angles and heights, as the file has them that the surface came from."""
+    return _mapped(mesh, grid.thetas_deg, 0.0, grid.z_mm, options, within_mm=_ABOVE_DISC_MM)
+
+
+def _mapped(
+    mesh: Mesh,
+    thetas: Float64[np.ndarray, " n"],
+    first_mm: float,
+    rises: Float64[np.ndarray, " m"],
+    options: MapOptions,
+    within_mm: float = 0.0,
+) -> Mapped:
+    """within_mm: How far below the top the last slice is cut, where a motion's rounding may have
+
+    moved the top's corners."""
+    low_mm, high_mm = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
+    cut_at = np.minimum(first_mm + rises, high_mm - within_mm)
     cut_at[0] += _ABOVE_DISC_MM
     cast = cast_radii(mesh, thetas, cut_at)
     radii = cast.radii_mm.copy()
@@ -93,7 +112,7 @@ def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
         whole=np.asarray(~bad.any(1)),
         rays=radii.size,
         rays_mended=int(bad.sum()),
-        distal_cut_mm=max(0.0, first_mm - low_mm),
+        distal_cut_mm=max(0.0, first_mm + float(rises[0]) - low_mm),
         proximal_cut_mm=max(0.0, high_mm - (first_mm + float(rises[-1]))),
     )
 

@@ -31,6 +31,8 @@ from limbgram.shape.limb import Limb
 from limbgram.shape.reading import ShapeFile
 from limbgram.shape.reading.sidecar import limb_file_beside
 
+_FIT = "fit"
+
 
 class SideName(StrEnum):
     """Side of the patient."""
@@ -70,7 +72,11 @@ def align_command(
         ),
     ] = None,
     axis: Annotated[
-        str | None, typer.Option(help="Long axis, pointing proximally, instead of the fit: +z.")
+        str | None,
+        typer.Option(
+            help="Long axis, pointing proximally: +z; or fit.",
+            show_default="an AOP's own axis and origin, else fit",
+        ),
     ] = None,
     proximal: Annotated[
         str | None,
@@ -138,7 +144,8 @@ def align_command(
     options = AlignOptions(
         side=side.value,
         kind=None if kind is None else kind.value,
-        axis=direction(axis, "--axis"),
+        axis=None if axis == _FIT else direction(axis, "--axis"),
+        fit_anew=axis == _FIT,
         proximal=direction(proximal, "--proximal"),
         anterior=direction(anterior, "--anterior"),
         plumb=None if plumb is None else pair_of(plumb, "--plumb"),

@@ -5,6 +5,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from limbgram.carving import CarveOptions, MapOptions
@@ -26,7 +27,8 @@ from limbgram.cli.workbench.stating import (
     shape_of,
 )
 from limbgram.errors import OptionsError
-from limbgram.export.workshop import AopOptions, admit, sure_in_limb_frame
+from limbgram.export.workshop import AopOptions, Own, admit, sure_in_limb_frame
+from limbgram.shape.reading import ShapeFile
 
 
 class FormatName(StrEnum):
@@ -95,6 +97,8 @@ _TYPED = {
     "a_turns": "a-turns",
 }
 """Options as they are typed, where the library calls them otherwise."""
+_OF_GRID = {"spokes", "from_mm", "distal_slices", "axis"}
+"""Options for AOP that ask for other radii than an AOP's own."""
 
 
 @answered
@@ -126,7 +130,13 @@ def export_command(
         float | None,
         typer.Option(help="aop, gcode: height of the last; not with --axis fit."),
     ] = None,
-    spokes: Annotated[int | None, typer.Option(help="aop: radii round a slice.")] = None,
+    spokes: Annotated[
+        int | None,
+        typer.Option(
+            help="aop: radii round a slice.",
+            show_default="an AOP's own spokes and slices, else 120",
+        ),
+    ] = None,
     distal_slices: Annotated[
         int | None, typer.Option(help="aop: more slices at the rounded tip.")
     ] = None,
@@ -203,11 +213,15 @@ def export_command(
     require_apart(path, shape)
     if to is FormatName.GCODE:
         require_no_shape(path, "a program for a carver")
-    limb = shape_of(shape, unit).limb
+    read = shape_of(shape, unit)
+    limb = read.limb
     confirmed = None if side is None else side.value
     match to:
         case FormatName.AOP:
-            reply = aop_reply(admit(limb, confirmed), path, _aop(for_aop, spacing, to_mm))
+            sampled_anew = _OF_GRID & set(for_aop) or (spacing, to_mm) != (None, None)
+            own = None if sampled_anew else _own_grid(read)
+            options = replace(_aop(for_aop, spacing, to_mm), own=own)
+            reply = aop_reply(admit(limb, confirmed), path, options)
         case FormatName.GCODE:
             options = replace(CarveOptions(), **for_gcode, **given(to_mm=to_mm))
             reply = gcode_reply(admit(limb, confirmed), path, options)
@@ -233,6 +247,18 @@ def _free_default(shape: Path, to: FormatName) -> Path:
             "-o; the same name writes over it."
         )
     return path
+
+
+def _own_grid(read: ShapeFile) -> Own | None:
+    """Spokes, slices and axis of an AOP, as long as its axes are the limb's still."""
+    frame, declared = read.limb.frame, read.declared
+    if read.grid is None or frame is None or declared is None:
+        return None
+    own, now = declared.limb_from_mesh, frame.limb_from_mesh
+    same = np.array_equal(own.rotation, now.rotation) and np.array_equal(
+        own.translation, now.translation
+    )
+    return Own(grid=read.grid, limb_from_file=own) if same else None
 
 
 def _aop(values: dict[str, Any], spacing: float | None, to_mm: float | None) -> AopOptions:

@@ -42,6 +42,7 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
     lines = (
         f"Written: {path} (mm; {report.spokes} spokes x {report.slices} slices, "
         f"{report.height_mm:.1f} mm high; profile {options.profile}; read back and compared)",
+        *_own_lines(options),
         *_axis_lines(report),
         *_cost_lines(report),
         f"Left out: {mapped.distal_cut_mm:.1f} mm below the first slice, "
@@ -54,6 +55,7 @@ def aop_reply(limb: Limb, path: Path, options: AopOptions) -> Reply:
         "unit": "mm",
         "side": report.held.frame.side,
         "profile": options.profile,
+        "own_grid": options.own is not None,
         "spokes": report.spokes,
         "slices": report.slices,
         "height_mm": report.height_mm,
@@ -110,6 +112,15 @@ def _cost_lines(report: AopReport) -> list[str]:
         )
     lines += _left_out(report)
     return lines
+
+
+def _own_lines(options: AopOptions) -> list[str]:
+    if options.own is None:
+        return []
+    return [
+        "Spokes, slices, axis and z = 0 are those of the file that the shape was read of: its "
+        "radii stand as they were. --spokes or --spacing samples them anew."
+    ]
 
 
 def _axis_lines(report: AopReport) -> list[str]:

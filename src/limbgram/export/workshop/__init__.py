@@ -1,6 +1,6 @@
 """Workshop: limbs on disk, and files for carvers and CAD programs."""
 
-from limbgram.export.workshop.aop import AopOptions, AopReport, write_aop
+from limbgram.export.workshop.aop import AopOptions, AopReport, Own, write_aop
 from limbgram.export.workshop.gate import admit, in_limb_frame, sure_in_limb_frame
 from limbgram.export.workshop.gcode import GcodeReport, write_gcode
 from limbgram.export.workshop.limb_file import write_limb, write_limb_file
@@ -10,6 +10,7 @@ __all__ = [
     "AopOptions",
     "AopReport",
     "GcodeReport",
+    "Own",
     "PolyfaceReport",
     "admit",
     "in_limb_frame",

@@ -12,6 +12,7 @@ from limbgram.shape.frame.stated import AlignOptions, outward
 from limbgram.shape.limb import Limb
 
 _SAME_FRONT_DEG = 10.0
+_SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
 
 
 def require_side_of_file(options: AlignOptions) -> None:
@@ -72,6 +73,23 @@ def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
     if off_deg < _SAME_FRONT_DEG:
         return ()
     return (f"the front lies {off_deg:.0f} degrees from where the shape's own file has it",)
+
+
+def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
+    """What to note where the axis or the origin of the shape's own file was not kept."""
+    if options.declared is None:
+        return ()
+    own = options.declared.limb_from_mesh
+    tilted_deg = float(np.degrees(np.arccos(min(float(frame.rotation[2] @ own.rotation[2]), 1.0))))
+    x, y, z = frame.apply(own.inverse.translation[None])[0]
+    if tilted_deg < _SAME_TILT_DEG and max(abs(x), abs(y), abs(z)) < _SAME_PLACE_MM:
+        return ()
+    return (
+        "the shape's own file has another axis or origin, which were not kept as another axis or "
+        f"flexion was asked for: tilted by {tilted_deg:.2f} degrees, and its origin lies "
+        f"{np.hypot(x, y):.2f} mm beside the axis and {z:+.2f} mm along it. Heights and radii "
+        "change with that",
+    )
 
 
 def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:

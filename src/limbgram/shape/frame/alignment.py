@@ -2,9 +2,9 @@
 
 In      a Limb with landmarks, and what the clinician states: side, and what landmarks do not tell.
 Out     the Limb with its frame.
-Method  long axis by fit or as stated; which end is proximal; flexion by two landmarks that lie one
-        above the other in the side view; rotation by the sides on which landmarks lie, or by the
-        front that the shape's own file has.
+Method  axis, origin and front of the shape's own file where it has them; else the long axis by fit
+        or as stated; which end is proximal; rotation by the sides on which landmarks lie. Flexion
+        by two landmarks that lie one above the other in the side view.
 Fails   MeasureError: something is not told, or landmarks or file contradict what is.
 """
 
@@ -18,6 +18,7 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.shape.bodies import outer_bodies
 from limbgram.shape.frame.agreement import (
     front_of_file,
+    moved_from_file,
     odd_names,
     other_side_before,
     require_landmarks_agree,
@@ -43,18 +44,15 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     found.require_one_limb()
     whole = replace(limb, kind=options.kind or limb.kind)
     limb = whole.with_mesh(found.mesh)
-    axis = (
-        fit_axis(limb.mesh, options.fit)
-        if options.axis is None
-        else axis_along(limb.mesh, options.axis, options.fit)
-    )
+    axis = _axis(limb, options)
     up, notes = proximal_of(limb, axis, options)
-    frame = _frame(limb, axis.point_mm, _turned_about(up, limb, axis, options))
+    frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
     notes += other_side_before(limb, options) + front_of_file(frame, options)
     angle = _flexion_rad(limb, frame, options)
     if angle:
         tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
-        frame = _frame(limb, axis.point_mm, tilt.rotation @ frame.rotation)
+        frame = _frame(limb, axis, tilt.rotation @ frame.rotation, options)
+    notes += moved_from_file(frame, options)
     require_landmarks_agree(limb, frame, options)
     return replace(
         whole,
@@ -63,8 +61,23 @@ def align(limb: Limb, options: AlignOptions) -> Limb:
     )
 
 
+def _axis(limb: Limb, options: AlignOptions) -> Axis:
+    """The file's own, as stated, or by fit."""
+    if options.kept is not None:
+        motion = options.kept.limb_from_mesh
+        origin_mm = motion.inverse.translation
+        return Axis(point_mm=origin_mm, direction=motion.rotation[2], spread_mm=0.0)
+    if options.axis is not None:
+        return axis_along(limb.mesh, options.axis, options.fit)
+    return fit_axis(limb.mesh, options.fit)
+
+
 def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) -> Matrix3:
-    """Rotation to the limb frame, with the landmarks on the sides where they belong."""
+    """Rotation to the limb frame: as stated, as the file has it, or with the landmarks on the
+
+    sides where they belong."""
+    if options.kept is not None and options.anterior is None:
+        return options.kept.limb_from_mesh.rotation
     start = _across(up)
     if options.anterior is not None:
         forward = start @ options.anterior
@@ -119,10 +132,15 @@ def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
     return float(angle)
 
 
-def _frame(limb: Limb, on_axis_mm: Vector3, rotation: Matrix3) -> Rigid:
-    """Limb frame of a rotation, its origin on the axis at the distal end."""
+def _frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:
+    """Limb frame of a rotation, its origin on the axis: that of the file, or at the distal end."""
+    if options.kept is not None:
+        motion = options.kept.limb_from_mesh
+        if np.array_equal(rotation, motion.rotation):
+            return motion
+        return Rigid(rotation, -rotation @ axis.point_mm)
     distal = float((limb.mesh.vertices_mm @ rotation[2]).min())
-    x, y, _ = rotation @ on_axis_mm
+    x, y, _ = rotation @ axis.point_mm
     return Rigid(rotation, -np.array([x, y, distal]))
 
 

@@ -20,6 +20,8 @@ class AlignOptions:
     """Which names tell what; None for the kind that the limb is known to be, if it is."""
     axis: Vector3 | None = None
     """Long axis, pointing proximally, in place of the fit; the brim does not overrule it."""
+    fit_anew: bool = False
+    """Fit the long axis, and turn by landmarks, although the shape's own file has its axes."""
     proximal: Vector3 | None = None
     """Roughly towards the body, where landmarks and brim do not tell."""
     anterior: Vector3 | None = None
@@ -29,7 +31,9 @@ class AlignOptions:
     flexion_deg: float = 0.0
     """Turned further about the side-to-side axis; positive takes the proximal end backwards."""
     declared: LimbFrame | None = None
-    """What the shape's own file says, as an AOP does: never overruled in side or proximal end."""
+    """What the shape's own file says, as an AOP does: never overruled in side or proximal end, and
+
+    its axis and origin are kept unless an axis is stated or to be fitted."""
     most_contradiction_deg: float = 60.0
     """Landmarks further than this from the side on which their names lie are contradicted, and so
     is a file by another front."""
@@ -39,6 +43,11 @@ class AlignOptions:
     near_axis_mm: float = 15.0
     """Landmarks nearer to the axis than this lie on no side of it."""
     fit: AxisOptions = field(default_factory=AxisOptions)
+
+    @property
+    def kept(self) -> LimbFrame | None:
+        """The frame of the shape's own file, where nothing takes its axis away."""
+        return self.declared if self.axis is None and not self.fit_anew else None
 
 
 def outward(known: LandmarkName | None, side: Side) -> complex:

@@ -16,6 +16,7 @@ from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import Limb, LimbFrame, Origin
 from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
+from limbgram.shape.reading.grid import Grid
 from limbgram.shape.reading.obj import read_obj
 from limbgram.shape.reading.ply import read_ply
 from limbgram.shape.reading.sidecar import (
@@ -54,6 +55,8 @@ class ShapeFile:
     declared: LimbFrame | None = None
     """What the shape's own file says of side, front and proximal end, as an AOP does; not what its
     limb file says."""
+    grid: Grid | None = None
+    """Where its radii stand, if it holds radii, as an AOP does."""
 
 
 def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
@@ -80,7 +83,13 @@ def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
         limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
-    return ShapeFile(limb=limb, sha256=sha256, mm_per_unit=factor or 1.0, declared=soup.frame)
+    return ShapeFile(
+        limb=limb,
+        sha256=sha256,
+        mm_per_unit=factor or 1.0,
+        declared=soup.frame,
+        grid=soup.grid if factor in (None, 1.0) else None,
+    )
 
 
 def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | None) -> Limb:

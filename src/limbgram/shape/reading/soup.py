@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from limbgram.errors import ShapeFileError
 from limbgram.geometry.arrays import Faces
 from limbgram.shape.limb import Landmark, LimbFrame
+from limbgram.shape.reading.grid import Grid
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.cleaning import drop_flat_and_double, make_manifold
 from limbgram.surface.topology import (
@@ -40,6 +41,8 @@ class Soup:
     """What the file says of its unit: "mm", "m", "unitless", or nothing."""
     landmarks: tuple[Landmark, ...] = ()
     frame: LimbFrame | None = None
+    grid: Grid | None = None
+    """Where the radii stand, if the file holds radii."""
     notes: tuple[str, ...] = ()
     """What was odd about the file and how it was taken."""
 

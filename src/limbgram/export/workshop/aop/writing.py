@@ -13,7 +13,7 @@ from typing import BinaryIO, Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.carving import MapOptions, Mapped, map_radii
+from limbgram.carving import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.errors import CarveError, OptionsError
 from limbgram.export.workshop.aop.axis import fitted_axis
 from limbgram.export.workshop.aop.cost import AopReport, cost_of
@@ -28,6 +28,7 @@ from limbgram.shape.reading.aop import (
     landmarks_to_file,
     read_aop,
 )
+from limbgram.shape.reading.grid import Grid
 from limbgram.surface.mesh import Mesh
 
 LineEnd = Literal["lf", "cr", "crlf"]
@@ -39,10 +40,22 @@ _ANGLE_DIGITS = 6
 
 
 @dataclass(frozen=True, kw_only=True)
+class Own:
+    """Where the radii of a file stand, and how its axes lie in the limb."""
+
+    grid: Grid
+    limb_from_file: Rigid
+
+
+@dataclass(frozen=True, kw_only=True)
 class AopOptions:
     """What the program that will read the file expects."""
 
     map: MapOptions = field(default_factory=MapOptions)
+    own: Own | None = None
+    """Spokes, slices and axis of the AOP file that the shape was read of; they stand in place of
+
+    those of `map` and `axis`. Nothing is sampled anew then, and a second writing gives the same."""
     axis: Literal["limb", "fit"] = "limb"
     """fit: the file's axis is not the limb's but one from which rays meet the surface once; the
     file says where it lies. Then the map's heights are not the limb's, and cannot be given."""
@@ -71,7 +84,7 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
     outside.require_one_limb()
     axis_from_limb, mesh, mapped = _mapped(outside.mesh, options)
     frame = replace(frame, limb_from_mesh=axis_from_limb @ frame.limb_from_mesh)
-    place = _limb_from_file(axis_from_limb, mapped) if options.axis == "fit" else None
+    place = _place(axis_from_limb, mapped, options)
     _check_form(mapped, options)
     text = _text(limb, frame, mapped, options, place)
     held: list[AopReading] = []
@@ -93,6 +106,10 @@ def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopRepo
 
 def _mapped(mesh: Mesh, options: AopOptions) -> tuple[Rigid, Mesh, Mapped]:
     """The motion to the file's axis, the mesh there, and its radii."""
+    if options.own is not None:
+        axis_from_limb = options.own.limb_from_file.inverse
+        moved = mesh.with_vertices(axis_from_limb.apply(mesh.vertices_mm))
+        return axis_from_limb, moved, map_radii_on(moved, options.own.grid, options.map)
     if options.axis == "fit":
         try:
             return _mapped_round(fitted_axis(mesh, options.map), mesh, options)
@@ -121,8 +138,16 @@ def _mapped_round(
     return axis_from_limb, moved, map_radii(moved, options.map)
 
 
-def _limb_from_file(axis_from_limb: Rigid, mapped: Mapped) -> Rigid:
-    """The file counts heights from its first slice."""
+def _place(axis_from_limb: Rigid, mapped: Mapped, options: AopOptions) -> Rigid | None:
+    """Where the file's axes lie in the limb; None where they are the limb's own.
+
+    The file counts heights from its first slice, unless they are those of an older file.
+    """
+    if options.own is not None:
+        place = options.own.limb_from_file
+        return None if _apart(place, Rigid.identity()) < _ROUNDING_MM else place
+    if options.axis != "fit":
+        return None
     return axis_from_limb.inverse @ Rigid(np.eye(3), np.array([0.0, 0.0, mapped.first_mm]))
 
 
@@ -139,9 +164,8 @@ def _check(options: AopOptions) -> None:
             "Leave out --from-mm and --to-mm, or trim the limb at those heights first: "
             "`limbgram edit`."
         )
-    if options.profile == "ampscan-early" or (
-        options.profile == "ampscan" and options.spokes_listed
-    ):
+    listed = options.spokes_listed or (options.own is not None and not options.own.grid.even)
+    if options.profile == "ampscan-early" or (options.profile == "ampscan" and listed):
         raise OptionsError(
             "That form is read as a mirror image: ampscan counts listed spokes the wrong way. Use "
             "the profile ampscan with its angles as a spacing."
@@ -149,11 +173,12 @@ def _check(options: AopOptions) -> None:
 
 
 def _check_form(mapped: Mapped, options: AopOptions) -> None:
-    steps = np.diff(mapped.radius_map.z_mm)
-    if not options.slices_listed and float(np.ptp(steps)) > 1e-6:
+    heights = mapped.radius_map.z_mm
+    uneven = float(np.ptp(np.diff(heights))) > 1e-6 or heights[0] != 0
+    if not options.slices_listed and uneven:
         raise OptionsError(
-            "Slices that lie closer at the tip must be listed one by one: leave out the distal "
-            "slices, or list the heights."
+            "Slices that are not evenly spaced from 0 on must be listed one by one: leave out the "
+            "distal slices, or list the heights."
         )
 
 
@@ -176,8 +201,9 @@ def _text(
         lines.append(f"{z:.3f}")
     spokes = len(found.thetas_deg)
     spacing = 360.0 / spokes
-    lines += [str(spokes), "0" if options.spokes_listed else _short(spacing)]
-    lines += [_short(theta) for theta in found.thetas_deg] if options.spokes_listed else []
+    listed = options.spokes_listed or (options.own is not None and not options.own.grid.even)
+    lines += [str(spokes), "0" if listed else _short(spacing)]
+    lines += [_short(theta) for theta in found.thetas_deg] if listed else []
     heights = found.z_mm.tolist()
     lines.append(str(len(heights)))
     lines += ["0", *map(_short, heights)] if options.slices_listed else [_short(heights[1])]

@@ -17,6 +17,7 @@ from limbgram.shape.reading.aop.profiles import (
     profile_of,
 )
 from limbgram.shape.reading.aop.radiusmap import RadiusMap
+from limbgram.shape.reading.grid import Grid
 from limbgram.shape.reading.soup import Soup
 
 _ON_SURFACE_MM = 3.0
@@ -93,6 +94,7 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
         stated_unit="mm",
         landmarks=found.landmarks,
         frame=found.frame,
+        grid=Grid(thetas_deg=found.radius_map.thetas_deg, z_mm=found.radius_map.z_mm),
         notes=found.warnings,
     )
 
