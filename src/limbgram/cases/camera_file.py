@@ -17,11 +17,14 @@ import numpy as np
 
 from limbgram.calibration import Calibration
 from limbgram.errors import CaseError
+from limbgram.files import json_of, read_content
 from limbgram.geometry.camera import PARAMETERS, Camera
 
 _FORMAT = "limbgram camera"
 _VERSION = 1
 _LARGEST_BYTES = 1_000_000
+_LARGEST_PX = 1e7
+"""No focal length is longer in pixels: a hundred metres of lens on the finest sensor."""
 
 
 def write_camera(
@@ -60,16 +63,12 @@ def read_camera(path: Path) -> Calibration:
     Raises:
         CaseError: there is no such file, or it is no camera file, or a value cannot be.
     """
+    content = read_content(
+        path, _LARGEST_BYTES, CaseError, "A camera file is made with `limbgram calibrate`."
+    )
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise CaseError(f"{path} is too large for a camera file: another file was given.")
-        record = json.loads(path.read_bytes())
-    except OSError as error:
-        raise CaseError(
-            f"The camera file {path} cannot be read: {error.strerror or error}. Make one with "
-            "`limbgram calibrate`."
-        ) from error
-    except (ValueError, RecursionError) as error:
+        record = json_of(content)
+    except ValueError as error:
         raise CaseError(
             f"{path} is no camera file: {error}. Make one with `limbgram calibrate`."
         ) from error
@@ -97,9 +96,16 @@ def _parsed(path: Path, record: dict[str, object]) -> Calibration:
     )
     if min(camera.fx, camera.fy) <= 0:
         raise _unusable(path, "a focal length is not positive")
+    if np.abs(camera.packed).max() > _LARGEST_PX:
+        raise _unusable(path, "a parameter is larger than any camera's")
+    for name in ("focal_mm", "rms_px"):
+        if record.get(name) is not None and _number(path, record, name) < 0:
+            raise _unusable(path, f"{name} is negative")
+    covariance = _covariance(path, record.get("covariance"))
+    _require_own_sigmas(path, record.get("sigmas"), covariance)
     return Calibration(
         camera=camera,
-        covariance=_covariance(path, record.get("covariance")),
+        covariance=covariance,
         source=source,
         label=label,
         focal_mm=None if record.get("focal_mm") is None else _number(path, record, "focal_mm"),
@@ -113,15 +119,30 @@ def _covariance(path: Path, rows: object) -> np.ndarray:
     except (TypeError, ValueError) as error:
         raise _unusable(path, "the covariance is no table of numbers") from error
     size = len(PARAMETERS)
-    if covariance.shape != (size, size) or not np.isfinite(covariance).all():
+    if covariance.shape != (size, size) or not (np.abs(covariance) <= _LARGEST_PX**2).all():
         raise _unusable(path, f"the covariance is not {size} x {size} numbers")
-    sigmas = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    if (np.diag(covariance) < 0).any():
+        raise _unusable(path, "a variance is negative")
+    sigmas = np.sqrt(np.diag(covariance))
     unit = np.outer(np.where(sigmas > 0, sigmas, 1.0), np.where(sigmas > 0, sigmas, 1.0))
     if not np.allclose(covariance, covariance.T, rtol=1e-6) or (
         np.linalg.eigvalsh(covariance / unit).min() < -1e-6
     ):
         raise _unusable(path, "the covariance is not symmetric and positive")
     return covariance
+
+
+def _require_own_sigmas(path: Path, told: object, covariance: np.ndarray) -> None:
+    """Refuse sigmas that are not those of the covariance: somebody changed one and not the other.
+
+    Files that leave them out are read: they say nothing that the covariance does not.
+    """
+    if told is None:
+        return
+    values = cast(dict[str, object], told) if isinstance(told, dict) else {}
+    sigmas = [_number(path, values, name) for name in PARAMETERS]
+    if not np.allclose(sigmas, np.sqrt(np.diag(covariance)), rtol=1e-6, atol=1e-12):
+        raise _unusable(path, "its sigmas are not those of its covariance")
 
 
 def _number(path: Path, record: Mapping[str, object], name: str) -> float:

@@ -1,6 +1,5 @@
 """Scoring: a finished case against the truth folder of a capture."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +7,13 @@ import trimesh
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.errors import CaseError
+from limbgram.files import json_of, read_content
 from limbgram.geometry.arrays import Faces
 from limbgram.report.alignment import Truth
 from limbgram.report.comparison import Comparison, compare
 from limbgram.surface.mesh import Mesh
 
+_LARGEST_BYTES = 1 << 30
 LEAST_PHOTOS = 3
 """Photos that must show a vertex for it to count as visible."""
 _VERTEX = np.dtype([("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
@@ -44,19 +45,46 @@ def score_case(case: Path, truth: Path) -> Comparison:
 
 def read_truth_mesh(path: Path) -> tuple[np.ndarray, Faces]:
     """Vertices (xyz, photos that show them, on the flat cut or not) and faces of a truth."""
-    content = path.read_bytes()
+    content = read_content(path, _LARGEST_BYTES, CaseError)
     header, _, body = content.partition(b"end_header\n")
     words = [line.split() for line in header.decode("ascii", "replace").splitlines()]
-    counts = {line[1]: int(line[2]) for line in words if line[:1] == ["element"]}
-    properties = [line[-1] for line in words if line[:1] == ["property"]]
-    if properties != ["x", "y", "z", "ncam", "cap", "vertex_indices"]:
-        raise CaseError(f"{path} is no truth of a capture. Make the capture again.")
-    vertices = np.frombuffer(body, _VERTEX, counts["vertex"])
-    faces = np.frombuffer(body, _FACE, counts["face"], vertices.nbytes)
-    return vertices, np.ascontiguousarray(faces["corners"])
+    try:
+        counts = {line[1]: int(line[2]) for line in words if line[:1] == ["element"]}
+        properties = [line[-1] for line in words if line[:1] == ["property"]]
+        if properties != ["x", "y", "z", "ncam", "cap", "vertex_indices"]:
+            raise ValueError("other properties")
+        vertices = np.frombuffer(body, _VERTEX, counts["vertex"])
+        faces = np.frombuffer(body, _FACE, counts["face"], vertices.nbytes)
+    except (ValueError, KeyError, IndexError) as error:
+        raise _no_truth(path, error) from error
+    corners = np.ascontiguousarray(faces["corners"])
+    whole = len(body) == vertices.nbytes + faces.nbytes and (faces["count"] == 3).all()
+    if not (whole and 0 <= corners.min(initial=0) <= corners.max(initial=0) < len(vertices)):
+        raise _no_truth(path, "what it counts is not what it holds")
+    if not np.isfinite(vertices["xyz"]).all():
+        raise _no_truth(path, "a vertex has no place")
+    return vertices, corners
 
 
 def centres_mm(path: Path) -> dict[str, np.ndarray]:
     """Camera centre by photo name."""
-    images = json.loads(path.read_text("utf-8"))["images"]
-    return {image["name"]: -np.array(image["R"]).T @ np.array(image["t"]) for image in images}
+    try:
+        images = json_of(read_content(path, _LARGEST_BYTES, CaseError))["images"]
+        places = {
+            str(image["name"]): -_numbers(image["R"], (3, 3)).T @ _numbers(image["t"], (3,))
+            for image in images
+        }
+    except (ValueError, KeyError, TypeError) as error:
+        raise _no_truth(path, error) from error
+    return places
+
+
+def _numbers(listed: object, shape: tuple[int, ...]) -> np.ndarray:
+    numbers = np.array(listed, np.float64)
+    if numbers.shape != shape:
+        raise ValueError("other numbers than a camera's")
+    return numbers
+
+
+def _no_truth(path: Path, why: object) -> CaseError:
+    return CaseError(f"{path} is no truth of a capture ({why}). Make the capture again.")

@@ -17,7 +17,7 @@ def make_capture_command(
     photos: Annotated[int, typer.Option(min=4, max=60, help="Photos of the limb.")] = 15,
     rings: Annotated[int, typer.Option(min=1, max=3, help="Heights of the walk round.")] = 1,
     width: Annotated[int, typer.Option(min=300, max=6000, help="Photo width, pixels.")] = 1500,
-    seed: Annotated[int, typer.Option(help="Another seed, another limb and walk.")] = 11,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, another limb and walk.")] = 11,
     coverage: Annotated[
         float, typer.Option(help="Share of the sock that paint hides; 0 is a plain sock.")
     ] = 0.55,

@@ -1,17 +1,19 @@
 """Parsing: options that are written as text or lie in small files."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from limbgram.errors import OptionsError
+from limbgram.files import json_of, read_content
 from limbgram.scale import KnownDistance, Pick
 from limbgram.targets import Board
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 DEFAULT_BOARD = "charuco:7x5:30:22:4X4_50"
+
+_LARGEST_BYTES = 4_000_000
 
 _DISTANCE_EXAMPLE = (
     '[{"label": "A-C", "length_mm": 120, '
@@ -37,11 +39,9 @@ def parse_board(text: str) -> Board:
 def read_distances(path: Path) -> tuple[KnownDistance, ...]:
     """Known distances from a JSON file: a list of them, bare or under "distances"."""
     try:
-        tree = json.loads(path.read_text("utf-8"))
+        tree = json_of(read_content(path, _LARGEST_BYTES, OptionsError))
         listed = tree["distances"] if isinstance(tree, dict) else tree
         return tuple(_distance(item) for item in listed)
-    except OSError as error:
-        raise OptionsError(f"{path} cannot be read: {error.strerror}.") from error
     except (ValueError, KeyError, TypeError) as error:
         raise OptionsError(
             f"{path} holds no known distances ({type(error).__name__}: {error}). Each point must "

@@ -53,6 +53,7 @@ class CaptureOptions:
     """Edge of the truth's triangles, which are what is rendered."""
 
     def __post_init__(self) -> None:
+        _require(0 <= self.seed < 2**63, "a seed is a whole number from 0")
         _require(
             0 <= self.relief.rms_mm <= 2 and 1 <= self.relief.finest_mm <= 40,
             "relief is 0 to 2 mm high and its finest waves 1 to 40 mm long",

@@ -1,11 +1,11 @@
 """Citing: what a finished case says of its own accuracy, for the record of a shape made from it."""
 
-import json
 from typing import Any
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.fingerprint import file_sha256
 from limbgram.errors import CaseError
+from limbgram.files import json_of
 from limbgram.report.document.trees import ACCURACY_SCHEMA
 from limbgram.report.shape.record import CaseSource
 
@@ -17,8 +17,8 @@ def cited(case: CaseFolder) -> CaseSource:
         CaseError: the folder is no case with an accuracy.json in millimetres.
     """
     try:
-        accuracy: dict[str, Any] = json.loads(case.accuracy("json").read_text("utf-8"))
-        record = json.loads(case.record.read_text("utf-8"))
+        accuracy: dict[str, Any] = json_of(case.accuracy("json").read_bytes())
+        record = json_of(case.record.read_bytes())
         schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
         files = frozenset(str(file["sha256"]) for file in record["files"])
         hash_of_record = file_sha256(case.record)

@@ -1,6 +1,5 @@
 """Truths: a true surface from the truth folder of a capture, or from any mesh file."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from jaxtyping import Float64
 
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.errors import CaseError, OptionsError
+from limbgram.files import json_of, read_content
 from limbgram.geometry.arrays import Points3
 from limbgram.report.accuracy import Evidence, KnownTruth
 from limbgram.report.accuracy.figures.truth import Alignment
@@ -17,6 +17,7 @@ from limbgram.report.alignment import Truth
 from limbgram.shape.reading import read_limb
 
 _FEWEST_CAMERAS = 3
+_LARGEST_BYTES = 4_000_000
 
 
 def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
@@ -69,8 +70,13 @@ def _lowest_mm(notes: Path) -> float:
     """Height below which the truth itself says that nothing is compared: the rim of the cut."""
     if not notes.is_file():
         return -math.inf
-    region: Any = json.loads(notes.read_text("utf-8")).get("roi", {})
-    return float(region.get("z_min", -math.inf))
+    try:
+        region: Any = json_of(read_content(notes, _LARGEST_BYTES, CaseError)).get("roi", {})
+        return float(region.get("z_min", -math.inf))
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CaseError(
+            f"{notes} does not say what of the truth counts ({error}). Make the capture again."
+        ) from error
 
 
 def _of_mesh(path: Path, alignment: Alignment) -> KnownTruth:

@@ -2,7 +2,6 @@
 
 import ast
 import inspect
-import tomllib
 from dataclasses import MISSING, asdict, fields
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +20,7 @@ from limbgram.cli.workbench.stating import (
 from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_file
+from limbgram.files import toml_of
 from limbgram.shape.edits import EDITS
 from limbgram.shape.recipe import (
     Recipe,
@@ -261,8 +261,8 @@ def _parameter(text: str) -> tuple[str, Any]:
     if not equals or not name:
         raise OptionsError(f"{text} is no parameter: write name=value, such as depth_mm=4.")
     try:
-        return name, tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError as error:
+        return name, toml_of(f"value = {value}")["value"]
+    except ValueError as error:
         if value[:1] in ("[", '"', "'", "{"):
             raise OptionsError(f"{text} cannot be read: {error}.") from error
         return name, value

@@ -1,6 +1,5 @@
 """A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
 
-import json
 from pathlib import Path
 from typing import BinaryIO
 
@@ -12,6 +11,7 @@ from limbgram.export.obj import write_obj
 from limbgram.export.ply import write_ply
 from limbgram.export.stl import write_stl
 from limbgram.export.writing import require, write_file
+from limbgram.files import json_of
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading.reading import read_mesh
 from limbgram.shape.reading.sidecar import (
@@ -106,7 +106,7 @@ def _keep_off(mesh_path: Path) -> None:
     if not path.is_file():
         return
     try:
-        owner = json.loads(path.read_bytes())["mesh"]["file"]
+        owner = json_of(path.read_bytes())["mesh"]["file"]
     except (OSError, ValueError, KeyError, TypeError):
         return
     if owner != mesh_path.name and (mesh_path.parent / str(owner)).is_file():

@@ -1,4 +1,7 @@
-"""OBJ: vertices, with colours where they stand behind the places, and polygons as fans."""
+"""OBJ: vertices, with colours where they stand behind the places, and polygons as fans.
+
+A line that begins with no word of the format is damage: passed over, it might have been a face.
+"""
 
 import re
 
@@ -10,14 +13,22 @@ from limbgram.shape.reading.soup import Soup
 from limbgram.shape.reading.stl import stated_unit
 from limbgram.surface.mesh import Mesh
 
+_CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
+_FACE = re.compile(_CORNER + rb"(?:\s+" + _CORNER + rb"){2,}")
 _BEHIND_SLASH = re.compile(rb"/\S*")
+_PASSED_OVER = frozenset(
+    b"vt vn vp cstype deg bmat step p l curv curv2 surf parm trim hole scrv sp end con g s mg o "
+    b"bevel c_interp d_interp lod usemtl mtllib shadow_obj trace_obj ctech stech usemap maplib "
+    b"call csh".split()
+)
+"""Words of the format (Wavefront, appendix B1) that say nothing of a surface of triangles."""
 
 
 def read_obj(content: bytes, name: str) -> Soup:
     """The surface of all objects and groups of the file as one."""
-    lines = [line.split(b"#")[0].strip() for line in content.splitlines()]
     try:
-        places = _rows([line[2:] for line in lines if line[:2] == b"v "])
+        lines = _lines(content)
+        places = _rows(lines)
         faces = _faces(lines)
     except ValueError as error:
         raise ShapeFileError(
@@ -32,25 +43,51 @@ def read_obj(content: bytes, name: str) -> Soup:
     return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]))
 
 
-def _rows(lines: list[bytes]) -> np.ndarray:
-    if not lines:
+_Lines = list[tuple[bytes, bytes]]
+"""The words v and f, each with what stands behind it, in the order of the file."""
+
+
+def _lines(content: bytes) -> _Lines:
+    """The lines that make the surface; a line may go on behind a backslash."""
+    kept: _Lines = []
+    whole = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+    for number, line in enumerate(whole.splitlines(), 1):
+        word, _, rest = line.split(b"#", 1)[0].strip().replace(b"\t", b" ").partition(b" ")
+        if word in (b"v", b"f"):
+            kept.append((word, rest.strip()))
+        elif word and word not in _PASSED_OVER:
+            shown = word[:40].decode("ascii", "replace")
+            raise ValueError(f"line {number} begins with {shown!r}, no word of the format")
+    return kept
+
+
+def _rows(lines: _Lines) -> np.ndarray:
+    rows = [rest.split() for word, rest in lines if word == b"v"]
+    if not rows:
         return np.empty((0, 3))
-    numbers = np.array(b" ".join(lines).split(), np.float64)
-    width = len(lines[0].split())
-    if len(numbers) != width * len(lines) or width < 3:
+    widths = {len(row) for row in rows}
+    if len(widths) > 1 or not 3 <= min(widths) <= 7:
         raise ValueError("its vertices do not all have the same number of coordinates")
-    return numbers.reshape(-1, width)
+    numbers = np.array(rows, np.float64)
+    if not np.isfinite(numbers[:, 3:]).all():
+        raise ValueError("a colour is no number")
+    return numbers
 
 
-def _faces(lines: list[bytes]) -> Faces:
+def _faces(lines: _Lines) -> Faces:
     """Corner numbers count from 1, or backwards from the last vertex so far."""
     listed: list[list[int]] = []
     vertices = 0
-    for line in lines:
-        if line[:2] == b"v ":
+    for word, rest in lines:
+        if word == b"v":
             vertices += 1
-        elif line[:2] == b"f ":
-            corners = [int(word) for word in _BEHIND_SLASH.sub(b"", line[2:]).split()]
+        else:
+            if not _FACE.fullmatch(rest):
+                shown = rest[:40].decode("ascii", "replace")
+                raise ValueError(f"a face is written {shown!r}, and not as 3 or more corners")
+            corners = [int(corner) for corner in _BEHIND_SLASH.sub(b"", rest).split()]
+            if 0 in corners:
+                raise ValueError("a face names vertex 0, and vertices are counted from 1")
             listed.append([k - 1 if k > 0 else vertices + k for k in corners])
     return fans_of(listed)
 

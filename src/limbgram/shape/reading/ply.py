@@ -1,10 +1,13 @@
 """PLY, text and binary, ours (filled, sigma) and that of other programs.
 
-The header lists elements, each with its properties; only vertices and faces are used.
+The header lists elements, each with its properties; only vertices and faces are used. The numbers
+that it promises must be what follows, to the last byte: a reader that took what it found would lose
+faces of a damaged file without a word.
 """
 
+import math
+import re
 from dataclasses import dataclass, field, replace
-from itertools import accumulate
 
 import numpy as np
 
@@ -34,7 +37,7 @@ class _Element:
     columns: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
     """Names and types of single values."""
     lists: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
-    """Names, count types and value types; only faces have them, and only one is understood."""
+    """Names, count types and value types; of those of faces only one is understood."""
 
 
 @dataclass
@@ -46,50 +49,72 @@ class _Header:
 def read_ply(content: bytes, name: str) -> Soup:
     """The surface with colours, filled marks and sigmas where the file has them."""
     head, mark, body = content.partition(b"end_header")
-    body = body[2:] if body[:2] == b"\r\n" else body[1:]
     try:
-        header = _header(head)
-        if not mark or (not header.order and b"ascii" not in head):
+        if not mark:
             raise ValueError("its header has no end")
+        header = _header(head)
+        end = re.match(rb"[ \t]*(\r\n|\r|\n)", body)
+        if end is None:
+            raise ValueError("its header has no end")
+        body = body[end.end() :]
         vertices, polygons = _text(header, body) if not header.order else _binary(header, body)
         mesh = replace(_mesh(vertices, polygons), correlation_mm=_correlation(head))
     except (ValueError, KeyError, IndexError) as error:
+        told = f"{error} is no word of the format" if isinstance(error, KeyError) else error
         raise ShapeFileError(
-            f"{name} is no PLY file that can be read ({error}). It may have been cut off on its "
+            f"{name} is no PLY file that can be read ({told}). It may have been cut off on its "
             "way: copy it again, or export it as STL."
         ) from error
     return Soup(mesh=mesh, stated_unit=stated_unit(head))
 
 
 def _header(head: bytes) -> _Header:
-    header = _Header("", [])
-    for line in head.decode("latin-1").splitlines():
+    order: str | None = None
+    elements: list[_Element] = []
+    lines = head.decode("latin-1").splitlines()
+    if not lines or lines[0].strip() != "ply":
+        raise ValueError("it does not begin with ply")
+    for line in lines[1:]:
         match line.split():
-            case ["format", kind, _]:
-                header.order = _ORDERS[kind]
+            case ["format", kind, "1.0"] if order is None:
+                order = _ORDERS[kind]
             case ["element", name, number]:
-                header.elements.append(_Element(name, int(number)))
+                elements.append(_Element(name, _counted(number)))
             case ["property", "list", count, kind, name]:
-                header.elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
+                if _TYPES[count][0] == "f":
+                    raise ValueError("a list counts in fractions")
+                elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
             case ["property", kind, name]:
-                if header.elements[-1].lists:
+                if elements[-1].lists and elements[-1].name == "face":
                     raise ValueError("values behind a list")
-                header.elements[-1].columns.append((name, _TYPES[kind]))
-            case _:
+                elements[-1].columns.append((name, _TYPES[kind]))
+            case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
-    if [element.name for element in header.elements[:2]] != ["vertex", "face"]:
+            case _:
+                raise ValueError(f"{line[:40]!r} in its header")
+    if order is None:
+        raise ValueError("it does not say in which order its bytes are")
+    if [element.name for element in elements[:2]] != ["vertex", "face"]:
         raise ValueError("its elements do not begin with vertices and faces")
-    vertex, face = header.elements[:2]
+    vertex, face = elements[:2]
     if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
         raise ValueError("its vertices or faces are not of the usual form")
-    return header
+    if face.lists[0][2][0] == "f":
+        raise ValueError("its faces name vertices in fractions")
+    return _Header(order, elements)
+
+
+def _counted(word: str) -> int:
+    if not re.fullmatch(r"\d{1,10}", word):
+        raise ValueError(f"{word[:20]!r} in place of a number of elements")
+    return int(word)
 
 
 _Read = tuple[np.ndarray, list[list[int]] | np.ndarray]
 
 
 def _binary(header: _Header, body: bytes) -> _Read:
-    vertex, face = header.elements[:2]
+    vertex, face, *others = header.elements
     layout = np.dtype([(name, header.order + kind) for name, kind in vertex.columns])
     size = vertex.count * layout.itemsize
     rows = np.frombuffer(body[:size], layout)
@@ -100,47 +125,84 @@ def _binary(header: _Header, body: bytes) -> _Read:
     head = np.dtype([*leading, ("count", header.order + count_kind)])
     of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3)])
     rest = body[size:]
+    if face.count * head.itemsize > len(rest):
+        raise ValueError("the file ends among the faces")
     if len(rest) >= face.count * of_three.itemsize:
         triangles = np.frombuffer(rest, of_three, face.count)
         if (triangles["count"] == 3).all():
+            _require_end(rest[face.count * of_three.itemsize :], others)
             return rows, triangles["corners"].astype(np.int64)
-    return rows, _polygons(rest, face.count, head, np.dtype(header.order + kind))
+    found = _polygons(rest, face.count, head, np.dtype(header.order + kind))
+    _require_end(rest[found.end :], others)
+    return rows, found.corners
 
 
-def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype) -> list[list[int]]:
+def _require_end(left: bytes, others: list[_Element]) -> None:
+    """Refuse a file with more or less behind its faces than its header says."""
+    if any(element.lists for element in others):
+        return  # how long lists are stands in the lists themselves, which nobody uses
+    sizes = (np.dtype([(name, kind) for name, kind in other.columns]).itemsize for other in others)
+    wanted = sum(other.count * size for other, size in zip(others, sizes, strict=True))
+    if len(left) < wanted or left[wanted:].strip():
+        raise ValueError(f"{len(left):,} bytes behind its faces, where {wanted:,} should be")
+
+
+@dataclass(frozen=True)
+class _Polygons:
+    corners: list[list[int]]
+    end: int
+    """Of the last, in the bytes that they stand in."""
+
+
+def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype) -> _Polygons:
     """Faces of different numbers of corners: each tells where the next begins."""
-
-    def corners_at(place: int) -> int:
-        return int(np.frombuffer(rest, head, 1, place)["count"][0])
-
-    def after(place: int, _face: int) -> int:
-        return place + head.itemsize + corners_at(place) * kind.itemsize
-
-    places = list(accumulate(range(count), after, initial=0))
-    if places[-1] > len(rest):
-        raise ValueError("the file ends among the faces")
-    return [
-        np.frombuffer(rest, kind, corners_at(place), place + head.itemsize).tolist()
-        for place in places[:-1]
-    ]
+    corners: list[list[int]] = []
+    place = 0
+    for _ in range(count):
+        if place + head.itemsize > len(rest):
+            raise ValueError("the file ends among the faces")
+        number = int(np.frombuffer(rest, head, 1, place)["count"][0])
+        place += head.itemsize
+        if number < 3:
+            raise ValueError(f"a face with {number} corners")
+        if place + number * kind.itemsize > len(rest):
+            raise ValueError("the file ends among the faces")
+        corners.append(np.frombuffer(rest, kind, number, place).tolist())
+        place += number * kind.itemsize
+    return _Polygons(corners, place)
 
 
 def _text(header: _Header, body: bytes) -> _Read:
     vertex, face = header.elements[:2]
-    lines = body.split(b"\n")
-    lines = [line for line in lines if line.strip()]
-    if len(lines) < vertex.count + face.count:
-        raise ValueError(f"{len(lines)} lines of {vertex.count + face.count}")
-    layout = np.dtype([(name, kind) for name, kind in vertex.columns])
-    numbers = np.array(b" ".join(lines[: vertex.count]).split(), np.float64)
-    table = numbers.reshape(vertex.count, len(vertex.columns))
+    lines = [line for line in body.splitlines() if line.strip()]
+    wanted = sum(element.count for element in header.elements)
+    if len(lines) != wanted:
+        raise ValueError(f"{len(lines)} lines of {wanted}")
+    words = [line.split() for line in lines[: vertex.count]]
+    if any(len(row) != len(vertex.columns) for row in words):
+        raise ValueError("a vertex with too few or too many numbers")
+    table = np.array(words, np.float64)
     wide = np.dtype([(name, "f8" if kind[0] == "f" else kind) for name, kind in vertex.columns])
     rows = np.zeros(vertex.count, wide)
-    for idx, name in enumerate(layout.names or ()):
-        rows[name] = table[:, idx]
+    for idx, (name, kind) in enumerate(vertex.columns):
+        column = table[:, idx]
+        if kind[0] != "f":
+            _require_whole(column, kind, name)
+        rows[name] = column
     skipped = len(face.columns)
-    words = [line.split()[skipped:] for line in lines[vertex.count : vertex.count + face.count]]
-    return rows, [[int(word) for word in corners[1 : 1 + int(corners[0])]] for corners in words]
+    listed = [line.split()[skipped:] for line in lines[vertex.count : vertex.count + face.count]]
+    corners = [[int(word) for word in row] for row in listed]
+    for row in corners:
+        if not row or row[0] != len(row) - 1 or row[0] < 3:
+            raise ValueError("a face that has not the corners that it counts")
+    return rows, [row[1:] for row in corners]
+
+
+def _require_whole(column: np.ndarray, kind: str, name: str) -> None:
+    limits = np.iinfo(kind)
+    within = (column >= limits.min) & (column <= limits.max) & (column == np.floor(column))
+    if not within.all():
+        raise ValueError(f"{name} has a value that its kind does not know")
 
 
 def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
@@ -154,12 +216,18 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
     colours = None
     if {"red", "green", "blue"} <= set(names) and rows.dtype["red"].itemsize == 1:
         colours = np.column_stack([rows[name] for name in ("red", "green", "blue")])
+    sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
+    if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
+        raise ValueError("a sigma is negative or infinite")
+    filled = rows["filled"] if "filled" in names else None
+    if filled is not None and not np.isin(filled, (0, 1)).all():
+        raise ValueError("a vertex is neither filled nor not")
     return Mesh(
         vertices_mm=np.column_stack([rows[axis] for axis in "xyz"]).astype(np.float64),
         faces=faces,
         colours=colours,
-        filled=rows["filled"].astype(np.bool_) if "filled" in names else None,
-        sigma_mm=rows["sigma"].astype(np.float32) if "sigma" in names else None,
+        filled=None if filled is None else filled.astype(np.bool_),
+        sigma_mm=sigma,
         shared_mm=_shared(rows, names),
     )
 
@@ -167,7 +235,12 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
 def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
     """Columns shared_0, shared_1, ... as our own files have them."""
     parts = [rows[name] for k in range(len(names)) if (name := f"shared_{k}") in names]
-    return np.column_stack(parts).astype(np.float32) if parts else None
+    if not parts:
+        return None
+    shared = np.column_stack(parts).astype(np.float32)
+    if np.isinf(shared).any():
+        raise ValueError("a shared error is infinite")
+    return shared
 
 
 def _correlation(head: bytes) -> float | None:
@@ -175,7 +248,10 @@ def _correlation(head: bytes) -> float | None:
     for line in head.decode("latin-1").splitlines():
         match line.split():
             case ["comment", "sigma", "is", "alike", "over:", length]:
-                return float(length)
+                value = float(length)
+                if not (math.isfinite(value) and value > 0):
+                    raise ValueError(f"sigma is alike over {length[:20]}")
+                return value
             case _:
                 pass
     return None

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.errors import ShapeFileError
+from limbgram.files import read_content
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import Limb, LimbFrame, Origin
 from limbgram.shape.reading.aop import read_aop_soup
@@ -152,15 +153,12 @@ def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
 
 
 def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise ShapeFileError(
-                f"{path.name} is larger than {_LARGEST_BYTES >> 20} MB. Reduce the scan in the "
-                "program it comes from."
-            )
-        return path.read_bytes()
-    except OSError as error:
-        raise ShapeFileError(f"{path} cannot be read: {error.strerror or error}.") from error
+    return read_content(
+        path,
+        _LARGEST_BYTES,
+        ShapeFileError,
+        "Name the file that the scanner or program exported; a larger scan is reduced there.",
+    )
 
 
 def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:

@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from limbgram.errors import ShapeFileError
+from limbgram.files import json_of, read_content
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Origin, Side
 
@@ -25,6 +26,8 @@ _LONGEST_NAME = 80
 _MOST_ORIGINS = 100
 _SIDES: tuple[Side, ...] = ("left", "right", "none")
 _ROUNDING = 1e-6
+_FARTHEST_MM = 1e9
+"""No shape that is read reaches farther."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +103,7 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
     if not path.is_file():
         return None
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise ValueError("it is too large")
-        tree = json.loads(path.read_bytes())
+        tree = json_of(read_content(path, _LARGEST_BYTES, ShapeFileError))
         if tree["format"] != _FORMAT or tree["version"] != _VERSION:
             raise ValueError("it is of another program or a later version")
         owner = cast(dict[str, Any], tree["mesh"])
@@ -111,9 +112,7 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
         other = str(owner.get("file"))
         if other != mesh_path.name and (mesh_path.parent / Path(other).name).is_file():
             return OfAnother(Path(other).name)
-    except OSError as error:
-        raise ShapeFileError(f"{path.name} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ShapeFileError(
             f"{path.name} is no limb file that can be read ({type(error).__name__}: {error}). "
             "Mend it, or move it away and align the shape again."
@@ -190,6 +189,6 @@ def _motion(tree: dict[str, Any], name: str) -> Rigid:
 
 def _numbers(listed: Any, shape: tuple[int, ...]) -> np.ndarray:
     numbers = np.array(listed, np.float64)
-    if numbers.shape != shape or not np.isfinite(numbers).all():
+    if numbers.shape != shape or not (np.abs(numbers) <= _FARTHEST_MM).all():
         raise ValueError(f"{listed} in place of numbers")
     return numbers

@@ -1,4 +1,8 @@
-"""STL, binary and text. A binary file may begin with "solid": its length tells what it is."""
+"""STL, binary and text. A binary file may begin with "solid": its length tells what it is.
+
+A text is taken whole or not at all: what is left between its triangles but the names of solids is
+damage, and a reader that passed over it would lose triangles without a word.
+"""
 
 import re
 
@@ -9,13 +13,23 @@ from limbgram.shape.reading.soup import Soup, triangles_merged
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
+_NUMBER = rb"\s+([-+.\deE]{1,40})"
+_VERTEX = rb"\s+vertex" + 3 * _NUMBER
+_FACET = re.compile(
+    rb"facet\s+normal"
+    + 3 * rb"\s+\S{1,40}"
+    + rb"\s+outer\s+loop"
+    + 3 * _VERTEX
+    + rb"\s+endloop\s+endfacet(?=\s)",
+    re.IGNORECASE,
+)
+_SOLID = re.compile(rb"(end)?solid\b.*", re.IGNORECASE)
 
 
 def read_stl(content: bytes, name: str) -> Soup:
     """The triangles, corners at one place merged; normals are left out, the winding holds."""
     count = int.from_bytes(content[80:_HEADER], "little") if len(content) >= _HEADER else -1
-    if len(content) == _HEADER + count * _RECORD.itemsize:
+    if count >= 0 and len(content) == _HEADER + count * _RECORD.itemsize:
         records = np.frombuffer(content, _RECORD, offset=_HEADER)
         corners = records["corners"].astype(np.float64)
         return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
@@ -41,15 +55,25 @@ def stated_unit(header: bytes) -> str | None:
 
 
 def _text(content: bytes, name: str) -> np.ndarray:
+    """Corners of the triangles; between them stand only the names of solids."""
+    found = _FACET.findall(content)
+    rest = [line.strip() for line in _FACET.sub(b"\n", content).splitlines()]
+    ended = rest and any(line.lower().startswith(b"endsolid") for line in rest[-5:])
+    strange = next((line for line in rest if line and not _SOLID.fullmatch(line)), None)
+    if not found or (strange is None and not ended):
+        raise ShapeFileError(
+            f"{name} is no whole STL file: it ends after {len(found)} triangles without saying "
+            "that this is the end. It was probably cut off on its way: copy it again."
+        )
+    if strange is not None:
+        shown = strange[:40].decode("ascii", "replace")
+        raise ShapeFileError(
+            f"{name} is damaged: {shown!r} stands where a triangle should. A surface with "
+            "triangles missing would be read of it. Copy the file again, or export it again."
+        )
     try:
-        numbers = np.array(_VERTEX.findall(content)).astype(np.float64)
+        return np.array(found).astype(np.float64).reshape(-1, 3, 3)
     except ValueError as error:
         raise ShapeFileError(
             f"{name} is damaged: a corner is no number ({error}). Export it again."
         ) from error
-    if not len(numbers) or len(numbers) % 3 or b"endsolid" not in content[-1000:].lower():
-        raise ShapeFileError(
-            f"{name} is no whole STL file: it ends after {len(numbers)} corners without saying "
-            "that this is the end. It was probably cut off on its way: copy it again."
-        )
-    return numbers.reshape(-1, 3, 3)

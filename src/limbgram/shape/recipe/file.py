@@ -25,7 +25,6 @@ opposite, and the building up "build-up". A file of version 1 is read as it was 
 nobody can know what its writer meant.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -33,6 +32,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 from limbgram.errors import OptionsError, ShapeFileError
+from limbgram.files import read_content, toml_of
 from limbgram.shape.edits.editing import EDITS, Edit, name_of
 from limbgram.shape.recipe.recipe import Entry, Recipe
 
@@ -59,11 +59,8 @@ def read_recipe(path: Path) -> Recipe:
         OptionsError: an edit or parameter that is not known.
     """
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise ShapeFileError(f"{path.name} is too large for a recipe.")
-        return parse_recipe(path.read_text("utf-8"), path.name)
-    except OSError as error:
-        raise ShapeFileError(f"{path} cannot be read: {error.strerror or error}.") from error
+        content = read_content(path, _LARGEST_BYTES, ShapeFileError)
+        return parse_recipe(content.decode("utf-8-sig"), path.name)
     except UnicodeDecodeError as error:
         raise ShapeFileError(f"{path.name} is no recipe: it is not a text in UTF-8.") from error
 
@@ -71,8 +68,8 @@ def read_recipe(path: Path) -> Recipe:
 def parse_recipe(text: str, name: str) -> Recipe:
     """A recipe from its text."""
     try:
-        tree = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        tree = toml_of(text)
+    except ValueError as error:
         raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
     version = tree.get("version")
     if tree.get("format") != _FORMAT or version not in (1, _VERSION) or isinstance(version, bool):

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import ShapeFileError
+from limbgram.files import json_of, read_content
 from limbgram.shape.templates.charts import DOME
 from limbgram.shape.templates.fields import ANGLES, Field, node_heights
 from limbgram.shape.templates.template import Template, TemplateMark
@@ -20,6 +21,9 @@ from limbgram.shape.templates.template import Template, TemplateMark
 _FORMAT, _VERSION = "limbgram template", 1
 _LARGEST_BYTES = 2_000_000
 _LARGEST_MM = 60.0
+_MOST_PAIRS = 100_000
+_TALLEST = 100.0
+"""Chart heights count in distances from the round end to the landmark of reference."""
 _UNKNOWN = "-"
 
 
@@ -60,12 +64,8 @@ def read_template(path: Path) -> Template:
         ShapeFileError: it cannot be read, is of another kind, or holds what cannot be.
     """
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise ValueError("it is too large")
-        return decode_template(path.read_bytes())
-    except OSError as error:
-        raise ShapeFileError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ShapeFileError(
             f"{path.name} is no template that can be read ({type(error).__name__}: {error}). "
             "Choose a file that `limbgram template learn` wrote, or learn it again."
@@ -74,21 +74,29 @@ def read_template(path: Path) -> Template:
 
 def decode_template(content: bytes) -> Template:
     """The inverse of encoding, to the rounding of the file; ValueError for anything else."""
-    tree = json.loads(content)
+    tree = json_of(content)
     if tree["format"] != _FORMAT or tree["version"] != _VERSION:
         raise ValueError("it is of another program or a later version")
-    heights = node_heights(float(tree["top"]) + 1e-6)
+    top = float(tree["top"])
+    if not 0 < top <= _TALLEST:
+        raise ValueError("a height that cannot be")
+    heights = node_heights(top + 1e-6)
     shape = (len(heights), ANGLES)
     displacement = _field(tree["displacement_mm"], shape)
     spread = _field(tree["spread_mm"], shape)
     known = _field(tree["known_pairs"], shape)
     if not np.isfinite(displacement).all() or np.abs(displacement).max() > _LARGEST_MM:
         raise ValueError("displacements that cannot be")
-    if not np.isfinite(known).all() or known.min() < 0:
+    pairs = tree["pairs"]
+    if isinstance(pairs, bool) or not isinstance(pairs, int) or not 1 <= pairs <= _MOST_PAIRS:
+        raise ValueError("a number of pairs that cannot be")
+    if not ((known >= 0) & (known <= pairs) & (known == np.floor(known))).all():
         raise ValueError("numbers of pairs that cannot be")
+    if (spread < 0).any() or np.nanmax(spread, initial=0.0) > _LARGEST_MM:
+        raise ValueError("a spread that cannot be")
     return Template(
         name=_text(tree["name"]),
-        pairs=int(tree["pairs"]),
+        pairs=pairs,
         sided=_flag(tree["sided"]),
         reference=_text(tree["reference"]),
         marks=tuple(_mark(mark) for mark in tree["landmarks"]),
@@ -120,7 +128,7 @@ def _field(rows: Any, shape: tuple[int, int]) -> Float64[np.ndarray, "h a"]:
 
 def _mark(tree: Any) -> TemplateMark:
     height, angle = float(tree["height"]), float(tree["angle_deg"])
-    if not (math.isfinite(height) and math.isfinite(angle)):
+    if not (abs(height) <= _TALLEST and abs(angle) <= 360):
         raise ValueError("a landmark without a place")
     return TemplateMark(name=_text(tree["name"]), height=height, angle_deg=angle)
 

@@ -1,0 +1,105 @@
+"""Files that people name: never opened without end, and never taken for what they are not."""
+
+import os
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from limbgram.cases.camera_file import read_camera
+from limbgram.cli.main import app
+from limbgram.cli.parsing import read_distances
+from limbgram.errors import CaseError, LimbgramError, OptionsError, ShapeFileError
+from limbgram.files import json_of, read_content, toml_of
+from limbgram.shape.reading import read_limb
+from limbgram.shape.recipe import parse_recipe, read_recipe
+from limbgram.shape.templates import read_template
+
+HUGE = "1" + "0" * 400
+NONSENSE = {
+    "a number without end": f'{{"a": {HUGE}}}',
+    "a number of 5,000 digits": f'{{"a": {"7" * 5000}}}',
+    "beyond floating point": '{"a": 1e400}',
+    "a word of Python's": '{"a": NaN}',
+    "half a letter": '{"a": "\\ud800"}',
+    "twice": '{"a": 1, "a": 2}',
+    "deep": "[" * 6000 + "]" * 6000,
+    "deep, but not too deep for Python": "[" * 200 + "]" * 200,
+}
+
+
+@pytest.mark.parametrize("text", NONSENSE.values(), ids=NONSENSE.keys())
+def test_json_is_taken_strictly(text: str) -> None:
+    with pytest.raises(ValueError, match=r"\w"):
+        json_of(text.encode())
+
+
+def test_json_of_any_coding_is_read() -> None:
+    tree = {"name": "Höhe", "mm": [1, 2.5, -3e-4, None, True]}
+    text = '{"name": "Höhe", "mm": [1, 2.5, -3e-4, null, true]}'
+    for coding in ("utf-8", "utf-8-sig", "utf-16"):
+        assert json_of(text.encode(coding)) == tree
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"passes = {HUGE}",
+        f"passes = {'7' * 5000}",
+        f"passes = 0x{'f' * 5000}",
+        f"leave = {'[' * 6000}{']' * 6000}",
+        f"{'a.' * 6000}a = 1",
+        f"{'a.' * 100}a = 1",
+    ],
+    ids=["large", "digits", "hexadecimal", "deep", "key", "short key"],
+)
+def test_a_recipe_without_end_is_refused(tmp_path: Path, line: str) -> None:
+    text = f'format = "limbgram recipe"\nversion = 1\n\n[[edit]]\ndo = "smoothing"\n{line}\n'
+    with pytest.raises(ShapeFileError, match=r"a\.toml"):
+        parse_recipe(text, "a.toml")
+    with pytest.raises(ValueError, match=r"\w"):
+        toml_of(line)
+    done = CliRunner().invoke(app, ["edit", "add", str(tmp_path / "a.toml"), "smoothing", line])
+    assert done.exit_code in (2, 3), done.exception
+
+
+READERS = {
+    "shape": (lambda path: read_limb(path), ".stl", ShapeFileError),
+    "recipe": (read_recipe, ".toml", ShapeFileError),
+    "template": (read_template, ".json", ShapeFileError),
+    "camera": (read_camera, ".json", CaseError),
+    "distances": (read_distances, ".json", OptionsError),
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_what_has_no_end_is_not_read(tmp_path: Path, reader: str) -> None:
+    """A pipe would keep the reader waiting, a device would fill the memory."""
+    read, ending, refusal = READERS[reader]
+    pipe = tmp_path / f"pipe{ending}"
+    os.mkfifo(pipe)
+    zeros = tmp_path / f"zeros{ending}"
+    zeros.symlink_to("/dev/zero")
+    folder = tmp_path / f"folder{ending}"
+    folder.mkdir()
+    for path, told in ((pipe, "device or pipe"), (zeros, "device or pipe"), (folder, "folder")):
+        with pytest.raises(refusal, match=told):
+            read(path)
+    with pytest.raises(refusal, match="cannot be read"):
+        read(tmp_path / f"nowhere{ending}")
+
+
+def test_a_file_is_read_up_to_its_bound_and_not_beyond(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    path.write_bytes(bytes(1000))
+    assert read_content(path, 1000, OptionsError) == bytes(1000)
+    with pytest.raises(OptionsError, match="too large"):
+        read_content(path, 999, OptionsError)
+    with pytest.raises(LimbgramError, match="cannot be read"):
+        read_content(Path("a\0b"), 10, LimbgramError)
+
+
+def test_a_seed_is_a_number_from_0(tmp_path: Path) -> None:
+    done = CliRunner().invoke(app, ["make-capture", str(tmp_path / "new"), "--seed", "-5"])
+    assert done.exit_code == 2
+    assert not (tmp_path / "new").exists()
