@@ -54,7 +54,7 @@ SHAPES = {
 }
 """Millimetres in one unit of each file."""
 EDITS = {
-    "load": ["at=tibial tubercle", "depth_mm=4", "falloff_mm=20"],
+    "load": ["at=patellar tendon", "depth_mm=4", "falloff_mm=20"],
     "relieve": ["at=fibula head", "depth_mm=4", "falloff_mm=20"],
     "reduction": ["heights_mm=[30,150]", "per_cent=[1,3]", "of=girth"],
     "offset": ["distance_mm=1"],
@@ -151,11 +151,12 @@ def commands(scan: Path, work: Path) -> Iterator[str]:
 
 
 def aligning(scan: Path, mesh: Mesh) -> list[str]:
-    """The command that aligns the limb, with three landmarks on its surface."""
+    """The command that aligns the limb, with four landmarks on its surface."""
     low, high = (float(f(mesh.vertices_mm[:, 2])) for f in (np.min, np.max))
     x0, y0 = mesh.vertices_mm[:, :2].mean(0)
     wanted = {
         "tibial tubercle": (x0, y0 + 60, (low + high) / 2),
+        "patellar tendon": (x0, y0 + 60, (low + 2 * high) / 3),
         "fibula head": (x0 + 50, y0, (low + high) / 2),
         "tibia end": (x0, y0 + 30, low + 20),
     }

@@ -41,7 +41,7 @@ PLACES = {
 """Degrees from anterior towards lateral, and share of the height from the cut."""
 LOAD_MM, REDUCED = 5.0, 0.03
 EDITS = (
-    f'load at="patellar tendon" depth_mm={LOAD_MM} falloff_mm=25',
+    f'load at="patellar tendon" depth_mm={LOAD_MM} falloff_mm=16',
     'relieve at="popliteal crease" depth_mm=4 falloff_mm=40',
     f'relieve at="{OWN_LANDMARK}" depth_mm=2 falloff_mm=25',
     f"reduction heights_mm=[20,140] per_cent=[{100 * REDUCED:g},0] of=girth",

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.interval import HOLDS
@@ -17,12 +19,13 @@ from limbgram.report.shape.record import (
     record_of,
 )
 from limbgram.report.shape.record.bias import biases
-from limbgram.report.shape.record.pages import words
-from limbgram.report.shape.record.pages.html import record_page
+from limbgram.report.shape.record.pages import pdf, record_page, words
+from limbgram.shape.edits.percent import Reduction
+from limbgram.shape.edits.regional import Load
 from limbgram.shape.frame import in_limb_frame
 from limbgram.shape.limb import Landmark, Limb, LimbFrame
 from limbgram.shape.measures import measure
-from limbgram.shape.recipe import Recipe
+from limbgram.shape.recipe import Entry, Recipe, parse_recipe
 from limbgram.surface.mesh import Mesh
 
 RADIUS_MM, HEIGHT_MM, ROUND = 50.0, 200.0, 360
@@ -175,6 +178,50 @@ def test_what_is_not_sure_stands_first() -> None:
     assert gravity.count("serious") == 2, "filled in, and not of the case"
     topics = {found["topic"] for found in tree["findings"]}
     assert topics == {"case", "surface", "tape", "file"}
+
+
+def test_a_load_on_bone_stands_in_page_paper_and_tree(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Accepted or not: the record tells what was done, it refuses nothing."""
+    edits = (
+        Entry(edit=Load(at="tibial crest", depth_mm=4.0, falloff_mm=15.0)),
+        Entry(
+            edit=Load(at="Anna's scar", depth_mm=2.0, falloff_mm=10.0),
+            accept=("load on marked place",),
+        ),
+        Entry(edit=Reduction(heights_mm=(0.0,), per_cent=(2.0,), of="girth")),
+    )
+    recipe = RecipeSource(recipe=Recipe(name="", entries=edits), sha256=64 * "d")
+    record = record_of(source(cylinder()), recipe=recipe)
+    tree = record.tree["recipe"]
+    concerns = [one for line in tree["lines"] for one in line["concerns"]]
+    assert [one["accepted"] for one in concerns] == [False, True, True]
+    assert tree["places_mm"]["tibial crest"] == pytest.approx(-5.0, abs=0.1)
+    told = [one for one in record.tree["findings"] if one["topic"] == "recipe"]
+    assert [one["gravity"] for one in told] == ["serious", "serious", "mild"]
+    assert "presses 4.0 mm on the tibial crest" in told[0]["what"]
+    assert "NOT accepted in the recipe: load on tibial crest" in told[0]["what"]
+    assert "tibial crest 4.9 mm" in told[2]["what"]
+    page = record_page(record.tree, record.pictures)
+    sheets: list[Figure] = []
+    monkeypatch.setattr(pdf, "pdf_of", lambda figures: sheets.extend(figures) or b"")
+    pdf.record_pdf(record.tree, record.pictures)
+    texts = (text.get_text() for sheet in sheets for text in sheet.findobj(Text))
+    paper = " ".join(" ".join(texts).split())
+    for words_of in (" ".join(page.split()), paper):
+        assert "presses 4.0 mm on the tibial crest: bone edge under the skin (NOT acc" in words_of
+        assert "inward (pressure)" in words_of
+        assert "Anna" not in words_of
+
+
+def test_an_old_recipe_is_told_in_the_record() -> None:
+    old = (
+        'format = "limbgram recipe"\nversion = 1\n[[edit]]\ndo = "relief"\nat = "tibial crest"\n'
+        "depth_mm = 3\nfalloff_mm = 15\n"
+    )
+    recipe = RecipeSource(recipe=parse_recipe(old, "old.toml"), sha256=64 * "d")
+    record = record_of(source(cylinder()), recipe=recipe)
+    assert record.tree["recipe"]["lines"][0]["edit"].startswith("load:")
+    assert any("is of version 1" in one["what"] for one in record.tree["findings"])
 
 
 def test_refusals() -> None:

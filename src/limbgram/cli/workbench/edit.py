@@ -24,6 +24,7 @@ from limbgram.files import toml_of
 from limbgram.shape.edits import EDITS
 from limbgram.shape.recipe import (
     Recipe,
+    accepted,
     added,
     described,
     differences,
@@ -55,7 +56,9 @@ the edits there are, `kinds NAME` the parameters of one.
 The shape is a positive: **relieve** builds it up, outwards, and gives room; **load** carves it in,
 inwards, and gives pressure. Places are landmarks by name, or [x,y,z] in mm in the limb's frame
 (origin distal, +Z proximal, +Y anterior, +X the patient's right), or in the mesh's own with
-positions_in=mesh. An edit that would fold the surface or push it through itself is refused.
+positions_in=mesh. An edit that would fold the surface or push it through itself is refused. So is
+a load on bone, nerve or tendon, and a depth above 10 mm, unless it is said that it is meant:
+`--accept "load on fibula head"`, `--accept "depth to 12 mm"`, or later by `accept`.
 """
 
 edit_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
@@ -66,6 +69,13 @@ _NOTHING_DONE = (
 
 RecipeFile = Annotated[Path, typer.Argument(help="The recipe's file, TOML.")]
 Number = Annotated[int, typer.Argument(help="Number of the edit, counted from 1.")]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        help='What is meant though it is unusual: "load on PLACE", "depth to N mm". Repeatable.',
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON document.")]
 
 
@@ -135,12 +145,26 @@ def add_command(
     number: Annotated[
         int | None, typer.Option("--as", help="Its number; without it the last.")
     ] = None,
+    accept: Accept = None,
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Add an edit to a recipe."""
     given = dict(_parameter(text) for text in parameters or ())
     edit = make_edit(kind, given, "The new edit")
-    return _kept(recipe, added(read_recipe(recipe), edit, number))
+    return _kept(recipe, added(read_recipe(recipe), edit, number, accept or ()))
+
+
+@answered
+def accept_command(
+    recipe: RecipeFile,
+    number: Number,
+    words: Annotated[
+        list[str], typer.Argument(help='"load on PLACE" or "depth to N mm", as the refusal says.')
+    ],
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Say of an edit that it is meant: a load on a sensitive place, or a great depth."""
+    return _kept(recipe, accepted(read_recipe(recipe), number, words))
 
 
 @answered
@@ -250,7 +274,8 @@ def _shown(recipe: Recipe) -> Reply:
     lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [
-        {"edit": text, "on": entry.on} for text, entry in zip(listed, recipe.entries, strict=True)
+        {"edit": text, "on": entry.on, "accept": list(entry.accept)}
+        for text, entry in zip(listed, recipe.entries, strict=True)
     ]
     return Reply(tuple(lines), {"name": recipe.name, "edits": entries, "notes": list(recipe.notes)})
 
@@ -292,6 +317,7 @@ for _name, _command in {
     "apply": apply_command,
     "new": new_command,
     "add": add_command,
+    "accept": accept_command,
     "undo": undo_command,
     "remove": remove_command,
     "move": move_command,

@@ -1,6 +1,7 @@
 """`limbgram template`: a rectification learned from pairs, shown, and applied to a limb."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
@@ -21,6 +22,8 @@ from limbgram.errors import OptionsError
 from limbgram.export.workshop.limb_file import write_limb
 from limbgram.export.writing import require, write_bytes, write_file
 from limbgram.shape.comparing import RegistrationOptions
+from limbgram.shape.edits.pressing import PRESSES_MM
+from limbgram.shape.frame.sensitive import sensitive_place
 from limbgram.shape.templates import (
     LearnOptions,
     Pair,
@@ -28,6 +31,7 @@ from limbgram.shape.templates import (
     apply_template,
     encode_template,
     learn,
+    moves_at_marks,
     read_template,
 )
 from limbgram.surface.topology import volume_mm3
@@ -133,6 +137,7 @@ def apply_command(
             "mean_mm": float(moved.mean()),
             "volume_change_ml": change_ml,
             "volume_change_share": share,
+            "pressures": [asdict(one) for one in applied.pressures],
             "notes": list(notes),
             "written": [str(written)],
         },
@@ -176,6 +181,7 @@ def _write(template: Template, path: Path) -> Path:
 def _lines(template: Template) -> Sequence[str]:
     moved, spread = template.displacement_mm, template.spread_mm
     share = float((moved != 0).mean())
+    moves = moves_at_marks(template)
     count = "1 pair" if template.pairs == 1 else f"{template.pairs} pairs"
     told = (
         f"between pairs it spreads by {np.nanmedian(spread):.2f} mm (median)"
@@ -188,21 +194,35 @@ def _lines(template: Template) -> Sequence[str]:
         f"Heights count from the rounded end (0) to {template.reference} (1).",
         *(
             f"  {mark.name:<28} height {mark.height:5.2f}   {mark.angle_deg:+6.1f} degrees towards "
-            "lateral"
+            f"lateral   {moves[mark.name]:+.1f} mm{_warning(mark.name, moves[mark.name])}"
             for mark in template.marks
         ),
     )
 
 
+def _warning(name: str, moved_mm: float) -> str:
+    """Behind a landmark that the template presses on and that bears no pressure."""
+    place = sensitive_place(name, None)
+    pressed = place is not None and moved_mm < -PRESSES_MM
+    return f"   ! presses on the {place.name}: {place.why}" if place and pressed else ""
+
+
 def _tree(template: Template) -> dict[str, Any]:
     moved, spread = template.displacement_mm, template.spread_mm
+    moves = moves_at_marks(template)
     return {
         "name": template.name,
         "pairs": template.pairs,
         "sided": template.sided,
         "reference": template.reference,
         "landmarks": [
-            {"name": mark.name, "height": mark.height, "angle_deg": mark.angle_deg}
+            {
+                "name": mark.name,
+                "height": mark.height,
+                "angle_deg": mark.angle_deg,
+                "moved_mm": moves[mark.name],
+                "sensitive": sensitive_place(mark.name, None) is not None,
+            }
             for mark in template.marks
         ],
         "most_inward_mm": float(moved.min()),

@@ -1,10 +1,12 @@
 """Recipe: edits as a readable file, replayed on a scan."""
 
+from limbgram.shape.recipe.accepting import Concern
 from limbgram.shape.recipe.file import encode_recipe, make_edit, parse_recipe, read_recipe
 from limbgram.shape.recipe.ledger import Ledger, Line, lines_of
 from limbgram.shape.recipe.recipe import (
     Entry,
     Recipe,
+    accepted,
     added,
     described,
     differences,
@@ -13,14 +15,16 @@ from limbgram.shape.recipe.recipe import (
     switched,
     undone,
 )
-from limbgram.shape.recipe.replay import Replayed, replay, require_scan
+from limbgram.shape.recipe.replay import Replayed, replay, replay_as_it_is, require_scan
 
 __all__ = [
+    "Concern",
     "Entry",
     "Ledger",
     "Line",
     "Recipe",
     "Replayed",
+    "accepted",
     "added",
     "described",
     "differences",
@@ -32,6 +36,7 @@ __all__ = [
     "read_recipe",
     "removed",
     "replay",
+    "replay_as_it_is",
     "require_scan",
     "switched",
     "undone",

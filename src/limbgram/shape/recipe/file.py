@@ -12,6 +12,13 @@
     falloff_mm = 18.0
 
     [[edit]]
+    do = "load"
+    accept = ["load on fibula head"]
+    at = "fibula head"
+    depth_mm = 1.0
+    falloff_mm = 12.0
+
+    [[edit]]
     do = "smoothing"
     on = false
     passes = 8
@@ -34,6 +41,7 @@ from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hin
 from limbgram.errors import OptionsError, ShapeFileError
 from limbgram.files import read_content, toml_of
 from limbgram.shape.edits.editing import EDITS, Edit, name_of
+from limbgram.shape.recipe.accepting import plain_words
 from limbgram.shape.recipe.recipe import Entry, Recipe
 
 _FORMAT, _VERSION = "limbgram recipe", 2
@@ -71,8 +79,9 @@ def parse_recipe(text: str, name: str) -> Recipe:
         tree = toml_of(text)
     except ValueError as error:
         raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
-    version = tree.get("version")
-    if tree.get("format") != _FORMAT or version not in (1, _VERSION) or isinstance(version, bool):
+    version: object = tree.get("version")
+    known = type(version) is int and version in (1, _VERSION)
+    if tree.get("format") != _FORMAT or not known:
         raise ShapeFileError(
             f'{name} is no recipe: it must begin with format = "{_FORMAT}" and version = '
             f"{_VERSION}."
@@ -144,6 +153,7 @@ def encode_recipe(recipe: Recipe) -> bytes:
     for entry in recipe.entries:
         lines += ["", "[[edit]]", f"do = {_text(name_of(type(entry.edit)))}"]
         lines += [] if entry.on else ["on = false"]
+        lines += [f"accept = {_written(entry.accept)}"] if entry.accept else []
         for field in fields(entry.edit):
             value = getattr(entry.edit, field.name)
             if value is not None:
@@ -180,7 +190,9 @@ def _entry(part: Any, what: str) -> Entry:
     kind, on = tree.pop("do", ""), tree.pop("on", True)
     if not isinstance(on, bool):
         raise OptionsError(f"{what}: on must be true or false.")
-    return Entry(edit=make_edit(str(kind), tree, what), on=on)
+    accept = _sequence((str, Ellipsis), tree.pop("accept", []), f"{what}: accept")
+    words = plain_words(accept, what)
+    return Entry(edit=make_edit(str(kind), tree, what), on=on, accept=words)
 
 
 def _value(hint: Any, value: Any, what: str) -> Any:

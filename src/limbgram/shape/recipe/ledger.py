@@ -4,14 +4,16 @@ Girths are taken at levels that stay the same for the whole recipe, so lines can
 Displacement is the distance of the new surface from the old one, positive outwards.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from limbgram.shape.edits.marking.neighbours import roughness_mm
 from limbgram.shape.edits.marking.places import moved_by
+from limbgram.shape.edits.pressing import away_from, changed_vertices
 from limbgram.shape.limb import Limb
-from limbgram.surface.closest import TriangleTree
+from limbgram.shape.recipe.accepting import Concern
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.sections import cut
 from limbgram.surface.topology import volume_mm3
@@ -61,6 +63,8 @@ class Line:
     displacement: Displacement | None
     """None for a mirror, which moves everything; and where an edit only added surface beyond an
     open edge, which lies neither outside the old one nor inside."""
+    concerns: tuple[Concern, ...] = ()
+    """Where it presses on what bears no pressure, and what of it is unusually deep."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +74,9 @@ class Ledger:
     levels_mm: tuple[float, ...]
     """Heights of the girths: along the limb's axis, or the mesh's z where it is not aligned."""
     lines: tuple[Line, ...]
+    places_mm: Mapping[str, float] = field(default_factory=dict[str, float])
+    """How far all edits together moved the surface at each sensitive place that is marked, without
+    the sock: positive outward, room."""
 
 
 def choose_levels(limb: Limb) -> tuple[float, ...]:
@@ -97,12 +104,9 @@ def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
 def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     """How far the new surface lies from the old."""
     distance = np.zeros(len(new))
-    moved = _changed(old, new)
+    moved = changed_vertices(old, new)
     if moved.any():
-        closest = TriangleTree.of(old.vertices_mm, old.faces).closest(new.vertices_mm[moved])
-        away = new.vertices_mm[moved] - closest.points_mm
-        side = (away * old.face_normals()[closest.faces]).sum(1)
-        distance[moved] = np.where(side < 0, -1.0, 1.0) * closest.distances_mm
+        distance[moved] = away_from(old, new.vertices_mm[moved]).signed_mm
     distance[np.abs(distance) < 1e-9] = 0.0
     area = new.vertex_areas_mm2()
     whole = float(area.sum())
@@ -129,10 +133,22 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
+        texts += [f"   {told(concern)}" for concern in line.concerns]
         texts.append(
             "   girths along the contour, by height " + _girths(ledger.levels_mm, old, new)
         )
+    if ledger.places_mm:
+        moves = ", ".join(f"{name} {moved:+.1f}" for name, moved in ledger.places_mm.items())
+        texts.append(f"All edits together, at places that bear no pressure: {moves} mm")
     return tuple(texts)
+
+
+def told(concern: Concern) -> str:
+    """A concern in a line: what it is, and whether somebody means it."""
+    if not concern.word:
+        return f"! {concern.what}"
+    meant = "accepted" if concern.accepted else "NOT accepted"
+    return f"! {concern.what} ({meant}: {concern.word})"
 
 
 def _girths(levels_mm: tuple[float, ...], old: Figures, new: Figures) -> str:
@@ -152,11 +168,3 @@ def _upright(limb: Limb) -> Mesh:
         return limb.mesh
     motion = limb.frame.limb_from_mesh
     return limb.mesh.with_vertices(moved_by(motion, limb.mesh.vertices_mm))
-
-
-def _changed(old: Mesh, new: Mesh) -> np.ndarray:
-    """Vertices that do not stand where the old mesh had one of the same number."""
-    shared = min(len(old), len(new))
-    changed = np.ones(len(new), np.bool_)
-    changed[:shared] = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).any(1)
-    return changed

@@ -10,6 +10,7 @@ from difflib import SequenceMatcher
 
 from limbgram.errors import EditError, OptionsError
 from limbgram.shape.edits.editing import Edit, name_of, require_sense
+from limbgram.shape.recipe.accepting import concerns_of, plain_words, require_accepted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +20,8 @@ class Entry:
     edit: Edit
     on: bool = True
     """Whether replay does it."""
+    accept: tuple[str, ...] = ()
+    """What somebody means to do though it is unusual: see accepting."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,12 +36,14 @@ class Recipe:
     """What was odd about its file and how it was taken; no part of what is written."""
 
 
-def added(recipe: Recipe, edit: Edit, at: int | None = None) -> Recipe:
+def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[str] = ()) -> Recipe:
     """The recipe with one more edit: at its end, or so that it has the given number.
 
     Raises:
-        OptionsError: there is no such place, or the edit's numbers make sense on no limb.
+        OptionsError: there is no such place, the edit's numbers make sense on no limb, or it
+            needs a word that is not among what is accepted.
     """
+    words = plain_words(accept, "The new edit")
     place = len(recipe.entries) + 1 if at is None else at
     if not 1 <= place <= len(recipe.entries) + 1:
         raise OptionsError(
@@ -46,10 +51,11 @@ def added(recipe: Recipe, edit: Edit, at: int | None = None) -> Recipe:
         )
     try:
         require_sense(edit)
+        require_accepted(concerns_of(edit, words), "this edit", "--accept")
     except EditError as error:
         raise OptionsError(f"Not added: {error}") from error
     entries = list(recipe.entries)
-    entries.insert(place - 1, Entry(edit=edit))
+    entries.insert(place - 1, Entry(edit=edit, accept=words))
     return replace(recipe, entries=tuple(entries))
 
 
@@ -82,6 +88,19 @@ def switched(recipe: Recipe, number: int, *, on: bool) -> Recipe:
     return replace(recipe, entries=entries)
 
 
+def accepted(recipe: Recipe, number: int, words: Sequence[str]) -> Recipe:
+    """The recipe with one edit that somebody means as it is, by the words said for it.
+
+    Raises:
+        OptionsError: a word that accepts nothing.
+    """
+    entry = _entry(recipe, number)
+    said = plain_words((*entry.accept, *words), f"Edit {number}")
+    entries = list(recipe.entries)
+    entries[number - 1] = replace(entry, accept=said)
+    return replace(recipe, entries=tuple(entries))
+
+
 def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
     """What changed from one recipe to another, a line for each change; none where they agree."""
     lines: list[str] = []
@@ -104,7 +123,8 @@ def described(entry: Entry) -> str:
     own = {name: value for name, value in values.items() if value != usual[name]}
     given = [f"{name} = {_shown(value)}" for name, value in (own or values).items()]
     off = "" if entry.on else " (off)"
-    return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}"
+    meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
+    return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
 
 
 def _entry(recipe: Recipe, number: int) -> Entry:
@@ -137,6 +157,8 @@ def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
         for given in fields(one.edit)
         if getattr(one.edit, given.name) != getattr(two.edit, given.name)
     ]
+    if one.accept != two.accept:
+        changes.append(f"accept {_shown(one.accept)} -> {_shown(two.accept)}")
     if one.on != two.on:
         changes.append("switched on" if two.on else "switched off")
     place = f"{number}" if number == old_number else f"{old_number} (now {number})"

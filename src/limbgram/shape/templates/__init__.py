@@ -1,6 +1,6 @@
 """Templates: rectifications that follow landmarks, learned from pairs, applied to other limbs."""
 
-from limbgram.shape.templates.applying import Applied, apply_template
+from limbgram.shape.templates.applying import Applied, apply_template, moves_at_marks
 from limbgram.shape.templates.files import encode_template, read_template
 from limbgram.shape.templates.learning import Learned, LearnOptions, Pair, learn
 from limbgram.shape.templates.template import Template, TemplateMark
@@ -15,5 +15,6 @@ __all__ = [
     "apply_template",
     "encode_template",
     "learn",
+    "moves_at_marks",
     "read_template",
 ]

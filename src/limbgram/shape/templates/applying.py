@@ -1,5 +1,6 @@
 """Applying: a template's displacements on another limb."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from scipy.spatial import KDTree
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.shape.edits.guard import require_sound
+from limbgram.shape.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.shape.templates.charts import plain_chart, pulled_chart
 from limbgram.shape.templates.fields import read_field
@@ -24,6 +26,8 @@ class Applied:
     limb: Limb
     moved_mm: Float64[np.ndarray, " n"]
     """Of each vertex along its normal, positive outwards."""
+    pressures: tuple[Pressure, ...]
+    """Sensitive places that it presses on."""
     notes: tuple[str, ...]
 
 
@@ -63,11 +67,23 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
     after = mesh.with_vertices(vertices)
     require_sound(f"The template {template.name!r}", mesh, after)
     landmarks = _carried(limb, vertices - mesh.vertices_mm)
+    made = replace(limb.with_mesh(after), landmarks=landmarks)
+    pressures = at_places(limb, made).pressures
     return Applied(
-        limb=replace(limb.with_mesh(after), landmarks=landmarks),
+        limb=made,
         moved_mm=moved,
-        notes=_notes(limb, template, places[:, 0]),
+        pressures=pressures,
+        notes=(*_pressing(pressures, moved), *_notes(limb, template, places[:, 0])),
     )
+
+
+def moves_at_marks(template: Template) -> dict[str, float]:
+    """How far a template moves the surface at each of its landmarks, positive outward."""
+    if not template.marks:
+        return {}
+    places = np.stack([mark.place for mark in template.marks])
+    moved = read_field(template.displacement_mm, template.heights, places)
+    return {mark.name: float(value) for mark, value in zip(template.marks, moved, strict=True)}
 
 
 def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
@@ -81,6 +97,17 @@ def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
         replace(mark, position_mm=mark.position_mm + moved_mm[vertex])
         for mark, vertex in zip(limb.landmarks, nearest)
     )
+
+
+def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[str]:
+    for one in pressures:
+        yield (
+            f"It presses {one.depth_mm:.1f} mm on the {one.place} ({one.why}): look whether that "
+            "is meant; the edit relieve gives room there."
+        )
+    deepest = float(np.abs(moved_mm).max(initial=0.0))
+    if deepest > DEEPEST_MM:
+        yield f"It moves the surface by {deepest:.1f} mm; more than {DEEPEST_MM:g} mm is unusual."
 
 
 def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:

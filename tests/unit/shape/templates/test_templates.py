@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from limbgram.cli.main import app
 from limbgram.errors import MeasureError, OptionsError, ShapeFileError
 from limbgram.shape.comparing import RegistrationOptions
 from limbgram.shape.edits.editing import do_edit
@@ -16,6 +18,7 @@ from limbgram.shape.templates import (
     apply_template,
     encode_template,
     learn,
+    moves_at_marks,
     read_template,
 )
 from limbgram.shape.templates.charts import plain_chart, pulled_chart
@@ -142,6 +145,32 @@ def test_strength_scales_and_landmarks_ride_along(bench, own) -> None:
     assert full.limb.frame == limb.frame
     with pytest.raises(OptionsError, match="strength"):
         apply_template(limb, own, 0.0)
+
+
+def test_a_template_tells_where_it_presses_on_bone(bench, own, tmp_path) -> None:
+    """Under another name the place of the load is one that bears none."""
+    limb = bench.limb_of(bench.build())
+    moves = moves_at_marks(own)
+    name = min(moves, key=lambda mark: moves[mark])
+    assert moves[name] < -1
+    assert apply_template(limb, own).pressures == ()
+    called = {name: "neuroma"}
+
+    def renamed(marks):
+        return tuple(replace(mark, name=called.get(mark.name, mark.name)) for mark in marks)
+
+    template = replace(
+        own, marks=renamed(own.marks), reference=called.get(own.reference, own.reference)
+    )
+    applied = apply_template(replace(limb, landmarks=renamed(limb.landmarks)), template)
+    (pressure,) = applied.pressures
+    assert pressure.place == "marked place"
+    assert pressure.depth_mm == pytest.approx(-applied.moved_mm.min(), abs=0.3)
+    assert any("mm on the marked place" in note and "sore" in note for note in applied.notes)
+    path = tmp_path / "own.json"
+    path.write_bytes(encode_template(template))
+    answer = CliRunner().invoke(app, ["template", "show", str(path)])
+    assert "! presses on the marked place" in answer.output
 
 
 def test_a_left_limb_gets_the_mirror_image(bench, own) -> None:

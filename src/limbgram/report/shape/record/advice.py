@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from limbgram.report.shape.record.replaying import SAME_MM
+from limbgram.shape.edits.pressing import PRESSES_MM
 from limbgram.shape.measures import Measures
 
 _FILLED_SHARE = 0.01
@@ -93,9 +94,13 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
 
 
 def _about_recipe(recipe: Json | None) -> Iterator[Finding]:
-    if recipe is None or recipe["apart_mm"] is None:
+    if recipe is None:
         return
-    if recipe["apart_mm"] > SAME_MM:
+    yield from _about_pressure(recipe)
+    for note in recipe["notes"]:
+        what = f"{note[0].upper()}{note[1:]}."
+        yield Finding(topic="recipe", what=what, remedy="Check it against what you meant.")
+    if recipe["apart_mm"] is not None and recipe["apart_mm"] > SAME_MM:
         yield Finding(
             topic="recipe",
             what=f"The shape is not what the recipe makes of the scan: they are up to "
@@ -103,6 +108,30 @@ def _about_recipe(recipe: Json | None) -> Iterator[Finding]:
             remedy="Apply the recipe again (`limbgram edit apply`), or name the recipe that made "
             "it; the ledger below is not this shape's.",
             gravity="serious",
+        )
+
+
+def _about_pressure(recipe: Json) -> Iterator[Finding]:
+    """Loads on what bears no pressure, great depths, and what all edits together leave there."""
+    for line in recipe["lines"]:
+        for concern in line["concerns"]:
+            if not concern["word"]:
+                continue
+            said = "accepted in the recipe" if concern["accepted"] else "NOT accepted in the recipe"
+            yield Finding(
+                topic="recipe",
+                what=f"Edit {line['number']}: {concern['what']} ({said}: {concern['word']}).",
+                remedy="Look whether it is meant: what is made over the shape presses there. For "
+                "room use the edit relieve.",
+                gravity="serious",
+            )
+    pressed = {name: -moved for name, moved in recipe["places_mm"].items() if moved < -PRESSES_MM}
+    if pressed:
+        places = ", ".join(f"{name} {depth:.1f} mm" for name, depth in pressed.items())
+        yield Finding(
+            topic="recipe",
+            what=f"All edits together press on places that bear no pressure: {places}.",
+            remedy="Give room there by the edit relieve, or know that it is meant.",
         )
 
 

@@ -186,7 +186,9 @@ def _recipe(done: Replaying, printed: Mapping[str, str]) -> Json:
         "id": done.recipe.id,
         "scan": done.scan.id,
         "apart_mm": done.apart_mm,
+        "notes": list(done.recipe.recipe.notes),
         "levels_mm": list(done.ledger.levels_mm),
+        "places_mm": dict(done.ledger.places_mm),
         "lines": [
             {**asdict(line), "edit": in_print(line.edit, printed)} for line in done.ledger.lines
         ],

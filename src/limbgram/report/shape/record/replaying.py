@@ -6,7 +6,7 @@ import numpy as np
 
 from limbgram.errors import OptionsError
 from limbgram.report.shape.record.sources import RecipeSource, ShapeSource
-from limbgram.shape.recipe import Ledger, replay
+from limbgram.shape.recipe import Ledger, replay_as_it_is
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
 
@@ -33,7 +33,7 @@ def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource |
         OptionsError: it is for neither of them.
     """
     scan = _scan(recipe, shape, against)
-    done = replay(recipe.recipe, scan.limb)
+    done = replay_as_it_is(recipe.recipe, scan.limb)
     apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
     return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart)
 

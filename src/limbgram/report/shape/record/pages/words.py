@@ -122,6 +122,7 @@ def change_rows(tree: Tree) -> list[Row]:
 
 
 def ledger_rows(tree: Tree) -> list[Row]:
+    """A row an edit; under it a sentence for each thing that somebody has to mean or to know."""
     rows: list[Row] = []
     for line in tree["recipe"]["lines"]:
         before, after = line["before"]["volume_ml"], line["after"]["volume_ml"]
@@ -137,6 +138,7 @@ def ledger_rows(tree: Tree) -> list[Row]:
                 "" if moved is None else f"{moved['mean_mm']:+.3f}",
             )
         )
+        rows += [("!", _mark(concern)) for concern in line["concerns"]]
     return rows
 
 
@@ -220,6 +222,13 @@ def _change_row(row: Tree) -> Row:
         "-" if slab is None else f"{slab['second']:.1f}",
         "-" if slab is None else f"{slab['difference']:+.1f}",
     )
+
+
+def _mark(concern: Tree) -> str:
+    """What somebody had to mean, or has to know, of an edit."""
+    if not concern["word"]:
+        return concern["what"]
+    return f"{concern['what']} ({'accepted' if concern['accepted'] else 'NOT accepted'})"
 
 
 def _girths(figures: Tree) -> Row:
