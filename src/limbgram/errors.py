@@ -7,7 +7,8 @@ in the product of its stage; a bug of ours is left to crash.
 LimbgramError            exit code
     OptionsError             2   an option has a value that cannot be used
     PhotoError               3   the photos cannot be read
-    CaseError                3   the case folder cannot be read or written
+    CaseError                3   the case folder, or a file for which no other error
+                                 stands here, cannot be read or written
     ShapeFileError           3   a shape's file cannot be read
     CalibrationError         4   the board photos do not determine the camera
     MatchingError            4   the photos do not overlap, or show nothing to match
@@ -23,7 +24,19 @@ LimbgramError            exit code
     cases.supervision.JobDied
                              6   the system or a library ended the program
     Cancelled              130   the user asked to stop
+
+What the system says about a file becomes advice in `disk_advice`, at the edges where it is caught.
+What is told to people goes through `printable`: names of files come from anywhere.
 """
+
+import errno
+import unicodedata
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_IN_THE_WAY = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY)
+_UNSEEN = ("Cc", "Cs", "Zl", "Zp")
+_REORDERING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+"""Make a terminal show text in another order than it stands: `gpj.exe` as `exe.jpg`."""
 
 
 class LimbgramError(Exception):
@@ -106,3 +119,62 @@ class Cancelled(LimbgramError):
     """The user asked to stop; what is finished is kept."""
 
     exit_code = 130
+
+
+def is_full(error: OSError) -> bool:
+    """Whether a disk has no room left."""
+    return error.errno in _FULL
+
+
+def disk_advice(error: OSError) -> str:
+    """What the system said about a file, its likely cause and what to do, in two sentences."""
+    named = error.filename2 or error.filename
+    name = "a file" if named is None else str(named)
+    match error.errno:
+        case number if number in _FULL:
+            return f"There is no room for {name}: its disk is full. Free some space."
+        case errno.EACCES | errno.EPERM:
+            return (
+                f"{name} may not be read or written by you. Change its permissions or those of its "
+                "folder, or use another folder."
+            )
+        case errno.EROFS:
+            return f"{name} lies on a disk that may only be read. Use a folder on another disk."
+        case errno.ENOENT:
+            return (
+                f"{name} is not there: it was moved, renamed or deleted, or its disk was taken "
+                "out. Put it back, or check the path."
+            )
+        case number if number in _IN_THE_WAY:
+            return (
+                f"{name} is in the way: a folder lies where a file belongs, or a file where a "
+                "folder belongs. Move it elsewhere."
+            )
+        case errno.ENAMETOOLONG:
+            return f"The name of {name} is too long for its disk. Shorten it."
+        case errno.ELOOP:
+            return f"{name} is a link that leads round in a circle. Use the file itself."
+        case errno.EMFILE | errno.ENFILE | errno.ENOMEM | errno.EAGAIN:
+            return (
+                f"The system has no means left to open {name} ({error.strerror}). Close other "
+                "programs."
+            )
+        case _:
+            return (
+                f"{name} cannot be read or written ({error.strerror or error}). Its disk or the "
+                "connection to it is probably failing: use another disk."
+            )
+
+
+def printable(text: str, keep: str = "\n\t") -> str:
+    """A text that can do nothing to a terminal or a page but be read.
+
+    Control characters, half characters and those that reorder what is shown are written as
+    escapes; those in `keep` stay.
+    """
+    return "".join(
+        letter
+        if letter in keep or not (unicodedata.category(letter) in _UNSEEN or letter in _REORDERING)
+        else letter.encode("unicode_escape").decode("ascii")
+        for letter in text
+    )

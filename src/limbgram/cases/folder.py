@@ -1,6 +1,6 @@
 """The case folder: what lies where, taking photos in, and the lock that keeps it to one run.
 
-CASE/photos/          the photos as received, never altered
+CASE/photos/          the photos as received: copies, never altered
 CASE/camera.json      the camera (camera-2.json, ... where there are several)
 CASE/stages/NAME/     one folder a stage: product.json, arrays.npz, stage.json (key, options)
 CASE/deliverables/    the files for other programs
@@ -11,20 +11,29 @@ CASE/case.json        versions, hashes, verdicts, timings
 CASE/log.txt          what the libraries said
 """
 
-import errno
 import os
+import re
 import shutil
 import sys
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Literal
 
 from limbgram.cases.keeping.fingerprint import file_sha256
-from limbgram.errors import CaseError, PhotoError
+from limbgram.errors import CaseError, PhotoError, disk_advice, is_full
+from limbgram.export.writing import short_name
+from limbgram.photos.masks import MASKS_FOLDER
+from limbgram.photos.photo import SetAside
+from limbgram.photos.sifting import name_for_people, sifted
 
-_SPACE_ERRORS = (errno.ENOSPC, errno.EDQUOT)
+_HALF = re.compile(r"\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half")
+"""Files half written; earlier versions put the whole name into it."""
+_OURS = re.compile(r"\..+\.(half|part|old)(\.\w+)?")
+"""The same in folders in which nobody but us writes."""
+_FICLONE = 0x40049409
+_TOLD_AT_MOST = 5
 
 
 @dataclass(frozen=True)
@@ -79,70 +88,169 @@ class CaseFolder:
         return self.root / ("camera.json" if idx == 0 else f"camera-{idx + 1}.json")
 
 
-def take_in(case: CaseFolder, sources: Sequence[Path]) -> None:
-    """Bring files, or the files in folders and their masks, into the case's photo folder.
-
-    A file is linked where the disk allows it, and copied otherwise. Photos of an earlier run
-    that are not among the sources are moved to CASE/photos-left-out.
+def require_apart(case: CaseFolder, sources: Sequence[Path]) -> None:
+    """Refuse a case folder that is the folder of the photos: its files would lie among them.
 
     Raises:
-        PhotoError: a source does not exist, or two of them have one name.
-        CaseError: the case holds another file under the same name.
+        CaseError: they are one folder, or the sources are where the case would put its copies.
+    """
+    root = case.root.resolve()
+    for source in (source for source in sources if source.is_dir()):
+        place = source.resolve()
+        if root in (place, place / MASKS_FOLDER):
+            raise CaseError(
+                f"-o names the folder of the photos itself, {source}. What is made would lie "
+                f"among them. Name another folder for the case, such as {source / 'case'}."
+            )
+        if place in (root / "photos", root / "photos-left-out") and not case.record.is_file():
+            raise CaseError(
+                f"{source} lies where the case {case.root} would keep its own copies of the "
+                "photos. Name another folder for the case by -o."
+            )
+
+
+def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
+    """Copy photos, or the photos in folders and their masks, into the case's photo folder.
+
+    A copy shares its bytes with the original where the disk can do so until one of them changes
+    (never a hard link: altered in place, the original would change the case). Photos of an earlier
+    run that are not among the sources are moved to CASE/photos-left-out.
+
+    Returns:
+        What was not taken in, and why.
+
+    Raises:
+        PhotoError: a source does not exist, two of them have one name, or there are no photos.
+        CaseError: the case holds another file under the same name, or is the photos' own folder.
     """
     wanted: dict[Path, Path] = {}
-    for source, name in _incoming(sources):
+    incoming, set_aside = _incoming(sources)
+    require_apart(case, sources)
+    for source, name in incoming:
         if wanted.setdefault(name, source).resolve() != source.resolve():
             raise PhotoError(
                 f"{source} and {wanted[name]} have the same name. Results are told by photo "
                 "name: rename one of the two."
             )
-    for half in case.photos.rglob(".*.half"):
-        half.unlink()
-    for name, source in wanted.items():
-        _take_in_one(case, source, name)
+    for name, source in list(wanted.items()):
+        fault = _take_in_one(case, source, name)
+        if fault is not None:
+            set_aside.append(SetAside(name_for_people(source), fault))
+            del wanted[name]
+    if not wanted:
+        raise _no_photos(sources, set_aside)
     for kept in sorted(case.photos.rglob("*")):
         name = kept.relative_to(case.photos)
         if kept.is_file() and name not in wanted:
             (case.left_out / name).parent.mkdir(parents=True, exist_ok=True)
             kept.replace(case.left_out / name)
+    return tuple(set_aside)
 
 
-def _incoming(sources: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
-    """Files and the names, relative to the photo folder, under which they are kept."""
+def _incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[SetAside]]:
+    """Pictures and the names, relative to the photo folder, under which they are kept."""
+    incoming: list[tuple[Path, Path]] = []
+    set_aside: list[SetAside] = []
     for source in sources:
-        if source.is_file():
-            yield source, Path(source.name)
-        elif source.is_dir():
-            for file in sorted((*source.iterdir(), *(source / "masks").glob("*"))):
-                if file.is_file() and not file.name.startswith("."):
-                    yield file, file.relative_to(source)
+        base = source if source.is_dir() else source.parent
+        if source.is_dir():
+            found = [*_inside(source), *_inside(source / MASKS_FOLDER)]
+        elif source.exists() or source.is_symlink():
+            found = [source]
         else:
             raise PhotoError(
                 f"{source} does not exist. Check the spelling; a folder of photos or photo files "
                 "are expected."
             )
+        candidates = sifted(found)
+        incoming += [(file, file.relative_to(base)) for file in candidates.pictures]
+        set_aside += candidates.set_aside
+    return incoming, set_aside
 
 
-def _take_in_one(case: CaseFolder, source: Path, name: Path) -> None:
+def _inside(folder: Path) -> list[Path]:
+    """What lies in a folder and is not hidden."""
+    try:
+        return sorted(file for file in folder.iterdir() if not file.name.startswith("."))
+    except (FileNotFoundError, NotADirectoryError):
+        return []  # no folder of masks
+    except OSError as error:
+        raise PhotoError(
+            f"The folder of the photos cannot be read. {disk_advice(error)}"
+        ) from error
+
+
+def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
+    """Copy a photo into the case; returns why it cannot be read, or None."""
     kept = case.photos / name
+    try:
+        sha256 = file_sha256(source)
+    except PermissionError:
+        return "no permission to read it"
+    except OSError as error:
+        return f"it cannot be read ({error.strerror}): copy it again from the camera"
     if kept.exists():
-        same = kept.samefile(source) or (
-            kept.stat().st_size == source.stat().st_size
-            and file_sha256(kept) == file_sha256(source)
-        )
-        if not same:
+        if kept.resolve() == source.resolve():
+            return None
+        if file_sha256(kept) != sha256:
             raise CaseError(
                 f"{name} in {case.photos} is another file than {source}. A case never alters the "
                 "photos it received. Use a new case folder, or rename one of the two."
             )
-        return
+        if not kept.samefile(source):
+            return None
     kept.parent.mkdir(parents=True, exist_ok=True)
-    half = kept.with_name(f".{kept.name}.half")
-    try:
-        half.hardlink_to(source.resolve())
-    except OSError:
-        shutil.copyfile(source, half)
-    half.replace(kept)
+    with written_whole(kept) as half:
+        _copy(source, half)
+        if file_sha256(half) != sha256:
+            raise CaseError(
+                f"The copy of {source} in {case.photos} is not the same as the photo. It was "
+                "altered meanwhile, or a disk is failing: run the same command again."
+            )
+    return None
+
+
+def _copy(source: Path, to: Path) -> None:
+    """The bytes of a file as a file of their own, on disk only once where the disk can do that."""
+    with source.open("rb") as reader, to.open("wb") as writer:
+        if sys.platform == "linux":
+            import fcntl
+
+            with suppress(OSError):  # another disk, or one that cannot share bytes
+                fcntl.ioctl(writer, _FICLONE, reader.fileno())
+                return
+        shutil.copyfileobj(reader, writer)
+
+
+def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoError:
+    where = ", ".join(str(source) for source in sources[:_TOLD_AT_MOST])
+    folders = [
+        file.name
+        for source in sources
+        if source.is_dir()
+        for file in _inside(source)
+        if file.is_dir() and file.name != MASKS_FOLDER
+    ]
+    inside = f" It holds folders ({', '.join(folders[:_TOLD_AT_MOST])})." if folders else ""
+    found = "".join(f"\n  {one.name}: {one.reason}" for one in set_aside[:_TOLD_AT_MOST])
+    return PhotoError(
+        f"There are no photos in {where}.{inside} Name the folder in which the photos themselves "
+        "lie, as JPEG, PNG or TIFF; sub-folders are not searched."
+        + (f" Left out:{found}" if found else "")
+    )
+
+
+def sweep(case: CaseFolder) -> None:
+    """Remove what killed runs left half written; the case must be held."""
+    ours = (case.photos, case.photos / MASKS_FOLDER, case.stages, case.deliverables)
+    for folder, leftover in ((case.root, _HALF), (case.report, _HALF), *((f, _OURS) for f in ours)):
+        for left in sorted(folder.glob(".*")):
+            if not leftover.fullmatch(left.name):
+                continue
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink()
 
 
 @contextmanager
@@ -156,10 +264,7 @@ def locked(case: CaseFolder) -> Generator[None]:
         case.root.mkdir(parents=True, exist_ok=True)
         file = (case.root / ".lock").open("a+")
     except OSError as error:
-        raise CaseError(
-            f"The case folder {case.root} cannot be made or written: {error.strerror}. "
-            "Choose a folder on a disk that you may write to."
-        ) from error
+        raise cannot_be_made(case, error) from error
     with file:
         if not _try_lock(file):
             raise CaseError(
@@ -188,10 +293,15 @@ def _try_lock(file: IO[str]) -> bool:
 def written_whole(path: Path) -> Generator[Path]:
     """Write a file beside its place, sync it, rename it: it is there whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(f".{path.name}.half")
-    yield half
-    sync(half)
-    half.replace(path)
+    half = path.with_name(f".{short_name(path)}.half")
+    try:
+        yield half
+        sync(half)
+        half.replace(path)
+    except BaseException:
+        with suppress(OSError):
+            half.unlink(missing_ok=True)
+        raise
 
 
 def sync(path: Path) -> None:
@@ -203,14 +313,29 @@ def sync(path: Path) -> None:
         os.close(handle)
 
 
+def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:
+    """The refusal of a case folder that cannot be begun."""
+    return CaseError(
+        f"The case folder {case.root} cannot be made or written. {disk_advice(error)} Choose a "
+        "folder on a disk that you may write to."
+    )
+
+
 @contextmanager
-def enough_disk(case: CaseFolder) -> Generator[None]:
-    """Turn a full disk into advice; what is finished stays usable."""
+def disk_told(case: CaseFolder) -> Generator[None]:
+    """Turn what the system says about files into advice; what is finished stays usable.
+
+    An error without a number is no answer of the system but a fault of ours, and passes.
+    """
     try:
         yield
     except OSError as error:
-        if error.errno not in _SPACE_ERRORS:
+        if error.errno is None:
             raise
+        if not is_full(error):
+            raise CaseError(
+                f"{disk_advice(error)} Then run the same command again: finished stages are kept."
+            ) from error
         free_mb = shutil.disk_usage(case.root).free / 2**20
         raise CaseError(
             f"The disk of {case.root} is full ({free_mb:.0f} MB free). Free some space (a case "

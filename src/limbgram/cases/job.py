@@ -1,7 +1,7 @@
 """The job: everything between a folder of photos and a finished case."""
 
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
     """Take the photos in, reconstruct, write the report and the files."""
     case = run.case
     calibrations = _take_cameras_in(job, case)
-    take_in(case, job.sources)
+    left_out = take_in(case, job.sources)
     capture = Capture(
         sources=(case.photos,),
         calibrations=calibrations,
@@ -63,8 +63,9 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
     # Looked at before the summary is written, so that its time stands there too.
     assessment = run.unkept(assess, evidence_of(case, done))
     write_accuracy(case, assessment)
-    _write_report(case, done, drawn, run)
-    return done
+    told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
+    _write_report(case, told, drawn, run)
+    return told
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:

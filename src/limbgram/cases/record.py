@@ -90,7 +90,13 @@ def _timing(run: KeepingRun, idx: int) -> dict[str, Any]:
 
 
 def _files(case: CaseFolder) -> list[dict[str, Any]]:
-    files = sorted(file for file in case.deliverables.rglob("*") if file.is_file())
+    """What was delivered; hidden files are half written ones, or of the system."""
+    files = sorted(
+        file
+        for file in case.deliverables.rglob("*")
+        if file.is_file()
+        and not any(part.startswith(".") for part in file.relative_to(case.deliverables).parts)
+    )
     return [
         {"path": file.relative_to(case.root).as_posix(), "sha256": file_sha256(file)}
         for file in files

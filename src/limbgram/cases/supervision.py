@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from limbgram import errors
-from limbgram.cases.folder import CaseFolder
+from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart
 from limbgram.cases.job import Job, job_tree
 from limbgram.cases.worker import GRACE_S
-from limbgram.errors import Cancelled, CaseError, LimbgramError
+from limbgram.errors import Cancelled, LimbgramError
 from limbgram.run import NEUTRAL_FOLDER
 
 Event = dict[str, Any]
@@ -62,6 +62,7 @@ class Supervision:
             JobBug: the job met a bug of ours.
         """
         case = CaseFolder(self.job.case)
+        require_apart(case, self.job.sources)
         with _log(case) as log:
             process = self._start(log)
             try:
@@ -166,10 +167,7 @@ def _log(case: CaseFolder) -> IO[bytes]:
         case.root.mkdir(parents=True, exist_ok=True)
         return case.log.open("ab")
     except OSError as error:
-        raise CaseError(
-            f"The case folder {case.root} cannot be made or written: {error.strerror}. "
-            "Choose a folder on a disk that you may write to."
-        ) from error
+        raise cannot_be_made(case, error) from error
 
 
 def _how_it_died(stage: str, code: int, log: Path, last: Event) -> str:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from limbgram.cases.folder import CaseFolder, enough_disk, locked
+from limbgram.cases.folder import CaseFolder, disk_told, locked, sweep
 from limbgram.cases.job import Job, do, read_job
 from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import State, write_record
@@ -62,7 +62,8 @@ def work(job: Job, events: Events, stop: int) -> int:
     events.on_lost = run.cancel
     threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
     try:
-        with locked(case), enough_disk(case):
+        with locked(case), disk_told(case):
+            sweep(case)
             return _do_and_record(job, run, events)
     except LimbgramError as error:
         events.send("refused", kind=type(error).__name__, message=str(error))
@@ -75,7 +76,8 @@ def work(job: Job, events: Events, stop: int) -> int:
 def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
     write_record(run.case, "unfinished", run)
     try:
-        done = do(job, run)
+        with disk_told(run.case):
+            done = do(job, run)
     except LimbgramError as error:
         state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
         write_record(run.case, state, run, message=str(error))

@@ -6,8 +6,8 @@ A command's file is imported when it is called, so the list of commands comes at
 import gc
 import os
 import sys
-from collections.abc import Sequence
-from contextlib import chdir
+from collections.abc import Generator, Sequence
+from contextlib import chdir, contextmanager
 from importlib import import_module
 from types import ModuleType
 from typing import Any, cast
@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from limbgram.cli.replies import refuse_in_json
+from limbgram.errors import printable
 from limbgram.run import NEUTRAL_FOLDER
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
@@ -128,9 +129,29 @@ class Commands(TyperGroup):
             sys.exit(ended)
         return ended
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> Any:
+        with _printable():
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _printable():
+            return super().invoke(ctx)
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name, command, rest = super().resolve_command(ctx, args)
         return name, command if name is None else loaded(name), rest
+
+
+@contextmanager
+def _printable() -> Generator[None]:
+    """A refusal of the words quotes them, and they may be names of files from anywhere."""
+    try:
+        yield
+    except _UsageError as error:
+        error.message = printable(error.message)
+        raise
 
 
 _ONE_BY_ONE = "OPENBLAS_NUM_THREADS"

@@ -15,7 +15,7 @@ from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_dis
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.dense import RegionOptions
-from limbgram.errors import OptionsError
+from limbgram.errors import OptionsError, printable
 from limbgram.pipeline import PipelineOptions
 from limbgram.report.page import stage_title
 from limbgram.surface import PivotOptions, PoissonOptions
@@ -103,7 +103,8 @@ def run_job(job: Job, as_json: bool) -> Any:
         with display(as_json) as shown:
             return json.loads(Supervision(job, shown.show).wait().read_text("utf-8"))
     except JobBug as bug:
-        sys.stderr.write(f"{bug}\nThis is a bug of limbgram. Please report the lines above.\n")
+        told = printable(str(bug))
+        sys.stderr.write(f"{told}\nThis is a bug of limbgram. Please report the lines above.\n")
         raise typer.Exit(1) from bug
 
 

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from limbgram.errors import Cancelled, LimbgramError
+from limbgram.errors import Cancelled, CaseError, LimbgramError, disk_advice, printable
 
 P = ParamSpec("P")
 
@@ -29,6 +29,7 @@ class Reply:
 def answered(command: Callable[P, Reply]) -> Callable[P, None]:
     """Make a command print its reply, or its refusal without a traceback, and exit by its code.
 
+    What the system says about a file, where nobody below knew better advice, is a refusal too.
     With `as_json` the only thing on standard output is one JSON document.
     """
 
@@ -36,7 +37,7 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
     def answer(*args: P.args, **kwargs: P.kwargs) -> None:
         as_json = bool(kwargs.get("as_json", False))
         try:
-            reply = command(*args, **kwargs)
+            reply = _done(command, *args, **kwargs)
         except LimbgramError as error:
             _refuse(error, as_json)
             raise typer.Exit(error.exit_code) from error
@@ -49,10 +50,19 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             return
         console = Console(highlight=False, soft_wrap=True)
         for line in reply.lines:
-            console.print(Text(line))
+            console.print(Text(printable(line)))
 
     answer.__annotations__ = {**command.__annotations__, "return": None}
     return answer
+
+
+def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Reply:
+    try:
+        return command(*args, **kwargs)
+    except OSError as error:
+        if error.errno is None:  # no answer of the system: a fault of ours
+            raise
+        raise CaseError(disk_advice(error)) from error
 
 
 def refuse_in_json(kind: str, message: str, exit_code: int) -> None:
@@ -67,4 +77,5 @@ def _refuse(error: LimbgramError, as_json: bool) -> None:
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"
-    console.print(Text(str(error), style=colour), soft_wrap=not console.is_terminal)
+    text = Text(printable(str(error)), style=colour)
+    console.print(text, soft_wrap=not console.is_terminal)

@@ -4,9 +4,10 @@ Each writer puts its bytes beside the target, syncs them, reads that file back a
 with what it should hold; only then does the file take its name.
 """
 
-import errno
+import hashlib
 import os
 import shutil
+import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,11 +16,11 @@ from typing import BinaryIO, Literal
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.errors import ExportError
+from limbgram.errors import ExportError, is_full
 from limbgram.geometry.arrays import Points3
 from limbgram.surface.mesh import Mesh, crosses
 
-_FULL = (errno.ENOSPC, errno.EDQUOT)
+_LONGEST_SUFFIX = 16
 Unit = Literal["mm", "unitless"]
 
 
@@ -27,8 +28,10 @@ def write_file(
     path: Path, encode: Callable[[BinaryIO], None], check: Callable[[Path], None]
 ) -> Path:
     """Write a file by `encode`, prove it by `check` (which raises ExportError), and name it."""
-    beside = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    suffix = path.suffix if len(path.suffix) <= _LONGEST_SUFFIX else ""
+    beside = path.with_name(f".{short_name(path)}.{os.getpid()}.part{suffix}")
     with _disk(path):
+        _sweep(path)
         try:
             with beside.open("wb") as stream:
                 encode(stream)
@@ -58,9 +61,10 @@ def write_folder(
     path: Path, files: dict[str, Callable[[BinaryIO], None]], check: Callable[[Path], None]
 ) -> Path:
     """Write a folder of files; an older folder of the name gives way once the new one is proved."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    older = path.with_name(f".{path.name}.{os.getpid()}.old")
+    beside = path.with_name(f".{short_name(path)}.{os.getpid()}.part")
+    older = path.with_name(f".{short_name(path)}.{os.getpid()}.old")
     with _disk(path):
+        _sweep(path)
         try:
             beside.mkdir()
             for name, encode in files.items():
@@ -78,6 +82,37 @@ def write_folder(
             shutil.rmtree(older, ignore_errors=True)
         _sync_folder(path.parent)
     return path
+
+
+def short_name(path: Path) -> str:
+    """Sixteen letters for a file's name: with an addition the name itself may be too long."""
+    name = path.name.encode("utf-8", "surrogateescape")
+    return hashlib.blake2b(name, digest_size=8).hexdigest()
+
+
+def _sweep(path: Path) -> None:
+    """Remove what processes that were killed while they wrote the same file left beside it."""
+    for left in path.parent.glob(f".{short_name(path)}.*"):
+        process = left.name.split(".")[2]
+        if not process.isdecimal() or _is_alive(int(process)):
+            continue
+        if left.is_dir():
+            shutil.rmtree(left, ignore_errors=True)
+        else:
+            left.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    """Whether a process may still be running."""
+    if sys.platform == "win32":
+        return True  # to ask by a signal would end it there
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
 
 
 def target(path: Path, unit: Unit, *, unscaled: bool) -> Path:
@@ -146,14 +181,14 @@ def _disk(path: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        if error.errno in _FULL:
+        if is_full(error):
             raise ExportError(
                 f"{path.name} was not written: the disk of {path.parent} is full. Free some "
                 "space, or choose another folder, and run again; what is finished is kept."
             ) from error
         raise ExportError(
             f"{path.name} was not written to {path.parent}: {error.strerror or error}. Check "
-            "that the folder exists and may be written to."
+            "that the folder exists and may be written to, and that the name is not too long."
         ) from error
 
 

@@ -84,8 +84,11 @@ def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> str | N
 def _png_named(base: Path) -> Path | None:
     for suffix in (".png", ".PNG"):
         candidate = base.parent / (base.name + suffix)
-        if candidate.is_file():
-            return candidate
+        try:
+            if candidate.is_file():
+                return candidate
+        except OSError:  # with the suffix its name is too long to be there
+            return None
     return None
 
 

@@ -27,11 +27,11 @@ from limbgram.photos.grouping import grouped
 from limbgram.photos.masks import find_mask, load_mask, mask_fault, masks_among
 from limbgram.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.photos.quality import brightest_luma, burnt_share, edge_width_px
+from limbgram.photos.sifting import RAW_SUFFIXES, name_for_people, sifted
 from limbgram.run import in_parallel
 
 __all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
 
-_RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
 _SMALLEST_SIDE_PX = 64
 _NAMED_AT_MOST = 5
 
@@ -78,16 +78,18 @@ def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
         if source.is_dir():
             try:
                 found = [entry for entry in source.iterdir() if not entry.name.startswith(".")]
-                found = [entry for entry in found if not entry.is_dir()]
             except OSError:
-                set_aside.append(SetAside(_printable(source), "no permission to read the folder"))
+                set_aside.append(
+                    SetAside(name_for_people(source), "no permission to read the folder")
+                )
                 continue
             files.update((entry, None) for entry in found)
-        elif source.exists():
+        elif source.exists() or source.is_symlink():
             files[source] = None
         else:
-            raise PhotoError(f"{_printable(source)} does not exist. Check the path of the photos.")
-    return sorted(files, key=_natural), set_aside
+            raise PhotoError(f"{source} does not exist. Check the path of the photos.")
+    candidates = sifted(sorted(files, key=_natural))
+    return list(candidates.pictures), [*set_aside, *candidates.set_aside]
 
 
 def _natural(path: Path) -> tuple[list[tuple[int, int, str]], str]:
@@ -99,12 +101,8 @@ def _natural(path: Path) -> tuple[list[tuple[int, int, str]], str]:
 
 
 def _read(path: Path, options: PhotoOptions) -> Photo | SetAside:
-    name = _printable(path)
-    if name != path.name:
-        return SetAside(name, "its name is not valid text: rename it")
-    if not path.is_file():
-        return SetAside(name, "not a file, or a link that leads nowhere")
-    if path.suffix.lower() in _RAW_SUFFIXES:
+    name = path.name
+    if path.suffix.lower() in RAW_SUFFIXES:
         return SetAside(name, "a raw file: export it as JPEG or TIFF without cropping")
     try:
         return _decoded(path, options)
@@ -184,7 +182,7 @@ def _too_few(
     set_aside: Sequence[SetAside],
     options: PhotoOptions,
 ) -> PhotoError:
-    where = ", ".join(_printable(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
+    where = ", ".join(str(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
     reasons = "".join(f"\n  {part.name}: {part.reason}" for part in set_aside[:_NAMED_AT_MOST])
     more = len(set_aside) - _NAMED_AT_MOST
     return PhotoError(
@@ -193,7 +191,3 @@ def _too_few(
         + (f" Set aside:{reasons}" if reasons else "")
         + (f"\n  and {more} more" if more > 0 else "")
     )
-
-
-def _printable(path: Path) -> str:
-    return (path.name or str(path)).encode("utf-8", "backslashreplace").decode("utf-8")

@@ -1,11 +1,21 @@
-"""Photos come into a case unaltered, and what does not belong is moved, never deleted."""
+"""Photos come into a case as copies, others stay out, and what is refused says what to do."""
 
+import errno
+import os
+import sys
 from pathlib import Path
 
 import pytest
 
 from limbgram.cases import folder
-from limbgram.cases.folder import CaseFolder, take_in, written_whole
+from limbgram.cases.folder import (
+    CaseFolder,
+    disk_told,
+    require_apart,
+    sweep,
+    take_in,
+    written_whole,
+)
 from limbgram.errors import CaseError, PhotoError
 
 
@@ -23,23 +33,154 @@ def names(case: CaseFolder) -> list[str]:
     return sorted(f.relative_to(case.photos).as_posix() for f in case.photos.rglob("*.*"))
 
 
-def test_files_and_masks_come_in_by_link_or_by_copy(
+def test_files_and_masks_come_in_as_copies(source: Path, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path / "case")
+    assert take_in(case, [source]) == ()
+    assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
+    received = (source / "b.jpg").read_bytes()
+    assert (case.photos / "b.jpg").read_bytes() == received
+    with (source / "b.jpg").open("r+b") as file:  # in place, as some programs save
+        file.write(b"altered")
+    assert (case.photos / "b.jpg").read_bytes() == received
+    (source / "b.jpg").write_bytes(received)
+    take_in(case, [source])  # a second time: nothing to do
+    assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
+
+
+def test_a_hard_link_of_an_earlier_version_becomes_a_copy(source: Path, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path / "case")
+    case.photos.mkdir(parents=True)
+    (case.photos / "b.jpg").hardlink_to(source / "b.jpg")
+    take_in(case, [source])
+    assert not (case.photos / "b.jpg").samefile(source / "b.jpg")
+    assert (case.photos / "b.jpg").read_bytes() == (source / "b.jpg").read_bytes()
+
+
+def test_a_copy_that_is_not_the_same_is_refused(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    linked, copied = CaseFolder(tmp_path / "linked"), CaseFolder(tmp_path / "copied")
-    take_in(linked, [source])
+    case = CaseFolder(tmp_path / "case")
+    monkeypatch.setattr(folder, "_copy", lambda _source, to: to.write_bytes(b"failing disk"))
+    with pytest.raises(CaseError, match=r"copy of .*a 1\.jpg .* not the same"):
+        take_in(case, [source])
+    assert names(case) == []
+    assert list(case.photos.glob(".*")) == []
 
-    def no_links(*_: object) -> None:
-        raise OSError("no links here")
 
-    monkeypatch.setattr(folder.Path, "hardlink_to", no_links)
-    take_in(copied, [source])
-    for case in (linked, copied):
-        assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
-        assert (case.photos / "b.jpg").read_bytes() == (source / "b.jpg").read_bytes()
-    assert (linked.photos / "b.jpg").samefile(source / "b.jpg")
-    assert not (copied.photos / "b.jpg").samefile(source / "b.jpg")
-    take_in(copied, [source])  # a second time: nothing to do
+def test_the_disk_may_share_the_bytes(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    if sys.platform != "linux":
+        pytest.skip("asked for on Linux only")
+    asked: list[tuple[int, int]] = []
+
+    def share(writer: object, request: int, reader: int) -> None:
+        asked.append((request, reader))
+        os.write(writer.fileno(), os.read(reader, 10_000))  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(fcntl, "ioctl", share)
+    case = CaseFolder(tmp_path / "case")
+    take_in(case, [source])
+    assert len(asked) == 3
+    assert {request for request, _ in asked} == {0x40049409}
+    assert (case.photos / "b.jpg").read_bytes() == (source / "b.jpg").read_bytes()
+
+
+def test_ten_thousand_other_files_stay_out_and_are_summed_up(source: Path, tmp_path: Path) -> None:
+    for number in range(10_000):
+        (source / f"note {number:05}.txt").touch()
+    (source / "without ending").write_bytes(b"\xff\xd8\xff and so on")
+    (source / "film.mov").write_bytes(b"\0\0\0\x14ftypqt  ")
+    case = CaseFolder(tmp_path / "case")
+    (left_out,) = take_in(case, [source])
+    assert left_out.name == "10,001 other files"
+    assert left_out.reason.startswith("not pictures: film.mov, note 00000.txt, ")
+    assert len(left_out.reason) < 200
+    kept = sorted(file.name for file in case.photos.rglob("*") if file.is_file())
+    assert kept == ["a 1.jpg", "b.jpg", "b.png", "without ending"]
+
+
+def test_what_cannot_be_read_is_set_aside_by_name(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (source / "folder.jpg").mkdir()
+    (source / "lost.jpg").symlink_to(tmp_path / "nowhere")
+    (source / "circle.jpg").symlink_to(source / "circle.jpg")
+    (source / "red\x1b[31m.jpg").write_bytes(b"name")
+    (source / "two\nlines.jpg").write_bytes(b"name")
+    for name in ("locked.jpg", "scratched.jpg"):
+        (source / name).write_bytes(b"unreadable")
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(source / "pipe.jpg")
+    plain = folder.file_sha256
+
+    def unreadable(path: Path) -> str:
+        if path.name == "locked.jpg":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        if path.name == "scratched.jpg":
+            raise OSError(errno.EIO, "Input/output error", str(path))
+        return plain(path)
+
+    monkeypatch.setattr(folder, "file_sha256", unreadable)
+    case = CaseFolder(tmp_path / "case")
+    reasons = {one.name: one.reason for one in take_in(case, [source])}
+    expected = {
+        "folder.jpg": "a folder",
+        "lost.jpg": "leads nowhere",
+        "circle.jpg": "leads nowhere",
+        "red\\x1b[31m.jpg": "rename it",
+        "two\\nlines.jpg": "rename it",
+        "locked.jpg": "no permission",
+        "scratched.jpg": "Input/output error): copy it again",
+    } | ({"pipe.jpg": "not a file"} if hasattr(os, "mkfifo") else {})
+    assert reasons.keys() == expected.keys()
+    for name, part in expected.items():
+        assert part in reasons[name], name
+    assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
+
+
+@pytest.mark.parametrize("length", [245, 250, 251, 252, 253, 254, 255])
+def test_a_name_may_be_as_long_as_the_disk_allows(tmp_path: Path, length: int) -> None:
+    source = tmp_path / "photos"
+    source.mkdir()
+    photo = source / ("x" * (length - 4) + ".jpg")
+    photo.write_bytes(b"photo")
+    case = CaseFolder(tmp_path / "case")
+    take_in(case, [source])
+    assert (case.photos / photo.name).read_bytes() == b"photo"
+    with written_whole(tmp_path / photo.name) as half:
+        half.write_bytes(b"whole")
+    assert (tmp_path / photo.name).read_bytes() == b"whole"
+
+
+def test_a_folder_without_photos_is_refused(tmp_path: Path) -> None:
+    empty, deep, other = (tmp_path / name for name in ("empty", "deep", "other"))
+    for place in (empty, deep / "left leg", other):
+        place.mkdir(parents=True)
+    (other / "letter.docx").write_bytes(b"PK")
+    case = CaseFolder(tmp_path / "case")
+    with pytest.raises(PhotoError, match=r"no photos in .*empty\. Name the folder"):
+        take_in(case, [empty])
+    with pytest.raises(PhotoError, match=r"holds folders \(left leg\)\. Name the folder"):
+        take_in(case, [deep])
+    with pytest.raises(PhotoError, match=r"Left out:\n  letter\.docx: not a picture"):
+        take_in(case, [other])
+
+
+def test_the_case_is_not_the_photos_own_folder(source: Path, tmp_path: Path) -> None:
+    before = sorted(source.rglob("*"))
+    link = tmp_path / "link"
+    link.symlink_to(source)
+    for root in (source, link, source / "masks", source / "other" / ".."):
+        with pytest.raises(CaseError, match="folder of the photos itself"):
+            take_in(CaseFolder(root), [source])
+    (tmp_path / "walk" / "photos").mkdir(parents=True)
+    (tmp_path / "walk" / "photos" / "a.jpg").write_bytes(b"photo")
+    with pytest.raises(CaseError, match="its own copies"):
+        take_in(CaseFolder(tmp_path / "walk"), [tmp_path / "walk" / "photos"])
+    assert sorted(source.rglob("*")) == before
+    require_apart(CaseFolder(source / "case"), [source])  # sub-folders are not searched
 
 
 def test_photos_that_are_no_longer_wanted_are_moved_aside(source: Path, tmp_path: Path) -> None:
@@ -54,6 +195,7 @@ def test_photos_that_are_no_longer_wanted_are_moved_aside(source: Path, tmp_path
 def test_the_case_can_be_its_own_source(source: Path, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path / "case")
     take_in(case, [source])
+    case.record.write_text("{}")
     take_in(case, [case.photos])
     assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
 
@@ -81,7 +223,59 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError), written_whole(file) as half:  # noqa: PT012
         half.write_text("ne")
         raise RuntimeError
-    assert file.read_text() == "old"
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["old"]
     with written_whole(file) as half:
         half.write_text("new")
     assert file.read_text() == "new"
+
+
+def test_what_killed_runs_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path)
+    left = (
+        ".0123456789abcdef.half",
+        ".case.json.half",
+        "photos/.a.jpg.half",
+        "photos/masks/.0123456789abcdef.half",
+        "stages/.measure.half/arrays.npz",
+        "deliverables/.surface.123.part.stl",
+        "deliverables/.0123456789abcdef.123.part.dxf",
+        "deliverables/.colmap.123.old/images.txt",
+        "report/.map.png.half",
+    )
+    kept = (".lock", ".bashrc.old", ".x.half", "photos/a.jpg", "stages/measure/arrays.npz")
+    for name in (*left, *kept):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(b"")
+    sweep(case)
+    files = {file.relative_to(tmp_path).as_posix() for file in tmp_path.rglob("*")}
+    assert {name for name in files if (tmp_path / name).is_file()} == set(kept)
+    assert not any(".half" in name or ".123." in name for name in files - set(kept))
+
+
+@pytest.mark.parametrize(
+    ("number", "told"),
+    [
+        (errno.ENOSPC, "is full .* continues"),
+        (errno.EDQUOT, "is full .* continues"),
+        (errno.EACCES, "may not be read or written by you. Change its permissions"),
+        (errno.EROFS, "may only be read. Use a folder on another disk"),
+        (errno.ENOENT, "is not there: .* Put it back"),
+        (errno.EISDIR, "is in the way: .* Move it elsewhere"),
+        (errno.ENAMETOOLONG, "too long for its disk. Shorten it"),
+        (errno.ELOOP, "leads round in a circle"),
+        (errno.EMFILE, "no means left .* Close other programs"),
+        (errno.EIO, "probably failing: use another disk"),
+        (errno.ESTALE, "probably failing: use another disk"),
+    ],
+)
+def test_what_the_system_says_becomes_advice(tmp_path: Path, number: int, told: str) -> None:
+    with pytest.raises(CaseError, match=told) as caught, disk_told(CaseFolder(tmp_path)):
+        raise OSError(number, os.strerror(number), str(tmp_path / "surface.stl"))
+    assert "run the same command again" in str(caught.value)
+    if number not in (errno.ENOSPC, errno.EDQUOT):
+        assert "surface.stl" in str(caught.value)
+
+
+def test_a_fault_of_ours_stays_one(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="cut off"), disk_told(CaseFolder(tmp_path)):
+        raise OSError("image file is cut off")

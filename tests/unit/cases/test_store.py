@@ -13,6 +13,7 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping import fingerprint, store
 from limbgram.cases.keeping.fingerprint import Fingerprints, code_version
 from limbgram.cases.keeping.store import KeepingRun, read_product
+from limbgram.cases.record import write_record
 from limbgram.errors import Cancelled, CaseError
 from limbgram.run import track
 
@@ -212,6 +213,22 @@ def test_a_full_disk_gives_advice_and_leaves_a_case_that_continues(
         with pytest.raises(CaseError, match=r"is full .* run the same command again"):
             chain(files)
     assert chain(files)[0] == ["read", "scale", "split"]
+
+
+def test_stages_that_cannot_be_written_give_advice(files: tuple[Path, ...]) -> None:
+    (files[0].parent.parent / "stages").write_text("no folder")
+    with pytest.raises(CaseError, match=r"is in the way: .* run the same command again"):
+        chain(files)
+
+
+def test_only_what_was_delivered_is_listed(tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path)
+    for name in ("surface.stl", ".surface.1.part.stl", "colmap/images.txt", ".colmap.1.old/x.txt"):
+        (case.deliverables / name).parent.mkdir(parents=True, exist_ok=True)
+        (case.deliverables / name).write_bytes(b"")
+    write_record(case, "finished", KeepingRun(case=case))
+    listed = [one["path"] for one in json.loads(case.record.read_text("utf-8"))["files"]]
+    assert listed == ["deliverables/colmap/images.txt", "deliverables/surface.stl"]
 
 
 def test_code_version_follows_imports() -> None:

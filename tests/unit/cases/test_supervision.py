@@ -8,7 +8,7 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -175,6 +175,63 @@ def test_the_real_worker_refuses_a_missing_folder(tmp_path: Path) -> None:
     record = json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))
     assert record["state"] == "refused"
     assert "nowhere does not exist" in record["message"]
+
+
+@pytest.fixture
+def photos(tmp_path: Path) -> Path:
+    """Two files that are photos by name."""
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        (folder / name).write_bytes(name.encode())
+    return folder
+
+
+def block_record(case: Path) -> None:
+    (case / "case.json").mkdir(parents=True)
+
+
+def block_photos(case: Path) -> None:
+    case.mkdir()
+    (case / "photos").write_text("no folder")
+
+
+def block_log(case: Path) -> None:
+    (case / "log.txt").mkdir(parents=True)
+
+
+def block_lock(case: Path) -> None:
+    (case / ".lock").mkdir(parents=True)
+
+
+@pytest.mark.parametrize("block", [block_record, block_photos, block_log, block_lock])
+def test_what_is_in_the_way_is_refused_by_the_real_worker(
+    block: Callable[[Path], None], photos: Path, tmp_path: Path
+) -> None:
+    block(tmp_path / "case")
+    with pytest.raises(CaseError, match=r"is in the way: .* Move it elsewhere"):
+        Supervision(Job(case=tmp_path / "case", sources=(photos,)), lambda _event: None).wait()
+
+
+@pytest.mark.parametrize("inside", [(), ("left leg/a.jpg",), ("letter.docx",)])
+def test_a_folder_without_photos_is_refused_by_the_real_worker(
+    inside: tuple[str, ...], tmp_path: Path
+) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    for name in inside:
+        (photos / name).parent.mkdir(parents=True, exist_ok=True)
+        (photos / name).write_bytes(b"")
+    with pytest.raises(PhotoError, match="no photos in"):
+        Supervision(Job(case=tmp_path / "case", sources=(photos,)), lambda _event: None).wait()
+    record = json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))
+    assert record["state"] == "refused"
+
+
+def test_the_photos_own_folder_is_no_case_and_stays_as_it_is(photos: Path) -> None:
+    with pytest.raises(CaseError, match="folder of the photos itself"):
+        Supervision(Job(case=photos, sources=(photos,)), lambda _event: None).wait()
+    assert sorted(file.name for file in photos.iterdir()) == ["a.jpg", "b.jpg"]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="uses POSIX locks")

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import signal
+import sys
 from pathlib import Path
 from typing import BinaryIO
 
@@ -12,6 +14,7 @@ from limbgram.errors import ExportError
 from limbgram.export import write_stl
 from limbgram.export.writing import (
     require_same_triangles,
+    short_name,
     write_bytes,
     write_file,
     write_folder,
@@ -73,6 +76,44 @@ def test_bytes_are_kept_only_if_they_read_back(
         write_bytes(path, b"later")
     assert [p.name for p in tmp_path.iterdir()] == ["table.csv"]
     assert path.read_bytes() == b"whole"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs os.fork")
+def test_what_a_killed_process_left_goes_and_what_a_living_one_writes_stays(tmp_path: Path) -> None:
+    path, folder = tmp_path / "limb.stl", tmp_path / "colmap"
+
+    def die(_stream: BinaryIO) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    for write in (
+        lambda: write_file(path, die, _nothing_to_check),
+        lambda: write_folder(folder, {"images.txt": die}, _nothing_to_check),
+    ):
+        child = os.fork()
+        if child == 0:
+            write()
+        os.waitpid(child, 0)
+    assert len(list(tmp_path.iterdir())) == 2
+    living = tmp_path / f".{short_name(path)}.{os.getppid()}.part.stl"
+    foreign = tmp_path / ".limb.stl.swp"
+    for file in (living, foreign):
+        file.write_bytes(b"")
+    write_bytes(path, b"whole")
+    write_folder(folder, {}, _nothing_to_check)
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "limb.stl",
+        "colmap",
+        living.name,
+        foreign.name,
+    }
+
+
+@pytest.mark.parametrize("name", ["x" * 251 + ".stl", "x" * 255, "x." + "y" * 253])
+def test_a_name_may_be_as_long_as_the_disk_allows(tmp_path: Path, name: str) -> None:
+    assert write_bytes(tmp_path / name, b"whole").read_bytes() == b"whole"
+    with pytest.raises(ExportError, match="name is not too long"):
+        write_bytes(tmp_path / f"{name}z", b"whole")
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_a_folder_gives_way_only_to_a_proved_one(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from limbgram.cases.folder import CaseFolder, enough_disk, sync
+from limbgram.cases.folder import CaseFolder, disk_told, sync
 from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
 from limbgram.cases.keeping.fingerprint import Fingerprints, file_sha256
 from limbgram.run import Run, Timing
@@ -63,7 +63,7 @@ class KeepingRun(Run):
             return cast(T, kept)
         product = super().__call__(stage, *args, **kwargs)
         options = _options_tree(bound.arguments.get("options"), self.case.root)
-        with enough_disk(self.case):
+        with disk_told(self.case):
             write_product(folder, key, product, hint, self.timings[-1], options, self.case.root)
         return product
 

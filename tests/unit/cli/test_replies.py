@@ -1,0 +1,83 @@
+"""What a command says at its end: refusals without traceback, and nothing that a terminal obeys."""
+
+import errno
+import json
+import os
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.cli.replies import Reply, answered
+from limbgram.errors import PhotoError, printable
+
+HOSTILE = "a\x1b[2J\x1b]0;owned\x07\u202egpj\r\x9b1m\udcff.jpg"
+
+
+def test_what_the_system_says_is_a_refusal(capsys: pytest.CaptureFixture[str]) -> None:
+    @answered
+    def command() -> Reply:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), "/media/card/camera.json")
+
+    with pytest.raises(typer.Exit) as ended:
+        command()
+    assert ended.value.exit_code == 3
+    said = capsys.readouterr().err
+    assert "/media/card/camera.json lies on a disk that may only be read. Use a folder" in said
+
+
+def test_a_fault_of_ours_crashes() -> None:
+    @answered
+    def command() -> Reply:
+        raise OSError("image file is cut off")
+
+    with pytest.raises(OSError, match="cut off"):
+        command()
+
+
+def test_a_reply_and_a_refusal_have_no_escapes(capsys: pytest.CaptureFixture[str]) -> None:
+    @answered
+    def reply() -> Reply:
+        return Reply((f"{HOSTILE}: blurred",), {})
+
+    @answered
+    def refuse() -> Reply:
+        raise PhotoError(f"{HOSTILE} is broken.\nCopy it again.")
+
+    reply()
+    with pytest.raises(typer.Exit):
+        refuse()
+    told = capsys.readouterr()
+    shown = r"a\x1b[2J\x1b]0;owned\x07\u202egpj\r\x9b1m\udcff.jpg"
+    assert told.out == f"{shown}: blurred\n"
+    assert told.err == f"{shown} is broken.\nCopy it again.\n"
+
+
+@pytest.mark.parametrize(
+    "words", [["measure", "--" + HOSTILE[:20]], ["measure", "x.stl", HOSTILE[:20]], [HOSTILE[:20]]]
+)
+def test_words_that_make_no_sense_are_quoted_without_escapes(words: list[str]) -> None:
+    answer = CliRunner().invoke(app, words)
+    assert answer.exit_code == 2
+    assert "\x1b[2J" not in answer.output
+    assert "\x07" not in answer.output
+    assert "x1b" in answer.output
+
+
+def test_letters_of_all_kinds_stay() -> None:
+    text = "Fuß 右足 ساق 📷 IMG 1\u202f(2).jpg"
+    assert printable(text) == text
+    assert printable("a\tb\nc") == "a\tb\nc"
+    assert printable("a\tb\nc", keep="") == r"a\tb\nc"
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path, as_json: bool) -> None:
+    (tmp_path / "file").write_text("no folder")
+    words = ["demo", "-o", str(tmp_path / "file" / "demo")]
+    answer = CliRunner().invoke(app, [*words, *(["--json"] if as_json else [])])
+    assert answer.exit_code == 3, answer.output
+    told = json.loads(answer.stdout)["error"]["message"] if as_json else answer.stderr
+    assert "is in the way" in told
