@@ -7,8 +7,6 @@ beside its place, synced and renamed, so an interrupted write leaves the old one
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
@@ -16,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from limbgram.calibration import Calibration
+from limbgram.cases.folder import written_whole
 from limbgram.errors import CaseError
 from limbgram.files import json_of, read_content
 from limbgram.geometry.camera import PARAMETERS, Camera
@@ -30,7 +29,12 @@ _LARGEST_PX = 1e7
 def write_camera(
     path: Path, calibration: Calibration, provenance: Mapping[str, str] | None = None
 ) -> None:
-    """Keep a calibration, and in `provenance` where it comes from (board, photos, program)."""
+    """Keep a calibration, and in `provenance` where it comes from (board, photos, program).
+
+    Raises:
+        CaseError: the file cannot be written, or would take the place of another one.
+    """
+    require_camera_place(path)
     camera = calibration.camera
     record = {
         "format": _FORMAT,
@@ -49,12 +53,33 @@ def write_camera(
     }
     text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     try:
-        _replace(path, text.encode())
+        with written_whole(path) as half:
+            half.write_bytes(text.encode())
     except OSError as error:
         raise CaseError(
             f"The camera file {path} cannot be written: {error.strerror or error}. Check that "
             "its folder exists, may be written to and has room."
         ) from error
+
+
+def require_camera_place(path: Path) -> None:
+    """Refuse to write over what is no camera file: a photo, say, or the settings of a program.
+
+    Raises:
+        CaseError: another file lies there.
+    """
+    if not path.exists():
+        return
+    try:
+        record = json_of(read_content(path, _LARGEST_BYTES, CaseError))
+        ours = isinstance(record, dict) and cast(dict[str, object], record).get("format") == _FORMAT
+    except (CaseError, ValueError):
+        ours = False
+    if not ours:
+        raise CaseError(
+            f"{path} is there already and is no camera file: it would be lost. Choose another "
+            "name by -o, such as camera.json."
+        )
 
 
 def read_camera(path: Path) -> Calibration:
@@ -163,18 +188,3 @@ def _unusable(path: Path, why: str) -> CaseError:
     return CaseError(
         f"{path} is no usable camera file: {why}. Make it again with `limbgram calibrate`."
     )
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Write beside, sync, rename."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

@@ -109,6 +109,24 @@ def require_apart(case: CaseFolder, sources: Sequence[Path]) -> None:
             )
 
 
+def require_new_or_ours(case: CaseFolder) -> None:
+    """Refuse a folder of something else, in which files of the same names would be written over.
+
+    Raises:
+        CaseError: it is no case, and holds what has the name of a case's file.
+    """
+    if case.record.exists() or not case.root.is_dir():
+        return
+    names = ("photos", "stages", "deliverables", "report", "summary.json", "report.html")
+    found = [name for name in names if (case.root / name).exists()]
+    found += sorted(file.name for file in case.root.glob("accuracy*.*"))
+    if found:
+        raise CaseError(
+            f"{case.root} is no case, and what lies there would be written over: "
+            f"{', '.join(found)}. Name a new folder by -o."
+        )
+
+
 def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
     """Copy photos, or the photos in folders and their masks, into the case's photo folder.
 

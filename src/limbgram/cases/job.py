@@ -13,6 +13,7 @@ from limbgram.cases.folder import CaseFolder, take_in, written_whole
 from limbgram.cases.keeping.encoding import from_tree, to_tree
 from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import write_json
+from limbgram.errors import CaseError
 from limbgram.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
 from limbgram.report.accuracy import assess
 from limbgram.report.page import page_of
@@ -69,10 +70,19 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
-    """Read the camera files and keep copies in the case."""
+    """Read the camera files and keep copies in the case.
+
+    Raises:
+        CaseError: one cannot be read, or lies where the copy of another belongs.
+    """
     calibrations = tuple(read_camera(file) for file in job.camera_files)
     for idx, file in enumerate(job.camera_files):
         kept = case.camera_file(idx)
+        if kept.resolve() in {other.resolve() for other in job.camera_files if other != file}:
+            raise CaseError(
+                f"{kept} is given as a camera file, and the case would keep a copy of {file} in "
+                "its place. Move it out of the case folder, or name it first."
+            )
         if not (kept.exists() and kept.samefile(file)):
             with written_whole(kept) as half:
                 shutil.copyfile(file, half)

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from limbgram import errors
-from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart
+from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart, require_new_or_ours
 from limbgram.cases.job import Job, job_tree
 from limbgram.cases.worker import GRACE_S
 from limbgram.errors import Cancelled, LimbgramError
@@ -63,6 +63,7 @@ class Supervision:
         """
         case = CaseFolder(self.job.case)
         require_apart(case, self.job.sources)
+        require_new_or_ours(case)
         with _log(case) as log:
             process = self._start(log)
             try:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from limbgram.calibration import BoardCalibration, calibrate
-from limbgram.cases.camera_file import write_camera
+from limbgram.cases.camera_file import require_camera_place, write_camera
 from limbgram.cases.folder import written_whole
 from limbgram.cli.parsing import parse_board
 from limbgram.cli.progress import display
@@ -48,6 +48,8 @@ def calibrate_command(
     Take 10 to 20 photos with the zoom and focus that you will use for limbs: tilt the board
     20 to 45 degrees in all directions, and let it reach every corner of the picture.
     """
+    require_camera_place(out)
+    _require_no_photo(report, photos)
     with display(as_json) as shown:
         result = calibrate_from(photos, as_board(board, square), Run(listener=shown.listen))
     save_calibration(result, out, report)
@@ -70,6 +72,21 @@ def save_calibration(result: BoardCalibration, out: Path, report: Path | None) -
     if report is not None:
         with written_whole(report) as half:
             half.write_bytes(calibration_picture(result))
+
+
+def _require_no_photo(report: Path | None, photos: list[Path]) -> None:
+    """Refuse a picture that would take the place of a photo, or be taken for one the next time."""
+    if report is None:
+        return
+    if report.suffix.lower() != ".png":
+        raise OptionsError(f"{report.name} is no name for a picture. Let it end in .png.")
+    folders = {photo.resolve() for photo in photos if photo.is_dir()}
+    if report.resolve() in {photo.resolve() for photo in photos} or (
+        report.parent.resolve() in folders
+    ):
+        raise OptionsError(
+            f"{report} would lie among the photos of the board. Write the picture elsewhere."
+        )
 
 
 def as_board(text: str, square_mm: float | None) -> Board:

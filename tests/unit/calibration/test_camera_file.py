@@ -83,10 +83,12 @@ def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
         read_camera(path)
 
 
-def test_a_missing_file_and_a_missing_folder_are_told(
+def test_a_missing_file_and_a_file_for_a_folder_are_told(
     tmp_path: Path, calibration: Calibration
 ) -> None:
     with pytest.raises(CaseError, match="limbgram calibrate"):
         read_camera(tmp_path / "none.json")
+    path = tmp_path / "file"
+    path.write_text("no folder")
     with pytest.raises(CaseError, match="cannot be written"):
-        write_camera(tmp_path / "none" / "camera.json", calibration)
+        write_camera(path / "camera.json", calibration)

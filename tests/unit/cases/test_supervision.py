@@ -97,7 +97,7 @@ REAL = """
 import sys
 from limbgram.cases import worker
 worker.do = lambda job, run: run.case.summary.write_text("{}")
-worker.write_record = lambda *args, **more: None
+worker.write_record = lambda case, *args, **more: case.record.write_text("{}")
 sys.exit(worker.main())
 """
 
@@ -193,6 +193,7 @@ def block_record(case: Path) -> None:
 
 def block_photos(case: Path) -> None:
     case.mkdir()
+    (case / "case.json").write_text("{}")
     (case / "photos").write_text("no folder")
 
 

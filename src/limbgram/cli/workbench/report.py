@@ -108,6 +108,11 @@ def _recipe(path: Path) -> RecipeSource:
 
 def _write(record: Record, folder: Path) -> list[Path]:
     """JSON first: page and PDF are made of it."""
+    if CaseFolder(folder).record.exists():
+        raise OptionsError(
+            f"{folder} is a case, and its own report.html would be lost. Choose another folder by "
+            "-o."
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -19,6 +19,7 @@ from limbgram.files import json_of, read_content
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Origin, Side
 
+LIMB_FILE_ENDING = ".limb.json"
 _FORMAT, _VERSION = "limbgram limb", 1
 _LARGEST_BYTES = 4_000_000
 _MOST_LANDMARKS = 1000
@@ -53,7 +54,7 @@ class LimbRecord:
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
-    return mesh_path.with_name(f"{mesh_path.stem}.limb.json")
+    return mesh_path.with_name(f"{mesh_path.stem}{LIMB_FILE_ENDING}")
 
 
 def hash_of(content: bytes) -> str:

@@ -7,6 +7,7 @@ import typer
 
 from limbgram.errors import OptionsError
 from limbgram.shape.reading import SUFFIXES, ShapeFile, mm_per_unit_of, read_shape
+from limbgram.shape.reading.sidecar import LIMB_FILE_ENDING
 
 ShapeArgument = Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")]
 AlignedShape = Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")]
@@ -38,6 +39,11 @@ def require_output(path: Path | None, ending: str, what: str) -> None:
     """
     if path is not None and path.suffix.lower() != ending:
         raise OptionsError(f"{path.name} is no name for {what}. Let it end in {ending}.")
+    if path is not None and path.name.lower().endswith(LIMB_FILE_ENDING):
+        raise OptionsError(
+            f"{path.name} is the name of the landmarks and axes of a shape. Choose another one for "
+            f"{what}."
+        )
 
 
 def require_no_shape(path: Path, what: str) -> None:
