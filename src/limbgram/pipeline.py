@@ -6,6 +6,7 @@ Method  the stages, called through a Run; a Run that keeps products makes it res
 Fails   with the refusal of the stage that cannot go on.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from limbgram.dense import (
     find_region,
     fuse,
 )
+from limbgram.errors import SurfaceError
 from limbgram.features import FeatureOptions, Features, detect
 from limbgram.mapping import MappingOptions, Scene, place
 from limbgram.matching import Matches, MatchingOptions, match
@@ -32,6 +34,8 @@ from limbgram.run import Run
 from limbgram.scale import KnownDistance, MetricScene, ScaleOptions, to_millimetres
 from limbgram.surface import (
     Mesh,
+    Part,
+    PartOptions,
     PivotOptions,
     PoissonOptions,
     RepairOptions,
@@ -39,6 +43,7 @@ from limbgram.surface import (
     poisson,
     refine,
     repair,
+    tell_parts,
 )
 from limbgram.targets import Board, BoardDetections, TargetOptions, find_board
 from limbgram.twoview import Pairs, TwoViewOptions, verify
@@ -74,6 +79,7 @@ class PipelineOptions:
     fusion: FusionOptions = field(default_factory=FusionOptions)
     surface: PivotOptions | PoissonOptions = field(default_factory=PivotOptions)
     """How points become a surface: Ball Pivoting or Poisson."""
+    parts: PartOptions = field(default_factory=PartOptions)
     repair: RepairOptions = field(default_factory=RepairOptions)
     edge_px: float = 4.5
     """Edges of the mesh that is measured, in pixels of the photos."""
@@ -81,6 +87,17 @@ class PipelineOptions:
 
 
 DEFAULTS = PipelineOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherPart:
+    """A sizeable body beside the one that was meant."""
+
+    part: Part
+    mesh: Mesh | None
+    """Measured in the same way; None where it could not be."""
+    reason: str = ""
+    """Why it could not be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +114,8 @@ class Reconstruction:
     region: Region
     cloud: Cloud
     mesh: Mesh
+    """The part that was meant, measured."""
+    others: tuple[OtherPart, ...] = ()
 
 
 def reconstruct(
@@ -117,9 +136,16 @@ def reconstruct(
     depths = run(estimate_depth, photos, metric, region, options.dense)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
     del depths  # the largest product, and nobody asks for it any more
-    coarse = run(repair, wrap(cloud, options.surface, run), cloud, options.repair)
-    even = run(refine, coarse, options.edge_px * pixel_on_object_mm(metric))
-    mesh = run(measure, photos, metric, even, options.measuring)
+    wrapped = wrap(cloud, options.surface, run)
+    parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
+
+    def measured(number: int) -> Mesh:
+        coarse = run(repair, parts, cloud, options.repair, number)
+        even = run(refine, coarse, options.edge_px * pixel_on_object_mm(metric))
+        return run(measure, photos, metric, even, options.measuring)
+
+    mesh = measured(parts.chosen)
+    others = tuple(_if_it_can_be(part, measured) for part in parts.others)
     return Reconstruction(
         photos=photos,
         cameras=cameras,
@@ -131,7 +157,16 @@ def reconstruct(
         region=region,
         cloud=cloud,
         mesh=mesh,
+        others=others,
     )
+
+
+def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
+    """A part beside the meant one, measured; what it refuses does not stop the meant one."""
+    try:
+        return OtherPart(part=part, mesh=measured(part.number))
+    except SurfaceError as refusal:
+        return OtherPart(part=part, mesh=None, reason=str(refusal))
 
 
 def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:

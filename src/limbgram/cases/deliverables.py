@@ -1,5 +1,6 @@
 """Deliverables: the files of a case for other programs, each written, read back and compared."""
 
+from functools import partial
 from pathlib import Path
 
 from limbgram.export import (
@@ -12,6 +13,7 @@ from limbgram.export import (
 )
 from limbgram.export.colmap import write_colmap, write_poses
 from limbgram.pipeline import Reconstruction
+from limbgram.report.parts import part_file
 from limbgram.run import track
 
 
@@ -23,6 +25,8 @@ def deliver(done: Reconstruction, folder: Path, *, unscaled: bool) -> tuple[Path
             `unscaled` does not say that this is wanted.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob(part_file("*", "*")):
+        old.unlink()  # of a run that found other parts
     mesh, unit = done.mesh, done.metric.scale.unit
     writes = (
         lambda: write_stl(mesh, folder / "surface.stl", unit, unscaled=unscaled),
@@ -34,4 +38,12 @@ def deliver(done: Reconstruction, folder: Path, *, unscaled: bool) -> tuple[Path
         lambda: write_colmap(done.metric, folder / "colmap", unscaled=unscaled),
         lambda: write_poses(done.metric, folder / "poses.json", unscaled=unscaled),
     )
-    return tuple(write() for write in track(writes))
+    parts = (
+        partial(write, other.mesh, folder / part_file(other.part.number, kind), unit)
+        for other in done.others
+        if other.mesh is not None
+        for kind, write in (("stl", write_stl), ("ply", write_ply))
+    )
+    return tuple(
+        write() for write in track((*writes, *(partial(one, unscaled=unscaled) for one in parts)))
+    )

@@ -59,14 +59,22 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
         distances=job.distances,
     )
     done = reconstruct(capture, job.options, run)
-    drawn = run(draw, done.photos, done.features, done.pairs, done.metric, done.cloud, done.mesh)
+    drawn = run(
+        draw,
+        done.photos,
+        done.features,
+        done.pairs,
+        done.metric,
+        done.cloud,
+        done.mesh,
+        done.others,
+    )
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled)
-    evidence = evidence_of(done)
     # Looked at before the summary is written, so that its time stands there too.
-    assessment = run.unkept(assess, evidence)
+    assessment = run.unkept(assess, evidence_of(case, done))
     write_accuracy(case, assessment)
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
-    _write_report(case, told, drawn, f"Surface of {evidence.name}", run)
+    _write_report(case, told, drawn, run)
     return told
 
 
@@ -90,13 +98,13 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
     return calibrations
 
 
-def _write_report(
-    case: CaseFolder, done: Reconstruction, drawn: Pictures, title: str, run: KeepingRun
-) -> None:
+def _write_report(case: CaseFolder, done: Reconstruction, drawn: Pictures, run: KeepingRun) -> None:
     summary = summarise(done, run.timings, run.reused)
     for picture in drawn.pictures:
         with written_whole(case.report / f"{picture.name}.png") as half:
             half.write_bytes(picture.png.tobytes())
     with written_whole(case.page) as half:
-        half.write_text(page_of(summary, drawn, title), encoding="utf-8")
+        half.write_text(
+            page_of(summary, drawn, f"Surface of {case.root.resolve().name}"), encoding="utf-8"
+        )
     write_json(case.summary, summary)

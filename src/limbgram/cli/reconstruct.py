@@ -18,7 +18,8 @@ from limbgram.dense import RegionOptions
 from limbgram.errors import OptionsError, printable
 from limbgram.pipeline import PipelineOptions
 from limbgram.report.page import stage_title
-from limbgram.surface import PivotOptions, PoissonOptions
+from limbgram.report.parts import part_lines
+from limbgram.surface import PartOptions, PivotOptions, PoissonOptions
 
 
 class SurfaceMethod(StrEnum):
@@ -58,6 +59,13 @@ def reconstruct_command(
         str | None,
         typer.Option(help="Only what lies in this box, mm in the world: x,y,z,x,y,z."),
     ] = None,
+    part: Annotated[
+        int | None,
+        typer.Option(
+            help="Which body is the limb where the photos show several: its number in the report.",
+            show_default="the one that the photos look at",
+        ),
+    ] = None,
     profile: Annotated[
         bool, typer.Option("--profile", help="Tell time and memory of every stage.")
     ] = False,
@@ -79,17 +87,20 @@ def reconstruct_command(
         else parse_board(board or DEFAULT_BOARD),
         distances=tuple(d for file in known_distance or () for d in read_distances(file)),
         unscaled=unscaled,
-        options=pipeline_options(surface, box),
+        options=pipeline_options(surface, box, part),
     )
     summary = run_job(job, as_json)
     return Reply(reply_lines(CaseFolder(case), summary, profile), summary)
 
 
-def pipeline_options(surface: SurfaceMethod, box: str | None) -> PipelineOptions:
+def pipeline_options(
+    surface: SurfaceMethod, box: str | None, part: int | None = None
+) -> PipelineOptions:
     """Options of the stages from what the command line tells."""
     return PipelineOptions(
         surface=PivotOptions() if surface is SurfaceMethod.BALL_PIVOTING else PoissonOptions(),
         region=RegionOptions(box_mm=None if box is None else parse_box(box)),
+        parts=PartOptions(chosen=part),
     )
 
 
@@ -122,6 +133,7 @@ def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...
         *missing,
         *aside,
         f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",
+        *part_lines(summary["parts"], summary["unit"]),
         *(profile_lines(summary["stages"]) if profile else ()),
         f"Look at it: {case.page}",
         f"How accurate it is: {case.accuracy('html')}",

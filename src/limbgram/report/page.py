@@ -9,6 +9,7 @@ from html import escape
 from typing import Any
 
 from limbgram.report.document.html import document, shown, table
+from limbgram.report.parts import parts_section
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import MOST_LEFT_OUT
 
@@ -41,6 +42,7 @@ _STAGES = {
     "fuse": "Points",
     "pivot": "Surface (Ball Pivoting)",
     "poisson": "Surface (Poisson)",
+    "tell parts": "Parts",
     "repair": "Repair",
     "refine": "Even triangles",
     "measure": "Measure the surface",
@@ -65,6 +67,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
         f'<p class="verdict{_doubt(summary)}">{escape(summary["verdict"])}</p>',
         '<p><a href="accuracy.html">How accurate is it, and what limits it?</a></p>',
         f'<p class="use">{escape(summary["intended_use"])}</p>',
+        parts_section(summary["parts"], summary["unit"]),
         *(shown(picture) for picture in drawn.pictures),
         "<h2>Known lengths</h2>",
         _lengths(summary),

@@ -4,13 +4,16 @@ In      the products of one reconstruction.
 Out     Pictures as PNG, in the order in which the page shows them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from limbgram.features.keypoints import Features
 from limbgram.geometry.cloud import Cloud
 from limbgram.photos.photo import PhotoSet
+from limbgram.pipeline import OtherPart
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
 from limbgram.report.drawings.drawing import Picture, png
 from limbgram.report.drawings.maps import sigma_map
@@ -36,13 +39,24 @@ def draw(
     metric: MetricScene,
     cloud: Cloud,
     mesh: Mesh,
+    others: Sequence[OtherPart] = (),
 ) -> Pictures:
     """Draw what each stage found."""
     known = mesh.sigma_mm is not None and bool(np.isfinite(mesh.sigma_mm).any())
     sure = (("sigma", "How sure each point is", lambda: sigma_map(mesh, metric)),)
+    beside = (
+        (
+            f"part-{one.part.number}",
+            f"Part {one.part.number}",
+            partial(four_sides, one.mesh, metric),
+        )
+        for one in others
+        if one.mesh is not None
+    )
     drawings = (
         ("surface", "The surface", lambda: four_sides(mesh, metric)),
         *(sure if known else ()),
+        *beside,
         ("cloud", "Points and cameras", lambda: cloud_with_cameras(cloud, metric)),
         ("features", "Feature points", lambda: keypoints_on_photo(photos, features, metric)),
         ("matches", "Matches of a pair", lambda: matches_of_pair(photos, pairs)),

@@ -16,13 +16,14 @@ from limbgram.photos import PhotoSet, SetAside, remarks
 from limbgram.pipeline import Reconstruction
 from limbgram.report.document.trees import finite
 from limbgram.report.drawings.charts import image_scales
+from limbgram.report.parts import parts_tree
 from limbgram.run import Timing
 from limbgram.scale.metric import Scale
 from limbgram.surface.mesh import Mesh
 
 SCHEMA = "limbgram-summary/1"
 MOST_LEFT_OUT = 0.05
-"""Dropped pieces beyond this part of the surface are told in the first line."""
+"""Of the surface: what it lacks of itself beyond this part is told in the first line."""
 
 INTENDED_USE = (
     "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
@@ -39,7 +40,11 @@ def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[
     tree: Json = {
         "schema": SCHEMA,
         "verdict": headline(
-            scale, scene.verdicts, done.photos.set_aside, left_out_share(done.mesh)
+            scale,
+            scene.verdicts,
+            done.photos.set_aside,
+            left_out_share(done.mesh),
+            len(done.others),
         ),
         "intended_use": INTENDED_USE,
         "unit": scale.unit,
@@ -66,12 +71,22 @@ def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[
         "image_scale": [asdict(one) for one in image_scales(done.photos, done.metric)],
         "cloud": {"points": len(done.cloud), "spacing": done.cloud.spacing_mm},
         "mesh": mesh_figures(done.mesh),
+        "parts": parts_tree(done),
         "stages": [
-            {**asdict(timing), "reused": timing.stage.replace(" ", "_") in reused}
-            for timing in timings
+            {**asdict(timing), "reused": name in reused}
+            for name, timing in zip(_kept_names(timings), timings, strict=True)
         ],
     }
     return finite(tree)
+
+
+def _kept_names(timings: Sequence[Timing]) -> list[str]:
+    """Under which name each stage's product is kept: a second part's repair is `repair-2`."""
+    names: list[str] = []
+    for k, timing in enumerate(timings):
+        before = sum(one.stage == timing.stage for one in timings[:k])
+        names.append(timing.stage.replace(" ", "_") + f"-{before + 1}" * (before > 0))
+    return names
 
 
 def headline(
@@ -79,6 +94,7 @@ def headline(
     verdicts: Sequence[PhotoVerdict],
     set_aside: Sequence[SetAside],
     left_out: float = 0.0,
+    others: int = 0,
 ) -> str:
     """The first line of the page: scale, its check, photos placed, what was left out."""
     placed = sum(verdict.placed for verdict in verdicts)
@@ -88,14 +104,17 @@ def headline(
         parts.append(f"{len(set_aside)} {plural} set aside")
     if left_out > MOST_LEFT_OUT:
         parts.append(
-            f"{left_out:.0%} of the measured surface hangs on nothing and is left out: look "
-            "whether the wanted side is there"
+            f"{left_out:.0%} of the measured surface was torn off or in crumbs, and is not in it: "
+            "look whether the wanted side is there"
         )
+    if others:
+        plural = "body is" if others == 1 else "bodies are"
+        parts.append(f"{others} other {plural} kept in files of their own (see the parts)")
     return "; ".join(parts) + "."
 
 
 def left_out_share(mesh: Mesh) -> float:
-    """Part of the meshed surface that was dropped as separate pieces."""
+    """What the surface lacks of itself though it was measured, as a part of its area."""
     return 0.0 if mesh.repairs is None else mesh.repairs.island_share
 
 

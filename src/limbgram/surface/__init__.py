@@ -1,6 +1,7 @@
 """Surface: from oriented points to one whole mesh."""
 
-from limbgram.surface.mesh import Mesh, Repairs
+from limbgram.surface.mesh import Mesh, Part, Repairs
+from limbgram.surface.repair.parts import PartOptions, Parts, tell_parts
 from limbgram.surface.repair.repairing import RepairOptions, repair
 from limbgram.surface.resampling.decimation import Decimated, DecimateOptions, decimate
 from limbgram.surface.resampling.deviation import Deviation, measure_deviation
@@ -14,6 +15,9 @@ __all__ = [
     "Decimated",
     "Deviation",
     "Mesh",
+    "Part",
+    "PartOptions",
+    "Parts",
     "PivotOptions",
     "PoissonOptions",
     "RepairOptions",
@@ -26,4 +30,5 @@ __all__ = [
     "poisson",
     "refine",
     "repair",
+    "tell_parts",
 ]

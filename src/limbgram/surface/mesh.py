@@ -1,12 +1,33 @@
 """The mesh that every later stage takes."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
 from numba import njit
 
-from limbgram.geometry.arrays import Faces, Points3
+from limbgram.geometry.arrays import Faces, Points3, Vector3
+
+Relation = Literal["chosen", "other side", "torn off", "apart"]
+"""How a body lies to the one that is meant: the other side of its wall; a piece of it across a
+bare strip; or something else."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A sizeable body of the surface as it was wrapped, before holes were filled."""
+
+    number: int
+    """From 1, by how much the photos look at it."""
+    area_mm2: float
+    middle_mm: Vector3
+    """Of its box."""
+    size_mm: float
+    """Longest side of its box."""
+    looked_at: float
+    """Its share of what the photos look at."""
+    relation: Relation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,15 +35,21 @@ class Repairs:
     """What was done to make a mesh whole."""
 
     islands_dropped: int
-    """Loose components that were left out."""
-    island_faces_dropped: int
+    """Crumbs: loose components too small to be parts, left out."""
     island_share: float
-    """Those components' part of all faces: surface that was measured and is not delivered."""
+    """What this surface lacks of itself though it was measured, as a part of its area: crumbs, and
+    parts that were torn off it."""
     holes_filled: int
     filled_share: float
     """Part of the area that no photo measured."""
     brim_mm: float
     """Length round the open brim; 0 for a closed surface."""
+    part: int = 1
+    """Number of the part that this is."""
+    part_given: bool = False
+    """Whether the user named it."""
+    others: tuple[Part, ...] = ()
+    """The other sizeable bodies, each with a file of its own."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from limbgram.geometry.cloud import Cloud
-from limbgram.surface import Mesh, pivot, repair
+from limbgram.surface import Mesh, pivot, repair, tell_parts
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.topology import (
     boundary_loops,
@@ -43,7 +43,7 @@ def mesh(truth: trimesh.Trimesh) -> Mesh:
         views=np.full(len(even), 4, np.uint8),
         spacing_mm=0.9,
     )
-    return repair(pivot(cloud), cloud)
+    return repair(tell_parts(pivot(cloud), cloud), cloud)
 
 
 def test_one_manifold_piece_with_one_brim(mesh: Mesh, truth: trimesh.Trimesh) -> None:

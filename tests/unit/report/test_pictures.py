@@ -91,6 +91,7 @@ def summary(unit: str, lengths: list[dict[str, object]], placed: bool) -> dict[s
         "photos": [{**photo, "reason": "" if placed else "too dark", "remarks": []}],
         "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
         "mesh": {"left_out_share": 0.0},
+        "parts": [],
         "stages": [
             {"stage": "match", "wall_s": 1.0, "cpu_s": 2.0, "peak_mb": None, "reused": True}
         ],

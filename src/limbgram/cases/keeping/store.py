@@ -53,7 +53,7 @@ class KeepingRun(Run):
         key = self._fingerprints.key(stage, tuple(bound.arguments.values()))
         hint = typing.get_type_hints(stage)["return"]
         self.keys[name] = key
-        self._stage = name.replace("_", " ")
+        self._stage = stage.__name__.replace("_", " ")
         self.report(0, 0)
         with suppress(LookupError):
             kept, timing = read_product(folder, key, hint, self.case.root)

@@ -9,8 +9,6 @@ from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
 from limbgram.targets.detections import BoardDetections
 
-_DIGITS = 8
-
 Json = dict[str, Any]
 """A tree of plain values; NaN stands for what is not known until `finite` makes it None."""
 
@@ -19,17 +17,14 @@ Json = dict[str, Any]
 class Evidence:
     """What a case holds on its own accuracy; nothing in it is computed again."""
 
+    name: str
+    """Of the case, for people."""
     photos: PhotoSet
     cameras: Cameras
     """Lenses before the adjustment, with the covariance of their calibration."""
     detections: BoardDetections | None
     metric: MetricScene
     mesh: Mesh
-
-    @property
-    def name(self) -> str:
-        """Of the case, for people: by its photos, as a folder's name is often a patient's."""
-        return f"case {self.photos.digest[:_DIGITS]}"
 
     @property
     def unit(self) -> str:

@@ -75,7 +75,9 @@ TERMS = (
     Term("surface.filled_share", "Filled in", SHARE,
          "Share of the area that was closed by interpolation: fewer than two photos see it."),
     Term("surface.left_out_share", "Left out", SHARE,
-         "Share of the triangles measured but dropped, because they hung on nothing."),
+         "Area that was measured and is not in the surface though it is its own: crumbs that hang "
+         "on nothing, and pieces torn off by a bare strip, as a share of the surface with them. "
+         "The other side of a wall and bodies apart are parts with files of their own."),
     Term("surface.photos_per_place.median", "Photos per place", "photos",
          "Median number of photos that see a place of the surface, at 65 degrees or squarer."),
     Term("surface.photos_per_place.below_3_share", "Seen by fewer than three photos", SHARE,

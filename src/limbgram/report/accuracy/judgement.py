@@ -65,6 +65,8 @@ SURFACE_P95 = _Limit("surface_p95", "Surface: error within which 95 % lies", "mm
 SURFACE_RMS = _Limit("surface_rms", "Surface: RMS error", "mm", 0.3, 0.5)
 FILLED = _Limit("filled", "Surface filled in, not measured", "%", 5.0, 25.0)
 LEFT_OUT = _Limit("left_out", "Surface measured but left out", "%", 5.0, 25.0)
+WHICH = _Limit("which_part", "Bodies beside the surface, none of them chosen by you", "", 0.0, 20.0)
+"""Never red: a body is a twentieth of all, so there are at most twenty."""
 MISSING = _Limit("photos_missing", "Photos that could not be placed", "%", 10.0, 50.0)
 GAP = _Limit("gap", "Widest gap between photos, seen from the limb", "deg", 60.0, 150.0)
 MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
@@ -216,7 +218,12 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
     missing = images["photos"] - images["placed"]
     return (
         FILLED.judge(filled, f"{filled:.1f} % of the surface was filled in; no photo measured it."),
-        LEFT_OUT.judge(left_out, f"{left_out:.1f} % of what was measured hangs on nothing."),
+        LEFT_OUT.judge(
+            left_out,
+            f"{left_out:.1f} % of what was measured of it was torn off or in crumbs, and is not in "
+            "the surface.",
+        ),
+        _which(surface),
         MISSING.judge(
             100 * missing / max(images["photos"], 1),
             f"{missing} of {images['photos']} photos could not be placed.",
@@ -228,3 +235,18 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
             else f"The widest gap between photos is {gap:.0f} degrees.",
         ),
     )
+
+
+def _which(surface: Json) -> Criterion:
+    """Whether it is clear which body is meant; the other side of its wall is no rival."""
+    rivals = [one for one in surface["other_parts"] if one["relation"] == "apart"]
+    count = 0 if surface["part_given"] else len(rivals)
+    plural = "Another body lies" if count == 1 else f"{count} other bodies lie"
+    sentence = "It is clear which body is meant."
+    if count:
+        numbers = ", ".join(str(one["number"]) for one in rivals)
+        sentence = (
+            f"{plural} apart from it (part {numbers}): the photos look at this one most. Say "
+            "--part NUMBER to choose."
+        )
+    return WHICH.judge(float(count), sentence)

@@ -106,8 +106,8 @@ def _surface(figures: Json) -> Iterator[Finding]:
     if surface["left_out_share"] > _LEFT_OUT:
         yield Finding(
             "serious",
-            f"{surface['left_out_share']:.1%} of the measured surface hangs on nothing and was "
-            "left out.",
+            f"{surface['left_out_share']:.1%} of what was measured of the surface was torn off by "
+            "a bare strip, or hangs on nothing, and is not in it.",
             "Look whether the wanted side is there; paint bare places and overlap more.",
         )
     few = surface["photos_per_place"]["below_3_share"]

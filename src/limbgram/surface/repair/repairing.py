@@ -1,10 +1,10 @@
 """Repair: a mesh of one piece without holes, but for the brim.
 
-In      a Mesh with islands, holes, folds; the Cloud it was made from.
+In      the Parts of a wrapped surface, and which of them; the Cloud it was made from.
 Out     a Mesh: one component, manifold, outward, no opening but the brim; what was closed is
         marked `filled`, what was done is told in `repairs`.
-Method  take away what is no surface, tell the brim from the holes, close holes by triangles of
-        least area, made even and bent as a thin plate (Liepa 2003).
+Method  tell the brim from the holes, close holes by triangles of least area, made even and bent
+        as a thin plate (Liepa 2003).
 Fails   SurfaceError: nothing is left, or a hole cannot be closed.
 """
 
@@ -17,17 +17,10 @@ from limbgram.errors import SurfaceError
 from limbgram.geometry.arrays import Faces, Points3
 from limbgram.geometry.cloud import Cloud
 from limbgram.surface.mesh import Mesh, Repairs
-from limbgram.surface.repair.cleaning import (
-    drop_dangling,
-    drop_flat_and_double,
-    drop_folds,
-    drop_tongues,
-    largest_component,
-    make_manifold,
-    settle,
-)
+from limbgram.surface.repair.cleaning import drop_dangling, settle
 from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import find_openings
+from limbgram.surface.repair.parts import FEWEST_FACES, Parts, nothing_left, outwards
 from limbgram.surface.topology import (
     boundary_loops,
     face_components,
@@ -35,8 +28,6 @@ from limbgram.surface.topology import (
     is_vertex_manifold,
     with_faces,
 )
-
-_FEWEST_FACES = 50
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,20 +44,16 @@ class RepairOptions:
 DEFAULTS = RepairOptions()
 
 
-def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
-    """Make one whole surface of a mesh; colours come from the cloud."""
-    vertices = mesh.vertices_mm
-    faces = make_manifold(drop_flat_and_double(vertices, mesh.faces))
-    faces = make_manifold(drop_tongues(vertices, drop_folds(vertices, faces)))
-    if len(faces) < _FEWEST_FACES:
-        raise _nothing_left(len(mesh.faces), len(faces))
-    islands = int(face_components(faces).max()) + 1
-    largest = largest_component(vertices, faces)
-    main = settle(vertices, drop_dangling(largest))
-    if len(main) < _FEWEST_FACES:
-        raise _nothing_left(len(mesh.faces), len(main))
+def repair(
+    parts: Parts, cloud: Cloud, options: RepairOptions = DEFAULTS, number: int | None = None
+) -> Mesh:
+    """Make one whole surface of a part, the meant one unless told; colours come from the cloud."""
+    vertices, loose = parts.mesh.vertices_mm, parts.faces(number or parts.chosen)
+    main = settle(vertices, drop_dangling(loose))
+    if len(main) < FEWEST_FACES:
+        raise nothing_left(len(loose), len(main))
     start = with_faces(Mesh(vertices_mm=vertices, faces=main), main)
-    start = replace(start, faces=_outwards(start.vertices_mm, start.faces, cloud))
+    start = outwards(start, cloud)
     openings = find_openings(
         start.vertices_mm, start.faces, options.brim_share_at_end, options.brim_share
     )
@@ -74,26 +61,21 @@ def repair(mesh: Mesh, cloud: Cloud, options: RepairOptions = DEFAULTS) -> Mesh:
     brim = openings.brim
     _check(whole.faces, 0 if brim is None else 1)
     nearest = KDTree(cloud.points_mm).query(whole.vertices_mm)[1]
+    meant = number in (None, parts.chosen)
     return replace(
         whole,
         colours=cloud.colours[nearest],
         repairs=Repairs(
-            islands_dropped=islands - 1,
-            island_faces_dropped=len(faces) - len(largest),
-            island_share=1 - len(largest) / len(faces),
+            islands_dropped=parts.crumbs if meant else 0,
+            island_share=parts.left_out_share if meant else 0.0,
             holes_filled=len(openings.holes),
             filled_share=_filled_share(whole),
             brim_mm=0.0 if brim is None else _length(whole.vertices_mm[brim]),
+            part=number or parts.chosen,
+            part_given=parts.given and meant,
+            others=parts.others if meant else (),
         ),
     )
-
-
-def _outwards(vertices: Points3, faces: Faces, cloud: Cloud) -> Faces:
-    """Faces turned so that the normals look the way of the cloud's."""
-    mesh = Mesh(vertices_mm=vertices, faces=faces)
-    nearest = KDTree(cloud.points_mm).query(vertices)[1]
-    agreement = (mesh.vertex_normals() * cloud.normals[nearest]).sum()
-    return faces if agreement > 0 else np.ascontiguousarray(faces[:, ::-1])
 
 
 def _check(faces: Faces, openings: int) -> None:
@@ -113,10 +95,3 @@ def _filled_share(mesh: Mesh) -> float:
 
 def _length(loop: Points3) -> float:
     return float(np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum())
-
-
-def _nothing_left(before: int, after: int) -> SurfaceError:
-    return SurfaceError(
-        f"Of {before} triangles only {after} make a surface. The points are probably too few or "
-        "too noisy: check the depth maps and the cloud, and take sharper or more photos."
-    )

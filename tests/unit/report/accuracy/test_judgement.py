@@ -10,6 +10,7 @@ from limbgram.measuring import uncertainty as sources
 from limbgram.report.accuracy import Evidence, assess
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95
 from limbgram.scale.metric import Scale
+from limbgram.surface.mesh import Part, Relation, Repairs
 
 
 def tree_of(evidence: Evidence) -> dict[str, Any]:
@@ -135,3 +136,43 @@ def test_advice_names_what_is_wrong_and_nothing_else(with_sigmas: Evidence) -> N
     camera = replace(with_sigmas.cameras.calibrations[0], source="exif")
     guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(camera,)))
     assert any("EXIF" in one["what"] for one in tree_of(guessed)["findings"])
+
+
+def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: bool) -> Evidence:
+    """The same limb beside another body of half its size."""
+    other = Part(
+        number=2,
+        area_mm2=30_000.0,
+        middle_mm=np.zeros(3),
+        size_mm=200.0,
+        looked_at=0.3,
+        relation=relation,
+    )
+    repairs = Repairs(
+        islands_dropped=0,
+        island_share=lacking,
+        holes_filled=0,
+        filled_share=0.0,
+        brim_mm=0.0,
+        part_given=given,
+        others=(other,),
+    )
+    return replace(evidence, mesh=replace(evidence.mesh, repairs=repairs))
+
+
+def test_the_other_side_of_a_wall_is_nothing_missing(with_sigmas: Evidence) -> None:
+    assert tree_of(with_part(with_sigmas, "other side", 0.0, given=False))["light"] == "green"
+
+
+def test_what_was_torn_off_is_red(with_sigmas: Evidence) -> None:
+    tree = tree_of(with_part(with_sigmas, "torn off", 0.45, given=True))
+    assert tree["light"] == "red"
+    assert "45.0 % of what was measured" in tree["headline"]
+
+
+def test_a_body_apart_leaves_a_doubt_until_the_user_chooses(with_sigmas: Evidence) -> None:
+    tree = tree_of(with_part(with_sigmas, "apart", 0.0, given=False))
+    assert tree["light"] == "amber"
+    assert "part 2" in tree["headline"]
+    assert "--part" in tree["headline"]
+    assert tree_of(with_part(with_sigmas, "apart", 0.0, given=True))["light"] == "green"

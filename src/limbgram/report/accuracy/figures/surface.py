@@ -14,7 +14,7 @@ from scipy.special import erf
 from limbgram.geometry.camera import View
 from limbgram.measuring.visibility import incidence_cosines
 from limbgram.report.accuracy.evidence import Evidence, Json
-from limbgram.surface.mesh import Mesh
+from limbgram.surface.mesh import Mesh, Part
 from limbgram.surface.topology import boundary_half_edges
 
 _STEEPEST_DEG = 65.0
@@ -43,11 +43,18 @@ def surface_figures(evidence: Evidence) -> Json:
         "measured_share": _share(measured, areas),
         "filled_share": _share(~measured, areas),
         "left_out_share": 0.0 if repairs is None else repairs.island_share,
+        "other_parts": [] if repairs is None else [_part(one) for one in repairs.others],
+        "part_given": repairs is not None and repairs.part_given,
         "holes_filled": 0 if repairs is None else repairs.holes_filled,
         "openings": openings(mesh),
         "photos_per_place": _photos_per_place(mesh, evidence.metric.scene.views),
         "sigma": _sigma(mesh, areas),
     }
+
+
+def _part(part: Part) -> Json:
+    """A sizeable body beside this surface."""
+    return {"number": part.number, "relation": part.relation, "area": part.area_mm2}
 
 
 def measured_vertices(mesh: Mesh) -> np.ndarray:

@@ -1,0 +1,116 @@
+"""Parts: the bodies of a reconstruction, told to people: number, what it is, area, place, file.
+
+In      a reconstruction.
+Out     a tree for the summary; of that, lines for the terminal and a table for the page. A case
+        of one body has nothing to tell.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from limbgram.pipeline import OtherPart, Reconstruction
+from limbgram.report.document.html import table
+from limbgram.surface.mesh import Mesh
+
+Json = dict[str, Any]
+
+MAIN_FILE = "surface.stl"
+_WORDS = {
+    "chosen": "the surface",
+    "other side": "the other side of its wall",
+    "torn off": "torn off it: a bare strip lies between",
+    "apart": "a body apart from it",
+}
+
+
+def part_file(number: int | str, kind: str) -> str:
+    """Name of the file of a part beside the main one."""
+    return f"surface-part-{number}.{kind}"
+
+
+def parts_tree(done: Reconstruction) -> list[Json]:
+    """Every sizeable body in the order of the numbers, the meant one among them."""
+    repairs = done.mesh.repairs
+    number = 1 if repairs is None else repairs.part
+    rows = [_row(number, "chosen", done.mesh, MAIN_FILE)]
+    rows += [_other(one) for one in done.others]
+    return sorted(rows, key=lambda row: row["number"])
+
+
+def part_lines(parts: list[Json], unit: str) -> tuple[str, ...]:
+    """What people read at the end, where there are several."""
+    if len(parts) < 2:
+        return ()
+    rows = [
+        f"  part {row['number']}: {row['name']}, {_area(row, unit)}, {_place(row, unit)}"
+        + (f" ({row['file']})" if row["file"] else f". {row['reason']}")
+        for row in parts
+    ]
+    return (f"{len(parts)} bodies were measured; --part NUMBER makes another the surface:", *rows)
+
+
+def parts_section(parts: list[Json], unit: str) -> str:
+    """The same on the page."""
+    if len(parts) < 2:
+        return ""
+    rows = [
+        (
+            str(row["number"]),
+            row["name"],
+            _area(row, unit),
+            _place(row, unit),
+            row["file"] or row["reason"],
+        )
+        for row in parts
+    ]
+    note = (
+        "<h2>Parts</h2><p>The photos show several bodies that do not hang together. The surface is "
+        "the one that they look at most, or the one that was asked for; each other one has a file "
+        "of its own in the same frame. <code>limbgram reconstruct ... --part NUMBER</code> makes "
+        "another the surface.</p>"
+    )
+    return note + table(("part", "what", "#area", "middle and size", "file"), rows)
+
+
+def _row(number: int, relation: str, mesh: Mesh, file: str) -> Json:
+    low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
+    return {
+        "number": number,
+        "relation": relation,
+        "name": _WORDS[relation],
+        "area": float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2),
+        "middle": ((low + high) / 2).tolist(),
+        "size": float((high - low).max()),
+        "file": file,
+        "reason": "",
+    }
+
+
+def _other(one: OtherPart) -> Json:
+    part = one.part
+    if one.mesh is not None:
+        return _row(part.number, part.relation, one.mesh, part_file(part.number, "stl"))
+    return {
+        "number": part.number,
+        "relation": part.relation,
+        "name": _WORDS[part.relation],
+        "area": part.area_mm2,
+        "middle": part.middle_mm.tolist(),
+        "size": part.size_mm,
+        "file": None,
+        "reason": one.reason,
+    }
+
+
+def _area(row: Json, unit: str) -> str:
+    return (
+        f"{row['area'] / 100:.0f} cm\N{SUPERSCRIPT TWO}" if unit == "mm" else f"{row['area']:.3g}"
+    )
+
+
+def _place(row: Json, unit: str) -> str:
+    x, y, z = row["middle"]
+    if unit != "mm":
+        return f"round x {x:.3g}, y {y:.3g}, z {z:.3g}, {row['size']:.3g} long"
+    return f"round x {x:.0f}, y {y:.0f}, z {z:.0f} mm, {row['size']:.0f} mm long"
