@@ -1,9 +1,11 @@
 """Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
 
 Only JPEG, PNG and TIFF are tried (HEIF too where pillow-heif is installed), so that no rarely
-used decoder meets a foreign file. Pillow decodes; a JPEG's luma comes without its colours.
+used decoder meets a foreign file. Pillow decodes; a JPEG's luma comes without its colours. Deep
+pictures come in eight bits, by the depth that their capture uses (`photos.deep`).
 """
 
+import os
 import struct
 import warnings
 from importlib import import_module
@@ -12,9 +14,11 @@ from pathlib import Path
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
+from PIL.ImageFile import ImageFile
 
 from limbgram.errors import PhotoError
 from limbgram.geometry.arrays import ColourImage, GreyImage
+from limbgram.photos.deep import bits_used, colours_of, grey_of, is_deep
 from limbgram.photos.photo import Photo
 
 HAS_HEIF = find_spec("pillow_heif") is not None
@@ -58,7 +62,8 @@ def load_luma(photo: Photo) -> GreyImage:
     """
     try:
         with open_picture(photo.path) as picture:
-            return _of_size(photo, luma_of(picture))
+            bits = photo.bits or (16 if is_deep(picture) else None)
+            return _of_size(photo, luma_of(picture, bits))
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
 
@@ -71,22 +76,30 @@ def load_colour(photo: Photo) -> ColourImage:
     """
     try:
         with open_picture(photo.path) as picture:
-            if _is_deep(picture):
-                return _of_size(photo, np.repeat(_deep_luma(picture)[:, :, None], 3, axis=2))
+            if is_deep(picture):
+                return _of_size(photo, _deep_colour(picture, photo.bits or 16))
             return _of_size(photo, np.asarray(picture.convert("RGB")))
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
 
 
-def open_picture(path: Path) -> Image.Image:
+def open_picture(path: Path) -> ImageFile:
     """The picture's header; pixels decode on demand. Raises one of DECODING_FAULTS."""
     return Image.open(path, formats=FORMATS)
 
 
-def luma_of(picture: Image.Image) -> GreyImage:
+def depth_of(picture: ImageFile) -> int | None:
+    """Bits a sample that a deep picture uses; None of one that has eight."""
+    return bits_used(picture) if is_deep(picture) else None
+
+
+def luma_of(picture: ImageFile, bits: int | None) -> GreyImage:
     """Brightness of an opened picture: a JPEG's own Y, else 0.299 R + 0.587 G + 0.114 B."""
-    if _is_deep(picture):
-        return _deep_luma(picture)
+    if bits is not None:
+        grey = grey_of(picture, bits)
+        if grey is not None:
+            return grey
+        return np.asarray(Image.fromarray(_deep_colour(picture, bits)).convert("L"))
     picture.draft("L", picture.size)
     return np.asarray(picture.convert("L"))
 
@@ -108,13 +121,11 @@ def fault_for_people(path: Path, fault: BaseException) -> str:
     return "the file is broken: copy it again from the camera"
 
 
-def _is_deep(picture: Image.Image) -> bool:
-    return picture.mode.startswith("I")
-
-
-def _deep_luma(picture: Image.Image) -> GreyImage:
-    """Sixteen bits a pixel to eight."""
-    return (np.clip(np.asarray(picture), 0, 65535).astype(np.uint16) >> 8).astype(np.uint8)
+def _deep_colour(picture: ImageFile, bits: int) -> ColourImage:
+    grey = grey_of(picture, bits)
+    if grey is not None:
+        return np.repeat(grey[:, :, None], 3, axis=2)
+    return colours_of(picture, bits, lambda: open_picture(Path(os.fsdecode(picture.filename))))
 
 
 def _of_size(photo: Photo, pixels: np.ndarray) -> np.ndarray:

@@ -37,6 +37,8 @@ class Photo:
     camera_idx: int
     """Group of photos from one camera at one size (`PhotoSet.cameras`)."""
     mask_path: Path | None = None
+    bits: int | None = None
+    """Of sixteen bits a sample, those that the capture uses; None of a photo with eight."""
     sharpness: float = float("nan")
     """Width of the sharpest edges, px (smaller is sharper); see `photos.quality`."""
     burnt: float = float("nan")

@@ -16,6 +16,7 @@ from limbgram.errors import OptionsError, PhotoError
 from limbgram.photos.decoding import (
     DECODING_FAULTS,
     MEGAPIXELS_DECODER,
+    depth_of,
     fault_for_people,
     load_colour,
     load_luma,
@@ -63,6 +64,7 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     results = in_parallel(lambda file: _read(file, options), files)
     photos, repeated = _without_repeats([result for result in results if isinstance(result, Photo)])
     set_aside += [result for result in results if isinstance(result, SetAside)] + repeated
+    photos = _of_one_depth(photos)
     photos, bad_masks = _without_bad_masks(photos)
     set_aside += bad_masks
     if len(photos) < max(1, options.min_photos):
@@ -125,7 +127,9 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
             return SetAside(path.name, f"{width_px} x {height_px} is too small for a photo")
         if picture.mode == "F":
             return SetAside(path.name, "floating-point pixels: export it as JPEG")
-        luma = luma_of(picture)  # before EXIF: a fault in the pixels must show here
+        # Before EXIF: a fault in the pixels must show here.
+        bits = depth_of(picture)
+        luma = luma_of(picture, bits)
         exif = read_exif(picture)
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -138,6 +142,24 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
         sha256=digest,
         camera_idx=0,
         mask_path=find_mask(path.absolute()),
+        bits=bits,
+        sharpness=edge_width_px(luma),
+        burnt=burnt_share(luma),
+        brightest=brightest_luma(luma),
+    )
+
+
+def _of_one_depth(photos: Sequence[Photo]) -> list[Photo]:
+    """Deep photos alike: by itself, a dark one would be taken for one of fewer bits."""
+    bits = max((photo.bits for photo in photos if photo.bits is not None), default=None)
+    return [photo if photo.bits in (None, bits) else _seen_at(photo, bits) for photo in photos]
+
+
+def _seen_at(photo: Photo, bits: int | None) -> Photo:
+    photo = replace(photo, bits=bits)
+    luma = load_luma(photo)
+    return replace(
+        photo,
         sharpness=edge_width_px(luma),
         burnt=burnt_share(luma),
         brightest=brightest_luma(luma),

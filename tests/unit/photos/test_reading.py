@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image, ImageOps
@@ -77,6 +78,63 @@ def test_sixteen_bits_become_eight(write_photo: Writer, tmp_path: Path) -> None:
     photo = read_photos([tmp_path]).photos[0]
     np.testing.assert_array_equal(load_luma(photo), ramp >> 8)
     np.testing.assert_array_equal(load_colour(photo)[:, :, 2], ramp >> 8)
+
+
+DEEP_FILES = {
+    "grey.png": (),
+    "grey.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "grey lzw.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 5),
+    "colour.png": (),
+    "colour.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "colour lzw.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 5),
+    "colour zip.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 8),
+}
+
+
+@pytest.mark.parametrize("name", DEEP_FILES)
+@pytest.mark.parametrize("bits", [8, 10, 12, 14, 16])
+def test_the_bits_that_a_sensor_has_become_eight(name: str, bits: int, tmp_path: Path) -> None:
+    shape = (90, 120, 3) if "colour" in name else (90, 120)
+    chance = np.random.default_rng(bits)
+    samples = chance.integers(0, 1 << bits, shape).astype(np.uint16)
+    samples[0, 0] = (1 << bits) - 1
+    dark = samples >> 3  # of the same capture: less light, not fewer bits
+    for number, values in enumerate((samples, dark)):
+        cv2.imwrite(str(tmp_path / f"{number} {name}"), values, DEEP_FILES[name])
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [bits, bits]
+    for photo, values in zip(photos, (samples, dark)):
+        expected = (values >> (bits - 8)).astype(np.uint8)
+        colours = np.repeat(expected[:, :, None], 3, 2) if expected.ndim == 2 else expected
+        np.testing.assert_array_equal(load_colour(photo), colours[:, :, ::-1])
+        if expected.ndim == 2:
+            np.testing.assert_array_equal(load_luma(photo), expected)
+        else:
+            grey = Image.fromarray(colours[:, :, ::-1]).convert("L")
+            np.testing.assert_array_equal(load_luma(photo), np.asarray(grey))
+    bright, shaded = (photo.brightest for photo in photos)
+    assert bright > 180
+    assert bright / 10 < shaded < bright / 6
+
+
+def test_a_tiff_may_say_how_many_bits_it_has(tmp_path: Path) -> None:
+    ramp = np.linspace(0, 900, 100 * 80).astype(np.uint16).reshape(80, 100)
+    for number in range(2):
+        picture = Image.fromarray(ramp + number)
+        picture.save(tmp_path / f"{number}.tif", tiffinfo={281: 4095})
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [12, 12]
+    np.testing.assert_array_equal(load_luma(photos[0]), ramp >> 4)
+
+
+def test_photos_of_eight_bits_are_as_they_are_beside_deep_ones(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    plain = write_photo("1.png", 1)
+    cv2.imwrite(str(tmp_path / "2.png"), np.full((90, 120), 4000, np.uint16))
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [None, 12]
+    np.testing.assert_array_equal(load_colour(photos[0]), np.asarray(Image.open(plain)))
 
 
 def test_what_is_no_photo_is_set_aside_by_name(write_photo: Writer, tmp_path: Path) -> None:
