@@ -251,11 +251,13 @@ def told(lines: list[dict[str, Any]]) -> str:
         ratios = ratios_of(lines, kind)
         if not ratios:
             continue
-        held = sum(abs(ratio) <= COVER for ratio in ratios)
+        short, long = missed(ratios)
+        held = len(ratios) - short - long
         rms = math.sqrt(sum(ratio**2 for ratio in ratios) / len(ratios))
         mean = sum(ratios) / len(ratios)
         parts.append(
-            f"{kind}: {held} of {len(ratios)} hold ({held / len(ratios):.1%}), "
+            f"{kind}: {held} of {len(ratios)} hold ({held / len(ratios):.1%}), {short} state too "
+            f"little, {long} too much, "
             f"error over sigma RMS {rms:.2f}, mean {mean:+.2f}"
         )
     spreads = [line["spread"] for line in lines if "spread" in line]
@@ -264,15 +266,24 @@ def told(lines: list[dict[str, Any]]) -> str:
     return "; ".join(parts)
 
 
+def missed(ratios: list[float]) -> tuple[int, int]:
+    """How many figures state too little, and too much: the truth lies beyond their interval."""
+    return sum(one < -COVER for one in ratios), sum(one > COVER for one in ratios)
+
+
 def table_of(lines: list[dict[str, Any]]) -> str:
     """Markdown: the machine, all intervals together, and one row a capture."""
     parts = [
         "# Do stated 95 % intervals hold?",
         f"{made_on(machine())}. Error over sigma by capture; girths: the mean of five levels.",
-        f"{told(lines)}.",
+        *(
+            f"{setting}: {told([line for line in lines if line['setting'] == setting])}."
+            for setting in dict.fromkeys(line["setting"] for line in lines)
+        ),
     ]
     heads = (
         "seed",
+        "setting",
         "limb",
         "contour held",
         "mean",
@@ -283,16 +294,19 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         "spread",
     )
     rows: list[list[str]] = []
-    for line in sorted(lines, key=lambda one: one["seed"]):
+    for line in sorted(lines, key=lambda one: (one["setting"], one["seed"])):
         kind = line["kind"]
         if "refused" in line:
-            rows.append([f"{line['seed']}", kind, f"refused: {line['refused'][:80]}", *[""] * 6])
+            reason = f"refused: {line['refused'][:80]}"
+            rows.append([f"{line['seed']}", line["setting"], kind, reason, *[""] * 6])
             continue
-        cells = [f"{line['seed']}", kind]
+        cells = [f"{line['seed']}", line["setting"], kind]
         for name in ("contour", "tape"):
             ratios = ratios_of([line], name)
-            held = sum(abs(ratio) <= COVER for ratio in ratios)
-            cells += [f"{held} of {len(ratios)}", f"{np.mean(ratios):+.2f}"]
+            cells += [
+                f"{len(ratios) - sum(missed(ratios))} of {len(ratios)}",
+                f"{np.mean(ratios):+.2f}",
+            ]
         volume = ratios_of([line], "volume")
         cells += [f"{volume[0]:+.2f}" if volume else "open"]
         cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]

@@ -37,6 +37,8 @@ def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> 
         columns["sigma"] = mesh.sigma_mm.astype("<f4")
     if mesh.shared_mm is not None:
         columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
+    if mesh.lost_length is not None:
+        columns |= dict(zip(("lost", "lost_sigma"), mesh.lost_length.T.astype("<f4")))
     path = target(path, unit, unscaled=unscaled)
     rows, faces = _rows(columns), _face_rows(mesh)
 

@@ -70,6 +70,9 @@ class Mesh:
     """What each column of `shared_mm` comes from; a source may have several. Empty: not known."""
     correlation_mm: float | None = None
     """Distance over which the rest of the error is alike."""
+    lost_length: Float32[np.ndarray, "n 2"] | None = None
+    """How much longer a line along the limb is than along this surface, per length: fine relief
+    that is lost, less what noise and flat faces add. Expected, and one standard deviation of it."""
     repairs: Repairs | None = None
 
     def __len__(self) -> int:

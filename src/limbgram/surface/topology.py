@@ -216,6 +216,7 @@ def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
         filled=None if mesh.filled is None else mesh.filled[idx],
         sigma_mm=None if mesh.sigma_mm is None else mesh.sigma_mm[idx],
         shared_mm=None if mesh.shared_mm is None else mesh.shared_mm[idx],
+        lost_length=None if mesh.lost_length is None else mesh.lost_length[idx],
     )
 
 

@@ -20,13 +20,6 @@ _MOST_EXACT = 4000
 """Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
 _REACHES = 2.5
 """Pairs further apart than this many reaches are independent."""
-_LOST_LENGTH = 3.1
-"""What a line along the surface loses, in lengths of itself times (sigma / reach)^2. Detail of
-variance v and wave number q takes v q^2 / 4: half of the local variance at 2.2 per length of the
-plate, of which the reach has 2.26 (so that 95 to 97 of 100 girths of 39 captures lie within 1.96
-sigmas; seeds 9000 to 9069)."""
-_MOST_OVER_USUAL = 4.0
-"""A vertex less sure than this, in usual variances, is so for other reasons than lost relief."""
 
 
 def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
@@ -43,23 +36,6 @@ def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
     if np.any(gradient[~known]):
         variance += _filled_variance(mesh, gradient, ~known)
     return math.sqrt(variance)
-
-
-def lost_per_length(mesh: Mesh) -> Float64[np.ndarray, " n"]:
-    """Standard deviation of a line along the surface for want of fine relief, per mm of the line.
-
-    A surface without its finest relief is smoother than the true one, and every girth of it is
-    shorter. No first change tells that: it goes with the square of what is lost. 0 where the mesh
-    carries no sigmas; the losses along a line add up.
-    """
-    if mesh.sigma_mm is None or not mesh.correlation_mm:
-        return np.zeros(len(mesh))
-    square = _local_square(mesh, np.arange(len(mesh)))
-    known = np.isfinite(square)
-    if not known.any():
-        return np.zeros(len(mesh))
-    most = _MOST_OVER_USUAL * float(np.median(square[known]))
-    return _LOST_LENGTH * np.where(known, np.minimum(square, most), 0.0) / mesh.correlation_mm**2
 
 
 def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:

@@ -15,7 +15,10 @@ def uncertain(mesh: Mesh) -> Mesh:
     sigma = random.uniform(0.01, 0.2, len(mesh)).astype(np.float32)
     sigma[3] = np.nan
     shared = random.normal(size=(len(mesh), 3)).astype(np.float32)
-    return replace(mesh, sigma_mm=sigma, shared_mm=shared, correlation_mm=1.0 / 3.0)
+    lost = random.uniform(0, 1e-3, (len(mesh), 2)).astype(np.float32)
+    return replace(
+        mesh, sigma_mm=sigma, shared_mm=shared, correlation_mm=1.0 / 3.0, lost_length=lost
+    )
 
 
 def test_ply_keeps_sigmas_shared_errors_and_their_reach(mesh: Mesh, tmp_path: Path) -> None:
@@ -27,6 +30,7 @@ def test_ply_keeps_sigmas_shared_errors_and_their_reach(mesh: Mesh, tmp_path: Pa
     np.testing.assert_array_equal(read.sigma_mm, known.sigma_mm)
     np.testing.assert_array_equal(read.shared_mm, known.shared_mm)
     assert read.correlation_mm == known.correlation_mm
+    np.testing.assert_array_equal(read.lost_length, known.lost_length)
 
 
 def test_glb_keeps_sigmas(mesh: Mesh, tmp_path: Path) -> None:

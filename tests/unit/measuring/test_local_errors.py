@@ -26,14 +26,14 @@ class Solved:
     errors_mm: np.ndarray
 
 
-def solved(common: float, seed: int, wave_mm: float = 0.0) -> Solved:
+def solved(common: float, seed: int, wave_mm: float = 0.0, shortest_mm: float = 4.0) -> Solved:
     """A flat surface (or one with waves of that amplitude) measured by photos that err alike."""
     mesh = _sheet()
     random = np.random.default_rng(seed)
     count = len(mesh.faces)
     shared, own = random.normal(size=(count, 1)), random.normal(size=(count, PHOTOS))
     noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
-    true_mm = wave_mm * _waves(mesh.vertices_mm, random)
+    true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm)
     plate = plate_of(mesh)
     weight = 1 / NOISE_MM**2
     spread = sp.csr_matrix(
@@ -93,6 +93,48 @@ def test_detail_that_the_plate_takes_is_told() -> None:
     assert 0.7 < error / np.sqrt(np.mean(sigma[inside] ** 2)) < 1.4
 
 
+@pytest.mark.parametrize(
+    ("wave_mm", "shortest_mm"), [(0.3, 4.0), (0.3, 2.0), (0.1, 2.0), (0.0, 4.0)]
+)
+def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
+    wave_mm: float, shortest_mm: float
+) -> None:
+    """Relief of 0.1 mm is half hidden in the noise: there the interval holds, no more."""
+    truly: list[float] = []
+    told: list[np.ndarray] = []
+    for seed in range(3):
+        found = solved(0.1, seed, wave_mm, shortest_mm)
+        lift = found.mesh.vertices_mm[:, 2]
+        inside = _inside()
+        steep = [
+            _squared_slope(found, one)[inside].mean() for one in (lift - found.errors_mm, lift)
+        ]
+        truly.append((steep[0] - steep[1]) / 4)
+        lost = local_errors(found.mesh, found.sight, found.equations).lost_length
+        told.append(lost[inside].mean(0))
+    expected, sigma = np.mean(told, axis=0)
+    assert abs(expected - np.mean(truly)) < 1.96 * sigma
+    if wave_mm == 0.3:
+        assert 0.6 < expected / np.mean(truly) < 2.2
+        assert sigma < 0.6 * expected
+    if wave_mm == 0:
+        assert np.mean(truly) < 0
+        assert expected < 0  # noise makes lines longer
+
+
+def _squared_slope(found: Solved, lift: np.ndarray) -> np.ndarray:
+    """Mean over each vertex's faces of the squared gradient, from the faces' corners."""
+    mesh = found.mesh
+    flat = mesh.vertices_mm[mesh.faces][:, :, :2]
+    sides = flat[:, 1:] - flat[:, :1]
+    rises = lift[mesh.faces][:, 1:] - lift[mesh.faces][:, :1]
+    slopes = np.linalg.solve(sides, rises[..., None])[..., 0]
+    square = np.repeat((slopes**2).sum(1), 3)
+    corners = mesh.faces.ravel()
+    count = np.maximum(np.bincount(corners, minlength=len(mesh)), 1)
+    return np.bincount(corners, square, len(mesh)) / count
+
+
 def test_a_vertex_of_a_single_photo_has_a_pixel() -> None:
     found = solved(0.1, 1)
     found.equations.photos[500] = 1
@@ -127,9 +169,9 @@ def _sheet() -> Mesh:
     )
 
 
-def _waves(points: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Waves of 4 to 16 mm, the long ones higher; standard deviation 1."""
-    lengths = np.geomspace(4.0, 16.0, 20)
+def _waves(points: np.ndarray, random: np.random.Generator, shortest_mm: float) -> np.ndarray:
+    """Waves of up to 16 mm, the long ones higher; standard deviation 1."""
+    lengths = np.geomspace(shortest_mm, 16.0, 20)
     heights = lengths**1.0
     heights *= np.sqrt(2) / np.linalg.norm(heights)
     total = np.zeros(len(points))

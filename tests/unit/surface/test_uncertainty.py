@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.uncertainty import filled_sigma_mm, lost_per_length, propagate
+from limbgram.surface.uncertainty import filled_sigma_mm, propagate
 
 REACH_MM = 1.7
 SIGMA_MM = 0.05
@@ -42,17 +42,6 @@ def test_a_line_and_a_square_scatter_as_drawn_errors_do() -> None:
         told = propagate(mesh, gradient)
         assert told is not None
         assert told / (errors @ gradient).std() == pytest.approx(1.0, abs=0.05)
-
-
-def test_a_girth_loses_what_waves_of_the_lost_length_add_to_it() -> None:
-    """Half of the variance as waves all round of 2 pi / 2.2 plates: their extra length."""
-    mesh = grid(10, correlation_mm=REACH_MM)
-    plate_mm = REACH_MM / 2.26
-    wave_number, variance = 2.2 / plate_mm, SIGMA_MM**2 / 2
-    along = np.where(mesh.vertices_mm[:, 1] == 4, 1.0, 0.0)
-    told = along @ lost_per_length(mesh)
-    assert told == pytest.approx(10.0 * variance * wave_number**2 / 4, rel=0.05)
-    assert not lost_per_length(grid(10, sigma_mm=None)).any()
 
 
 def test_a_large_even_support_has_the_area_of_its_reach() -> None:

@@ -1,13 +1,17 @@
 """Local errors of the measured surface: the photos' disagreement, and detail that the plate takes.
 
 In      the measured mesh and the normal equations of its last round.
-Out     variance along the normal by vertex, and the distance over which these errors are alike.
+Out     variance along the normal by vertex, the distance over which these errors are alike, and how
+        much longer a line along the limb is than along the measured surface.
 Method  Noise: what single photos pull the surface by, each solved through the plate, is how they
         disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds sensor
         noise, shading, pose errors and gaps alike. Detail: the plate takes (1 - H) off the surface
         x, H being its response. What it would take off again and again, (1 - H)^2 H x, is seen, and
         for relief whose power falls like the wave number's fifth to seventh power the lost part
-        has about a constant multiple of its energy. Both are pooled over neighbours. docs/method.
+        has about a constant multiple of its energy. Both are pooled over neighbours. Lines: relief
+        of slope s makes a line longer by s^2 / 4 of itself, whatever its direction; what is lost is
+        told by the slope of (1 - H) x, what noise adds by the slope of the photos' disagreement.
+        docs/method.
 """
 
 from dataclasses import dataclass
@@ -31,6 +35,17 @@ relief, less where the mesh or the relief ends; seven captures of our own asked 
 _NOISE_IN_SEEN = 0.055
 """Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
 (its spectrum through the plate)."""
+_LOST_SLOPE = 34.0
+"""Squared slope that the plate took from the relief ((1 - H^2) of it) over that of (1 - H) H x.
+Theory: 13 to 50 for relief that ends anywhere above 2 mm, its slopes the same in every octave or up
+to 1.5 times as steep with each; ten captures of our own asked for 20 to 50."""
+_LOST_SLOPE_SIGMA = 0.3
+"""Standard deviation of that factor, a fraction of it."""
+_COMMON_SLOPE, _COMMON_SLOPE_SIGMA = 1.2, 0.3
+"""Squared slope of the noise over what the photos' disagreement says: what they get wrong alike
+is finer than what they get wrong apart."""
+_FLAT = 1 / 48
+"""Flat faces of edge e on a bend of radius R add this times (e / R)^2 to a line across the bend."""
 _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
 """Neighbourhoods over which energies are pooled."""
 _MOST_OVER_POOLED = 9.0
@@ -47,6 +62,8 @@ class LocalErrors:
     variance_mm2: Float64[np.ndarray, " n"]
     reach_mm: float
     """Errors of two vertices d apart are alike by exp(-(d / reach)^2)."""
+    lost_length: Float64[np.ndarray, "n 2"]
+    """As `Mesh.lost_length` has it."""
 
 
 def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalErrors:
@@ -58,35 +75,87 @@ def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalEr
     weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
     weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
 
-    noise = _noise(mesh, sight, equations, system, pool, weak)
+    probes = _probes(mesh, sight, equations, system)
+    noise = _noise([probe**2 for probe in probes], equations, pool, weak, _NOISE_RINGS)
     taken = _solved(system, bending @ curvature_of(mesh, plate, length_mm))
     seen = (taken - _solved(system, equations.soft @ taken)) ** 2
     detail = pool.energy(seen, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * weak
     variance += _chord(sight, pool) ** 2
     variance[equations.photos < 2] += sight.pixel_mm[equations.photos < 2] ** 2
-    return LocalErrors(variance_mm2=variance, reach_mm=_CORRELATION_LENGTHS * length_mm)
+
+    steep = [_squared_slope(plate, probe) for probe in probes]
+    roughened = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
+    fine = [probe - _solved(system, equations.soft @ probe) for probe in probes]
+    steep = [_squared_slope(plate, probe) for probe in fine]
+    in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
+    relief = np.maximum(pool.energy(_squared_slope(plate, taken), _WIDE_RINGS) - in_taken, 0.0)
+    return LocalErrors(
+        variance_mm2=variance,
+        reach_mm=_CORRELATION_LENGTHS * length_mm,
+        lost_length=_lost_length(relief, in_taken, roughened, _flatness(sight, pool)),
+    )
 
 
-def _noise(
-    mesh: Mesh,
-    sight: Sight,
-    equations: JointEquations,
-    system: sp.csr_matrix,
-    pool: "_Pool",
-    weak: Float64[np.ndarray, " n"],
-) -> Float64[np.ndarray, " n"]:
-    """Variance by the photos' disagreement, and by what they get wrong alike."""
-    energy = np.zeros(len(mesh))
+def _lost_length(
+    relief: Float64[np.ndarray, " n"],
+    in_taken: Float64[np.ndarray, " n"],
+    roughened: Float64[np.ndarray, " n"],
+    flatness: Float64[np.ndarray, " n"],
+) -> Float64[np.ndarray, "n 2"]:
+    """How much longer a line along the limb is, and the standard deviation of that, per length.
+
+    Args:
+        relief: squared slope of (1 - H) H x.
+        in_taken: squared slope of the noise, as taken off beside it.
+        roughened: squared slope of the noise on the surface.
+        flatness: what flat faces add.
+    """
+    lost = _LOST_SLOPE / 4 * relief
+    sigma = np.sqrt(
+        (_LOST_SLOPE_SIGMA * lost) ** 2
+        + (_LOST_SLOPE / 4 * _COMMON_SLOPE_SIGMA * in_taken) ** 2
+        + (_COMMON_SLOPE_SIGMA / 4 * roughened) ** 2
+    )
+    return np.column_stack([lost - roughened / 4 - flatness, sigma])
+
+
+def _squared_slope(plate: Plate, lift: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Of the surface lifted by that: |grad f|^2 = (laplace(f^2) - 2 f laplace(f)) / 2."""
+    return plate.laplacian @ lift**2 / 2 - lift * (plate.laplacian @ lift)
+
+
+def _flatness(sight: Sight, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+    """What flat faces add to a line across the bend."""
+    edge2 = sight.plate.area_mm2 * 2 / np.sqrt(3)
+    return _FLAT * edge2 * pool.mean(sight.quadric[:, 0] + sight.quadric[:, 2], _NOISE_RINGS) ** 2
+
+
+def _probes(
+    mesh: Mesh, sight: Sight, equations: JointEquations, system: sp.csr_matrix
+) -> list[Float64[np.ndarray, " n"]]:
+    """What the photos pull the surface by, added up with different signs."""
     photo = sight.seen_by[mesh.faces[:, 0]]
+    found: list[Float64[np.ndarray, " n"]] = []
     for probe in range(1, _PROBES + 1):
         bits = photo & probe
         signs = np.where((bits & 1) ^ (bits >> 1 & 1), -1.0, 1.0)
         pulls = np.repeat((equations.pull * signs).sum(axis=1) / 3, 3)
-        energy += _solved(system, np.bincount(mesh.faces.ravel(), pulls, len(mesh))) ** 2
+        found.append(_solved(system, np.bincount(mesh.faces.ravel(), pulls, len(mesh))))
+    return found
+
+
+def _noise(
+    energies: list[Float64[np.ndarray, " n"]],
+    equations: JointEquations,
+    pool: "_Pool",
+    weak: Float64[np.ndarray, " n"],
+    rings: int,
+) -> Float64[np.ndarray, " n"]:
+    """Energy of the photos' disagreement, and of what they get wrong alike."""
     count = np.maximum(equations.photos, 2).astype(np.float64)
     unseen = count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
-    return unseen * weak * pool.energy(energy / (_PROBES * weak), _NOISE_RINGS)
+    return unseen * weak * pool.energy(np.sum(energies, axis=0) / (_PROBES * weak), rings)
 
 
 def _solved(system: sp.csr_matrix, right: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:

@@ -38,4 +38,5 @@ def with_sigma(mesh: Mesh, sight: Sight, equations: JointEquations, metric: Metr
         shared_mm=modes_mm.astype(np.float32),
         shared_sources=(SCALE, *cameras * (CAMERAS,), OFFSET),
         correlation_mm=local.reach_mm,
+        lost_length=local.lost_length.astype(np.float32),
     )

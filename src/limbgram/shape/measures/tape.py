@@ -178,7 +178,7 @@ def _with_landmarks_moved(limb: Limb, scaling: _Scaling) -> Limb:
 
 def _unmeasured(limb: Limb) -> Limb:
     """The limb without sigmas: they told of the surface that the photos measured."""
-    mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None)
+    mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None, lost_length=None)
     return limb.with_mesh(mesh)
 
 

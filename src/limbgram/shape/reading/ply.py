@@ -229,6 +229,7 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
         filled=None if filled is None else filled.astype(np.bool_),
         sigma_mm=sigma,
         shared_mm=_shared(rows, names),
+        lost_length=_lost(rows, names),
     )
 
 
@@ -241,6 +242,16 @@ def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
     if np.isinf(shared).any():
         raise ValueError("a shared error is infinite")
     return shared
+
+
+def _lost(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
+    """Columns lost and lost_sigma, as our own files have them."""
+    if not {"lost", "lost_sigma"} <= set(names):
+        return None
+    lost = np.column_stack([rows["lost"], rows["lost_sigma"]]).astype(np.float32)
+    if not np.isfinite(lost).all() or (lost[:, 1] < 0).any():
+        raise ValueError("a lost length is not finite, or its sigma is negative")
+    return lost
 
 
 def _correlation(head: bytes) -> float | None:

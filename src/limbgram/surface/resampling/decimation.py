@@ -8,7 +8,7 @@ Fails   SurfaceError: the mesh is not a manifold, or cannot be made small.
 """
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -104,13 +104,8 @@ def _simplify(mesh: Mesh, ratio: float) -> Mesh:
     made_whole = _make_whole(vertices, np.asarray(small.faces, np.int32), mesh.faces)
     nearest = KDTree(mesh.vertices_mm).query(made_whole.vertices_mm)[1]
     known = taking_vertices(mesh, np.asarray(nearest))
-    return Mesh(
-        vertices_mm=made_whole.vertices_mm,
-        faces=made_whole.faces,
-        colours=known.colours,
-        filled=known.filled,
-        sigma_mm=known.sigma_mm,
-        repairs=mesh.repairs,
+    return replace(
+        known, vertices_mm=made_whole.vertices_mm, faces=made_whole.faces, repairs=mesh.repairs
     )
 
 

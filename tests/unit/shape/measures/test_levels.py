@@ -223,3 +223,20 @@ def test_a_girths_sigma_is_that_of_its_radius(cylinder: Mesh) -> None:
     figure = Sigmas.of(replace(cylinder, sigma_mm=sigma)).figure(level, tape_mm(level))
     assert figure.sigma == pytest.approx(0.1 * math.sqrt(N) * 2 * math.sin(math.pi / N), rel=0.02)
     assert Sigmas.of(cylinder).figure(level, tape_mm(level)).sigma is None
+
+
+def test_a_girth_is_the_limbs_own_and_not_the_smoothed_surfaces(cylinder: Mesh) -> None:
+    """Twice as much is lost on one half of the cylinder as on the other."""
+    count = len(cylinder)
+    front = np.where(cylinder.vertices_mm[:, 1] > 0, 2.0, 1.0)[:, None]
+    lost = (front * [4e-4, 1e-4]).astype(np.float32)
+    known = replace(cylinder, sigma_mm=np.zeros(count, np.float32), lost_length=lost)
+    level = level_at(cylinder, 101.0)
+    bare, sigmas = contour_mm(level).value, Sigmas.of(known)
+    contour, tape = (sigmas.figure(level, of(level)) for of in (contour_mm, tape_mm))
+    assert contour.value / bare - 1 == pytest.approx(1.5 * 4e-4, rel=0.05)
+    assert contour.sigma == pytest.approx(1.5 * 1e-4 * bare, rel=0.05)
+    assert 0.6 < (tape.value - bare) / (contour.value - bare) < 0.9  # it rests on the tops
+    assert sigmas.figure(level, area_mm2(level)).value == area_mm2(level).value
+    unknown = replace(known, sigma_mm=None)
+    assert Sigmas.of(unknown).figure(level, contour_mm(level)).value == bare

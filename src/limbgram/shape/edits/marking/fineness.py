@@ -144,4 +144,5 @@ def _with_points_on_edges(
         filled=grown(mesh.filled),
         sigma_mm=grown(mesh.sigma_mm),
         shared_mm=grown(mesh.shared_mm),
+        lost_length=grown(mesh.lost_length),
     )

@@ -254,6 +254,7 @@ def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh
         filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
         sigma_mm=_twice(mesh.sigma_mm),
         shared_mm=_twice(mesh.shared_mm),
+        lost_length=_twice(mesh.lost_length),
     )
 
 
