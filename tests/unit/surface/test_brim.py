@@ -73,3 +73,58 @@ def closed_cube() -> Mesh:
     )
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
     return Mesh(vertices_mm=corners, faces=faces)
+
+
+def _sandal(neck_mm: float, lean: float) -> Mesh:
+    """Two soles joined at a waist, whose sides lean towards each other below two arches.
+
+    neck_mm: half of the waist's width at the floor; it grows by `lean` for each mm above it.
+    """
+    around, rows, arch_mm = 190, int(60 / STEP_MM), 18.0
+    angle, level = np.meshgrid(2 * np.pi * np.arange(around) / around, np.arange(rows) * STEP_MM)
+    waist = neck_mm + lean * np.minimum(level, 24)
+    across = waist + (24 - waist) * np.minimum(1, 1.6 * np.abs(np.cos(angle)))
+    wall = np.stack([45 * np.cos(angle), np.sin(angle) * across, level], -1)
+    first = np.arange(around * (rows - 1)).reshape(rows - 1, around)
+    right = np.roll(first, -1, axis=1)
+    quads = np.stack([first, right, right + around, first + around], -1).reshape(-1, 4)
+    top = around * (rows - 1) + np.arange(around)
+    lid = np.stack([top, np.roll(top, -1), np.full(around, around * rows)], 1)
+    vertices = np.concatenate([wall.reshape(-1, 3), [[0, 0, 60]]])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], lid])
+    middle = vertices[faces].mean(1)
+    under = middle[:, 2] < arch_mm * (1 - (middle[:, 0] / 18) ** 2)
+    faces = faces[~((np.abs(middle[:, 0]) < 18) & under)]
+    used, compact = np.unique(faces, return_inverse=True)
+    return Mesh(
+        vertices_mm=vertices[used],
+        faces=compact.reshape(-1, 3).astype(np.int32),
+        filled=np.zeros(len(used), np.bool_),
+    )
+
+
+@pytest.mark.parametrize(("neck_mm", "lean"), [(1.0, 0.3), (2.0, 0.5), (3.2, 0.8), (8.0, 0.8)])
+def test_no_sole_is_closed_where_the_walls_of_an_arch_meet(neck_mm: float, lean: float) -> None:
+    ragged = _sandal(neck_mm, lean)
+    even = level_brim(ragged)
+    assert even is not ragged
+    assert is_vertex_manifold(even.faces)
+    assert len(boundary_loops(even.faces)) == 1
+    assert even.filled is not None
+    new = even.vertices_mm[even.filled]
+    assert np.abs(new[:, 0]).max() < 26  # the soles' middles lie at 32
+    assert new[:, 2].min() > -3
+
+
+def test_what_is_closed_does_not_hang_on_a_thousandth_of_a_millimetre() -> None:
+    """Without a passage between the soles: 0, 0, 1125, 0, 1124, 0 mm2."""
+    sandal = _sandal(4.0, 0.8)
+    areas: list[float] = []
+    for seed in range(6):
+        noise = np.random.default_rng(seed).normal(0, 1e-3, sandal.vertices_mm.shape)
+        even = level_brim(sandal.with_vertices(sandal.vertices_mm + noise))
+        assert even.filled is not None
+        sides = np.linalg.norm(even.face_normals(), axis=1) / 2
+        areas.append(float(sides[even.filled[even.faces].any(1)].sum()))
+    assert min(areas) > 800
+    assert np.ptp(areas) < 0.2 * max(areas)

@@ -10,14 +10,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
-from limbgram.geometry.arrays import Points3, Vector3
+from limbgram.geometry.arrays import Faces, Points3, Vector3
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.cleaning import face_normals, settle
 from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import loop_area
-from limbgram.surface.topology import boundary_loops, face_components, taking_vertices, with_faces
+from limbgram.surface.topology import (
+    boundary_loops,
+    face_components,
+    find_edges,
+    taking_vertices,
+    with_faces,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +41,9 @@ class BrimOptions:
     floor_deg: float = 25.0
     """Parts of the cap flatter than this to the brim's plane are its floor, and go."""
 
+    floor_share: float = 0.05
+    """Parts of the floor smaller than this part of the largest one stay closed with the walls."""
+
     most_share: float = 0.1
     """Notches of more than this part of the surface stay open: too much would be a guess."""
 
@@ -41,6 +52,9 @@ DEFAULTS = BrimOptions()
 _FITS = 30
 _CAP_EDGES = 1.5
 """Edge length of the cap, in edges of the mesh."""
+_PASSAGE_STEPS = 4
+"""How much longer than the shortest a way from one floor to the next may be, in faces of the cap,
+to become part of the passage between them."""
 
 
 def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
@@ -95,22 +109,55 @@ def _opening(
     notch_mm: float,
     options: BrimOptions,
 ) -> Bool[np.ndarray, " f"]:
-    """Faces of the cap that are taken out again: one connected part, and scraps at the rim."""
+    """Faces of the cap that are taken out again: its floor, in one part, and scraps at the rim."""
     new = ~np.isin(_keys(capped.faces), _keys(mesh.faces))
     heights = (capped.vertices_mm @ upward)[capped.faces].mean(1)
     flat = np.abs(face_normals(capped.vertices_mm, capped.faces) @ upward) > np.cos(
         np.radians(options.floor_deg)
     )
     going = np.flatnonzero(new & (flat | (heights < level_mm)))
-    labels = face_components(capped.faces[going])
     out = np.zeros(len(new), np.bool_)
     if len(going):
-        out[going[labels == np.bincount(labels).argmax()]] = True
+        labels = face_components(capped.faces[going])
+        areas = np.bincount(labels, _areas(capped)[going])
+        floors = np.flatnonzero(areas >= options.floor_share * areas.max())
+        of_face = np.full(len(new), -1)
+        of_face[going] = labels
+        parts = [of_face == floor for floor in floors[np.argsort(-areas[floors], kind="stable")]]
+        out = _as_one(capped.faces, new, parts)
     staying = np.flatnonzero(new & ~out)
     part = face_components(capped.faces[staying])
     highest = np.full(part.max(initial=-1) + 1, -np.inf)
     np.maximum.at(highest, part, heights[staying])
     out[staying[highest[part] < notch_mm]] = True
+    return out
+
+
+def _as_one(
+    faces: Faces, new: Bool[np.ndarray, " f"], floors: list[Bool[np.ndarray, " f"]]
+) -> Bool[np.ndarray, " f"]:
+    """All floors as one opening: what of the cap lies between two is opened where it is narrowest.
+
+    Under an arch the walls from both sides may just meet in a strip, or just not: what is the
+    floor of a heel must not be closed by that. A floor that measured faces part from the others
+    stays closed.
+    """
+    out = floors[0].copy()
+    if len(floors) == 1:
+        return out
+    sides = find_edges(faces).faces()
+    sides = sides[(sides >= 0).all(1)]
+    sides = sides[new[sides].all(1)]
+    links = coo_array((np.ones(len(sides)), tuple(sides.T)), shape=(len(faces),) * 2).tocsr()
+    for floor in floors[1:]:
+        steps = [
+            dijkstra(links, directed=False, indices=start, unweighted=True, min_only=True)
+            for start in (np.flatnonzero(out), np.flatnonzero(floor))
+        ]
+        across = steps[0] + steps[1]
+        nearest = float(across.min())
+        if np.isfinite(nearest):
+            out |= floor | (across <= nearest + _PASSAGE_STEPS)
     return out
 
 
