@@ -28,6 +28,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from limbgram.cases.deliverables import surface_of
+from limbgram.errors import RED_EXIT_CODE
 from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.geometry.similarity import fit_similarity
 from rivals import installed
@@ -49,6 +51,8 @@ REPEATED = (
     "sigma",
 )
 """Figures against the truth that are kept of a repeat."""
+JUDGED = (0, RED_EXIT_CODE)
+"""Exit codes of a program that went all the way: green or amber, and red."""
 LIBRARIES = ("limbgram", "numpy", "numba", "opencv-python-headless", "pycolmap", "scipy")
 
 
@@ -191,7 +195,7 @@ def timed(command: list[str]) -> dict[str, Any]:
     code = os.waitstatus_to_exitcode(status)
     return {
         "exit_code": code,
-        "message": "" if code == 0 else words[-800:],
+        "message": "" if code in JUDGED else words[-800:],
         "wall_s": round(time.perf_counter() - start, 1),
         "cpu_s": round(usage.ru_utime + usage.ru_stime, 1),
         "peak_mb": round(usage.ru_maxrss / 1024),
@@ -200,7 +204,7 @@ def timed(command: list[str]) -> dict[str, Any]:
 
 def score(judge: str, deliverables: Path, source: Path, out: Path) -> dict[str, Any]:
     """The judge's figures that the project promises."""
-    files = [str(deliverables / "surface.stl"), str(source), "--align", "rigid"]
+    files = [str(surface_of(deliverables, ".stl")), str(source), "--align", "rigid"]
     files += ["--poses", str(deliverables / "poses.json"), "--out", str(out)]
     subprocess.run([*shlex.split(judge), *files], stdout=subprocess.DEVNULL, check=True)
     full = json.loads(out.read_text())

@@ -15,6 +15,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from limbgram.errors import RED_EXIT_CODE
+
 Result = dict[str, Any]
 
 
@@ -45,7 +47,7 @@ def made_on(machine: Result) -> str:
 
 
 def _fine(one: Result) -> bool:
-    return one.get("reconstruct", {}).get("exit_code") == 0
+    return one.get("reconstruct", {}).get("exit_code") in (0, RED_EXIT_CODE)
 
 
 def _accuracy(sets: Result) -> str:

@@ -25,6 +25,9 @@ LimbgramError            exit code
                              6   the system or a library ended the program
     Cancelled              130   the user asked to stop
 
+A result that was made and judged red is no refusal: its files are written, named as what they
+are (surface-RED.stl), and the command ends with RED_EXIT_CODE, 7. Green and amber end with 0.
+
 What the system says about a file becomes advice in `disk_advice`, at the edges where it is caught.
 What is told to people goes through `printable`: names of files come from anywhere.
 """
@@ -32,6 +35,8 @@ What is told to people goes through `printable`: names of files come from anywhe
 import errno
 import unicodedata
 
+RED_EXIT_CODE = 7
+"""Of a command whose own answer is a red verdict."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _IN_THE_WAY = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY)
 _UNSEEN = ("Cc", "Cs", "Zl", "Zp")

@@ -32,6 +32,7 @@ from limbgram.measuring import MeasureOptions, measure
 from limbgram.photos import PhotoOptions, PhotoSet, read_photos
 from limbgram.run import Run
 from limbgram.scale import KnownDistance, MetricScene, ScaleOptions, to_millimetres
+from limbgram.shape.measures.taping import TapedGirth, TapeWitnesses, hold_tapes
 from limbgram.surface import (
     Mesh,
     Part,
@@ -60,6 +61,8 @@ class Capture:
     board: Board | None = None
     """The scale board in the scene."""
     distances: tuple[KnownDistance, ...] = ()
+    tapes: tuple[TapedGirth, ...] = ()
+    """Girths taped on the limb: they set nothing and test the size of all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,6 +118,7 @@ class Reconstruction:
     cloud: Cloud
     mesh: Mesh
     """The part that was meant, measured."""
+    tapes: TapeWitnesses
     others: tuple[OtherPart, ...] = ()
 
 
@@ -146,6 +150,7 @@ def reconstruct(
 
     mesh = measured(parts.chosen)
     others = tuple(_if_it_can_be(part, measured) for part in parts.others)
+    tapes = run(hold_tapes, mesh, metric.floor_z_mm, capture.tapes)
     return Reconstruction(
         photos=photos,
         cameras=cameras,
@@ -157,6 +162,7 @@ def reconstruct(
         region=region,
         cloud=cloud,
         mesh=mesh,
+        tapes=tapes,
         others=others,
     )
 

@@ -15,10 +15,23 @@ from limbgram.export.colmap import write_colmap, write_poses
 from limbgram.pipeline import Reconstruction
 from limbgram.report.parts import part_file
 from limbgram.run import track
+from limbgram.shape.doubt import marked_red
 
 
-def deliver(done: Reconstruction, folder: Path, *, unscaled: bool) -> tuple[Path, ...]:
+def surface_of(folder: Path, suffix: str = ".ply") -> Path:
+    """The delivered surface, by whichever name its verdict gave it."""
+    plain = folder / f"surface{suffix}"
+    red = marked_red(plain)
+    return red if red.is_file() and not plain.is_file() else plain
+
+
+def deliver(
+    done: Reconstruction, folder: Path, *, unscaled: bool, red: bool = False
+) -> tuple[Path, ...]:
     """Write every deliverable into a folder; returns what was written.
+
+    Files are what leaves the case: mailed, copied to a carver, renamed by nobody. So it is a
+    shape's own name that says that it is red, `surface-RED.stl`, and no note beside it.
 
     Raises:
         ExportError: a file did not read back as it was written, or there is no scale and
@@ -28,18 +41,22 @@ def deliver(done: Reconstruction, folder: Path, *, unscaled: bool) -> tuple[Path
     for old in folder.glob(part_file("*", "*")):
         old.unlink()  # of a run that found other parts
     mesh, unit = done.mesh, done.metric.scale.unit
+
+    def named(name: str) -> Path:
+        return marked_red(folder / name) if red else folder / name
+
     writes = (
-        lambda: write_stl(mesh, folder / "surface.stl", unit, unscaled=unscaled),
-        lambda: write_dxf(mesh, folder / "surface.dxf", unit, unscaled=unscaled),
-        lambda: write_ply(mesh, folder / "surface.ply", unit, unscaled=unscaled),
-        lambda: write_obj(mesh, folder / "surface.obj", unit, unscaled=unscaled),
-        lambda: write_glb(mesh, folder / "surface.glb", unit, unscaled=unscaled),
-        lambda: write_cloud_ply(done.cloud, folder / "cloud.ply", unit, unscaled=unscaled),
+        lambda: write_stl(mesh, named("surface.stl"), unit, unscaled=unscaled),
+        lambda: write_dxf(mesh, named("surface.dxf"), unit, unscaled=unscaled),
+        lambda: write_ply(mesh, named("surface.ply"), unit, unscaled=unscaled),
+        lambda: write_obj(mesh, named("surface.obj"), unit, unscaled=unscaled),
+        lambda: write_glb(mesh, named("surface.glb"), unit, unscaled=unscaled),
+        lambda: write_cloud_ply(done.cloud, named("cloud.ply"), unit, unscaled=unscaled),
         lambda: write_colmap(done.metric, folder / "colmap", unscaled=unscaled),
         lambda: write_poses(done.metric, folder / "poses.json", unscaled=unscaled),
     )
     parts = (
-        partial(write, other.mesh, folder / part_file(other.part.number, kind), unit)
+        partial(write, other.mesh, named(part_file(other.part.number, kind)), unit)
         for other in done.others
         if other.mesh is not None
         for kind, write in (("stl", write_stl), ("ply", write_ply))

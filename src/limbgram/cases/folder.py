@@ -8,6 +8,7 @@ CASE/report/          pictures; CASE/report.html shows them; CASE/summary.json h
 CASE/accuracy.*       what the case knows of its own error: JSON, page, PDF
 CASE/accuracy-truth.* the same beside a truth that it was compared with
 CASE/case.json        versions, hashes, verdicts, timings
+CASE/superseded/      results of an earlier run that no longer stand, until a run finishes again
 CASE/log.txt          what the libraries said
 """
 
@@ -69,6 +70,10 @@ class CaseFolder:
     @property
     def record(self) -> Path:
         return self.root / "case.json"
+
+    @property
+    def superseded(self) -> Path:
+        return self.root / "superseded"
 
     @property
     def summary(self) -> Path:
@@ -142,9 +147,9 @@ def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
         CaseError: the case holds another file under the same name, or is the photos' own folder.
     """
     wanted: dict[Path, Path] = {}
-    incoming, set_aside = _incoming(sources)
+    files, set_aside = incoming(sources)
     require_apart(case, sources)
-    for source, name in incoming:
+    for source, name in files:
         if wanted.setdefault(name, source).resolve() != source.resolve():
             raise PhotoError(
                 f"{source} and {wanted[name]} have the same name. Results are told by photo "
@@ -165,9 +170,13 @@ def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
     return tuple(set_aside)
 
 
-def _incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[SetAside]]:
-    """Pictures and the names, relative to the photo folder, under which they are kept."""
-    incoming: list[tuple[Path, Path]] = []
+def incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[SetAside]]:
+    """Pictures and the names, relative to the photo folder, under which they are kept.
+
+    Raises:
+        PhotoError: a source does not exist, or there are no photos.
+    """
+    pictures: list[tuple[Path, Path]] = []
     set_aside: list[SetAside] = []
     for source in sources:
         base = source if source.is_dir() else source.parent
@@ -181,9 +190,9 @@ def _incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[Se
                 "are expected."
             )
         candidates = sifted(found)
-        incoming += [(file, file.relative_to(base)) for file in candidates.pictures]
+        pictures += [(file, file.relative_to(base)) for file in candidates.pictures]
         set_aside += candidates.set_aside
-    return incoming, set_aside
+    return pictures, set_aside
 
 
 def _inside(folder: Path) -> list[Path]:

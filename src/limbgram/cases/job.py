@@ -20,6 +20,7 @@ from limbgram.report.page import page_of
 from limbgram.report.pictures import Pictures, draw
 from limbgram.report.summary import summarise
 from limbgram.scale import KnownDistance
+from limbgram.shape.measures.taping import TapedGirth
 from limbgram.targets import Board
 
 
@@ -33,9 +34,20 @@ class Job:
     camera_files: tuple[Path, ...] = ()
     board: Board | None = None
     distances: tuple[KnownDistance, ...] = ()
+    tapes: tuple[TapedGirth, ...] = ()
+    """Girths taped on the limb, to test the size by."""
     unscaled: bool = False
     """Write files even though their unit is not known."""
     options: PipelineOptions = field(default_factory=PipelineOptions)
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a job."""
+
+    reconstruction: Reconstruction
+    verdict: dict[str, Any]
+    """As the summary has it: light, headline, reasons, facts."""
 
 
 def job_tree(job: Job) -> Any:
@@ -47,8 +59,8 @@ def read_job(tree: Any, root: Path) -> Job:
     return from_tree(tree, Job, [], root)
 
 
-def do(job: Job, run: KeepingRun) -> Reconstruction:
-    """Take the photos in, reconstruct, write the report and the files."""
+def do(job: Job, run: KeepingRun) -> Done:
+    """Take the photos in, reconstruct, judge, write the report and the files."""
     case = run.case
     calibrations = _take_cameras_in(job, case)
     left_out = take_in(case, job.sources)
@@ -57,6 +69,7 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
         calibrations=calibrations,
         board=job.board,
         distances=job.distances,
+        tapes=job.tapes,
     )
     done = reconstruct(capture, job.options, run)
     drawn = run(
@@ -69,13 +82,15 @@ def do(job: Job, run: KeepingRun) -> Reconstruction:
         done.mesh,
         done.others,
     )
-    run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled)
-    # Looked at before the summary is written, so that its time stands there too.
+    # Judged before anything is written: files of a red result are named as what they are.
     assessment = run.unkept(assess, evidence_of(case, done))
+    red = assessment.tree["light"] == "red"
+    run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)
     write_accuracy(case, assessment)
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
-    _write_report(case, told, drawn, run)
-    return told
+    summary = summarise(told, assessment.tree, run.timings, run.reused)
+    _write_report(case, summary, drawn)
+    return Done(told, summary["verdict"])
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
@@ -98,8 +113,7 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
     return calibrations
 
 
-def _write_report(case: CaseFolder, done: Reconstruction, drawn: Pictures, run: KeepingRun) -> None:
-    summary = summarise(done, run.timings, run.reused)
+def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures) -> None:
     for picture in drawn.pictures:
         with written_whole(case.report / f"{picture.name}.png") as half:
             half.write_bytes(picture.png.tobytes())

@@ -37,12 +37,23 @@ def write_record(
     run: KeepingRun,
     done: Reconstruction | None = None,
     message: str = "",
+    *,
+    job: str = "",
+    verdict: dict[str, Any] | None = None,
 ) -> None:
-    """Replace case.json."""
+    """Replace case.json.
+
+    Args:
+        job: Key of what was asked for (`standing.key_of`).
+        verdict: Of a finished run, as its summary has it.
+    """
     record = {
         "schema": SCHEMA,
         "state": state,
         "message": message,
+        "verdict": verdict,
+        "superseded": case.superseded.name if case.superseded.is_dir() else None,
+        "job": job,
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": {name: version(name) for name in ("limbgram", *_LIBRARIES)},
         "python": platform.python_version(),
@@ -56,6 +67,12 @@ def write_record(
         "files": _files(case) if state == "finished" else [],
     }
     write_json(case.record, record)
+
+
+def add_message(case: CaseFolder, message: str) -> None:
+    """Tell in case.json of a later run that changed nothing."""
+    record: Any = json.loads(case.record.read_text("utf-8"))
+    write_json(case.record, {**record, "message": message})
 
 
 def write_json(path: Path, content: Any) -> None:

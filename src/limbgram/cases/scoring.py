@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from limbgram.cases.deliverables import surface_of
 from limbgram.cases.folder import CaseFolder
 from limbgram.errors import CaseError
 from limbgram.files import json_of, read_content
@@ -23,7 +24,7 @@ _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 def score_case(case: Path, truth: Path) -> Comparison:
     """Compare the surface that a case delivered with the truth of its capture."""
     deliverables = CaseFolder(case).deliverables
-    surface = trimesh.load_mesh(deliverables / "surface.ply", process=False)
+    surface = trimesh.load_mesh(surface_of(deliverables), process=False)
     found = centres_mm(deliverables / "poses.json")
     true = centres_mm(truth / "cameras.json")
     shared = sorted(found.keys() & true.keys())

@@ -20,7 +20,8 @@ from typing import IO, Any
 from limbgram.cases.folder import CaseFolder, disk_told, locked, sweep
 from limbgram.cases.job import Job, do, read_job
 from limbgram.cases.keeping.store import KeepingRun
-from limbgram.cases.record import State, write_record
+from limbgram.cases.record import State, add_message, write_record
+from limbgram.cases.standing import drop_superseded, finished, key_of, stands, supersede
 from limbgram.errors import Cancelled, LimbgramError
 
 GRACE_S = 20.0
@@ -74,15 +75,32 @@ def work(job: Job, events: Events, stop: int) -> int:
 
 
 def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
-    write_record(run.case, "unfinished", run)
+    case = run.case
+    try:
+        key = key_of(job)
+    except LimbgramError as error:
+        # Nothing of the case was touched: results that lie there still are what they were.
+        if finished(case):
+            add_message(case, f"A later run could not begin: {error}")
+        else:
+            write_record(case, "refused", run, message=str(error))
+        raise
+    same = stands(case, key)
+    if not same:
+        supersede(case)
+        write_record(case, "unfinished", run, job=key)
     try:
         with disk_told(run.case):
             done = do(job, run)
     except LimbgramError as error:
         state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
-        write_record(run.case, state, run, message=str(error))
+        if same:
+            add_message(case, f"A later run with the same photos and options was {state}: {error}")
+        else:
+            write_record(case, state, run, message=str(error), job=key)
         raise
-    write_record(run.case, "finished", run, done)
+    drop_superseded(case)
+    write_record(case, "finished", run, done.reconstruction, job=key, verdict=done.verdict)
     events.send("finished", summary=str(run.case.summary))
     return 0
 

@@ -55,6 +55,7 @@ def demo_command(
     return Reply(
         (*reply_lines(CaseFolder(case), summary, profile=False), *comparison_lines(comparison)),
         {"summary": summary, "comparison": figures},
+        summary["verdict"]["light"],
     )
 
 

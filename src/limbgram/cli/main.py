@@ -37,6 +37,8 @@ No photos at hand? `limbgram demo` makes some and goes all the way.
 - **4**: the photos cannot give the answer: the message says why and what to do
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the case continues
+- **7**: done, and the verdict is RED: files are written and named so (surface-RED.stl); make
+  nothing from them unchecked. GREEN and AMBER end with 0
 - **130**: stopped by Ctrl-C; the same command continues
 """
 

@@ -7,6 +7,7 @@ from typing import Any
 from limbgram.errors import OptionsError
 from limbgram.files import json_of, read_content
 from limbgram.scale import KnownDistance, Pick
+from limbgram.shape.measures.taping import TapedGirth
 from limbgram.targets import Board
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -63,6 +64,18 @@ def parse_box(text: str) -> Box:
         )
     x, y, z, *high = numbers
     return (x, y, z), (high[0], high[1], high[2])
+
+
+def parse_tape(text: str) -> TapedGirth:
+    """A taped girth: 150=354 at a height above the table, widest=354 at the widest place."""
+    place, equals, girth = text.partition("=")
+    if not equals:
+        raise OptionsError(
+            f"{text!r} is no taped girth. Write 150=354 for 354 mm round the limb at 150 mm above "
+            "the table, or widest=354."
+        )
+    height_mm = None if place.strip().lower() == "widest" else _millimetres(place)
+    return TapedGirth(girth_mm=_millimetres(girth), height_mm=height_mm)
 
 
 def _millimetres(text: str) -> float:

@@ -11,7 +11,7 @@ import typer
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job
 from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_distances
+from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.dense import RegionOptions
@@ -48,6 +48,14 @@ def reconstruct_command(
     known_distance: Annotated[
         list[Path] | None,
         typer.Option(help="JSON file of known distances between points picked in the photos."),
+    ] = None,
+    tape: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Girth that a tape read on the limb, in mm, to test the size: 150=354 at 150 mm "
+            "above the table on which the board lies, or widest=354. Repeat it.",
+            show_default=False,
+        ),
     ] = None,
     unscaled: Annotated[
         bool, typer.Option("--unscaled", help="Go on without a scale: the size stays unknown.")
@@ -86,11 +94,14 @@ def reconstruct_command(
         if _boardless(board, no_board, known_distance, unscaled)
         else parse_board(board or DEFAULT_BOARD),
         distances=tuple(d for file in known_distance or () for d in read_distances(file)),
+        tapes=tuple(parse_tape(text) for text in tape or ()),
         unscaled=unscaled,
         options=pipeline_options(surface, box, part),
     )
     summary = run_job(job, as_json)
-    return Reply(reply_lines(CaseFolder(case), summary, profile), summary)
+    return Reply(
+        reply_lines(CaseFolder(case), summary, profile), summary, summary["verdict"]["light"]
+    )
 
 
 def pipeline_options(
@@ -129,7 +140,8 @@ def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...
     ]
     aside = [f"  {part['name']}: {part['reason']}" for part in summary["set_aside"]]
     return (
-        summary["verdict"],
+        summary["verdict"]["headline"],
+        summary["verdict"]["facts"],
         *missing,
         *aside,
         f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",

@@ -11,9 +11,18 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from limbgram.errors import Cancelled, CaseError, LimbgramError, disk_advice, printable
+from limbgram.errors import (
+    RED_EXIT_CODE,
+    Cancelled,
+    CaseError,
+    LimbgramError,
+    disk_advice,
+    printable,
+)
 
 P = ParamSpec("P")
+
+_COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
 
 
 @dataclass(frozen=True)
@@ -24,6 +33,9 @@ class Reply:
     """For people."""
     content: Any
     """For machines."""
+    light: str = ""
+    """Green, amber or red where the first line is a verdict: it has that colour on a terminal, and
+    a red one its own exit code, whatever was written."""
 
 
 def answered(command: Callable[P, Reply]) -> Callable[P, None]:
@@ -47,10 +59,10 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             raise typer.Exit(stopped.exit_code) from None
         if as_json:
             sys.stdout.write(json.dumps(reply.content, indent=1, allow_nan=False) + "\n")
-            return
-        console = Console(highlight=False, soft_wrap=True)
-        for line in reply.lines:
-            console.print(Text(printable(line)))
+        else:
+            _say(reply)
+        if reply.light == "red":
+            raise typer.Exit(RED_EXIT_CODE)
 
     answer.__annotations__ = {**command.__annotations__, "return": None}
     return answer
@@ -63,6 +75,13 @@ def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Rep
         if error.errno is None:  # no answer of the system: a fault of ours
             raise
         raise CaseError(disk_advice(error)) from error
+
+
+def _say(reply: Reply) -> None:
+    console = Console(highlight=False, soft_wrap=True)
+    for idx, line in enumerate(reply.lines):
+        colour = _COLOURS.get(reply.light, "") if idx == 0 else ""
+        console.print(Text(printable(line), style=colour))
 
 
 def refuse_in_json(kind: str, message: str, exit_code: int) -> None:

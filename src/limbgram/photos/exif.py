@@ -37,6 +37,7 @@ def read_exif(picture: Image.Image) -> Exif:
         focal_mm=_positive(details.get(Base.FocalLength)),
         focal_35mm=_positive(details.get(Base.FocalLengthIn35mmFilm)),
         aperture=_positive(details.get(Base.FNumber)),
+        subject_m=_positive(details.get(Base.SubjectDistance)),
         quarter_turns=turns,
         mirrored=mirrored,
     )

@@ -19,6 +19,8 @@ class Exif:
     focal_mm: float | None = None
     focal_35mm: float | None = None
     aperture: float | None = None
+    subject_m: float | None = None
+    """Distance at which the lens says that it was focused."""
     quarter_turns: int = 0
     """Clockwise quarter turns that show the stored pixels upright."""
     mirrored: bool = False

@@ -11,15 +11,19 @@ from typing import Any
 from limbgram.report.document.html import document, shown, table
 from limbgram.report.parts import parts_section
 from limbgram.report.pictures import Pictures
-from limbgram.report.summary import MOST_LEFT_OUT
 
 _STYLE = """
 :root { color-scheme: light; }
 body { font: 15px/1.5 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif;
   color: #22303a; background: #fff; max-width: 66rem; margin: 2rem auto 4rem; padding: 0 1.2rem; }
 h1 { font-size: 1.5rem; margin: 0 0 .4rem; } h2 { font-size: 1.1rem; margin: 2.2rem 0 .5rem; }
-.verdict { font-size: 1.15rem; border-left: .4rem solid #3c8d5a; padding: .5rem .9rem;
-  background: #f1f6f3; } .verdict.doubt { border-color: #b8403a; background: #fbf1f0; }
+.verdict { font-size: 1.15rem; border-left: .6rem solid; padding: .6rem .9rem; }
+.verdict b { color: #fff; border-radius: .3rem; padding: .05rem .6rem; margin-right: .6rem;
+  letter-spacing: .04em; }
+.verdict ul { font-size: .95rem; margin: .4rem 0 0; }
+.verdict.green { border-color: #2f7d4f; background: #f0f7f2; } .green b { background: #2f7d4f; }
+.verdict.amber { border-color: #a8690a; background: #fdf6ea; } .amber b { background: #a8690a; }
+.verdict.red { border-color: #b8403a; background: #fbf0ef; } .red b { background: #b8403a; }
 .use { color: #5c6a73; } figure { margin: 0 0 1.6rem; } img { max-width: 100%; height: auto; }
 figcaption { color: #46545d; font-size: .92rem; max-width: 52rem; }
 table { border-collapse: collapse; font-size: .88rem; } td, th { padding: .2rem .8rem .2rem 0;
@@ -47,6 +51,7 @@ _STAGES = {
     "refine": "Even triangles",
     "measure": "Measure the surface",
     "draw": "Pictures",
+    "hold tapes": "Taped girths",
     "deliver": "Files",
     "assess": "Accuracy",
     "assess case": "Accuracy",
@@ -64,7 +69,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
     """The report as one self-contained page."""
     sections = (
         f"<h1>{escape(title)}</h1>",
-        f'<p class="verdict{_doubt(summary)}">{escape(summary["verdict"])}</p>',
+        _verdict(summary["verdict"]),
         '<p><a href="accuracy.html">How accurate is it, and what limits it?</a></p>',
         f'<p class="use">{escape(summary["intended_use"])}</p>',
         parts_section(summary["parts"], summary["unit"]),
@@ -80,12 +85,17 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
     return document(title, sections, _STYLE)
 
 
-def _doubt(summary: dict[str, Any]) -> str:
-    """Not green: without scale or its check, or with photos or parts of the surface missing."""
-    checked = any(length["role"] == "check" for length in summary["scale"]["lengths"])
-    complete = all(photo["placed"] for photo in summary["photos"])
-    whole = summary["mesh"]["left_out_share"] <= MOST_LEFT_OUT
-    return "" if summary["unit"] == "mm" and checked and complete and whole else " doubt"
+def _verdict(verdict: dict[str, Any]) -> str:
+    """The light that the accuracy has, in its colour and in words, and every reason for it."""
+    word = verdict["light"].upper()
+    said = verdict["headline"].removeprefix(word).lstrip(": ")
+    others = [reason for reason in verdict["reasons"] if reason not in said]
+    items = "".join(f"<li>{escape(reason)}</li>" for reason in others)
+    return (
+        f'<div class="verdict {verdict["light"]}"><b>{word}</b>{escape(said)}'
+        + (f"<ul>{items}</ul>" if items else "")
+        + f'</div>\n<p class="use">{escape(verdict["facts"])}</p>'
+    )
 
 
 def _lengths(summary: dict[str, Any]) -> str:

@@ -1,12 +1,13 @@
 """The summary: the figures of a case for machines, and its verdict for people.
 
-In      the products of one reconstruction, what each stage cost.
+In      the products of one reconstruction, its accuracy, what each stage cost.
 Out     a JSON tree (SCHEMA) that the page shows and `summary.json` keeps.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,12 @@ from limbgram.report.drawings.charts import image_scales
 from limbgram.report.parts import parts_tree
 from limbgram.run import Timing
 from limbgram.scale.metric import Scale
+from limbgram.shape.doubt import marked_red
 from limbgram.surface.mesh import Mesh
 
-SCHEMA = "limbgram-summary/1"
+SCHEMA = "limbgram-summary/2"
 MOST_LEFT_OUT = 0.05
-"""Of the surface: what it lacks of itself beyond this part is told in the first line."""
+"""Of the surface: what it lacks of itself beyond this part is told below the verdict."""
 
 INTENDED_USE = (
     "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
@@ -33,19 +35,30 @@ INTENDED_USE = (
 Json = dict[str, Any]
 
 
-def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[str] = ()) -> Json:
-    """Everything that can be said of a reconstruction in figures; NaN becomes None."""
+def summarise(
+    done: Reconstruction, assessed: Json, timings: Sequence[Timing], reused: Sequence[str] = ()
+) -> Json:
+    """Everything that can be said of a reconstruction in figures; NaN becomes None.
+
+    Args:
+        assessed: The tree of its accuracy: the verdict is that one's, word by word.
+    """
     scene, scale = done.metric.scene, done.metric.scale
     residuals = scene.residuals_px()
     tree: Json = {
         "schema": SCHEMA,
-        "verdict": headline(
-            scale,
-            scene.verdicts,
-            done.photos.set_aside,
-            left_out_share(done.mesh),
-            len(done.others),
-        ),
+        "verdict": {
+            "light": assessed["light"],
+            "headline": assessed["headline"],
+            "reasons": assessed["reasons"],
+            "facts": facts(
+                scale,
+                scene.verdicts,
+                done.photos.set_aside,
+                left_out_share(done.mesh),
+                len(done.others),
+            ),
+        },
         "intended_use": INTENDED_USE,
         "unit": scale.unit,
         "scale": _scale(scale),
@@ -71,13 +84,23 @@ def summarise(done: Reconstruction, timings: Sequence[Timing], reused: Sequence[
         "image_scale": [asdict(one) for one in image_scales(done.photos, done.metric)],
         "cloud": {"points": len(done.cloud), "spacing": done.cloud.spacing_mm},
         "mesh": mesh_figures(done.mesh),
-        "parts": parts_tree(done),
+        "parts": _named(parts_tree(done), assessed["light"]),
         "stages": [
             {**asdict(timing), "reused": name in reused}
             for name, timing in zip(_kept_names(timings), timings, strict=True)
         ],
     }
     return finite(tree)
+
+
+def _named(parts: list[Json], light: str) -> list[Json]:
+    """Files of a red result have its mark in their names."""
+    return [
+        {**part, "file": marked_red(Path(part["file"])).name}
+        if light == "red" and part["file"]
+        else part
+        for part in parts
+    ]
 
 
 def _kept_names(timings: Sequence[Timing]) -> list[str]:
@@ -89,14 +112,14 @@ def _kept_names(timings: Sequence[Timing]) -> list[str]:
     return names
 
 
-def headline(
+def facts(
     scale: Scale,
     verdicts: Sequence[PhotoVerdict],
     set_aside: Sequence[SetAside],
     left_out: float = 0.0,
     others: int = 0,
 ) -> str:
-    """The first line of the page: scale, its check, photos placed, what was left out."""
+    """The line below the verdict: scale, its check, photos placed, what was left out."""
     placed = sum(verdict.placed for verdict in verdicts)
     parts = [_scale_sentence(scale), f"{placed} of {len(verdicts)} photos placed"]
     if set_aside:

@@ -62,6 +62,8 @@ class Limb:
     origins: tuple[Origin, ...] = ()
     """Files that it is known to come from, the nearest first: by these a shape and what was made
     from it lie as they were made. Who gives the mesh other axes moves these along."""
+    doubt: str = ""
+    """Why nothing may be made of it unchecked; kept in the limb file of whatever comes of it."""
     notes: tuple[str, ...] = ()
     """What was odd about that file and how it was taken."""
 

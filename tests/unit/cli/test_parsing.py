@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from limbgram.cli.calibrate import as_board
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, read_distances
+from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.errors import OptionsError
+from limbgram.shape.measures.taping import TapedGirth
 
 
 def test_boards() -> None:
@@ -75,3 +76,17 @@ def test_what_is_no_distance_is_refused(tmp_path: Path, content: str) -> None:
 def test_a_missing_distance_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OptionsError, match="cannot be read"):
         read_distances(tmp_path / "none.json")
+
+
+def test_taped_girths() -> None:
+    assert parse_tape("150=354") == TapedGirth(girth_mm=354, height_mm=150)
+    assert parse_tape(" Widest = 354.5 ") == TapedGirth(girth_mm=354.5)
+    assert parse_tape("-20=354").place == "at -20 mm above the table"
+
+
+@pytest.mark.parametrize(
+    "text", ["", "354", "150=", "=354", "150=a", "max=354", "150=35e9", "1=nan"]
+)
+def test_what_is_no_taped_girth_is_refused(text: str) -> None:
+    with pytest.raises(OptionsError):
+        parse_tape(text)

@@ -14,7 +14,7 @@ from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.page import page_of
 from limbgram.report.pictures import Pictures
-from limbgram.report.summary import headline
+from limbgram.report.summary import facts
 from limbgram.scale.metric import LengthCheck, Scale
 
 
@@ -70,23 +70,28 @@ def scale(*lengths: LengthCheck, unit: str = "mm") -> Scale:
     return Scale(unit=unit, source=source, relative_sigma=1e-4, lengths=lengths)  # type: ignore[arg-type]
 
 
-def test_the_headline_says_scale_check_and_what_is_missing() -> None:
-    checked = headline(scale(length("control", 0.1), length("check", -0.002)), [], [])
+def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
+    checked = facts(scale(length("control", 0.1), length("check", -0.002)), [], [])
     assert "checked on 1 other lengths" in checked
     assert "0.200%" in checked
-    assert "not checked" in headline(scale(length("control", 0.0)), [], [])
-    assert headline(scale(unit="unitless"), [], []).startswith("NO SCALE")
-    assert "1 file was set aside" in headline(scale(), [], [SetAside("a", "b")])
-    assert "31% of the measured surface" in headline(scale(), [], [], 0.31)
-    assert "surface" not in headline(scale(), [], [], 0.01)
+    assert "not checked" in facts(scale(length("control", 0.0)), [], [])
+    assert facts(scale(unit="unitless"), [], []).startswith("NO SCALE")
+    assert "1 file was set aside" in facts(scale(), [], [SetAside("a", "b")])
+    assert "31% of the measured surface" in facts(scale(), [], [], 0.31)
+    assert "surface" not in facts(scale(), [], [], 0.01)
 
 
-def summary(unit: str, lengths: list[dict[str, object]], placed: bool) -> dict[str, object]:
+def summary(light: str, lengths: list[dict[str, object]], placed: bool) -> dict[str, object]:
     photo = {"name": "<a>.jpg", "placed": placed, "features": 1, "points": 1, "rms_px": None}
     return {
-        "verdict": "5 < 6 & so on",
+        "verdict": {
+            "light": light,
+            "headline": f"{light.upper()}: 5 < 6 & so on",
+            "reasons": ["5 < 6 & so on", "another <reason>"],
+            "facts": "3 of 4 photos",
+        },
         "intended_use": "use",
-        "unit": unit,
+        "unit": "mm",
         "scale": {"lengths": lengths},
         "photos": [{**photo, "reason": "" if placed else "too dark", "remarks": []}],
         "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
@@ -102,17 +107,17 @@ CHECK = {"label": "x", "role": "check", "known_mm": 1.0, "measured_mm": 1.0, "er
 PICTURES = Pictures((Picture("p", "Title", "Caption", np.zeros(3, np.uint8)),))
 
 
-def test_the_page_escapes_names_and_doubts_what_is_unproved() -> None:
-    sure = page_of(summary("mm", [CHECK], placed=True), PICTURES, "A <case>")
-    assert '<p class="verdict">5 &lt; 6 &amp; so on</p>' in sure
-    assert "&lt;a&gt;.jpg" in sure
-    assert "<h1>A &lt;case&gt;</h1>" in sure
-    for unsure in (
-        summary("unitless", [CHECK], placed=True),
-        summary("mm", [{**CHECK, "role": "control"}], placed=True),
-        summary("mm", [CHECK], placed=False),
-    ):
-        assert 'class="verdict doubt"' in page_of(unsure, PICTURES, "A")
+@pytest.mark.parametrize("light", ["green", "amber", "red"])
+def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light: str) -> None:
+    """Whatever else the summary says: a photo that is not placed makes no red page by itself."""
+    page = page_of(summary(light, [CHECK], placed=False), PICTURES, "A <case>")
+    banner = page[page.index('<div class="verdict') : page.index("</div>")]
+    assert banner.startswith(f'<div class="verdict {light}"><b>{light.upper()}</b>')
+    assert banner.count("5 &lt; 6 &amp; so on") == 1
+    assert "another &lt;reason&gt;" in banner
+    assert "3 of 4 photos" in page
+    assert "&lt;a&gt;.jpg" in page
+    assert "<h1>A &lt;case&gt;</h1>" in page
 
 
 def test_tables_mark_numbers_and_bad_rows() -> None:

@@ -47,6 +47,7 @@ def evidence_of(case: CaseFolder, done: Reconstruction) -> Evidence:
         detections=done.detections,
         metric=done.metric,
         mesh=done.mesh,
+        tapes=done.tapes,
     )
 
 

@@ -16,6 +16,7 @@ from limbgram.errors import CaseError
 from limbgram.photos.photo import Photo, PhotoSet
 from limbgram.report.accuracy import Evidence
 from limbgram.scale.metric import MetricScene
+from limbgram.shape.measures.taping import TapeWitnesses
 from limbgram.surface.mesh import Mesh
 from limbgram.targets.detections import BoardDetections
 
@@ -30,7 +31,7 @@ def kept_evidence(case: CaseFolder) -> Evidence:
             finished with.
     """
     keys = _keys_of_finished(case)
-    board = keys.get("find_board")
+    board, tapes = keys.get("find_board"), keys.get("hold_tapes")
     return Evidence(
         name=_name(case),
         photos=_read(case, keys, "read_photos", PhotoSet),
@@ -38,6 +39,7 @@ def kept_evidence(case: CaseFolder) -> Evidence:
         detections=None if board is None else _read(case, keys, "find_board", BoardDetections),
         metric=_read(case, keys, "to_millimetres", MetricScene),
         mesh=_read(case, keys, "measure", Mesh),
+        tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
     )
 
 

@@ -48,7 +48,7 @@ def accuracy_command(
     folder = CaseFolder(case)
     with display(as_json) as shown:
         tree = Run(listener=shown.listen)(assess_case, folder, truth, align.value)
-    return Reply(accuracy_lines(folder, tree), tree)
+    return Reply(accuracy_lines(folder, tree), tree, tree["light"])
 
 
 def accuracy_lines(case: CaseFolder, tree: dict[str, Any]) -> tuple[str, ...]:

@@ -92,6 +92,7 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
                 frame=record.frame,
                 sock_mm=record.sock_mm,
                 kind=record.kind,
+                doubt=record.doubt,
                 origins=record.made_from,
             )
             again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)

@@ -24,7 +24,7 @@ from limbgram.report.accuracy.figures import (
 )
 from limbgram.report.accuracy.figures.truth import Alignment
 from limbgram.report.accuracy.glossary import glossary_tree
-from limbgram.report.accuracy.judgement import criteria, expectation, headline, worst
+from limbgram.report.accuracy.judgement import criteria, expectation, headline, reasons, worst
 from limbgram.report.accuracy.limits import findings
 from limbgram.report.alignment import Truth
 from limbgram.report.document.trees import ACCURACY_SCHEMA, finite
@@ -77,6 +77,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         "unit": evidence.unit,
         "light": worst(judged),
         "headline": headline(figures, judged),
+        "reasons": [one.sentence for one in reasons(judged)],
         "intended_use": INTENDED_USE,
         "criteria": [asdict(one) for one in judged],
         "findings": [asdict(one) for one in findings(figures)],

@@ -1,11 +1,12 @@
 """Evidence: the products of a finished reconstruction from which its accuracy is read."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from limbgram.calibration.cameras import Cameras
 from limbgram.photos.photo import PhotoSet
 from limbgram.scale.metric import MetricScene
+from limbgram.shape.measures.taping import TapeWitnesses
 from limbgram.surface.mesh import Mesh
 from limbgram.targets.detections import BoardDetections
 
@@ -25,6 +26,8 @@ class Evidence:
     detections: BoardDetections | None
     metric: MetricScene
     mesh: Mesh
+    tapes: TapeWitnesses = field(default_factory=TapeWitnesses)
+    """Girths that were taped on the limb, beside the mesh's."""
 
     @property
     def unit(self) -> str:

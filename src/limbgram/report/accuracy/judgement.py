@@ -8,8 +8,8 @@ Limits  for capture of limb shapes: a tenth of a percent of scale and a few tent
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
 from limbgram.measuring.uncertainty import CAMERAS
@@ -46,7 +46,8 @@ class _Limit:
     title: str
     unit: str
     green: float
-    red: float
+    red: float = math.inf
+    """Infinite where the figure alone spoils nothing."""
 
     def judge(self, value: float, sentence: str, unknown: Light = "amber") -> Criterion:
         """Compare; a figure that is not known gets the light `unknown`."""
@@ -69,6 +70,25 @@ WHICH = _Limit("which_part", "Bodies beside the surface, none of them chosen by 
 """Never red: a body is a twentieth of all, so there are at most twenty."""
 MISSING = _Limit("photos_missing", "Photos that could not be placed", "%", 10.0, 50.0)
 GAP = _Limit("gap", "Widest gap between photos, seen from the limb", "deg", 60.0, 150.0)
+AROUND = _Limit("around", "Directions round the limb without surface", "%", 10.0, 25.0)
+"""A tape over a gap of 10 % of the way round (36 degrees) of a 50 mm radius reads 0.5 mm too
+little, over one of 25 % 7.8 mm: 2 r (a - sin a) for half the gap's angle a. Good captures have 0 to
+2 %."""
+OPEN = _Limit("open", "Surface missing beyond one brim", "%", 5.0, 25.0)
+"""A limb of 50 mm radius and 240 mm that is open at its distal end too has 8 %, half a shell 40 %,
+good captures 0 to 1 %."""
+LENS = _Limit("lens", "Camera: photos against its calibration", "sigmas", 3.0)
+"""Never red by itself: what it does to the size, a length tells. Six good captures have 0.5 to 1.0,
+one with a focal length 3 % wrong 6.6."""
+LENS_PATTERN = _Limit("lens_pattern", "Camera: pattern in the residuals", "px", 0.05)
+_PATTERN_SIGMAS = 0.5
+"""A pattern below so many sigmas of one coordinate is not told from noise."""
+TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
+"""Of the tape: green within what 95 of 100 readings are. Four of them (6 mm) are 1.7 % of a girth
+of 350 mm, three plies of sock: no error of reading."""
+FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
+"""Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
+counts, such as inches taken for centimetres."""
 MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
 SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
 GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
@@ -119,7 +139,13 @@ def criteria(figures: Json) -> tuple[Criterion, ...]:
     """Every figure that has a limit, judged."""
     truth = figures["truth"]
     surface = _expected(figures) if truth is None else _against_truth(truth)
-    return (*_scale(figures), *surface, *_completeness(figures))
+    return (
+        *_scale(figures),
+        *_independent(figures),
+        *surface,
+        *_completeness(figures),
+        *_cameras(figures),
+    )
 
 
 def worst(judged: Sequence[Criterion]) -> Light:
@@ -128,20 +154,57 @@ def worst(judged: Sequence[Criterion]) -> Light:
 
 
 def headline(figures: Json, judged: Sequence[Criterion]) -> str:
-    """The first line: light, millimetres, reason."""
+    """The first line: light, reason, millimetres."""
     light = worst(judged)
+    word = light.upper()
     if figures["lengths"]["unit"] != "mm":
-        return f"{light.upper()}: no millimetres. {judged[0].sentence}"
+        more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
+        return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_told(more)))
     main = next(one for one in judged if one.key == "surface_p95")
-    first = f"{light.upper()}: {main.value:.2f} mm. {main.sentence}"
+    unchecked = not size_is_checked(figures, judged)
     if light == "green":
-        return f"{first} {judged[0].sentence}"
-    reasons = [
-        one.sentence
-        for one in judged
-        if one.light == light and one is not main and one.key != "surface_rms"
-    ]
-    return " ".join((first, *(f"But: {reason}" for reason in reasons[:2])))
+        size = " for the shape; size unchecked: it rests on one board alone, and no length off it "
+        doubt = f"{size}was given" if unchecked else ""
+        colon = "." if unchecked else ":"
+        return f"{word}{doubt}{colon} {main.value:.2f} mm. {main.sentence} {judged[0].sentence}"
+    grave = [one for one in reasons(judged) if one.light == light and one is not main]
+    doubt = " The size is unchecked: it rests on one board alone." if unchecked else ""
+    return f"{word}: {' '.join(_told(grave) or [main.sentence])} {_measured(main)}{doubt}".strip()
+
+
+def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
+    """What is not green, the worst first; what is missing and what size it has before the rest."""
+    doubtful = [one for one in judged if one.light != "green"]
+    first = (AROUND.key, GAP.key, TAPE.key)
+    return tuple(sorted(doubtful, key=lambda one: (-_ORDER.index(one.light), one.key not in first)))
+
+
+def size_is_checked(figures: Json, judged: Sequence[Criterion]) -> bool:
+    """Whether a length that owes nothing to what set the scale agrees with it.
+
+    Lengths between a board's own corners are no such lengths: a board printed too large as a whole
+    is too large in all of them.
+    """
+    lengths = figures["lengths"]
+    taped = [one for one in judged if one.key == TAPE.key]
+    return (
+        lengths["source"] != "board"
+        or figures["truth"] is not None
+        or lengths["checked_off_the_board"]
+        or any(one.light == "green" for one in taped)
+    )
+
+
+def _told(grave: Sequence[Criterion]) -> list[str]:
+    """The first two reasons; the surface's RMS says what its 95 % say."""
+    return [one.sentence for one in grave if one.key != SURFACE_RMS.key][:2]
+
+
+def _measured(main: Criterion) -> str:
+    """How sure the rest is, which makes up for nothing that is missing."""
+    if not math.isfinite(main.value) or main.light != "green":
+        return ""
+    return f"What was measured is sure to {main.value:.2f} mm."
 
 
 def _scale(figures: Json) -> tuple[Criterion, ...]:
@@ -170,6 +233,76 @@ def _scale(figures: Json) -> tuple[Criterion, ...]:
             two_sigma, f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)."
         ),
     )
+
+
+def _independent(figures: Json) -> Iterator[Criterion]:
+    """What owes nothing to the scale's own source: tapes, and the distance in EXIF."""
+    if figures["lengths"]["unit"] != "mm":
+        return
+    for tape in figures["lengths"]["tapes"]:
+        yield _taped(tape, figures["lengths"]["source"])
+    ratio = figures["images"]["distance_over_stated"]
+    if math.isfinite(ratio):
+        factor = max(ratio, 1 / ratio)
+        yield FOCUSED.judge(
+            factor,
+            f"The photos say that the lens was focused {factor:.1f} times as "
+            f"{'near' if ratio > 1 else 'far'} as the limb is by this scale"
+            + (": was the length given in another unit?" if factor > FOCUSED.green else "."),
+        )
+
+
+def _taped(tape: Json, source: str) -> Criterion:
+    if tape["reason"]:
+        return TAPE.judge(
+            math.nan,
+            f"The taped girth {tape['place']} could not be compared: {tape['reason'].rstrip('.')}.",
+        )
+    off_mm, sigma_mm = tape["error_mm"], tape["sigma_mm"]
+    said = (
+        f"The tape read {tape['read_mm']:g} mm {tape['place']}; the surface has "
+        f"{tape['measured_mm']:.1f} mm there ({tape['error']:+.1%}, a tape is sure to "
+        f"{_TWO_SIDED_95 * sigma_mm:.0f} mm)"
+    )
+    judged = TAPE.judge(abs(off_mm) / sigma_mm, f"{said}.")
+    if judged.light == "green":
+        return judged
+    cause = (
+        "the scale board is probably not as large as stated: measure a row of its squares"
+        if source == "board"
+        else "a known distance was probably mistyped: measure it again"
+    )
+    return replace(judged, sentence=f"{said}: {cause}, and tape again.")
+
+
+def _cameras(figures: Json) -> Iterator[Criterion]:
+    """What the photos say against the calibrations that were given."""
+    limit_px = max(LENS_PATTERN.green, _PATTERN_SIGMAS * figures["network"]["sigma0_robust_px"])
+    for camera, lens in zip(figures["residuals"]["by_camera"], figures["cameras"], strict=True):
+        if lens["source"] != "board":
+            continue
+        name = lens["label"] or f"camera {lens['camera'] + 1}"
+        free = [one for one in lens["parameters"] if math.isfinite(one["contradicted_sigmas"])]
+        if free:
+            worst_one = max(free, key=lambda one: abs(one["contradicted_sigmas"]))
+            sigmas = abs(worst_one["contradicted_sigmas"])
+            yield LENS.judge(
+                sigmas,
+                f"The photos contradict the camera file of {name}: they say another "
+                f"{worst_one['name']}, by {sigmas:.1f} sigmas. Was zoom or focus touched since the "
+                "calibration, or is it another camera's file?"
+                if sigmas > LENS.green
+                else f"The photos agree with the camera file of {name}.",
+            )
+        pattern = camera["systematic_px"]
+        if math.isfinite(pattern):
+            yield replace(LENS_PATTERN, green=limit_px).judge(
+                pattern,
+                f"The residuals of {name} follow a pattern over the picture ({pattern:.3f} px): "
+                "its lens is not what the camera file says."
+                if pattern > limit_px
+                else f"The residuals of {name} follow no pattern over the picture.",
+            )
 
 
 def _expected(figures: Json) -> tuple[Criterion, ...]:
@@ -214,9 +347,26 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
     surface, images = figures["surface"], figures["images"]
     ring = figures["network"]["ring"]
     gap = math.nan if ring is None else ring["largest_gap_deg"]
+    around = surface["around"]
+    round_about, beyond = 100 * around["missing_share"], 100 * around["open_share"]
     filled, left_out = 100 * surface["filled_share"], 100 * surface["left_out_share"]
     missing = images["photos"] - images["placed"]
     return (
+        AROUND.judge(
+            round_about,
+            f"{round_about:.0f} % of the directions round the limb have no measured surface (the "
+            f"widest gap is {around['widest_gap_deg']:.0f} degrees, seen from its middle): a tape "
+            "there would run over air."
+            if round_about > AROUND.green
+            else f"{round_about:.0f} % of the directions round the limb have no measured surface.",
+        ),
+        OPEN.judge(
+            beyond,
+            f"The surface is open beyond one brim: {beyond:.0f} % of it would be needed to close "
+            "the rest."
+            if beyond > OPEN.green
+            else "The surface is open at one brim at most.",
+        ),
         FILLED.judge(filled, f"{filled:.1f} % of the surface was filled in; no photo measured it."),
         LEFT_OUT.judge(
             left_out,

@@ -30,6 +30,8 @@ _SYSTEMATIC_SIGMAS = 0.5
 _ODD_PHOTO = 2.0
 _MOVED_SIGMAS = 3.0
 _FILLED = 0.02
+_NOT_ROUND = 0.10
+_OPEN = 0.05
 _LEFT_OUT = 0.02
 _CHECK_OFF = 0.001
 
@@ -65,12 +67,13 @@ def _scale(figures: Json) -> Iterator[Finding]:
             "No second length checks the scale: a mistyped or misprinted length goes unnoticed.",
             "Give one more known distance between marks that the photos show.",
         )
-    elif not lengths["checked_off_the_board"]:
+    elif not lengths["checked_off_the_board"] and not lengths["tapes"]:
         yield Finding(
-            "note",
-            "All check lengths lie on the board itself: a board printed too large or too small "
-            "as a whole would go unnoticed.",
-            "Measure ten printed squares with a ruler once; or tape a girth and compare it.",
+            "worth doing",
+            "The size rests on one board alone: all check lengths lie on the board itself, and "
+            "one that is printed or stated too large as a whole would go unnoticed.",
+            "Tape a girth and say so: `--tape 150=354` for 354 mm round the limb at 150 mm above "
+            "the table, or `--tape widest=354`. Or measure ten printed squares with a ruler.",
         )
     if lengths["check_worst"] > _CHECK_OFF:
         yield Finding(
@@ -89,6 +92,22 @@ def _scale(figures: Json) -> Iterator[Finding]:
 
 def _surface(figures: Json) -> Iterator[Finding]:
     surface = figures["surface"]
+    if surface["around"]["missing_share"] > _NOT_ROUND:
+        yield Finding(
+            "serious",
+            f"{surface['around']['missing_share']:.0%} of the directions round the limb have no "
+            f"measured surface; the widest gap is {surface['around']['widest_gap_deg']:.0f} "
+            "degrees.",
+            "Walk all the way round in steps of 20 degrees or less; look which photos were not "
+            "placed.",
+        )
+    if surface["around"]["open_share"] > _OPEN:
+        yield Finding(
+            "serious",
+            f"The surface is open beyond one brim: {surface['around']['open_share']:.0%} of it is "
+            "missing there.",
+            "Take photos that look at the open places squarely, at the limb's end from above.",
+        )
     if surface["sigma"] is None:
         yield Finding(
             "note",
@@ -206,12 +225,13 @@ def _lens(figures: Json) -> Iterator[Finding]:
         moved = [
             one["name"]
             for one in lens["parameters"]
-            if lens["source"] == "board" and abs(one["moved_sigmas"]) > _MOVED_SIGMAS
+            if lens["source"] == "board" and abs(one["contradicted_sigmas"]) > _MOVED_SIGMAS
         ]
         if moved:
             yield Finding(
                 "worth doing",
-                f"{', '.join(moved)} of {name} moved by more than three sigmas of the calibration.",
+                f"The photos contradict the calibration of {name} by more than three sigmas "
+                f"({', '.join(moved)}).",
                 "Was the focus or zoom touched since? Calibrate again with this set-up.",
             )
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from limbgram.errors import ShapeFileError
 from limbgram.files import read_content
 from limbgram.geometry.rigid import Rigid
+from limbgram.shape.doubt import doubt_of_name
 from limbgram.shape.limb import Limb, LimbFrame, Origin
 from limbgram.shape.reading.aop import read_aop_soup
 from limbgram.shape.reading.glb import read_glb
@@ -81,6 +82,9 @@ def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
     _require_one_side(soup.frame, record, path)
     limb = _limb(path, soup, record, factor)
     own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
+    doubt = (record.doubt if record is not None else "") or doubt_of_name(path.name)
+    if doubt:
+        limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
     limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
     if isinstance(found, OfAnother):
         limb = replace(limb, notes=(*limb.notes, _unused(path, found)))

@@ -24,6 +24,7 @@ _FORMAT, _VERSION = "limbgram limb", 1
 _LARGEST_BYTES = 4_000_000
 _MOST_LANDMARKS = 1000
 _LONGEST_NAME = 80
+_LONGEST_DOUBT = 400
 _MOST_ORIGINS = 100
 _SIDES: tuple[Side, ...] = ("left", "right", "none")
 _ROUNDING = 1e-6
@@ -51,6 +52,7 @@ class LimbRecord:
     """None also in files older than this entry."""
     made_from: tuple[Origin, ...]
     """The nearest first; none in files older than this entry."""
+    doubt: str = ""
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
@@ -72,6 +74,7 @@ def encode_record(limb: Limb, mesh_name: str, mesh_hash: str, mm_per_unit: float
         "side": None if frame is None else frame.side,
         "limb_from_mesh": None if frame is None else _tree(frame.limb_from_mesh),
         "sock_mm": limb.sock_mm,
+        "doubt": limb.doubt,
         "landmarks": [
             {"name": mark.name, "position_mm": mark.position_mm.tolist()} for mark in limb.landmarks
         ],
@@ -142,6 +145,7 @@ def _record(tree: dict[str, Any]) -> LimbRecord:
         sock_mm=sock_mm,
         kind=_kind(tree.get("kind")),
         made_from=tuple(_origin(origin) for origin in made_from),
+        doubt=str(tree.get("doubt", ""))[:_LONGEST_DOUBT],
     )
 
 

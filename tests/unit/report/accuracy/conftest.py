@@ -102,7 +102,10 @@ def make_scene() -> MakeScene:
 
 @pytest.fixture
 def evidence(make_scene: MakeScene) -> Evidence:
-    """The whole case; its photos' files do not exist, its mesh carries no sigmas."""
+    """The whole case; its photos' files do not exist, its mesh carries no sigmas.
+
+    The tube stands on the floor, so its one brim is the upper one.
+    """
     scene = make_scene()
     exif = Exif(make="Make", model="Model", focal_mm=50.0)
     photos = tuple(
@@ -123,7 +126,7 @@ def evidence(make_scene: MakeScene) -> Evidence:
         photos=PhotoSet(photos, (group,)),
         cameras=Cameras((given,)),
         detections=None,
-        metric=MetricScene(scene=scene, scale=scale),
+        metric=MetricScene(scene=scene, scale=scale, floor_z_mm=0.0),
         mesh=tube(),
     )
 

@@ -1,5 +1,6 @@
 """Lights, first line and advice follow the figures, at their limits exactly."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,12 @@ from limbgram.measuring import uncertainty as sources
 from limbgram.report.accuracy import Evidence, assess
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95
 from limbgram.scale.metric import Scale
+from limbgram.shape.measures.taping import TapedGirth, TapeWitness, TapeWitnesses
 from limbgram.surface.mesh import Part, Relation, Repairs
+
+RADIUS_MM = 50.0
+GIRTH_MM = 2 * math.pi * RADIUS_MM
+"""Of the tube."""
 
 
 def tree_of(evidence: Evidence) -> dict[str, Any]:
@@ -176,3 +182,117 @@ def test_a_body_apart_leaves_a_doubt_until_the_user_chooses(with_sigmas: Evidenc
     assert "part 2" in tree["headline"]
     assert "--part" in tree["headline"]
     assert tree_of(with_part(with_sigmas, "apart", 0.0, given=True))["light"] == "green"
+
+
+def with_tape(found: Evidence, read_mm: float, sigma_mm: float = 1.5) -> Evidence:
+    """A tape on the tube, whose girth is that of its radius."""
+    witness = TapeWitness(
+        taped=TapedGirth(girth_mm=read_mm), measured_mm=GIRTH_MM, sigma_mm=sigma_mm
+    )
+    return replace(found, tapes=TapeWitnesses((witness,)))
+
+
+def on_one_board(found: Evidence) -> Evidence:
+    """Scaled by a board alone: every check lies between its own corners."""
+    scale = found.metric.scale
+    lengths = tuple(replace(one, label=f"board, {one.label}") for one in scale.lengths)
+    scale = replace(scale, source="board", lengths=lengths)
+    return replace(found, metric=replace(found.metric, scale=scale))
+
+
+def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evidence) -> None:
+    tree = tree_of(on_one_board(with_sigmas))
+    assert tree["light"] == "green"
+    assert tree["headline"].startswith("GREEN for the shape; size unchecked: it rests on one board")
+    taped = tree_of(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
+    assert taped["headline"].startswith("GREEN: 0.20 mm.")
+    assert not any("one board alone" in one["what"] for one in taped["findings"])
+    typed = on_one_board(with_sigmas)
+    other = replace(typed.metric.scale.lengths[1], label="A-B")
+    scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
+    checked = tree_of(replace(typed, metric=replace(typed.metric, scale=scale)))
+    assert checked["headline"].startswith("GREEN: 0.20 mm.")
+
+
+@pytest.mark.parametrize(
+    ("off_mm", "sigma_mm", "light"),
+    [
+        (2.9, 1.5, "green"),
+        (-2.9, 1.5, "green"),
+        (3.1, 1.5, "amber"),
+        (-6.1, 1.5, "red"),
+        (6.1, 4.0, "green"),
+        (-0.1 * 2 * math.pi * RADIUS_MM, 1.5, "red"),
+    ],
+)
+def test_a_tape_is_believed_within_its_own_error_and_no_further(
+    with_sigmas: Evidence, off_mm: float, sigma_mm: float, light: str
+) -> None:
+    tree = tree_of(with_tape(on_one_board(with_sigmas), GIRTH_MM + off_mm, sigma_mm))
+    assert tree["light"] == light
+    named = "the scale board is probably not as large as stated" in tree["headline"]
+    assert named == (light != "green")
+    assert ("unchecked" in tree["headline"]) == (light != "green")
+
+
+def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) -> None:
+    witness = TapeWitness(
+        taped=TapedGirth(girth_mm=300, height_mm=40),
+        measured_mm=math.nan,
+        sigma_mm=math.nan,
+        reason="the surface has no whole girth there",
+    )
+    tree = tree_of(replace(on_one_board(with_sigmas), tapes=TapeWitnesses((witness,))))
+    assert tree["light"] == "amber"
+    assert (
+        "girth at 40 mm above the table could not be compared: the surface has no"
+        in tree["headline"]
+    )
+    assert "unchecked" in tree["headline"]
+
+
+@pytest.mark.parametrize(("stated_m", "light"), [(0.9, "green"), (0.5, "amber"), (9.0, "red")])
+def test_a_scale_that_contradicts_the_focus_is_questioned(
+    with_sigmas: Evidence, stated_m: float, light: str
+) -> None:
+    photos = tuple(
+        replace(photo, exif=replace(photo.exif, subject_m=stated_m))
+        for photo in with_sigmas.photos.photos
+    )
+    found = replace(with_sigmas, photos=replace(with_sigmas.photos, photos=photos))
+    tree = tree_of(found)
+    assert tree["light"] == light
+    assert ("another unit" in tree["headline"]) == (light != "green")
+
+
+@pytest.mark.parametrize(("sigmas", "light"), [(2.9, "green"), (-3.1, "amber"), (300.0, "amber")])
+def test_a_camera_that_the_photos_contradict_is_amber(
+    with_sigmas: Evidence, sigmas: float, light: str
+) -> None:
+    given = with_sigmas.cameras.calibrations[0]
+    assert with_sigmas.metric.scene.lens_covariance is not None
+    after = with_sigmas.metric.scene.lens_covariance[0, 0, 0]
+    learned = math.sqrt(given.covariance[0, 0] - after)
+    moved = replace(given.camera, fx=given.camera.fx - sigmas * learned)
+    cameras = replace(with_sigmas.cameras, calibrations=(replace(given, camera=moved),))
+    tree = tree_of(replace(with_sigmas, cameras=cameras))
+    assert tree["light"] == light
+    assert ("say another fx" in tree["headline"]) == (light != "green")
+
+
+def test_half_a_limb_is_red_though_every_photo_was_placed(with_sigmas: Evidence) -> None:
+    mesh = with_sigmas.mesh
+    y = mesh.vertices_mm[:, 1]
+    half = replace(mesh, faces=mesh.faces[(y[mesh.faces] >= 0).all(1)])
+    tree = tree_of(replace(with_sigmas, mesh=half))
+    assert tree["light"] == "red"
+    assert "directions round the limb have no measured surface" in tree["headline"]
+    assert tree["headline"].startswith("RED: ")
+    assert tree["reasons"][0] in tree["headline"]
+
+
+def test_every_reason_is_kept_the_gravest_first(with_sigmas: Evidence) -> None:
+    tree = tree_of(with_tape(with_check(with_sigmas, 0.002), GIRTH_MM + 30))
+    assert [one["light"] for one in tree["criteria"] if one["light"] != "green"]
+    assert "tape read" in tree["reasons"][0]
+    assert "A-B is off" in tree["reasons"][1]

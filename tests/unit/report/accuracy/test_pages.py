@@ -118,7 +118,7 @@ def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
 
 @pytest.mark.parametrize("words", [3, 40])
 def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, words: int) -> None:
-    tree = {**assess(with_sigmas).tree, "headline": "RED: " + "word " * words}
+    tree = {**assess(with_sigmas).tree, "light": "red", "headline": "RED: " + "word " * words}
     figure = Figure(figsize=PAGE_IN)
     below = _banner(figure, tree)
     box = next(one for one in figure.artists if isinstance(one, Rectangle))

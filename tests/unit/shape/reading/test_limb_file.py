@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from limbgram.errors import ExportError, ShapeFileError
+from limbgram.export import write_ply
 from limbgram.export.workshop import in_limb_frame, write_limb, write_limb_file
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
@@ -50,6 +51,20 @@ def test_it_keeps_everything(tmp_path: Path, limb: Limb) -> None:
     np.testing.assert_array_equal(read.landmarks[0].position_mm, limb.landmarks[0].position_mm)
     ours, theirs = limb.frame.limb_from_mesh, read.frame.limb_from_mesh
     np.testing.assert_array_equal(theirs.matrix_3x4, ours.matrix_3x4)
+
+
+def test_a_red_surface_is_told_by_its_name_and_by_what_is_made_of_it(
+    tmp_path: Path, limb: Limb
+) -> None:
+    assert read_limb(write_limb(limb, tmp_path / "surface.ply")).doubt == ""
+    for name in ("surface-RED.ply", "surface-RED-unitless.ply"):
+        write_ply(limb.mesh, tmp_path / name, "mm")
+        red = read_limb(tmp_path / name)
+        assert "verdict is RED" in red.doubt
+        assert red.notes[0] == red.doubt
+    again = read_limb(write_limb(red, tmp_path / "rectified.stl"))
+    assert again.doubt == red.doubt
+    assert again.notes[0] == red.doubt
 
 
 def test_it_names_what_a_shape_was_made_from(tmp_path: Path, limb: Limb) -> None:

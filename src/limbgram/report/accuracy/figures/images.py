@@ -26,8 +26,11 @@ def image_figures(evidence: Evidence) -> Json:
     for remark in remarks(photos):
         said.setdefault(remark.name, []).append(remark.text)
     rows: list[Json] = []
+    stated: list[float] = []
     for photo, verdict in zip(photos.photos, scene.verdicts, strict=True):
         scale = scales.get(photo.name)
+        if scale is not None and photo.exif.subject_m is not None:
+            stated.append(scale.distance_mm / (1000 * photo.exif.subject_m))
         rows.append(
             {
                 "name": photo.name,
@@ -50,6 +53,7 @@ def image_figures(evidence: Evidence) -> Json:
         ],
         "pixel": _median([row["pixel"] for row in rows]),
         "distance": _median([row["distance"] for row in rows]),
+        "distance_over_stated": _median(stated),
         "edge_width_px": _median([row["edge_width_px"] for row in rows]),
         "noise_grey": _noise(evidence),
         "by_photo": rows,

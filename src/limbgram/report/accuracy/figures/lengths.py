@@ -4,6 +4,7 @@ import numpy as np
 
 from limbgram.report.accuracy.evidence import Evidence, Json
 from limbgram.scale.metric import LengthCheck
+from limbgram.shape.measures.taping import TapeWitness
 
 _BOARD_LABEL = "board, "
 """How `scale.plate` labels lengths between the board's own corners."""
@@ -25,6 +26,7 @@ def length_figures(evidence: Evidence) -> Json:
         "check_worst": max((abs(one.error) for one in checks), default=float("nan")),
         "check_worst_label": max(checks, key=lambda one: abs(one.error)).label if checks else "",
         "checked_off_the_board": any(not one.label.startswith(_BOARD_LABEL) for one in checks),
+        "tapes": [_tape(one) for one in evidence.tapes.found] if scale.unit == "mm" else [],
         "board": _board(evidence),
     }
 
@@ -37,6 +39,19 @@ def _length(one: LengthCheck) -> Json:
         "error_mm": one.measured_mm - one.known_mm,
         "error": one.error,
         "sigma_mm": one.sigma_mm,
+    }
+
+
+def _tape(one: TapeWitness) -> Json:
+    off_mm = one.measured_mm - one.taped.girth_mm
+    return {
+        "place": one.taped.place,
+        "read_mm": one.taped.girth_mm,
+        "measured_mm": one.measured_mm,
+        "error_mm": off_mm,
+        "error": off_mm / one.taped.girth_mm,
+        "sigma_mm": one.sigma_mm,
+        "reason": one.reason,
     }
 
 

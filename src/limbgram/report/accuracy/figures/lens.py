@@ -11,6 +11,8 @@ from limbgram.geometry.projection import POSE_SIZE
 from limbgram.mapping.scene import Scene
 from limbgram.report.accuracy.evidence import Evidence, Json
 
+_LEAST_LEARNED = 1e-4
+"""Of the variance before: less than this is rounding."""
 IN_PIXELS = ("fx", "fy", "cx", "cy", "skew")
 """Lens parameters with a unit; the others have none."""
 
@@ -48,6 +50,9 @@ def _camera(
                 "calibrated": float(before[k]),
                 "calibrated_sigma": float(given.sigmas[k]),
                 "moved_sigmas": _ratio(after[k] - before[k], given.sigmas[k]),
+                "contradicted_sigmas": _contradiction(
+                    after[k] - before[k], given.sigmas[k], sigmas[k]
+                ),
                 "held": bool(given.sigmas[k] == 0),
             }
             for k, name in enumerate(PARAMETERS)
@@ -62,6 +67,19 @@ def _sigmas(covariance: Float64[np.ndarray, "10 10"]) -> Float64[np.ndarray, "10
 
 def _ratio(shift: float, sigma: float) -> float:
     return float(shift / sigma) if sigma > 0 else float("nan")
+
+
+def _contradiction(shift: float, before: float, after: float) -> float:
+    """The shift over the sigma that it has where calibration and photos agree.
+
+    What is known before and learned from independent photos moves by chance with the variance that
+    was lost on the way, before^2 - after^2. A tight calibration hardly moves however wrong it is;
+    by this measure it is seen.
+    """
+    if not (before > 0 and np.isfinite(after)):
+        return _ratio(shift, before)
+    learned = max(before**2 - after**2, _LEAST_LEARNED * before**2)
+    return float(shift / np.sqrt(learned))
 
 
 def _correlations(covariance: Float64[np.ndarray, "10 10"] | None) -> Any:

@@ -14,6 +14,7 @@ from scipy.special import erf
 from limbgram.geometry.camera import View
 from limbgram.measuring.visibility import incidence_cosines
 from limbgram.report.accuracy.evidence import Evidence, Json
+from limbgram.report.accuracy.figures.around import around_figures
 from limbgram.surface.mesh import Mesh, Part
 from limbgram.surface.topology import boundary_half_edges
 
@@ -47,6 +48,7 @@ def surface_figures(evidence: Evidence) -> Json:
         "part_given": repairs is not None and repairs.part_given,
         "holes_filled": 0 if repairs is None else repairs.holes_filled,
         "openings": openings(mesh),
+        "around": around_figures(mesh, evidence.metric.floor_z_mm),
         "photos_per_place": _photos_per_place(mesh, evidence.metric.scene.views),
         "sigma": _sigma(mesh, areas),
     }

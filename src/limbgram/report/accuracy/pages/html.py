@@ -29,11 +29,11 @@ from limbgram.report.drawings.drawing import Picture
 def accuracy_page(tree: dict[str, Any], pictures: Sequence[Picture]) -> str:
     """The assessment as one self-contained page."""
     title = f"How accurate is {tree['case']}?"
-    word, _, reason = tree["headline"].partition(":")
+    word = tree["light"].upper()
+    reason = tree["headline"].removeprefix(word).lstrip(": ")
     sections = (
         f"<h1>{escape(title)}</h1>",
-        f'<p class="light {tree["light"]}"><b>{escape(word)}</b><span>{escape(reason.strip())}'
-        "</span></p>",
+        f'<p class="light {tree["light"]}"><b>{escape(word)}</b><span>{escape(reason)}</span></p>',
         _cards(tree),
         f'<p class="note">{escape(MEANING)}</p>',
         "<h2>What limits this result, and what to do</h2>",
@@ -79,7 +79,7 @@ def _criteria(judged: Sequence[dict[str, Any]]) -> str:
             "not known" if one["value"] is None else f"{one['value']:.3g}",
             one["unit"],
             f"{one['green']:g}",
-            f"{one['red']:g}",
+            "never" if one["red"] is None else f"{one['red']:g}",
             one["light"],
             one["sentence"],
         )

@@ -25,6 +25,8 @@ from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, RE
 
 _LIGHTS = {"green": GREEN, "amber": "#a8690a", "red": RED}
 _WRAP = 104
+_CRITERIA_HIGHEST = 0.225
+"""What is left for the table of criteria above the foot of the page."""
 _SHOWN_FINDINGS = 6
 _HEADLINE, _HEADLINE_PAD, _HEADLINE_TOP = 0.0155, 0.010, 0.942
 """Height of a line of the verdict, room round them, top of its box, as shares of the page."""
@@ -65,8 +67,9 @@ def _first(tree: Tree, pictures: Sequence[Picture]) -> Figure:
 def _banner(figure: Figure, tree: Tree) -> float:
     """The verdict in a box as high as its words; returns where the box ends."""
     colour = _LIGHTS[tree["light"]]
-    word, _, reason = tree["headline"].partition(":")
-    lines = textwrap.wrap(reason.strip(), 84)[:4]
+    word = tree["light"].upper()
+    reason = tree["headline"].removeprefix(word).lstrip(": ")
+    lines = textwrap.wrap(reason, 84)[:4]
     height = _HEADLINE * max(len(lines), 1) + 2 * _HEADLINE_PAD
     below = _HEADLINE_TOP - height
     middle = below + height / 2
@@ -100,7 +103,7 @@ def _findings(figure: Figure, found: Sequence[dict[str, str]], top: float) -> fl
 
 
 def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
-    height = 0.0165 * (len(judged) + 1)
+    height = min(0.0165 * (len(judged) + 1), _CRITERIA_HIGHEST)
     axes = figure.add_axes((0.07, 0.28 - height, 0.86, height))
     axes.set_axis_off()
     rows = [
@@ -108,7 +111,7 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
             one["title"],
             "not known" if one["value"] is None else f"{one['value']:.3g} {one['unit']}",
             f"{one['green']:g} {one['unit']}",
-            f"{one['red']:g} {one['unit']}",
+            "never" if one["red"] is None else f"{one['red']:g} {one['unit']}",
             one["light"],
         )
         for one in judged

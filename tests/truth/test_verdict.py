@@ -1,0 +1,198 @@
+"""One verdict: what the terminal, the page, the files, the JSON and the exit code say of a capture.
+
+A surface that lacks half of the limb must not look right anywhere, and a size that nothing confirms
+must not look confirmed.
+"""
+
+import json
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from limbgram.cases.scoring import read_truth_mesh
+from limbgram.cli.main import app
+from limbgram.shape.measures.taping import TapedGirth, hold_tapes
+from limbgram.surface.mesh import Mesh
+from limbgram.synthetic import SMALL, make_capture
+
+PHOTOS = 12
+TAPED_AT_MM = 150
+"""Above the table."""
+
+
+def limbgram(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A capture, its camera file and a finished case of all photos."""
+    folder = tmp_path_factory.mktemp("verdict")
+    make_capture(folder / "capture", replace(SMALL, photos=PHOTOS, width_px=600, height_px=400))
+    board = ("--board", "14x10", "--square", 10)
+    camera = folder / "camera.json"
+    result = limbgram("calibrate", folder / "capture" / "calibration", *board, "-o", camera)
+    assert result.exit_code == 0, result.output
+    result = limbgram("reconstruct", *photos(folder), "--camera", camera, "-o", folder / "case")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.startswith("GREEN")
+    return folder
+
+
+def photos(folder: Path) -> list[Path]:
+    return sorted((folder / "capture" / "images").iterdir())
+
+
+def again(folder: Path, name: str, *words: object) -> Result:
+    """The finished case run again under another name, so that it takes up what did not change."""
+    case = folder / name
+    if not case.exists():
+        shutil.copytree(folder / "case", case)
+    camera = () if "--camera" in words else ("--camera", folder / "camera.json")
+    return limbgram("reconstruct", *photos(folder), *camera, "-o", case, *words)
+
+
+def told(case: Path) -> dict[str, Any]:
+    """What the case says of itself; that every place says the same is tested on the way."""
+    summary = json.loads((case / "summary.json").read_text("utf-8"))
+    record = json.loads((case / "case.json").read_text("utf-8"))
+    accuracy = json.loads((case / "accuracy.json").read_text("utf-8"))
+    verdict = summary["verdict"]
+    assert record["verdict"] == verdict
+    assert {key: accuracy[key] for key in ("light", "headline", "reasons")} == {
+        key: verdict[key] for key in ("light", "headline", "reasons")
+    }
+    light = verdict["light"]
+    assert verdict["headline"].startswith(light.upper())
+    page = (case / "report.html").read_text("utf-8")
+    assert f'<div class="verdict {light}"><b>{light.upper()}</b>' in page
+    assert page.count('<div class="verdict') == 1
+    assert f'<p class="light {light}">' in (case / "accuracy.html").read_text("utf-8")
+    names = {file["path"] for file in record["files"]}
+    assert ("deliverables/surface-RED.stl" in names) == (light == "red")
+    assert ("deliverables/surface.stl" in names) == (light != "red")
+    return accuracy
+
+
+def criterion(accuracy: dict[str, Any], key: str) -> dict[str, Any]:
+    (found,) = (one for one in accuracy["criteria"] if one["key"] == key)
+    return found
+
+
+def tape_mm(folder: Path) -> float:
+    """What a tape reads on the true limb."""
+    vertices, faces = read_truth_mesh(folder / "capture" / "truth" / "mesh.ply")
+    skin = Mesh(
+        vertices_mm=vertices["xyz"].astype(float), faces=faces[(vertices["cap"][faces] == 0).all(1)]
+    )
+    (held,) = hold_tapes(skin, 0.0, (TapedGirth(girth_mm=300, height_mm=TAPED_AT_MM),)).found
+    return held.measured_mm
+
+
+def test_a_whole_limb_is_green_and_its_size_is_said_to_rest_on_the_board(folder: Path) -> None:
+    accuracy = told(folder / "case")
+    assert accuracy["light"] == "green"
+    assert accuracy["headline"].startswith("GREEN for the shape; size unchecked")
+    assert criterion(accuracy, "around")["value"] < 5
+    assert criterion(accuracy, "open")["value"] < 3
+    assert criterion(accuracy, "lens")["light"] == "green"
+
+
+def test_half_a_ring_is_red_everywhere(folder: Path) -> None:
+    case = folder / "half"
+    half = photos(folder)[: PHOTOS // 2 + 1]
+    camera = folder / "camera.json"
+    result = limbgram("reconstruct", *half, "--camera", camera, "-o", case)
+    assert result.exit_code == 7, result.output
+    assert result.stdout.startswith("RED: ")
+    assert "directions round the limb" in result.stdout.splitlines()[0]
+    accuracy = told(case)
+    assert accuracy["images"]["placed"] == len(half)
+    assert 25 < criterion(accuracy, "around")["value"] < 60
+    said = limbgram("accuracy", case, "--json")
+    assert said.exit_code == 7
+    assert json.loads(said.stdout)["headline"] == accuracy["headline"]
+    in_json = limbgram("reconstruct", *half, "--camera", camera, "-o", case, "--json")
+    assert in_json.exit_code == 7
+    assert json.loads(in_json.stdout)["verdict"]["light"] == "red"
+
+
+def test_what_reads_a_red_surface_says_so_also_after_its_axes_are_known(
+    folder: Path, tmp_path: Path
+) -> None:
+    red = folder / "half" / "deliverables" / "surface-RED.stl"
+    copied = shutil.copy(red, tmp_path / "scan-RED.stl")
+    words = ("align", copied, "--side", "left", "--axis", "+z", "--proximal", "-z")
+    for command in ((*words, "--anterior", "+y"), ("measure", copied), ("export", copied, "--to",
+        "obj", "-o", tmp_path / "out.obj", "--side", "left")):  # fmt: skip
+        result = limbgram(*command)
+        assert "verdict is RED" in result.output, result.output
+    renamed = tmp_path / "out.obj"
+    assert "verdict is RED" in limbgram("measure", renamed).output
+
+
+def test_three_photos_are_red(folder: Path) -> None:
+    case = folder / "three"
+    few = photos(folder)[:3]
+    result = limbgram("reconstruct", *few, "--camera", folder / "camera.json", "-o", case)
+    assert result.exit_code == 7, result.output
+    assert told(case)["light"] == "red"
+
+
+def test_every_third_photo_is_red_though_the_ring_is_closed(folder: Path) -> None:
+    case = folder / "sparse"
+    few = photos(folder)[::2]
+    result = limbgram("reconstruct", *few, "--camera", folder / "camera.json", "-o", case)
+    assert result.exit_code == 7, result.output
+    assert criterion(told(case), "around")["light"] == "red"
+
+
+def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None:
+    tape = f"{TAPED_AT_MM}={tape_mm(folder):.0f}"
+    assert again(folder, "taped", "--tape", tape).exit_code == 0
+    accuracy = told(folder / "taped")
+    assert accuracy["headline"].startswith("GREEN: ")
+    assert "unchecked" not in accuracy["headline"]
+    assert criterion(accuracy, "tape")["value"] < 1
+    assert limbgram("accuracy", folder / "taped").exit_code == 0
+    larger = ("--board", "charuco:7x5:33:24.2:4X4_50")
+    result = again(folder, "larger", *larger)
+    assert result.exit_code == 0
+    assert told(folder / "larger")["headline"].startswith("GREEN for the shape; size unchecked")
+    result = again(folder, "larger", *larger, "--tape", tape)
+    assert result.exit_code == 7
+    assert "the scale board is probably not as large as stated" in result.stdout.splitlines()[0]
+    assert math.isclose(criterion(told(folder / "larger"), "tape")["value"], 20, rel_tol=0.5)
+
+
+def test_a_wrong_focal_length_is_amber_at_least(folder: Path) -> None:
+    tree = json.loads((folder / "camera.json").read_text("utf-8"))
+    for name in ("fx", "fy"):
+        tree["parameters"][name] *= 1.03
+    wrong = folder / "wrong camera.json"
+    wrong.write_text(json.dumps(tree), "utf-8")
+    again(folder, "wrong lens", "--camera", wrong)
+    accuracy = told(folder / "wrong lens")
+    assert accuracy["light"] != "green"
+    assert "camera file" in accuracy["headline"]
+
+
+def test_a_refused_run_sets_the_green_page_aside(folder: Path) -> None:
+    case = folder / "refused"
+    shutil.copytree(folder / "case", case)
+    result = again(folder, "refused", "--board", "charuco:9x6:20:15:5X5_100")
+    assert result.exit_code == 4
+    assert not (case / "report.html").exists()
+    assert not (case / "deliverables").exists()
+    assert 'class="verdict green"' in (case / "superseded" / "report.html").read_text("utf-8")
+    assert json.loads((case / "case.json").read_text("utf-8"))["superseded"] == "superseded"
+    assert limbgram("accuracy", case).exit_code == 3
+    assert again(folder, "refused").exit_code == 0
+    assert np.all(told(case)["light"] == "green")
+    assert not (case / "superseded").exists()
