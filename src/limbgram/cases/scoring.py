@@ -56,7 +56,7 @@ def read_truth_mesh(path: Path) -> tuple[np.ndarray, Faces]:
             raise ValueError("other properties")
         vertices = np.frombuffer(body, _VERTEX, counts["vertex"])
         faces = np.frombuffer(body, _FACE, counts["face"], vertices.nbytes)
-    except (ValueError, KeyError, IndexError) as error:
+    except (ValueError, KeyError, IndexError, OverflowError) as error:
         raise _no_truth(path, error) from error
     corners = np.ascontiguousarray(faces["corners"])
     whole = len(body) == vertices.nbytes + faces.nbytes and (faces["count"] == 3).all()
