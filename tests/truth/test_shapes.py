@@ -83,3 +83,21 @@ def test_a_way_over_a_real_limb_is_as_long_there_as_back(data_folder: Path) -> N
         back = length_mm(shortest_path(limb.mesh, vertices[end], vertices[start]))
         assert way == pytest.approx(back, rel=1e-6)
         assert way >= np.linalg.norm(vertices[start] - vertices[end])
+
+
+def test_a_bulge_that_a_plane_just_meets_does_not_lift_the_tape(data_folder: Path) -> None:
+    """At 216 mm five points of a bulge stand beside the stump's section: they are no limb."""
+    limb = read_limb(data_folder / "shapes" / "ampscan" / "stl_file.stl")
+    options = AlignOptions(
+        side="left", proximal=np.array([0, 0, 1.0]), anterior=np.array([0, 1.0, 0])
+    )
+    limb = align(limb, options)
+    rows = measure(limb, MeasureOptions(heights_mm=(215.9, 216.0, 216.1))).rows
+    before, at, after = (row.figures["tape_mm"] for row in rows)
+    assert before is not None
+    assert at is not None
+    assert after is not None
+    assert rows[1].level is not None
+    assert rows[1].level.left_out == 1
+    assert rows[1].loops == 1
+    assert at.value == pytest.approx((before.value + after.value) / 2, abs=0.4)

@@ -1,6 +1,8 @@
 """The limb: a surface with what a clinician knows of it."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Literal, get_args
 
 from limbgram.geometry.arrays import Vector3
@@ -69,3 +71,26 @@ class Limb:
 
     def with_mesh(self, mesh: Mesh) -> "Limb":
         return replace(self, mesh=mesh)
+
+
+def names_apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Names each of which stands once: those that stood before get a number behind them."""
+    taken = set(names)
+    found: list[str] = []
+    for name in names:
+        own, number = name, 1
+        while own in found or (number > 1 and own in taken):
+            number += 1
+            own = f"{name} ({number})"
+        found.append(own)
+    return tuple(found)
+
+
+def likeliest(name: str, known: Iterable[str]) -> str:
+    """A question after the name that was probably meant, to end a refusal; empty if none is like.
+
+    Capitals do not count, and a slip of the pen leaves more than half of the letters (difflib).
+    """
+    by_small = {one.casefold(): one for one in known}
+    near = get_close_matches(name.strip().casefold(), by_small, n=1)
+    return f' Was "{by_small[near[0]]}" meant?' if near else ""

@@ -60,6 +60,20 @@ def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
     assert read.frame.side == "left"
 
 
+def test_the_natural_name_is_taken(scan: Path) -> None:
+    """scan.ply to scan.stl: the limb file of the one is no reason to refuse the other."""
+    before = scan.with_name("scan.limb.json").read_bytes()
+    wanted = scan.with_name("scan.stl")
+    exported(scan, "--to", "stl", "-o", str(wanted))
+    read = read_limb(wanted)
+    assert read.notes == ()
+    assert read.frame is not None
+    assert read.frame.side == "left"
+    np.testing.assert_allclose(np.ptp(read.mesh.vertices_mm[:, 2]), 60, atol=1e-3)
+    assert scan.with_name("scan.limb.json").read_bytes() == before
+    assert read_limb(scan).frame is not None
+
+
 def test_aop_and_its_mirror_check(scan: Path) -> None:
     content = exported(scan, "--to", "aop", "--side", "left", "--spokes", "120", "--line-end", "cr")
     read = read_limb(Path(str(content["written"])))

@@ -233,8 +233,8 @@ def export_command(
 
 
 def _free_default(shape: Path, to: FormatName) -> Path:
-    """Beside the shape under its name; kinds that get a limb file, SHAPE.limb.json, need a name
-    of their own each: one limb file describes one mesh.
+    """Beside the shape under its name; kinds of shape under one that says that they are exports,
+    so that nobody takes them for the scan.
 
     A file that lies there may be a scan or a case's own: nobody has said that it may go.
     """

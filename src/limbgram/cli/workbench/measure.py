@@ -201,7 +201,8 @@ def _row_line(row: Row) -> str:
     reach = "" if tape is None else plus_minus(tape.interval, 2)
     spread = f"   tape {reach}" if reach else ""
     parts = f"   {row.loops} loops" if row.loops > 1 else ""
-    return start + "".join(cells) + spread + parts
+    crumbs = f"   {row.level.left_out} crumbs left out" if row.level.left_out else ""
+    return start + "".join(cells) + spread + parts + crumbs
 
 
 def _tape_line(check: TapeCheck, reference_mm: float) -> str:

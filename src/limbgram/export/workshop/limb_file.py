@@ -11,14 +11,13 @@ from limbgram.export.obj import write_obj
 from limbgram.export.ply import write_ply
 from limbgram.export.stl import write_stl
 from limbgram.export.writing import require, write_file
-from limbgram.files import json_of
 from limbgram.shape.limb import Limb
 from limbgram.shape.reading.reading import read_mesh
 from limbgram.shape.reading.sidecar import (
     LimbRecord,
     encode_record,
     hash_of,
-    limb_file_beside,
+    limb_file_for,
     read_record,
 )
 from limbgram.surface.mesh import Mesh
@@ -41,7 +40,6 @@ def write_limb(limb: Limb, path: Path) -> Path:
             f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
             "endings; PLY keeps colours and uncertainty."
         )
-    _keep_off(path)
     written = write(limb.mesh, path, "mm")
     # The mesh first: stopped between the two, an older limb file has another hash and is refused.
     mm_per_unit = 1000.0 if path.suffix.lower() == ".glb" else 1.0
@@ -52,7 +50,7 @@ def write_limb(limb: Limb, path: Path) -> Path:
 def write_limb_file(
     limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0, sha256: str | None = None
 ) -> Path:
-    """Write `<stem>.limb.json` beside a mesh's file that is there already.
+    """Write the limb file beside a mesh's file that is there already.
 
     Args:
         mm_per_unit: Millimetres in one unit of the mesh's file.
@@ -61,7 +59,6 @@ def write_limb_file(
     Raises:
         ExportError: that file does not hold this limb's mesh.
     """
-    _keep_off(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
     if sha256 is not None and sha256 != mesh_hash:
         raise ExportError(
@@ -77,7 +74,7 @@ def write_limb_file(
 
 
 def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: float) -> Path:
-    path = limb_file_beside(mesh_path)
+    path = limb_file_for(mesh_path)
 
     def encode(stream: BinaryIO) -> None:
         stream.write(encode_record(limb, mesh_path.name, mesh_hash, mm_per_unit))
@@ -99,22 +96,6 @@ def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: floa
         require(again == written.read_bytes(), f"{path.name}: another record")
 
     return write_file(path, encode, check)
-
-
-def _keep_off(mesh_path: Path) -> None:
-    """A limb file of another shape with the same stem must not be lost."""
-    path = limb_file_beside(mesh_path)
-    if not path.is_file():
-        return
-    try:
-        owner = json_of(path.read_bytes())["mesh"]["file"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return
-    if owner != mesh_path.name and (mesh_path.parent / str(owner)).is_file():
-        raise ExportError(
-            f"{path.name} holds the landmarks and axes of {owner} and would be overwritten. "
-            f"Choose another name than {mesh_path.name}."
-        )
 
 
 def _same_surface(one: Mesh, other: Mesh) -> bool:

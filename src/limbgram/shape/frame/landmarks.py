@@ -13,7 +13,7 @@ import numpy as np
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.geometry.arrays import Vector3
-from limbgram.shape.limb import KINDS, Kind, Landmark, Limb
+from limbgram.shape.limb import KINDS, Kind, Landmark, Limb, likeliest
 from limbgram.surface.closest import TriangleTree
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
@@ -170,7 +170,8 @@ def landmark(limb: Limb, name: str) -> Landmark:
             return mark
     have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
     raise MeasureError(
-        f"The limb has no landmark {name!r}; it has {have}. Pick it with "
+        f"The limb has no landmark {name!r}; it has {have}."
+        f"{likeliest(name, (mark.name for mark in limb.landmarks))} Pick it with "
         "`limbgram align --landmark`, or choose another."
     )
 

@@ -1,6 +1,7 @@
 """The limb file: what is known of a shape beyond its triangles, as JSON beside the mesh's file.
 
-`scan.ply` has `scan.limb.json`. It holds the hash of the mesh's file, so it is never taken for
+`scan.ply` has `scan.limb.json`; where that is there and belongs to `scan.ply`, `scan.stl` has
+`scan.stl.limb.json`. It holds the hash of the mesh's file, so it is never taken for
 that of another shape. Places are in the mesh's frame, in millimetres. It names what the mesh was
 made from by hash and motion; files older than that entry do not, and older versions pass over it.
 """
@@ -56,7 +57,29 @@ class LimbRecord:
 
 
 def limb_file_beside(mesh_path: Path) -> Path:
-    return mesh_path.with_name(f"{mesh_path.stem}{LIMB_FILE_ENDING}")
+    """`scan.limb.json` of `scan.ply`; and `scan.stl.limb.json` of `scan.stl`, where it has one."""
+    own = _own_limb_file(mesh_path)
+    return own if own.is_file() else mesh_path.with_name(f"{mesh_path.stem}{LIMB_FILE_ENDING}")
+
+
+def limb_file_for(mesh_path: Path) -> Path:
+    """Where the limb file of a mesh is written: never over that of a namesake that is still there.
+
+    `scan.ply` and `scan.stl` may be one limb in two formats, or two limbs: each keeps its own.
+    """
+    path = limb_file_beside(mesh_path)
+    owner = mesh_path.name
+    if path.is_file():
+        try:
+            owner = str(json_of(read_content(path, _LARGEST_BYTES, ShapeFileError))["mesh"]["file"])
+        except (ShapeFileError, ValueError, KeyError, TypeError):
+            owner = mesh_path.name
+    of_another = owner != mesh_path.name and (mesh_path.parent / Path(owner).name).is_file()
+    return _own_limb_file(mesh_path) if of_another else path
+
+
+def _own_limb_file(mesh_path: Path) -> Path:
+    return mesh_path.with_name(f"{mesh_path.name}{LIMB_FILE_ENDING}")
 
 
 def hash_of(content: bytes) -> str:
@@ -138,9 +161,12 @@ def _record(tree: dict[str, Any]) -> LimbRecord:
     sock_mm = float(tree["sock_mm"])
     if not 0 <= sock_mm < 100:
         raise ValueError("a length that cannot be")
+    landmarks = tuple(_landmark(mark) for mark in marks)
+    if len({mark.name for mark in landmarks}) < len(landmarks):
+        raise ValueError("two landmarks of one name")
     return LimbRecord(
         mm_per_unit=_unit(tree["mesh"]["mm_per_unit"]),
-        landmarks=tuple(_landmark(mark) for mark in marks),
+        landmarks=landmarks,
         frame=None if tree["limb_from_mesh"] is None else _frame(tree),
         sock_mm=sock_mm,
         kind=_kind(tree.get("kind")),

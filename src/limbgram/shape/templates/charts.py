@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3
 from limbgram.shape.comparing.radial import spoke_radii
-from limbgram.shape.limb import Limb, Side
+from limbgram.shape.limb import Limb, Side, likeliest
 
 DOME = 0.4
 """Chart height of the whole dome."""
@@ -86,7 +86,7 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
     if reference not in marks:
         raise MeasureError(
             f"{limb.name or 'The limb'} has no landmark {reference!r}, from which the template's "
-            "heights count. Mark it with `limbgram align --landmark`."
+            f"heights count.{likeliest(reference, marks)} Mark it with `limbgram align --landmark`."
         )
     in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
     top = float(limb.frame.limb_from_mesh.apply(marks[reference][None])[0, 2])

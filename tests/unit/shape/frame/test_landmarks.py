@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.errors import MeasureError, OptionsError
+from limbgram.errors import EditError, MeasureError, OptionsError
+from limbgram.shape.edits.marking.places import position_mm
 from limbgram.shape.frame import NAMES, MarkOptions, find_marks, landmark, with_landmarks
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
@@ -116,3 +117,19 @@ def test_every_template_can_tell_front_and_proximal(kind: str) -> None:
     assert len({known.name for known in names}) == len(names)
     assert any(known.facing in ("anterior", "posterior") for known in names)
     assert len({known.level for known in names}) > 2
+
+
+@pytest.mark.parametrize("name", ["fibula haed", "Fibula Head", "fibulahead", " fibula head"])
+def test_a_misspelt_name_gets_a_question(name: str) -> None:
+    marks = tuple(
+        Landmark(name=one, position_mm=PLACES[k])
+        for k, one in enumerate(("tibia end", "fibula head"))
+    )
+    limb = Limb(mesh=MESH, landmarks=marks)
+    with pytest.raises(MeasureError, match='Was "fibula head" meant'):
+        landmark(limb, name)
+    with pytest.raises(EditError, match='Was "fibula head" meant'):
+        position_mm(limb, name, "limb", "The edit")
+    with pytest.raises(MeasureError) as refused:
+        landmark(limb, "umbilicus")
+    assert "meant" not in str(refused.value)

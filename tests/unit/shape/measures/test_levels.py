@@ -240,3 +240,25 @@ def test_a_girth_is_the_limbs_own_and_not_the_smoothed_surfaces(cylinder: Mesh) 
     assert sigmas.figure(level, area_mm2(level)).value == area_mm2(level).value
     unknown = replace(known, sigma_mm=None)
     assert Sigmas.of(unknown).figure(level, contour_mm(level)).value == bare
+
+
+@pytest.mark.parametrize(("across_mm", "counts"), [(3.0, False), (8.0, True)])
+def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, counts: bool) -> None:
+    """A pin of 3 mm beside a leg of 100 mm carries no tape; one of 8 mm is told as a loop."""
+    alone = tape_mm(level_at(cylinder, 100.0)).value
+    thin = np.array([across_mm / 100, across_mm / 100, 1.0])
+    pin = moved(cylinder.with_vertices(cylinder.vertices_mm * thin), 60, 0, 0)
+    level = level_at(joined(cylinder, pin), 100.0)
+    assert level.left_out == (0 if counts else 1)
+    assert len(level.depth) == (2 if counts else 1)
+    reach = 60 + across_mm / 2
+    if counts:
+        assert tape_mm(level).value > alone + 5
+        assert ml_mm(level).value == pytest.approx(50 + reach, abs=0.01)
+    else:
+        assert tape_mm(level).value == pytest.approx(alone, rel=EXACT)
+        assert contour_mm(level).value == pytest.approx(alone, rel=EXACT)
+        assert ml_mm(level).value == pytest.approx(100, rel=EXACT)
+        assert area_mm2(level).value == pytest.approx(
+            area_mm2(level_at(cylinder, 100.0)).value, rel=EXACT
+        )

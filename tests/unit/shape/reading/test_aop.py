@@ -98,6 +98,17 @@ def test_names_with_blanks_lines_of_points_and_no_side() -> None:
     assert read_aop(tiny(marks=("0",)), "tiny.aop").landmarks == ()
 
 
+def test_landmarks_of_one_name_are_both_kept_and_told() -> None:
+    marks = ("4", "FIB", "1", "50", "0", "5", "FIB", "1", "60", "90", "10", "TIB 1", "1", "50", "0")
+    marks += ("10", "TIB", "2", "50", "0", "0", "50", "180", "20")
+    found = read_aop(tiny(marks=marks), "tiny.aop")
+    names = [mark.name for mark in found.landmarks]
+    assert names == ["FIB", "FIB (2)", "TIB 1", "TIB 1 (2)", "TIB 2"]
+    np.testing.assert_allclose(found.landmarks[0].position_mm, (0, 50, 5), atol=1e-9)
+    np.testing.assert_allclose(found.landmarks[1].position_mm, (60, 0, 10), atol=1e-9)
+    assert any("called FIB: the later one is FIB (2)" in note for note in found.warnings)
+
+
 def test_foreign_letters_do_not_stop_it() -> None:
     content = tiny(comments=("Müller, Söhne",), marks=("1", "Höhe\x07", "1", "50", "0", "5"))
     assert read_aop(content, "tiny.aop").landmarks[0].name == "Höhe"

@@ -15,6 +15,7 @@ from limbgram.export.workshop import in_limb_frame, write_limb, write_limb_file
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Landmark, Limb, LimbFrame
 from limbgram.shape.reading import read_limb, read_shape
+from limbgram.shape.reading.sidecar import limb_file_beside
 from limbgram.surface import Mesh
 
 
@@ -136,13 +137,30 @@ def test_it_is_not_written_for_a_surface_that_the_file_does_not_hold(
         write_limb_file(swollen, path)
 
 
-def test_it_does_not_overwrite_that_of_a_namesake(tmp_path: Path, limb: Limb) -> None:
-    write_limb(limb, tmp_path / "scan.ply")
-    before = (tmp_path / "scan.limb.json").read_bytes()
-    with pytest.raises(ExportError, match=r"scan\.ply"):
-        write_limb(limb, tmp_path / "scan.stl")
-    assert (tmp_path / "scan.limb.json").read_bytes() == before
-    assert not (tmp_path / "scan.stl").exists()
+def test_a_namesake_in_another_format_has_a_limb_file_of_its_own(
+    tmp_path: Path, limb: Limb
+) -> None:
+    """sock.ply exported as sock.stl, the natural name: both keep what is known of them."""
+    write_limb(limb, tmp_path / "sock.ply")
+    before = (tmp_path / "sock.limb.json").read_bytes()
+    moved = in_limb_frame(limb)
+    for _ in range(2):  # written again, it takes the place of its own alone
+        write_limb(moved, tmp_path / "sock.stl")
+        assert (tmp_path / "sock.limb.json").read_bytes() == before
+        assert limb_file_beside(tmp_path / "sock.stl").name == "sock.stl.limb.json"
+    for name, wanted in (("sock.ply", limb), ("sock.stl", moved)):
+        found = read_limb(tmp_path / name)
+        assert found.frame is not None
+        assert wanted.frame is not None
+        assert found.notes == ()
+        np.testing.assert_array_equal(
+            found.frame.limb_from_mesh.matrix_3x4, wanted.frame.limb_from_mesh.matrix_3x4
+        )
+        np.testing.assert_array_equal(
+            found.landmarks[0].position_mm, wanted.landmarks[0].position_mm
+        )
+    (tmp_path / "sock.stl.limb.json").unlink()
+    assert "belongs to sock.ply" in read_limb(tmp_path / "sock.stl").notes[0]
 
 
 def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
@@ -165,6 +183,7 @@ def test_it_knows_the_unit_of_the_mesh(tmp_path: Path, limb: Limb) -> None:
         ("sock_mm", "thin"),
         ("landmarks", [{"name": "", "position_mm": [0, 0, 0]}]),
         ("landmarks", [{"name": "A", "position_mm": [0, 0]}]),
+        ("landmarks", [{"name": "A", "position_mm": [0, 0, 0]}] * 2),
         ("landmarks", None),
         ("limb_from_mesh", {"rotation": (-np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),
         ("limb_from_mesh", {"rotation": (2 * np.eye(3)).tolist(), "translation_mm": [0, 0, 0]}),

@@ -20,7 +20,7 @@ from limbgram.export.workshop.aop.cost import AopReport, cost_of
 from limbgram.export.writing import require, write_file
 from limbgram.geometry.rigid import Rigid, angle_between_deg
 from limbgram.shape.bodies import outer_bodies
-from limbgram.shape.limb import Limb, LimbFrame
+from limbgram.shape.limb import Limb, LimbFrame, names_apart
 from limbgram.shape.reading.aop import (
     PLACE_COMMENT,
     AopReading,
@@ -196,8 +196,9 @@ def _text(
         lines += ["AXIS FITTED, NOT THE LIMB'S OWN", f"{PLACE_COMMENT} {numbers}"]
     lines += ["END COMMENTS", "CYLINDRICAL", frame.side.upper(), str(len(limb.landmarks))]
     places = _landmark_places(limb, frame, mapped, options.profile)
-    for mark, (radius, theta, z) in zip(limb.landmarks, places.tolist(), strict=True):
-        lines += [_plain_name(mark.name), "1", f"{radius:.3f}", f"{theta:.{_ANGLE_DIGITS}f}"]
+    names = names_apart([_plain_name(mark.name) for mark in limb.landmarks])
+    for name, (radius, theta, z) in zip(names, places.tolist(), strict=True):
+        lines += [name, "1", f"{radius:.3f}", f"{theta:.{_ANGLE_DIGITS}f}"]
         lines.append(f"{z:.3f}")
     spokes = len(found.thetas_deg)
     spacing = 360.0 / spokes

@@ -15,7 +15,7 @@ from jaxtyping import Float64
 from limbgram.errors import EditError
 from limbgram.geometry.arrays import Points3, Vector3
 from limbgram.geometry.rigid import Rigid
-from limbgram.shape.limb import Landmark, Limb, LimbFrame
+from limbgram.shape.limb import Landmark, Limb, LimbFrame, likeliest
 from limbgram.surface.closest import TriangleTree
 
 Place = str | tuple[float, float, float]
@@ -68,7 +68,8 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
         known = ", ".join(f'"{mark.name}"' for mark in limb.landmarks) or "none"
         raise EditError(
             f'{what} names the landmark "{place}", which this limb does not have. '
-            f"It has: {known}. Pick it, or give coordinates."
+            f"It has: {known}.{likeliest(place, (mark.name for mark in limb.landmarks))} Pick it, "
+            "or give coordinates."
         )
     point = np.array(place, np.float64)
     if frame == "mesh":

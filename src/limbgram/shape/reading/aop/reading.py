@@ -1,13 +1,13 @@
 """Reading AOP: from the numbers of a file to a limb in its own frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from limbgram.errors import ShapeFileError
 from limbgram.geometry.arrays import Points3
 from limbgram.geometry.rigid import Rigid
-from limbgram.shape.limb import Landmark, LimbFrame
+from limbgram.shape.limb import Landmark, LimbFrame, names_apart
 from limbgram.shape.reading.aop.grammar import AopFile, AopLandmark, parse_aop
 from limbgram.shape.reading.aop.profiles import (
     MM_PER_INCH,
@@ -76,6 +76,7 @@ def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopRe
             )
             points = np.where((off_mm > _ON_SURFACE_MM)[:, None], near, points)
         landmarks += _named(mark, points)
+    landmarks = _apart(landmarks, warnings)
     return AopReading(
         radius_map=radius_map,
         frame=LimbFrame(limb_from_mesh=_place(file.comments, warnings), side=file.side),
@@ -97,6 +98,17 @@ def read_aop_soup(content: bytes, name: str) -> Soup:
         grid=Grid(thetas_deg=found.radius_map.thetas_deg, z_mm=found.radius_map.z_mm),
         notes=found.warnings,
     )
+
+
+def _apart(landmarks: list[Landmark], warnings: list[str]) -> list[Landmark]:
+    """Landmarks each of a name of its own: places are told by name ever after."""
+    names = names_apart([mark.name for mark in landmarks])
+    warnings += [
+        f"two landmarks of the file are called {mark.name}: the later one is {name} here"
+        for mark, name in zip(landmarks, names, strict=True)
+        if mark.name != name
+    ]
+    return [replace(mark, name=name) for mark, name in zip(landmarks, names, strict=True)]
 
 
 def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
