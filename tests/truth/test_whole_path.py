@@ -117,6 +117,13 @@ def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:
     assert len(list((folder / "case" / "report").glob("*.png"))) == 7
 
 
+def test_no_file_of_the_case_has_the_name_of_its_folder(folder: Path) -> None:
+    files = [file for file in (folder / "case").rglob("*") if file.is_file()]
+    assert folder.name == "Fuß links0"
+    assert len(files) > 60
+    assert [file.name for file in files if b" links0" in file.read_bytes()] == []
+
+
 def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) -> None:
     before = last_run(folder / "case")
     result = reconstruct(folder, "--json")

@@ -83,13 +83,14 @@ def do(job: Job, run: KeepingRun) -> Done:
         done.others,
     )
     # Judged before anything is written: files of a red result are named as what they are.
-    assessment = run.unkept(assess, evidence_of(case, done))
+    evidence = evidence_of(done)
+    assessment = run.unkept(assess, evidence)
     red = assessment.tree["light"] == "red"
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)
     write_accuracy(case, assessment)
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
     summary = summarise(told, assessment.tree, run.timings, run.reused)
-    _write_report(case, summary, drawn)
+    _write_report(case, summary, drawn, f"Surface of {evidence.name}")
     return Done(told, summary["verdict"])
 
 
@@ -113,12 +114,10 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
     return calibrations
 
 
-def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures) -> None:
+def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures, title: str) -> None:
     for picture in drawn.pictures:
         with written_whole(case.report / f"{picture.name}.png") as half:
             half.write_bytes(picture.png.tobytes())
     with written_whole(case.page) as half:
-        half.write_text(
-            page_of(summary, drawn, f"Surface of {case.root.resolve().name}"), encoding="utf-8"
-        )
+        half.write_text(page_of(summary, drawn, title), encoding="utf-8")
     write_json(case.summary, summary)

@@ -5,6 +5,7 @@ calibration of its camera agree however the camera was held; `quarter_turns` tur
 upright for people. Nothing is ever written back to a photo.
 """
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,6 +75,11 @@ class PhotoSet:
     photos: tuple[Photo, ...]
     cameras: tuple[CameraGroup, ...]
     set_aside: tuple[SetAside, ...] = ()
+
+    @property
+    def digest(self) -> str:
+        """Hash of the photos' own hashes: tells one capture from another without any name."""
+        return hashlib.sha256("".join(photo.sha256 for photo in self.photos).encode()).hexdigest()
 
     @property
     def names(self) -> tuple[str, ...]:

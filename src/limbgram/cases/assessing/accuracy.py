@@ -38,10 +38,9 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> d
     return assessment.tree
 
 
-def evidence_of(case: CaseFolder, done: Reconstruction) -> Evidence:
+def evidence_of(done: Reconstruction) -> Evidence:
     """The same evidence while the products are still at hand."""
     return Evidence(
-        name=case.root.resolve().name,
         photos=done.photos,
         cameras=done.cameras,
         detections=done.detections,

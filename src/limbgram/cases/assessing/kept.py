@@ -33,7 +33,6 @@ def kept_evidence(case: CaseFolder) -> Evidence:
     keys = _keys_of_finished(case)
     board, tapes = keys.get("find_board"), keys.get("hold_tapes")
     return Evidence(
-        name=_name(case),
         photos=_read(case, keys, "read_photos", PhotoSet),
         cameras=_read(case, keys, "cameras_for", Cameras),
         detections=None if board is None else _read(case, keys, "find_board", BoardDetections),
@@ -60,12 +59,6 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
                 "moved or damaged. Put the original back, or run `limbgram reconstruct` with the "
                 "photos into a new case."
             )
-
-
-def _name(case: CaseFolder) -> str:
-    """Of the case, told apart from the many that are called `case`."""
-    root = case.root.resolve()
-    return f"{root.parent.name}/{root.name}" if root.name == "case" else root.name
 
 
 def _keys_of_finished(case: CaseFolder) -> dict[str, str]:

@@ -57,9 +57,8 @@ def _of_capture(folder: Path, evidence: Evidence, alignment: Alignment) -> Known
         & (vertices["xyz"][:, 2] >= _lowest_mm(folder / "notes.json")),
         centres_mm=_stack([true[name] for name in shared]),
     )
-    name = folder.parent.name if folder.name == "truth" else folder.name
     return KnownTruth(
-        name=name,
+        kind="the truth of a capture",
         truth=truth,
         centres_mm=_stack([ours[name] for name in shared]),
         alignment=alignment,
@@ -87,7 +86,7 @@ def _of_mesh(path: Path, alignment: Alignment) -> KnownTruth:
         seen=np.ones(len(mesh), bool),
         centres_mm=_stack([]),
     )
-    return KnownTruth(name=path.name, truth=truth, centres_mm=_stack([]), alignment=alignment)
+    return KnownTruth(kind="a mesh file", truth=truth, centres_mm=_stack([]), alignment=alignment)
 
 
 def _stack(points: list[Float64[np.ndarray, "3"]]) -> Points3:

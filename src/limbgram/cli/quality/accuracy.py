@@ -73,7 +73,7 @@ def _truth_lines(truth: dict[str, Any] | None) -> tuple[str, ...]:
     )
     sigma = truth["sigma"]
     return (
-        f"Against {truth['name']} ({truth['alignment']}):",
+        f"Against {truth['kind']} ({truth['alignment']}):",
         f"  surface   RMS {truth['rms_mm']:.4f} mm ({truth['rms_px']:.3f} px), 95 % within "
         f"{truth['p95_mm']:.4f} mm, mean {truth['mean_mm']:+.4f} mm",
         f"  within    0.1 mm {truth['within']['0.1 mm']:.2%}, 0.25 mm "

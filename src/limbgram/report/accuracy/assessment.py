@@ -33,9 +33,10 @@ from limbgram.report.summary import INTENDED_USE
 
 @dataclass(frozen=True, kw_only=True)
 class KnownTruth:
-    """The true surface, by which name, and how ours is laid onto it."""
+    """The true surface, what it is, and how ours is laid onto it."""
 
-    name: str
+    kind: str
+    """Such as "a mesh file": its name may be a patient's."""
     truth: Truth
     centres_mm: Points3
     """Our camera centres, in the order of the truth's; none where it has none."""
@@ -68,7 +69,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
     }
     if known is not None and compared is not None:
         in_pixels = compared.figures["rms_mm"] / figures["images"]["pixel"]
-        figures["truth"] = {"name": known.name, "rms_px": in_pixels, **compared.figures}
+        figures["truth"] = {"kind": known.kind, "rms_px": in_pixels, **compared.figures}
     figures["expected"] = expectation(figures)
     judged = criteria(figures)
     tree: Json = {

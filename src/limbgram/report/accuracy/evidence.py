@@ -10,6 +10,8 @@ from limbgram.shape.measures.taping import TapeWitnesses
 from limbgram.surface.mesh import Mesh
 from limbgram.targets.detections import BoardDetections
 
+_DIGITS = 8
+
 Json = dict[str, Any]
 """A tree of plain values; NaN stands for what is not known until `finite` makes it None."""
 
@@ -18,8 +20,6 @@ Json = dict[str, Any]
 class Evidence:
     """What a case holds on its own accuracy; nothing in it is computed again."""
 
-    name: str
-    """Of the case, for people."""
     photos: PhotoSet
     cameras: Cameras
     """Lenses before the adjustment, with the covariance of their calibration."""
@@ -28,6 +28,11 @@ class Evidence:
     mesh: Mesh
     tapes: TapeWitnesses = field(default_factory=TapeWitnesses)
     """Girths that were taped on the limb, beside the mesh's."""
+
+    @property
+    def name(self) -> str:
+        """Of the case, for people: by its photos, as a folder's name is often a patient's."""
+        return f"case {self.photos.digest[:_DIGITS]}"
 
     @property
     def unit(self) -> str:

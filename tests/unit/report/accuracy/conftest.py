@@ -122,7 +122,6 @@ def evidence(make_scene: MakeScene) -> Evidence:
     given = Calibration(camera=LENS, covariance=covariance, source="board", label="Model")
     scale = Scale(unit="mm", source="distances", relative_sigma=0.0001, lengths=(CONTROL, CHECK))
     return Evidence(
-        name="tube",
         photos=PhotoSet(photos, (group,)),
         cameras=Cameras((given,)),
         detections=None,

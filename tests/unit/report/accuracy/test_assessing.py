@@ -46,14 +46,17 @@ def record_as(case: CaseFolder, state: str, stages: list[str]) -> None:
 
 
 def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path: Path) -> None:
-    case = CaseFolder(tmp_path / "limb 7")
+    case = CaseFolder(tmp_path / "Erika Mustermann 1951")
     case.root.mkdir()
     keep(case, with_sigmas)
     tree = assess_case(case, None, "surface")
     assert json.loads(case.accuracy("json").read_text("utf-8")) == tree
-    assert tree["case"] == "limb 7"
+    told = with_sigmas.name
+    assert tree["case"] == told
+    assert told.startswith("case ")
+    assert len(told) == len("case ") + 8
     assert tree["headline"].startswith("GREEN: 0.20 mm.")
-    assert "How accurate is limb 7?" in case.accuracy("html").read_text("utf-8")
+    assert f"How accurate is {told}?" in case.accuracy("html").read_text("utf-8")
     assert case.accuracy("pdf").read_bytes().startswith(b"%PDF")
 
 

@@ -50,7 +50,7 @@ def with_truth(evidence: Evidence) -> KnownTruth:
         seen=np.ones(len(mesh), bool),
         centres_mm=np.zeros((0, 3)),
     )
-    return KnownTruth(name="itself", truth=truth, centres_mm=np.zeros((0, 3)), alignment="frame")
+    return KnownTruth(kind="itself", truth=truth, centres_mm=np.zeros((0, 3)), alignment="frame")
 
 
 def test_the_tree_is_plain_json_and_says_what_its_figures_are(with_sigmas: Evidence) -> None:
@@ -75,7 +75,9 @@ def test_every_term_of_the_glossary_leads_somewhere(with_sigmas: Evidence) -> No
 def test_the_page_is_whole_and_asks_nothing_of_the_network(
     with_sigmas: Evidence, compared: bool
 ) -> None:
-    named = replace(with_sigmas, name="<b>tube</b>")
+    photo = replace(with_sigmas.photos.photos[0], name="<b>tube</b>", burnt=0.9)
+    photos = replace(with_sigmas.photos, photos=(photo, *with_sigmas.photos.photos[1:]))
+    named = replace(with_sigmas, photos=photos)
     assessment = assess(named, with_truth(named) if compared else None)
     page = accuracy_page(assessment.tree, accuracy_pictures(named, assessment))
     reader = Reader()
@@ -85,6 +87,7 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(
     assert all(address.startswith("data:") for address in reader.addresses)
     assert len(reader.addresses) == (2 if compared else 1)
     assert "<b>tube" not in page
+    assert "&lt;b&gt;tube" in page
     assert assessment.tree["headline"].partition(": ")[2] in page
     for finding in assessment.tree["findings"]:
         assert finding["remedy"].split("`")[0] in page

@@ -23,7 +23,7 @@ def against_truth(tree: Tree) -> Iterator[str]:
     truth = tree["truth"]
     if truth is None:
         return
-    yield f"<h2>Against the truth: {escape(truth['name'])}</h2>"
+    yield f"<h2>Against the truth: {escape(truth['kind'])}</h2>"
     yield f'<p class="note">Alignment: {escape(truth["alignment"])}.</p>'
     distances = truth["histogram"]
     shown = [
