@@ -12,13 +12,12 @@ import numpy as np
 from limbgram.pipeline import OtherPart, Reconstruction
 from limbgram.report.document.html import table
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import faces_inwards
 
 Json = dict[str, Any]
 
 MAIN_FILE = "surface.stl"
 _WORDS = {
-    "chosen": "the surface",
-    "other side": "the other side of its wall",
     "torn off": "torn off it: a bare strip lies between",
     "apart": "a body apart from it",
 }
@@ -34,6 +33,8 @@ def parts_tree(done: Reconstruction) -> list[Json]:
     repairs = done.mesh.repairs
     number = 1 if repairs is None else repairs.part
     rows = [_row(number, "chosen", done.mesh, MAIN_FILE)]
+    if any(one.part.relation == "other side" for one in done.others):
+        rows[0]["name"] += f", the {_side(done.mesh)} of a wall"
     rows += [_other(one) for one in done.others]
     return sorted(rows, key=lambda row: row["number"])
 
@@ -73,12 +74,26 @@ def parts_section(parts: list[Json], unit: str) -> str:
     return note + table(("part", "what", "#area", "middle and size", "file"), rows)
 
 
+def _side(mesh: Mesh) -> str:
+    return "inside" if faces_inwards(mesh) else "outside"
+
+
+def _name(relation: str, mesh: Mesh | None) -> str:
+    match relation:
+        case "chosen":
+            return "the surface"
+        case "other side":
+            return f"the {'other side' if mesh is None else _side(mesh)} of its wall"
+        case _:
+            return _WORDS[relation]
+
+
 def _row(number: int, relation: str, mesh: Mesh, file: str) -> Json:
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     return {
         "number": number,
         "relation": relation,
-        "name": _WORDS[relation],
+        "name": _name(relation, mesh),
         "area": float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2),
         "middle": ((low + high) / 2).tolist(),
         "size": float((high - low).max()),
@@ -94,7 +109,7 @@ def _other(one: OtherPart) -> Json:
     return {
         "number": part.number,
         "relation": part.relation,
-        "name": _WORDS[part.relation],
+        "name": _name(part.relation, None),
         "area": part.area_mm2,
         "middle": part.middle_mm.tolist(),
         "size": part.size_mm,

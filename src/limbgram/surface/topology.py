@@ -230,6 +230,11 @@ def volume_mm3(mesh: Mesh) -> float:
     return whole + _cones_mm3(around, border) if len(border) else whole
 
 
+def faces_inwards(mesh: Mesh) -> bool:
+    """Whether it is the inside of a thing, such as of a socket: its normals look into a hollow."""
+    return volume_mm3(mesh) < 0
+
+
 def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
     """Volumes under the cones that close several openings; of one, whose mean is the origin, 0."""
     used, ends = np.unique(border, return_inverse=True)

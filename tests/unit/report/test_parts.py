@@ -1,8 +1,15 @@
 """Several bodies are told to people; a single one is not."""
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
-from limbgram.report.parts import part_lines, parts_section
+import numpy as np
+import trimesh
+
+from limbgram.pipeline import OtherPart, Reconstruction
+from limbgram.report.drawings.surfaces import sides_figure
+from limbgram.report.parts import part_lines, parts_section, parts_tree
+from limbgram.surface.mesh import Mesh, Part, Relation
 
 OUTSIDE: dict[str, Any] = {
     "number": 1,
@@ -49,3 +56,52 @@ def test_a_part_that_could_not_be_measured_says_why() -> None:
 
 def test_areas_without_scale_are_no_square_centimetres() -> None:
     assert "cm" not in " ".join(part_lines([OUTSIDE, INSIDE], "unitless"))
+
+
+def reconstruction(chosen: Mesh, other: Mesh | None, relation: Relation) -> Reconstruction:
+    """Only what the parts are told from."""
+    part = Part(
+        number=2,
+        area_mm2=900.0,
+        middle_mm=np.zeros(3),
+        size_mm=40.0,
+        looked_at=0.4,
+        relation=relation,
+    )
+    found = SimpleNamespace(mesh=chosen, others=(OtherPart(part=part, mesh=other, reason="-"),))
+    return cast(Reconstruction, found)
+
+
+def cup(radius_mm: float, *, inwards: bool) -> Mesh:
+    """A drum open at its top."""
+    drum = trimesh.creation.cylinder(radius_mm, 50, sections=24)
+    faces = drum.faces[drum.face_normals[:, 2] < 0.5].astype(np.int32)
+    turned = np.ascontiguousarray(faces[:, ::-1]) if inwards else faces
+    return Mesh(vertices_mm=np.asarray(drum.vertices, float), faces=turned)
+
+
+def test_the_sides_of_a_wall_are_called_inside_and_outside() -> None:
+    outside, inside = cup(30, inwards=False), cup(28, inwards=True)
+    first, second = parts_tree(reconstruction(outside, inside, "other side"))
+    assert first["name"] == "the surface, the outside of a wall"
+    assert second["name"] == "the inside of its wall"
+    assert second["file"] == "surface-part-2.stl"
+    first, second = parts_tree(reconstruction(inside, outside, "other side"))
+    assert first["name"] == "the surface, the inside of a wall"
+    assert second["name"] == "the outside of its wall"
+
+
+def test_a_part_without_a_mesh_has_no_file() -> None:
+    first, second = parts_tree(reconstruction(cup(30, inwards=False), None, "apart"))
+    assert first["name"] == "the surface"
+    assert (second["file"], second["reason"], second["area"]) == (None, "-", 900.0)
+
+
+def test_an_inside_is_drawn_as_its_cast() -> None:
+    """Seen from outside, the faces of an inside show their dark backs."""
+    solid, hollow = cup(30, inwards=False), cup(30, inwards=True)
+    of_solid, of_hollow = (
+        np.asarray(sides_figure(mesh, None, in_mm=True).axes[0].get_images()[0].get_array())
+        for mesh in (solid, hollow)
+    )
+    np.testing.assert_array_equal(of_hollow, of_solid)

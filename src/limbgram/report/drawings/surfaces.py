@@ -1,5 +1,7 @@
 """Drawings of the result: the shaded surface from four sides, the cloud with its cameras."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
@@ -13,6 +15,7 @@ from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, sc
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 from limbgram.scale.metric import MetricScene
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import faces_inwards
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
 _HEIGHT_PX = 520
@@ -31,7 +34,12 @@ def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
 def sides_figure(
     mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.4
 ) -> Figure:
-    """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below."""
+    """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below.
+
+    The inside of a thing is drawn as a cast of it would look: all else would be its back.
+    """
+    if faces_inwards(mesh):
+        mesh = replace(mesh, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
     width_mm = 1.08 * float(np.hypot(*(high - low)[:2]))
     height_mm = 1.04 * float(high[2] - low[2])
@@ -99,6 +107,8 @@ def _surface_caption(mesh: Mesh, metric: MetricScene, size: np.ndarray) -> str:
         f"{size[0]:.1f} x {size[1]:.1f} x {size[2]:.1f} {unit}, seen from four sides round the "
         "world's z axis. "
     )
+    if faces_inwards(mesh):
+        parts += "It is the inside of something, drawn as a cast of it would look. "
     return parts + (
         f"{filled:.1%} of the vertices are orange: no photo measured them, we filled them in."
         if filled
