@@ -1,7 +1,8 @@
 """Levels: girths, widths, areas and volumes of two shapes at the same heights, and what changed."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -114,6 +115,7 @@ def changes_by_level(
         slide_sigma_mm: Standard deviation of where the second lies along the axis; it goes into
             the sigmas of the second's figures where it carries any.
     """
+    first_in_limb, second_in_limb = alike_in_detail([first_in_limb, second_in_limb])
     sigmas = Sigmas.of(first_in_limb), Sigmas.of(second_in_limb)
     volumes = Volumes.of(sigmas[0]), Volumes.of(sigmas[1])
     cuts = [levels_at(mesh, heights_mm) for mesh in (first_in_limb, second_in_limb)]
@@ -140,6 +142,13 @@ def changes_by_level(
         laid_sigma_mm3=laid_mm3,
         reason=volume if isinstance(volume, str) else None,
     )
+
+
+def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
+    """All with what fine relief they lost, or none: one's alone would pass for a difference."""
+    if all(mesh.lost_length is not None for mesh in meshes):
+        return list(meshes)
+    return [replace(mesh, lost_length=None) for mesh in meshes]
 
 
 def _level(

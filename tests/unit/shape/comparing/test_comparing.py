@@ -103,6 +103,20 @@ def test_sigmas_of_both_scans_make_that_of_the_change(make_limb) -> None:
     assert changes_by_level(known, first.mesh, (100.0, 150.0)).volume.sigma is None
 
 
+def test_what_one_scan_lost_is_no_difference(make_limb) -> None:
+    """Both girths are the limb's, or both the surface's: a scan and its own STL are the same."""
+    bare = make_limb().mesh
+    sigma = np.full(len(bare), 0.01, np.float32)
+    lost = np.tile(np.float32([1e-3, 1e-4]), (len(bare), 1))
+    scan = replace(bare, sigma_mm=sigma, lost_length=lost)
+    heights = (100.0, 150.0)
+    for second, more in ((bare, 0.0), (scan, 1e-3)):
+        measures = changes_by_level(scan, second, heights).levels[0].measures
+        own = changes_by_level(bare, bare, heights).levels[0].measures["contour_mm"].first.value
+        assert abs(measures["contour_mm"].difference) < 1e-9
+        assert measures["contour_mm"].first.value == pytest.approx((1 + more) * own)
+
+
 def test_a_hole_is_said_and_not_passed_over(make_limb) -> None:
     first = make_limb(straight)
     holed = replace(first.mesh, faces=np.delete(first.mesh.faces, 3000, axis=0))

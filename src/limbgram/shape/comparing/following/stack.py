@@ -9,7 +9,7 @@ from jaxtyping import Float64
 from limbgram.errors import MeasureError
 from limbgram.shape.comparing.comparing import CompareOptions, at_odds, lay
 from limbgram.shape.comparing.frames import Axes, axes_of, in_limb_frame, outside_of
-from limbgram.shape.comparing.levels import changes_by_level, shared_heights_mm
+from limbgram.shape.comparing.levels import alike_in_detail, changes_by_level, shared_heights_mm
 from limbgram.shape.comparing.registration import Alignment
 from limbgram.shape.limb import Limb
 
@@ -47,6 +47,7 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
         in_limb_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
         for limb, alignment in zip(limbs[1:], alignments)
     ]
+    meshes = alike_in_detail(meshes)
     shared = set(shared_heights_mm(meshes[0], meshes[0], options.spacing_mm))
     for mesh in meshes[1:]:
         shared &= set(shared_heights_mm(meshes[0], mesh, options.spacing_mm))
