@@ -8,6 +8,7 @@ Fails   MeasureError: nothing tells, two contradict each other, or the fit is no
 """
 
 import numpy as np
+from jaxtyping import Int64
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3, Vector3
@@ -15,8 +16,12 @@ from limbgram.shape.frame.axis import Axis
 from limbgram.shape.frame.landmarks import known_name
 from limbgram.shape.frame.stated import AlignOptions
 from limbgram.shape.limb import Limb
-from limbgram.surface.topology import boundary_half_edges
+from limbgram.surface.mesh import Mesh
+from limbgram.surface.topology import boundary_loops
 
+_SMALL_OPENING = 0.25
+"""Of the largest opening: pieces of a ragged brim are larger, and holes left by a scanner smaller.
+"""
 _BRIM_WIDTH = 0.5
 """Of the limb's width: an opening that is narrower is a hole."""
 
@@ -113,10 +118,11 @@ def _rise_of_landmarks(limb: Limb, axis: Axis) -> float:
 def _brim_side(limb: Limb, axis: Axis) -> float:
     """Positive if the open brim, or the part that no photo saw, lies at the far end of the axis.
 
-    A hole is no brim: a brim is about as wide as the limb.
+    A hole is no brim: a brim is about as wide as the limb, and small openings do not count beside
+    a large one.
     """
     mesh = limb.mesh
-    edge = mesh.vertices_mm[boundary_half_edges(mesh.faces)[:, 0]]
+    edge = mesh.vertices_mm[_large_openings(mesh)]
     if not len(edge) and mesh.filled is not None:
         edge = mesh.vertices_mm[mesh.filled]
     if not len(edge) or _width_mm(edge, axis) < _BRIM_WIDTH * _width_mm(mesh.vertices_mm, axis):
@@ -124,6 +130,17 @@ def _brim_side(limb: Limb, axis: Axis) -> float:
     along = mesh.vertices_mm @ axis.direction
     share = float((edge @ axis.direction > (along.min() + along.max()) / 2).mean())
     return 1.0 if share > 0.9 else -1.0 if share < 0.1 else 0.0
+
+
+def _large_openings(mesh: Mesh) -> Int64[np.ndarray, " k"]:
+    """Vertices on the open edges, without those round openings much smaller than the largest."""
+    loops = boundary_loops(mesh.faces)
+    if not loops:
+        return np.zeros(0, np.int64)
+    across_mm = [float(np.linalg.norm(np.ptp(mesh.vertices_mm[loop], axis=0))) for loop in loops]
+    least_mm = _SMALL_OPENING * max(across_mm)
+    large = [loop for loop, size_mm in zip(loops, across_mm, strict=True) if size_mm >= least_mm]
+    return np.concatenate(large).astype(np.int64)
 
 
 def _width_mm(points: Points3, axis: Axis) -> float:

@@ -31,6 +31,7 @@ from limbgram.shape.reading.sidecar import (
 from limbgram.shape.reading.soup import Sound, Soup, sound_mesh
 from limbgram.shape.reading.stl import read_stl
 from limbgram.shape.reading.units import check_size
+from limbgram.shape.strays import without_strays
 from limbgram.surface.mesh import Mesh
 
 _LARGEST_BYTES = 1 << 30
@@ -153,7 +154,8 @@ def _soup(path: Path, content: bytes) -> Soup:
 def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
     sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
     check_size(sound.mesh, name, asked=mm_per_unit is not None)
-    return sound
+    strays = without_strays(sound.mesh)
+    return Sound(strays.mesh, (*sound.notes, *strays.told()))
 
 
 def _content(path: Path) -> bytes:
