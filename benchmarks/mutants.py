@@ -47,6 +47,7 @@ from limbgram.calibration import Calibration
 from limbgram.cases.assessing.citing import cited
 from limbgram.cases.camera_file import read_camera, write_camera
 from limbgram.cases.folder import CaseFolder
+from limbgram.cases.keeping.seal import sealed
 from limbgram.cases.scoring import centres_mm, read_truth_mesh
 from limbgram.cli.parsing import parse_board, parse_box, read_distances
 from limbgram.cli.workbench.stating import (
@@ -557,12 +558,14 @@ _CAMERAS = json.dumps(
 ).encode()
 
 _ACCURACY = json.dumps(
-    {
-        "schema": "limbgram-accuracy/1",
-        "unit": "mm",
-        "truth": None,
-        "figures": {"sigma_mm": 0.05, "light": "green"},
-    }
+    sealed(
+        {
+            "schema": "limbgram-accuracy/1",
+            "unit": "mm",
+            "truth": None,
+            "figures": {"sigma_mm": 0.05, "light": "green"},
+        }
+    )
 ).encode()
 _CASE = json.dumps({"state": "finished", "files": [{"name": "a", "sha256": "00"}]}).encode()
 

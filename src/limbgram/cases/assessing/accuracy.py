@@ -11,6 +11,7 @@ from typing import Any
 from limbgram.cases.assessing.kept import kept_evidence
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder, locked, written_whole
+from limbgram.cases.keeping.seal import sealed
 from limbgram.cases.record import write_json
 from limbgram.pipeline import Reconstruction
 from limbgram.report.accuracy import Assessment, Evidence, assess
@@ -55,6 +56,6 @@ def write_accuracy(
 ) -> None:
     """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
     against_truth = assessment.tree["truth"] is not None
-    write_json(case.accuracy("json", against_truth=against_truth), assessment.tree)
+    write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
     with written_whole(case.accuracy("html", against_truth=against_truth)) as half:
         half.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")

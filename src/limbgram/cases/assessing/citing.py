@@ -4,6 +4,7 @@ from typing import Any
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.keeping.fingerprint import file_sha256
+from limbgram.cases.keeping.seal import unsealed
 from limbgram.errors import CaseError
 from limbgram.files import json_of
 from limbgram.report.document.trees import ACCURACY_SCHEMA
@@ -32,6 +33,13 @@ def cited(case: CaseFolder) -> CaseSource:
             f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
             "accuracy` on the case again."
         )
+    try:
+        accuracy = unsealed(accuracy)
+    except LookupError as error:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is not as it was written: it is damaged, was "
+            "edited, or is older than this version. Run `limbgram accuracy` on the case again."
+        ) from error
     if truth is not None:
         raise CaseError(
             f"The accuracy.json of {case.root} is a comparison with a truth, not what the case "

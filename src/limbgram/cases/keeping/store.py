@@ -3,12 +3,10 @@
 A product is taken up when its key (inputs, options, code) is the wanted one and its files are
 whole; otherwise the stage runs. So resuming, and recomputing only what changed, are the same.
 
-stage.json holds the hashes of the product's two files, and a seal: the hash of its own text without
-the seal. A changed byte in any of the three is noticed. It guards against damage and against
-editing by hand, not against forgery: whoever can write here can seal again.
+stage.json holds the hashes of the product's two files and is sealed: a changed byte in any of the
+three is noticed.
 """
 
-import hashlib
 import inspect
 import json
 import shutil
@@ -25,6 +23,7 @@ import numpy as np
 from limbgram.cases.folder import CaseFolder, disk_told, sync
 from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
 from limbgram.cases.keeping.fingerprint import Fingerprints, file_sha256
+from limbgram.cases.keeping.seal import sealed, unsealed
 from limbgram.run import Run, Timing
 
 P = ParamSpec("P")
@@ -109,7 +108,7 @@ def write_product(
         "timing": to_tree(timing, [], str),
         "options": options,
     }
-    (half / _STAGE).write_text(_sealed(stage), encoding="utf-8")
+    (half / _STAGE).write_text(_text(stage), encoding="utf-8")
     for name in (_PRODUCT, _ARRAYS, _STAGE):
         sync(half / name)
     shutil.rmtree(folder, ignore_errors=True)
@@ -123,7 +122,7 @@ def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object,
         LookupError: there is none under this key, or it is not whole.
     """
     try:
-        stage = _unsealed((folder / _STAGE).read_text("utf-8"))
+        stage = _read((folder / _STAGE).read_text("utf-8"))
         if stage["schema"] != _SCHEMA or stage["key"] != key:
             raise LookupError(f"{folder.name} was made from other inputs")
         for name in (_PRODUCT, _ARRAYS):
@@ -138,26 +137,21 @@ def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object,
         raise LookupError(f"{folder.name} is not kept, or not whole") from error
 
 
-def _sealed(stage: dict[str, Any]) -> str:
+def _text(stage: dict[str, Any]) -> str:
     """A stage as the text of its file."""
-    return json.dumps({**stage, "seal": _seal(stage)}, indent=1)
+    return json.dumps(sealed(stage), indent=1)
 
 
-def _unsealed(text: str) -> dict[str, Any]:
+def _read(text: str) -> dict[str, Any]:
     """The stage in a file's text.
 
     Raises:
         LookupError: the text is not the one that was written, to the byte.
     """
-    stage = json.loads(text)
-    stage.pop("seal")
-    if _sealed(stage) != text:
+    stage = unsealed(json.loads(text))
+    if _text(stage) != text:
         raise LookupError("stage.json is not whole")
     return stage
-
-
-def _seal(stage: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(stage).encode()).hexdigest()
 
 
 def _relative(path: Path, root: Path) -> str:

@@ -13,6 +13,7 @@ from limbgram.cases.assessing.citing import cited
 from limbgram.cases.assessing.kept import kept_evidence, require_unaltered
 from limbgram.cases.assessing.truths import read_truth
 from limbgram.cases.folder import CaseFolder
+from limbgram.cases.keeping.seal import unsealed
 from limbgram.cases.keeping.store import write_product
 from limbgram.cli.quality.accuracy import accuracy_lines
 from limbgram.errors import CaseError, OptionsError
@@ -50,7 +51,7 @@ def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path:
     case.root.mkdir()
     keep(case, with_sigmas)
     tree = assess_case(case, None, "surface")
-    assert json.loads(case.accuracy("json").read_text("utf-8")) == tree
+    assert unsealed(json.loads(case.accuracy("json").read_text("utf-8"))) == tree
     told = with_sigmas.name
     assert tree["case"] == told
     assert told.startswith("case ")
@@ -91,12 +92,31 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
     assert tree["light"] == "red"
     assert {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")} == own
     beside = case.accuracy("json", against_truth=True)
-    assert json.loads(beside.read_text("utf-8")) == tree
+    assert unsealed(json.loads(beside.read_text("utf-8"))) == tree
     assert len(list(case.root.glob("accuracy-truth.*"))) == 3
     assert cited(case).accuracy["light"] == "green"
     case.accuracy("json").write_bytes(beside.read_bytes())  # as earlier versions wrote it
     with pytest.raises(CaseError, match="without --truth"):
         cited(case)
+
+
+def test_an_edited_accuracy_is_not_cited(with_sigmas: Evidence, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path)
+    keep(case, with_sigmas)
+    tree = assess_case(case, None, "surface")
+    path = case.accuracy("json")
+    whole = path.read_text("utf-8")
+    assert cited(case).accuracy == tree
+    for old, new in (
+        ('"light": "green"', '"light": "amber"'),
+        ('"unit": "mm"', '"unit": "mm", "more": 1'),
+        ('"seal": "', '"seal": "0'),
+        ('"seal": "', '"shell": "'),
+    ):
+        assert old in whole
+        path.write_text(whole.replace(old, new, 1), "utf-8")
+        with pytest.raises(CaseError, match=r"not as it was written: .* `limbgram accuracy`"):
+            cited(case)
 
 
 def test_what_is_no_finished_case_is_refused(with_sigmas: Evidence, tmp_path: Path) -> None:
