@@ -9,6 +9,7 @@ import sys
 from collections.abc import Generator, Sequence
 from contextlib import chdir, contextmanager
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
@@ -181,6 +182,13 @@ def _imported(module: str) -> ModuleType:
     """
     if module in sys.modules:
         return sys.modules[module]
+    try:
+        Path.cwd()
+    except FileNotFoundError as error:
+        raise _UsageError(
+            "The folder that you are in was moved or deleted. Change to another one (cd) and run "
+            "the command again."
+        ) from error
     searching = gc.isenabled()
     gc.disable()
     try:

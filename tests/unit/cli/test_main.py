@@ -117,3 +117,23 @@ print(matplotlib.rcParams["savefig.dpi"], os.getcwd())
     )
     assert told.stdout.split() == ["figure", str(tmp_path)]
     assert not told.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a folder in use cannot be removed there")
+def test_a_current_folder_that_is_gone_is_refused(tmp_path: Path) -> None:
+    asked = """
+import os, sys
+os.rmdir(os.getcwd())
+from limbgram.cli.main import app
+app(["measure", "a.stl", "--json"])
+"""
+    (tmp_path / "gone").mkdir()
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", asked],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=tmp_path / "gone",
+    )
+    assert told.returncode == 2, told.stderr
+    assert "moved or deleted" in json.loads(told.stdout)["error"]["message"]
