@@ -60,7 +60,7 @@ EDITS = {
     "offset": ["distance_mm=1"],
     "smoothing": ["passes=20"],
     "plane-cut": ["height_mm=200"],
-    "wall": ["thickness_mm=3"],
+    "wall": ["thickness_mm=3", "least_mm=0.01"],
     "mirror": ["confirmed_side=left"],
 }
 REFINED = {

@@ -230,3 +230,24 @@ def test_refusals() -> None:
     recipe = RecipeSource(recipe=Recipe(name="", scan_sha256=64 * "f"), sha256=64 * "d")
     with pytest.raises(OptionsError, match="another scan"):
         record_of(source(cylinder()), recipe=recipe)
+
+
+def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
+    outer, inner = cylinder().mesh, cylinder().mesh
+    hollow = inner.vertices_mm * [0.94, 0.94, 0.9] + [0, 0, 10]
+    both = Mesh(
+        vertices_mm=np.concatenate([outer.vertices_mm, hollow]),
+        faces=np.concatenate([outer.faces, inner.faces[:, ::-1] + len(outer)]),
+    )
+    record = record_of(source(replace(cylinder(), mesh=both, landmarks=(), notes=())))
+    wall = record.tree["measures"]["wall"]
+    assert wall["thinnest_mm"] == pytest.approx(0.06 * RADIUS_MM, rel=0.01)
+    assert record.tree["measures"]["skin"] == "outside"
+    girths = [row["tape_mm"] for row in record.tree["inside"]["levels"] if row["tape_mm"]]
+    expected = 2 * np.pi * 0.94 * RADIUS_MM
+    assert all(girth["value"] == pytest.approx(expected, rel=1e-3) for girth in girths)
+    assert [picture.name for picture in record.pictures] == ["sides", "sections", "wall"]
+    page = record_page(record.tree, record.pictures)
+    assert "Measures of the inside by level" in page
+    assert "Of the OUTSIDE of the wall" in page
+    assert "mm thick where it is thinnest" in page

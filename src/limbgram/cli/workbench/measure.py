@@ -1,6 +1,7 @@
 """`limbgram measure`: the table of girths, widths, areas, volumes and lengths of a shape."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +26,8 @@ from limbgram.export.writing import write_bytes
 from limbgram.geometry.interval import explained, plus_minus
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape.bodies import left_out, outer_bodies
+from limbgram.shape.edits.solids.thickness import Thickness
+from limbgram.shape.frame import in_limb_frame
 from limbgram.shape.limb import Limb, LimbFrame
 from limbgram.shape.measures import (
     Figure,
@@ -35,6 +38,7 @@ from limbgram.shape.measures import (
     TapeFit,
     fit_to_tape,
     measure,
+    measure_inside,
 )
 from limbgram.shape.measures.table import csv_text, in_ml, tree
 
@@ -81,6 +85,13 @@ def measure_command(
     ] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
+    inside: Annotated[
+        bool,
+        typer.Option("--inside", help="Measure what a wall holds, such as the inside of a socket."),
+    ] = False,
+    walls: Annotated[
+        Path | None, typer.Option(help="Write a map of a wall's thickness (PNG).")
+    ] = None,
     unaligned: Annotated[
         bool,
         typer.Option("--unaligned", help="Measure across the file's z, from its lowest point."),
@@ -96,6 +107,9 @@ def measure_command(
         raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
     require_output(csv, ".csv", "a table")
     require_output(picture, ".png", "a picture")
+    require_output(walls, ".png", "a map")
+    if fit is not None and inside:
+        raise OptionsError("--fit makes a limb agree with a tape; leave out --inside.")
     require_apart(fit, shape)
     limb = shape_of(shape, unit).limb
     if unaligned:
@@ -111,11 +125,15 @@ def measure_command(
         lengths=tuple(pair_of(text, "--length") for text in length or ()),
         tape=tuple(reading_of(text) for text in tape or ()),
     )
-    measures = measure(limb, options)
+    measures = measure_inside(limb, options) if inside else measure(limb, options)
+    if walls is not None and measures.wall is None:
+        raise OptionsError("--walls draws the thickness of a wall, and this shape is none.")
     fitted = (
         None if fit is None else fit_to_tape(measures.limb, options.tape, measures.reference_mm)
     )
     written = _write(measures, fitted, (csv, picture, fit))
+    if walls is not None and measures.wall is not None:
+        written.append(write_bytes(walls, _map(limb, measures.wall)))
     return Reply(
         (
             *explained(_lines(limb, measures)),
@@ -148,6 +166,13 @@ def _picture(measures: Measures) -> bytes:
     return png(sections_drawing(measures).figure).tobytes()
 
 
+def _map(limb: Limb, wall: Thickness) -> bytes:
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.shape.walls import wall_map
+
+    return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()
+
+
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
         *(f"Note: {note}." for note in limb.notes),
@@ -160,6 +185,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
                 done="not measured",
             )
         ),
+        *_skin_lines(measures),
         f"Heights in mm from {measures.counting}; lengths in mm. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
@@ -177,6 +203,20 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),
     ]
+
+
+def _skin_lines(measures: Measures) -> Iterator[str]:
+    """Which skin of a wall was measured, and how thick it is."""
+    if measures.skin == "inside":
+        yield "Measured: the INSIDE of the wall. Areas and volumes are of what it holds."
+    if measures.skin == "outside":
+        yield (
+            "Measured: the OUTSIDE of a wall with two skins. Areas and volumes are of its "
+            "material; --inside measures what it holds."
+        )
+    if measures.wall is not None:
+        told = measures.wall.told("the limb's")
+        yield f"{told[0].upper()}{told[1:]}."
 
 
 def _sock_line(before_mm: float, after_mm: float) -> str:

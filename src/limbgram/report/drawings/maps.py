@@ -45,6 +45,14 @@ def signed_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_
     return _map(mesh, values, Normalize(-reach, reach), "RdBu_r", label, in_mm)
 
 
+def least_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str) -> Figure:
+    """Figures in millimetres from the least, dark, to the middle one and beyond, light."""
+    known = values[np.isfinite(values)]
+    low, middle = (float(known.min()), float(np.median(known))) if len(known) else (0.0, 1.0)
+    ends = Normalize(low, max(middle, low + 0.1))
+    return _map(mesh, values, ends, "YlOrRd_r", label, in_mm=True)
+
+
 def _reach(sizes: Float64[np.ndarray, " n"]) -> float:
     known = sizes[np.isfinite(sizes)]
     return max(float(np.quantile(known, _SHOWN_QUANTILE)), 1e-9) if len(known) else 1.0

@@ -8,10 +8,12 @@ Fails   MeasureError: the limb is not aligned, there are several, no height has 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from limbgram.errors import MeasureError, OptionsError
 from limbgram.shape.bodies import Apart, outer_bodies
+from limbgram.shape.edits.solids.thickness import Thickness, wall_of
 from limbgram.shape.frame.landmarks import landmark
 from limbgram.shape.frame.posture import frame_of, in_limb_frame
 from limbgram.shape.limb import Limb
@@ -19,9 +21,11 @@ from limbgram.shape.measures.lengths import Length, Place, length_between
 from limbgram.shape.measures.levels.cutting import Level, Refused, levels_at
 from limbgram.shape.measures.levels.figures import MEASURES, Figure, Sigmas, tape_mm
 from limbgram.shape.measures.levels.volumes import DISTAL_END, PROXIMAL_END, Volumes
+from limbgram.shape.measures.skins import inside_of, is_two_skinned
 from limbgram.shape.measures.sock import without_sock
 from limbgram.shape.measures.tape import TapeCheck, TapeReading, check_reading
 
+Skin = Literal["only", "outside", "inside"]
 _MOST_LEVELS = 5000
 _AT_ORIGIN_MM = 0.5
 """A tip as near to the frame's origin is the distal end from which heights count."""
@@ -99,6 +103,11 @@ class Measures:
     """Pieces inside the limb, such as bones, and loose ones beside it: not measured."""
     loose: tuple[Apart, ...]
     """Those beside it, in the limb frame."""
+    skin: Skin = "only"
+    """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those
+    of the material."""
+    wall: Thickness | None = None
+    """How thick it is, in the limb frame; None for what is no wall."""
 
     @property
     def counted_from(self) -> str:
@@ -128,7 +137,8 @@ def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
     heights = _heights(sigmas, zero, options)
     volumes = Volumes.of(sigmas)
     rows = tuple(_row(sigmas, volumes, level, zero) for level in levels_at(sigmas.mesh, heights))
-    if all(row.level is None for row in rows):
+    levels = [row.level for row in rows if row.level is not None]
+    if not levels:
         raise MeasureError(f"No height has an answer. The first: {rows[0].reason}")
     return Measures(
         limb=bare,
@@ -146,7 +156,19 @@ def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
         tape=_tape(sigmas, zero, options.tape),
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
+        skin="outside" if is_two_skinned(levels) else "only",
+        wall=wall_of(sigmas.mesh),
     )
+
+
+def measure_inside(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+    """Measure what an aligned wall, such as a socket, holds.
+
+    Raises:
+        MeasureError: it goes round no hollow, or as `measure`.
+    """
+    found = measure(inside_of(limb), options)
+    return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
 
 
 def _reference_mm(limb: Limb, name: str | None) -> float:

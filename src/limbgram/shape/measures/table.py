@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from limbgram.shape.edits.solids.thickness import Thickness
 from limbgram.shape.measures.lengths import Length
 from limbgram.shape.measures.levels.figures import MEASURES, Figure
 from limbgram.shape.measures.measuring import Measures, Row
@@ -30,7 +31,16 @@ def csv_text(measures: Measures) -> str:
     sheet = csv.writer(text, lineterminator="\n")
     sigmas = [f"sigma_{name}" for name in COLUMNS] if with_sigma else []
     sheet.writerow(
-        ["height_mm", "from_reference_mm", "reference", *COLUMNS, *sigmas, "loops", "reason"]
+        [
+            "height_mm",
+            "from_reference_mm",
+            "reference",
+            *COLUMNS,
+            *sigmas,
+            "loops",
+            "reason",
+            "skin",
+        ]
     )
     reference = measures.counted_from
     for row in measures.rows:
@@ -38,7 +48,7 @@ def csv_text(measures: Measures) -> str:
         values = ["" if f is None else round(f.value, _DECIMALS) for f in figures]
         spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
-        tail = [row.loops, row.reason]
+        tail = [row.loops, row.reason, measures.skin]
         sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
     return text.getvalue()
 
@@ -57,6 +67,8 @@ def tree(measures: Measures) -> dict[str, Any]:
             {"in_limb_mm": body.place_mm.tolist(), "size_mm": body.size_mm}
             for body in measures.loose
         ],
+        "skin": measures.skin,
+        "wall": _wall(measures.wall),
         "reference": measures.counted_from,
         "reference_height_mm": measures.reference_mm,
         "tip_height_mm": measures.tip_mm,
@@ -72,6 +84,16 @@ def tree(measures: Measures) -> dict[str, Any]:
         ],
         "lengths": [_length(length) for length in measures.lengths],
         "tape": [_tape(check, measures.reference_mm) for check in measures.tape],
+    }
+
+
+def _wall(wall: Thickness | None) -> dict[str, Any] | None:
+    if wall is None:
+        return None
+    return {
+        "thinnest_mm": wall.thinnest_mm,
+        "in_limb_mm": wall.place_mm.tolist(),
+        "median_mm": wall.median_mm,
     }
 
 

@@ -18,7 +18,8 @@ from limbgram.shape.edits.ends.brim import Extension
 from limbgram.shape.edits.presets import Sock
 from limbgram.shape.edits.pressing import AtPlaces, at_places, reach_of
 from limbgram.shape.edits.regional import Load, Relieve
-from limbgram.shape.edits.solids.making import Fill, Mirror, Wall
+from limbgram.shape.edits.solids.making import Fill, Mirror, Wall, require_thickness_kept
+from limbgram.shape.edits.solids.thickness import wall_of
 from limbgram.shape.limb import Limb
 from limbgram.shape.recipe.accepting import (
     MOVING,
@@ -72,13 +73,17 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
     lines: list[Line] = []
     figures = figures_of(limb, levels)
     start, places = limb, dict[str, float]()
+    walled: Wall | None = None
     for number, entry in enumerate(track(recipe.entries), start=1):
         if not entry.on:
             continue
         try:
             after = do_edit(limb, entry.edit)
+            if walled is not None:
+                require_thickness_kept(walled, wall_of(after.mesh))
         except EditError as error:
             raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
+        walled = entry.edit if isinstance(entry.edit, Wall) else walled
         gained = figures_of(after, levels)
         found = AtPlaces(pressures=(), shifts_mm={})
         reach_mm = (0.0, 0.0)

@@ -9,6 +9,7 @@ from limbgram.errors import EditError
 from limbgram.shape.edits.cutting.trimming import PlaneCut, plane_cut
 from limbgram.shape.edits.ends.brim import Extension, Flare, extension, flare
 from limbgram.shape.edits.ends.distal import DistalEnd, distal_end
+from limbgram.shape.edits.regional import Load
 from limbgram.shape.edits.solids.making import (
     Fill,
     Mirror,
@@ -19,9 +20,11 @@ from limbgram.shape.edits.solids.making import (
     offset_whole,
     wall,
 )
+from limbgram.shape.edits.solids.thickness import wall_of
 from limbgram.shape.limb import Limb
+from limbgram.shape.recipe import Entry, Recipe, replay
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import boundary_loops, volume_mm3, with_faces
+from limbgram.surface.topology import boundary_half_edges, boundary_loops, volume_mm3, with_faces
 
 RADIUS_MM, TOP_MM, SPOKES = 40.0, 160.0, 72
 
@@ -204,3 +207,54 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
     unsure = replace(limb, frame=replace(limb.frame, side="none"))
     with pytest.raises(EditError, match="nobody has said"):
         mirror(unsure, Mirror(confirmed_side="left"))
+
+
+def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
+    made = wall(limb, Wall(thickness_mm=4))
+    assert "mm thick where it is thinnest" in made.notes[-1]
+    found = wall_of(made.mesh)
+    assert found is not None
+    assert found.thinnest_mm == pytest.approx(4, abs=0.1)
+    assert any(
+        "no weight before it was tested" in note
+        for note in wall(limb, Wall(thickness_mm=1.5)).notes
+    )
+
+
+def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
+    with pytest.raises(EditError, match=r"1 mm or more, not 0\.2"):
+        wall(limb, Wall(thickness_mm=0.2))
+    made = wall(limb, Wall(thickness_mm=0.2, least_mm=0.1))
+    assert wall_of(made.mesh) is not None
+    with pytest.raises(EditError, match="above 0 mm"):
+        wall(limb, Wall(thickness_mm=0.2, least_mm=0))
+
+
+def ragged(limb: Limb, depth_mm: float) -> Limb:
+    """Every second place of the brim bent inward, as the torn edge of a scan."""
+    border = np.unique(boundary_half_edges(limb.mesh.faces))
+    assert limb.frame is not None
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    points[border[::2], :2] *= 1 - depth_mm / RADIUS_MM
+    points[border[::2], 2] += 1.0
+    vertices = limb.frame.limb_from_mesh.inverse.apply(points)
+    return replace(limb, mesh=limb.mesh.with_vertices(vertices))
+
+
+def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
+    torn = ragged(limb, 4.0)
+    with pytest.raises(EditError, match="cut it by a plane"):
+        wall(torn, Wall(thickness_mm=3))
+    assert limb.frame is not None
+    heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
+    cut = plane_cut(torn, PlaneCut(height_mm=float(heights.max()) - 12))
+    assert "where it is thinnest" in wall(cut, Wall(thickness_mm=3)).notes[-1]
+
+
+def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:
+    inward = Entry(edit=Wall(thickness_mm=4, side="inward"))
+    kept = Load(at="front", depth_mm=2.0, flat_mm=6.0, falloff_mm=10.0)
+    replay(Recipe(name="x", entries=(inward, Entry(edit=kept))), limb)
+    thinning = Entry(edit=replace(kept, depth_mm=3.4))
+    with pytest.raises(EditError, match=r"Edit 2 .*0\.6\d mm thick where it is thinnest"):
+        replay(Recipe(name="x", entries=(inward, thinning)), limb)

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from limbgram.report.shape.record.replaying import SAME_MM
 from limbgram.shape.edits.pressing import PRESSES_MM
+from limbgram.shape.edits.solids.making import LEAST_WALL_MM
 from limbgram.shape.measures import Measures
 
 _FILLED_SHARE = 0.01
@@ -75,6 +76,16 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
             topic="surface",
             what="The shape carries no uncertainty, so no figure has a ±.",
             remedy="PLY files of `limbgram reconstruct` carry it.",
+        )
+    wall = measures.wall
+    if wall is not None:
+        told = wall.told("the limb's")
+        yield Finding(
+            topic="surface",
+            what=f"{told[0].upper()}{told[1:]}.",
+            remedy=f"Less than {LEAST_WALL_MM:g} mm is not made by printers of every kind; look at "
+            "the map of the wall.",
+            gravity="serious" if wall.thinnest_mm < LEAST_WALL_MM else "mild",
         )
     filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
     if filled > _FILLED_SHARE:

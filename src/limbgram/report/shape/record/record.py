@@ -33,6 +33,7 @@ from limbgram.report.shape.record.sources import (
     printed_names,
 )
 from limbgram.report.shape.record.views import four_sides_of_limb
+from limbgram.report.shape.walls import wall_map
 from limbgram.shape.bodies import outside_of
 from limbgram.shape.comparing import (
     CompareOptions,
@@ -44,7 +45,7 @@ from limbgram.shape.comparing.registration import Way
 from limbgram.shape.comparing.telling.trees import comparison_tree
 from limbgram.shape.frame import frame_of, in_limb_frame
 from limbgram.shape.limb import Landmark
-from limbgram.shape.measures import MeasureOptions, Measures, measure
+from limbgram.shape.measures import MeasureOptions, Measures, measure, measure_inside
 from limbgram.shape.measures.table import tree as measures_tree
 from limbgram.surface.mesh import Mesh
 
@@ -102,10 +103,10 @@ def record_of(
     told = replace(told, limb=outside_of(told.limb))
     other = None if against is None else nameless(against, printed)
     reference = options.reference and printed.get(options.reference, options.reference)
-    measures = measure(
-        told.limb, MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
-    )
+    options_of_levels = MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
+    measures = measure(told.limb, options_of_levels)
     done = None if recipe is None else replayed_on(recipe, shape, against)
+    inside = None if measures.skin != "outside" else measure_inside(told.limb, options_of_levels)
     compared = None if other is None else _compare(told, other, done, options)
     mesh = in_limb_frame(told.limb)
     marks = tuple(
@@ -130,6 +131,7 @@ def record_of(
         "triangles": len(mesh.faces),
         "notes": list(told.limb.notes),
         "measures": measures_tree(measures),
+        "inside": None if inside is None else measures_tree(inside),
         "landmarks": [
             {"name": mark.name, "in_limb_mm": mark.position_mm.tolist()} for mark in marks
         ],
@@ -171,6 +173,8 @@ def _pictures(
         drawings.append(("differences", "What differs", difference_pictures(compared)))
     elif any(row.level is not None for row in measures.rows):
         drawings.append(("sections", "Sections at the levels", sections_drawing(measures)))
+    if measures.wall is not None:
+        drawings.append(("wall", "How thick the wall is", wall_map(mesh, measures.wall)))
     return tuple(_picture(*drawing) for drawing in drawings)
 
 

@@ -13,6 +13,7 @@ from limbgram.shape.edits.guard import require_sound, spoilt_vertices
 from limbgram.shape.edits.marking.growth import with_added
 from limbgram.shape.edits.marking.places import displaced, frame_of, moved_by
 from limbgram.shape.edits.offset import offset, offset_unchecked
+from limbgram.shape.edits.solids.thickness import Thickness, between_skins, thin_lip
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
 from limbgram.surface.repair.filling import fill_holes
@@ -21,12 +22,19 @@ from limbgram.surface.topology import boundary_half_edges, face_components
 
 _RETRIES = 5
 """Times that a wall is evened out where it would cut through itself, before it is refused."""
-_THINNEST_MM = 0.1
-"""Nothing that is printed or laminated has a thinner wall."""
+LEAST_WALL_MM = 1.0
+"""A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
+1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
+strength: sockets are made, and were studied, from 2 mm on."""
+_STUDIED_MM = 2.0
+"""The thinnest socket of P. Lenka, A. Choudhury, J Biomed Sci Eng 4, 2011, 762-768, who found 3 mm
+of laminate best."""
 _BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
 """An opening of this share of what the shape shows from there is its brim, not a hole."""
 _SHEET = 2.0
 """A piece with less area than so many of its opening's is flatter than half a ball."""
+_ROUNDING = 1 - 1e-6
+"""A wall that is as thick as its least is not refused for a rounding."""
 Loop = Int32[np.ndarray, " l"]
 """Vertices round an opening."""
 
@@ -54,6 +62,8 @@ class Wall:
     thickness_mm: float
     side: Literal["outward", "inward"] = "outward"
     """On which side of the surface the wall lies: outward for a socket over the shape."""
+    least_mm: float = LEAST_WALL_MM
+    """Thinner than this nowhere: the wall is refused if it is, as a ragged brim can make it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,12 +78,15 @@ def require_wall(edit: Wall, what: str) -> None:
     """Refuse a thickness that no wall has.
 
     Raises:
-        EditError: it is not above 0 mm, or thinner than anything that is made.
+        EditError: it is not above 0 mm, or thinner than the least that is asked for.
     """
-    if not edit.thickness_mm >= _THINNEST_MM:
+    if not edit.least_mm > 0:
+        raise EditError(f"{what} needs a least_mm above 0 mm, not {edit.least_mm:g}.")
+    if not edit.thickness_mm >= edit.least_mm:
         raise EditError(
-            f"{what} needs a thickness of {_THINNEST_MM:g} mm or more, not "
-            f'{edit.thickness_mm:g}. On which side it lies is said by side = "outward" or "inward".'
+            f"{what} needs a thickness of {edit.least_mm:g} mm or more, not "
+            f"{edit.thickness_mm:g}: thinner ones are not made by printers, unless least_mm says "
+            'what yours makes. On which side it lies is said by side = "outward" or "inward".'
         )
 
 
@@ -167,7 +180,8 @@ def wall(limb: Limb, edit: Wall) -> Limb:
     """Give the surface a thickness; the result is watertight.
 
     Raises:
-        EditError: the shape is closed already, or the wall would cut through itself.
+        EditError: the shape is closed already, or the wall would cut through itself, or be
+            thinner somewhere than its least.
     """
     what = "The wall"
     require_wall(edit, what)
@@ -185,7 +199,7 @@ def wall(limb: Limb, edit: Wall) -> Limb:
     spoilt = spoilt_vertices(mesh, solid)
     for _ in range(_RETRIES):
         if not spoilt.any():
-            return limb.with_mesh(solid)
+            return _thick_enough(limb, edit, solid)
         # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
         ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
         for _ in range(2):
@@ -194,7 +208,52 @@ def wall(limb: Limb, edit: Wall) -> Limb:
         changed = (solid.vertices_mm != last.vertices_mm).any(1)
         spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
     require_sound(what, mesh, solid)
-    return limb.with_mesh(solid)
+    return _thick_enough(limb, edit, solid)
+
+
+def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
+    """Refuse what later edits made of a wall, if it is thinner than the wall's least.
+
+    Raises:
+        EditError: says where.
+    """
+    if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
+        raise EditError(
+            f"{_sentence(found)}. Less than {edit.least_mm:g} mm was not allowed (least_mm of the "
+            "wall). Do less of this edit, or make the wall last."
+        )
+
+
+def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
+    """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
+    found = between_skins(solid, len(limb.mesh), len(limb.mesh.faces))
+    if found.thinnest_mm < _ROUNDING * edit.least_mm:
+        raise EditError(
+            f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
+            "allowed (least_mm). Mostly the brim is ragged there: cut it by a plane or a trimline "
+            "first, smooth the shape, or give the wall more thickness."
+        )
+    lip = thin_lip(solid, edit.least_mm)
+    if lip is not None:
+        x, y, z = lip.place_mm
+        raise EditError(
+            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
+            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
+            f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's own "
+            "edge is: cut it by a plane or a trimline first."
+        )
+    told = [found.told()]
+    if found.thinnest_mm < _STUDIED_MM:
+        told.append(
+            f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
+            "let it bear no weight before it was tested"
+        )
+    return replace(limb, mesh=solid, notes=(*limb.notes, *told))
+
+
+def _sentence(found: Thickness) -> str:
+    told = found.told()
+    return f"{told[0].upper()}{told[1:]}"
 
 
 def mirror(limb: Limb, edit: Mirror) -> Limb:

@@ -32,6 +32,7 @@ def record_page(tree: Tree, pictures: Sequence[Picture]) -> str:
         "<h2>Measures by level</h2>",
         f'<p class="note">{escape(words.measure_note(tree))}</p>',
         table(words.MEASURE_HEADS, words.measure_rows(tree)),
+        *_inside(tree),
         *_comparison(tree),
         *(shown(picture) for picture in pictures[1:]),
         *_recipe(tree),
@@ -59,6 +60,14 @@ def _landmarks(tree: Tree) -> Iterator[str]:
     yield "<h3>Landmarks, in the limb's axes</h3>"
     rows = words.landmark_rows(tree)
     yield table(words.LANDMARK_HEADS, rows) if rows else "<p>None were marked.</p>"
+
+
+def _inside(tree: Tree) -> Iterator[str]:
+    if tree["inside"] is None:
+        return
+    yield "<h3>Measures of the inside by level</h3>"
+    yield f'<p class="note">{words.inside_note()}</p>'
+    yield table(words.MEASURE_HEADS, words.inside_rows(tree))
 
 
 def _comparison(tree: Tree) -> Iterator[str]:

@@ -92,6 +92,15 @@ def card_rows(tree: Tree) -> tuple[tuple[str, str, str], ...]:
     return tuple(cards)
 
 
+def inside_rows(tree: Tree) -> list[Row]:
+    """The same of what a wall holds."""
+    return [_measure_row(row) for row in tree["inside"]["levels"]]
+
+
+def inside_note() -> str:
+    return _skin("inside").strip()
+
+
 def measure_rows(tree: Tree) -> list[Row]:
     """A row a level; one without an answer has a second cell alone, which says why."""
     return [_measure_row(row) for row in tree["measures"]["levels"]]
@@ -103,8 +112,9 @@ def measure_note(tree: Tree) -> str:
         for row in tree["measures"]["levels"]
     )
     spread = f"{HOLDS}." if with_sigma else ""
+    skin, reference = _skin(tree["measures"]["skin"]), tree["measures"]["reference"]
     return (
-        f"Heights count from: {tree['measures']['reference']}. Tape: what a taut tape reads; "
+        f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
         f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
     ).strip()
 
@@ -222,6 +232,15 @@ def _change_row(row: Tree) -> Row:
         "-" if slab is None else f"{slab['second']:.1f}",
         "-" if slab is None else f"{slab['difference']:+.1f}",
     )
+
+
+def _skin(skin: str) -> str:
+    """Which skin of a wall the figures are of."""
+    if skin == "inside":
+        return "Of the INSIDE of the wall; areas and volumes are of what it holds. "
+    if skin == "outside":
+        return "Of the OUTSIDE of the wall; areas and volumes are of its material. "
+    return ""
 
 
 def _mark(concern: Tree) -> str:
