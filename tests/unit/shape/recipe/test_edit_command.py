@@ -64,10 +64,10 @@ def test_a_refused_edit_leaves_no_file(scan: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("wall thickness_mm=0", "thickness of 0.1 mm or more, not 0"),
+        ("wall thickness_mm=0", "thickness of 1 mm or more, not 0"),
         ("wall thickness_mm=-3 side=inward", "not -3"),
         ("wall thickness_mm=nan", "must be a number, not nan"),
-        ("wall thickness_mm=1e-9", "0.1 mm or more"),
+        ("wall thickness_mm=1e-9", "1 mm or more, not 1e-09"),
         ("liner name=alpha-3mm share=1.5", "from 0 (least) to 1 (most), not 1.5"),
         ("liner name=alpha-4mm", "must be one of iceross-original, alpha-3mm"),
         ("liner name=alpha-3mm proximal_mm=90", "leave out proximal_mm and above"),
@@ -99,7 +99,7 @@ def test_what_makes_sense_on_no_limb_is_not_added(tmp_path: Path, words: str, to
 @pytest.mark.parametrize(
     "words",
     [
-        "wall thickness_mm=0.1",
+        "wall thickness_mm=1",
         "liner name=alpha-3mm share=1",
         "liner name=iceross-original proximal_mm=0 above=patella",
         "plane-cut height_mm=-10 above=patella forward_deg=80",
