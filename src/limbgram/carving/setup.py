@@ -4,7 +4,12 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from jaxtyping import Float64
+
 from limbgram.errors import CarveError, OptionsError
+
+Radii = Float64[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +28,8 @@ class CarveOptions:
     nothing is sawn off."""
     spigot_mm: float = 0.0
     """Radius left standing at the distal end for a tailstock; 0 carves the tip."""
+    mandrel_diameter_mm: float = 0.0
+    """Of a bar through the whole blank, which the tool must not touch; 0 for none."""
     to_mm: float | None = None
     """Height at which to stop; None: the highest at which the surface goes all round."""
     scallop_mm: float = 0.05
@@ -30,7 +37,10 @@ class CarveOptions:
     tolerance_mm: float = 0.01
     """How far straight moves may leave the curved path."""
     pattern: Literal["helix", "rings"] = "helix"
-    """Rings turn to and fro, for machines that must not wind up."""
+    """Rings go to and fro within one turn."""
+    most_turns: int | None = None
+    """The helix turns back after so many turns, so that the angle stays between nothing and that;
+    None winds on from beginning to end."""
     rough_depth_mm: float = 15.0
     rough_allowance_mm: float = 1.0
     """What roughing leaves for finishing."""
@@ -60,17 +70,35 @@ class CarveOptions:
         return 2 * math.sqrt(2 * self.ball_mm * scallop - scallop**2)
 
     @property
+    def standing_mm(self) -> float:
+        """Radius that is left standing everywhere: spigot, or mandrel and a little over it."""
+        mandrel = self.mandrel_diameter_mm
+        return max(self.spigot_mm, mandrel / 2 + _MANDREL_GAP_MM if mandrel else 0.0)
+
+    @property
     def floor_mm(self) -> float:
         """The ball's centre comes no nearer to the axis."""
-        return self.spigot_mm + self.ball_mm if self.spigot_mm else 0.0
+        return self.standing_mm + self.ball_mm if self.standing_mm else 0.0
 
 
 DEFAULTS = CarveOptions()
+FAST: dict[str, float] = {
+    "tool_diameter_mm": 19.0,
+    "scallop_mm": 0.1,
+    "tolerance_mm": 0.02,
+    "rough_stepover": 0.5,
+    "rough_depth_mm": 25.0,
+}
+"""For a model that is sanded anyway: ridges of 0.1 mm, wide ways."""
+_MANDREL_GAP_MM = 1.0
+_ROUND_TIP_MM = 30.0
+"""Up to so far over the distal end a shape may be thinner than the mandrel: there it is round."""
 
 _LIMITS: dict[str, tuple[float, float]] = {
     "tool_diameter_mm": (1, 60),
     "tool_reach_mm": (5, 1000),
     "spigot_mm": (0, 100),
+    "mandrel_diameter_mm": (0, 100),
     "scallop_mm": (0.001, 2),
     "tolerance_mm": (0.001, 0.04),
     "rough_depth_mm": (0.5, 100),
@@ -92,6 +120,11 @@ def check_options(options: CarveOptions) -> None:
             raise OptionsError(
                 f"{name} = {value:g} cannot be: it lies between {low:g} and {high:g}."
             )
+    if options.most_turns is not None and options.most_turns < 2:
+        raise OptionsError(
+            "A helix needs room for two turns at least before it turns back. Allow more, or carve "
+            "in rings."
+        )
     if not 0 <= options.beyond_tip_mm <= options.tool_diameter_mm:
         raise OptionsError(
             f"The blank reaches {options.beyond_tip_mm:g} mm over the tip: with a tool of "
@@ -131,6 +164,21 @@ def fit_blank(options: CarveOptions, radius_mm: float, low_mm: float, high_mm: f
             "between the last cut and the chuck. Take a longer one, or end lower."
         )
     return Blank(radius_mm=diameter_mm / 2, from_mm=low_mm - options.beyond_tip_mm, to_mm=high_mm)
+
+
+def check_mandrel(options: CarveOptions, radii_mm: Radii, over_tip_mm: Radii) -> None:
+    """Whether the shape hides the mandrel, but for its round tip."""
+    if not options.mandrel_diameter_mm:
+        return
+    bare = (radii_mm < options.standing_mm) & (over_tip_mm > _ROUND_TIP_MM)
+    if bare.any():
+        worst = int(np.argmin(np.where(bare, radii_mm, np.inf)))
+        raise CarveError(
+            f"The mandrel of {options.mandrel_diameter_mm:g} mm would stand out of the shape: it "
+            f"comes within {radii_mm[worst]:.1f} mm of the axis {over_tip_mm[worst]:.0f} mm over "
+            f"its distal end ({options.standing_mm:g} mm are needed). Take a thinner mandrel, or "
+            "align the limb nearer to its middle."
+        )
 
 
 def check_reach(options: CarveOptions, blank: Blank, lowest_tip_mm: float) -> None:

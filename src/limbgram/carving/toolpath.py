@@ -19,6 +19,7 @@ from limbgram.carving.setup import (
     DEFAULTS,
     Blank,
     CarveOptions,
+    check_mandrel,
     check_options,
     check_reach,
     fit_blank,
@@ -68,15 +69,20 @@ def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolp
     low_mm = float(mesh_in_limb.vertices_mm[:, 2].min())
     high_mm = _end(mesh_in_limb, options)
     below = mesh_in_limb.vertices_mm[mesh_in_limb.vertices_mm[:, 2] <= high_mm]
-    blank = fit_blank(options, float(np.hypot(below[:, 0], below[:, 1]).max()), low_mm, high_mm)
+    radii = np.hypot(below[:, 0], below[:, 1])
+    blank = fit_blank(options, float(radii.max()), low_mm, high_mm)
+    check_mandrel(options, radii, below[:, 2] - low_mm)
     # Between samples a ball sinks by c^2 / (2 R), c being the way to the nearest of them.
     sinking = options.tolerance_mm
     spacing_mm = np.sqrt(3 * 2 * ball * sinking)
     field = ContactField.of(sampled(mesh_in_limb, spacing_mm))
     finishing = _Way(field, options, ball + sinking)
     rings_mm = finishing.rings(low_mm - ball, high_mm)
-    strips = [*_roughing(_Way(field, options, ball + options.rough_allowance_mm), blank, low_mm)]
-    strips.append(_finishing(finishing, rings_mm, blank))
+    roughing = _Way(field, options, ball + options.rough_allowance_mm)
+    strips: list[Strip] = []
+    for passed in [*_roughing(roughing, blank, low_mm), _finishing(finishing, rings_mm, blank)]:
+        at_turn = round(float(strips[-1].a_deg[-1]) / 360) if strips else 0
+        strips.append(_strip(passed, at_turn))
     lowest_mm = min(float(strip.centre_mm.min()) for strip in strips) - ball
     check_reach(options, blank, lowest_mm)
     return Toolpath(
@@ -123,12 +129,26 @@ class _Way:
         return np.interp(np.linspace(0, way[-1], steps + 1), way, x_mm)
 
 
-def _finishing(way: _Way, rings_mm: Float64[np.ndarray, " r"], blank: Blank) -> Strip:
+@dataclass(frozen=True)
+class _Pass:
+    """What one strip is to cover."""
+
+    way: _Way
+    rings_mm: Float64[np.ndarray, " r"]
+    """Along the axis, rising."""
+    count: int
+    """Places on a turn."""
+    level_mm: float
+    """The ball's centre comes no nearer to the axis."""
+    name: str
+
+
+def _finishing(way: _Way, rings_mm: Float64[np.ndarray, " r"], blank: Blank) -> _Pass:
     count = _places_round(way.options, blank.radius_mm + way.ball_mm, way.options.tolerance_mm)
-    return _strip(way, rings_mm, count, 0.0, "finishing")
+    return _Pass(way, rings_mm, count, 0.0, "finishing")
 
 
-def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[Strip]:
+def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[_Pass]:
     """Layers from the blank's outside to the axis; ways where nothing is left to cut are left
     out."""
     options = way.options
@@ -141,15 +161,15 @@ def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[Strip]:
     grid_x, grid_a = np.meshgrid(rings_mm, angles, indexing="ij")
     lowest = way.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape).min(1)
     layers = int(np.ceil(blank.radius_mm / options.rough_depth_mm))
-    strips: list[Strip] = []
+    passes: list[_Pass] = []
     for layer in range(1, layers + 1):
         level_mm = blank.radius_mm - layer * options.rough_depth_mm + ball
         needed = np.flatnonzero(lowest < level_mm + options.rough_depth_mm)
         for run in np.split(needed, np.flatnonzero(np.diff(needed) > 1) + 1):
             if len(run):
                 name = f"roughing {layer} of {layers}"
-                strips.append(_strip(way, rings_mm[run], count, max(level_mm, 0.0), name))
-    return strips
+                passes.append(_Pass(way, rings_mm[run], count, max(level_mm, 0.0), name))
+    return passes
 
 
 def _places_round(options: CarveOptions, radius_mm: float, tolerance_mm: float) -> int:
@@ -159,28 +179,68 @@ def _places_round(options: CarveOptions, radius_mm: float, tolerance_mm: float) 
     return max(36, int(np.ceil(2 * np.pi * radius_mm / step_mm)))
 
 
-def _strip(
-    way: _Way, rings_mm: Float64[np.ndarray, " r"], count: int, level_mm: float, name: str
-) -> Strip:
-    """One strip over all rings, no nearer to the axis than a level."""
-    if way.options.pattern == "rings":
-        return _rings(way, rings_mm, count, level_mm, name)
+def _strip(passed: _Pass, at_turn: int) -> Strip:
+    """One strip over all rings, from the turn at which the last one ended."""
+    options = passed.way.options
+    if options.pattern == "rings":
+        return _rings(passed, at_turn)
     # A full turn at either end, a ring's distance a turn between.
-    turn = np.arange((len(rings_mm) + 1) * count + 1) / count
-    x_mm = np.interp(turn - 1, np.arange(len(rings_mm)), rings_mm)
-    stops = np.maximum(way.stops(x_mm, 360.0 * turn), level_mm)
-    return Strip(x_mm=x_mm, a_deg=360.0 * turn, centre_mm=stops, name=name)
+    course = _course(len(passed.rings_mm) + 1, passed.count, at_turn, options.most_turns)
+    rings = np.arange(len(passed.rings_mm))
+    x_mm = np.interp(course.done - 1, rings, passed.rings_mm)
+    a_deg = 360.0 * course.angle
+    stops = np.maximum(passed.way.stops(x_mm, a_deg), passed.level_mm)
+    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=stops, name=passed.name)
 
 
-def _rings(
-    way: _Way, rings_mm: Float64[np.ndarray, " r"], count: int, level_mm: float, name: str
-) -> Strip:
+@dataclass(frozen=True)
+class _Course:
+    """How a helix turns: both in turns."""
+
+    done: Float64[np.ndarray, " k"]
+    """On the way along the axis."""
+    angle: Float64[np.ndarray, " k"]
+
+
+def _course(turns: int, count: int, start: int, most: int | None) -> _Course:
+    """On and on; or back wherever the angle has come to its end, after one turn on the spot.
+
+    Without that turn the ways before and after the change would part by two rings' distance.
+    """
+    if most is None:
+        done = np.arange(turns * count + 1) / count
+        return _Course(done, start + done)
+    sign = 1 if 2 * start <= most else -1
+    advances: list[int] = []
+    signs: list[int] = []
+    at = start
+    while sum(advances) < turns:
+        room = most - at if sign > 0 else at
+        way = min(room, turns - sum(advances))
+        advances += [1] * way
+        signs += [sign] * way
+        at += sign * way
+        if sum(advances) < turns:
+            sign = -sign
+            advances.append(0)
+            signs.append(sign)
+            at += sign
+    share = np.arange(1, count + 1) / count
+    before = np.concatenate([[0], np.cumsum(advances)[:-1]])[:, None]
+    angles = start + np.concatenate([[0], np.cumsum(signs)[:-1]])[:, None]
+    done = before + np.array(advances)[:, None] * share
+    angle = angles + np.array(signs)[:, None] * share
+    return _Course(np.append(0.0, done), np.append(float(start), angle))
+
+
+def _rings(passed: _Pass, at_turn: int) -> Strip:
     """To and fro; from ring to ring over the highest place between them, for the straight way
     would cut a bulge's corner."""
+    rings_mm, count, way = passed.rings_mm, passed.count, passed.way
     turn = np.linspace(0, 360, count + 1)
     there = np.append(turn, np.full(_LINKS, 360.0))
     back = np.append(turn[::-1], np.zeros(_LINKS))
-    a_deg = np.where((np.arange(len(rings_mm)) % 2 == 0)[:, None], there, back)
+    a_deg = np.where((np.arange(len(rings_mm)) % 2 == at_turn)[:, None], there, back)
     share = np.append(np.zeros(count + 1), np.linspace(0, 1, _LINKS))
     x_mm = rings_mm[:, None] + np.append(np.diff(rings_mm), 0.0)[:, None] * share
     stops = way.stops(x_mm.ravel(), a_deg.ravel()).reshape(x_mm.shape)
@@ -188,6 +248,6 @@ def _rings(
     return Strip(
         x_mm=x_mm.ravel(),
         a_deg=a_deg.ravel(),
-        centre_mm=np.maximum(stops, level_mm).ravel(),
-        name=name,
+        centre_mm=np.maximum(stops, passed.level_mm).ravel(),
+        name=passed.name,
     )

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from limbgram.cli.main import app
 from limbgram.cli.workbench import exporting
 from limbgram.cli.workbench.exporting import dxf_reply
-from limbgram.export.workshop import AopOptions, AopReport, write_aop, write_limb
+from limbgram.export.workshop import AopOptions, AopReport, read_machine, write_aop, write_limb
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Limb, LimbFrame
 from limbgram.shape.reading import read_limb
@@ -111,6 +111,61 @@ def test_gcode(scan: Path) -> None:
     assert content["gouge_mm"] < 0.02  # type: ignore[operator]
     assert "( SIDE: LEFT )" in Path(str(content["written"])).read_text()
     assert Path(str(content["mirror_check"])).is_file()
+
+
+def test_a_machine_file_is_kept_and_taken(scan: Path) -> None:
+    """What is typed goes over the preset, and that over the machine file."""
+    kept = scan.with_name("shop.toml")
+    carve = ("--to", "gcode", "--side", "left", "--scallop", "0.3", "--dialect", "grbl")
+    rates = ("--plunge", "444", "--spindle", "7000", "--rough-depth", "30", "--turn-rate", "5000")
+    content = exported(
+        scan,
+        *carve,
+        *rates,
+        "--preset",
+        "fast",
+        "--write-machine",
+        str(kept),
+        "-o",
+        str(scan.with_name("one.nc")),
+    )
+    assert content["dialect"] == "grbl"
+    assert content["machine"] == str(kept)
+    machine = read_machine(kept)
+    assert machine.carving.scallop_mm == 0.3
+    assert machine.carving.tool_diameter_mm == 19
+    assert machine.carving.spindle_rpm == 7000
+    again = exported(
+        scan,
+        "--to",
+        "gcode",
+        "--side",
+        "left",
+        "--machine",
+        str(kept),
+        "-o",
+        str(scan.with_name("two.nc")),
+    )
+    one, two = (scan.with_name(f"{name}.nc").read_bytes() for name in ("one", "two"))
+    assert one == two
+    assert again["rotary_deg"] == content["rotary_deg"]
+    assert b"F444.0" in one
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--dialect", "grbl", "--winding", "rollover"), "turn back a whole turn"),
+        (("--write-machine", "x.json"), "end in .toml"),
+        (("--machine", "none.toml"), "cannot be read"),
+        (("--mandrel", "66"), "stand out of the shape"),
+        (("--winding", "continuous", "--a-limit", "720"), "would wind up"),
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused(scan: Path, words: tuple[str, ...], says: str) -> None:
+    coarse = ("--scallop", "0.4", "--tool", "16")
+    assert says in refused(scan, "--to", "gcode", "--side", "left", *coarse, *words)
+    assert "--machine: for gcode only" in refused(scan, "--to", "stl", "--machine", "x.toml")
 
 
 def test_dxf_in_two_forms(scan: Path) -> None:

@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 
 from limbgram.carving import CarveOptions
-from limbgram.errors import CarveError, ExportError
-from limbgram.export.workshop import gcode as program
-from limbgram.export.workshop import write_gcode
+from limbgram.errors import CarveError, ExportError, OptionsError
+from limbgram.export.workshop import (
+    Control,
+    Machine,
+    read_machine,
+    write_gcode,
+    write_machine,
+)
+from limbgram.export.workshop.gcode import writing as program
 from limbgram.geometry.rigid import Rigid
 from limbgram.shape import Limb, LimbFrame
 from limbgram.shape.reading import read_limb
@@ -111,7 +117,7 @@ def test_a_program_that_gouges_is_not_kept(
 def test_foreign_words_are_not_passed_over() -> None:
     for line in ("G2 X1", "G1 Y3", "G20"):
         with pytest.raises(ExportError, match="the word"):
-            program.read_moves(f"G21 G90 G94\nG0 Z50\n{line}\n", OPTIONS)
+            program.read_moves(f"G21 G90 G94\nG0 Z50\n{line}\n", OPTIONS, Control())
 
 
 def test_only_an_aligned_limb(tmp_path: Path, limb: Limb) -> None:
@@ -128,3 +134,94 @@ def test_real_limbs_are_not_cut_into(tmp_path: Path, data_folder: Path, name: st
     assert report.check.gouge_mm < 0.05
     assert 0.03 < report.check.scallop_mm < 0.07
     assert report.check.left_share < 0.01
+
+
+def lines_of(tmp_path: Path, limb: Limb, control: Control, **more: object) -> list[str]:
+    options = replace(OPTIONS, **more)  # type: ignore[arg-type]
+    return write_gcode(limb, tmp_path / "limb.nc", options, control).path.read_text().splitlines()
+
+
+def test_the_words_of_each_dialect(tmp_path: Path, limb: Limb) -> None:
+    start = "G21 G17 G40 G49 G54 G80 G90 G94"
+    linuxcnc = lines_of(tmp_path, limb, Control(tool_number=3, coolant="flood"))
+    at = linuxcnc.index(start)
+    assert linuxcnc[at + 1 : at + 4] == ["G64 P0.010", "T3 M6", "G43 H3"]
+    assert linuxcnc[at + 5 : at + 8] == ["S12000 M3", "G4 P3.0", "M8"]
+    assert linuxcnc[-3:] == ["M9", "M5", "M30"]
+    assert {line for line in linuxcnc if line.startswith("G9")} == {"G93", "G94"}
+    fanuc = lines_of(tmp_path, limb, Control(dialect="fanuc", program_number=17))
+    assert (fanuc[:2], fanuc[-2:]) == (["%", "O0017"], ["M30", "%"])
+    assert "G4 P3000" in fanuc
+    assert "(SIDE = RIGHT)" in fanuc
+    grbl = lines_of(tmp_path, limb, Control(dialect="grbl", rotary_word="Y"))
+    assert start in grbl
+    assert not any(line.startswith(("G93", "G43", "G64", "T")) for line in grbl)
+    assert any(re.fullmatch(r"G1 X\S+ Y\S+ Z\S+ F\S+", line) for line in grbl)
+    quiet = lines_of(tmp_path, limb, Control(spindle_start_s=0), spindle_rpm=0)
+    assert not any(line.startswith(("M3", "G4 ", "M5")) and line != "M30" for line in quiet)
+
+
+def test_whole_turns_are_taken_off_in_time(tmp_path: Path, limb: Limb) -> None:
+    control = Control(winding="reset", a_limit_deg=1000)
+    lines = lines_of(tmp_path, limb, control)
+    words = [float(word) for word in re.findall(r"G1 .* A(\S+)", "\n".join(lines))]
+    assert 900 < max(words) <= 1000
+    taken = [line for line in lines if line.startswith("G92")]
+    assert len(taken) > 3
+    assert all(abs(float(line.removeprefix("G92 A"))) < 360 for line in taken)
+
+
+MACHINE = Machine(
+    control=Control(dialect="fanuc", winding="rollover", feed="per-minute", tool_number=4),
+    carving=CarveOptions(tool_diameter_mm=19, plunge_mm_min=500, spindle_rpm=8000, pattern="rings"),
+)
+
+
+def test_a_machine_file_comes_back_as_it_was(tmp_path: Path) -> None:
+    path = write_machine(MACHINE, tmp_path / "shop.toml")
+    assert read_machine(path) == MACHINE
+    text = path.read_text()
+    assert "to_mm" not in text, "what belongs to one job stays out"
+    assert write_machine(read_machine(path), tmp_path / "again.toml").read_text() == text
+    part = tmp_path / "part.toml"
+    part.write_text('format = "limbgram machine"\nversion = 1\n[carving]\nplunge_mm_min = 333\n')
+    assert read_machine(part).carving == CarveOptions(plunge_mm_min=333.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        ("version = 1", "version = 2", "no machine file of this version"),
+        ("version = 1", "version = 1\nspeed = 3", "no machine file of this version"),
+        ("plunge_mm_min = 500.0", "plunge = 500", "plunge is not known"),
+        ("plunge_mm_min = 500.0", 'plunge_mm_min = "500"', "of the wrong kind"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = true", "of the wrong kind"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = nan", "cannot be"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = 1e9", "cannot be"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = 1" + 400 * "0", "too large"),
+        ("spindle_rpm = 8000", "spindle_rpm = 8000.5", "of the wrong kind"),
+        ('"fanuc"', '"heidenhain"', "is not known"),
+        ('"fanuc"', '"mach"', "not written for mach"),
+        ('"per-minute"', '"per-hour"', "per-hour is not written"),
+        ('"rings"', '"spiral"', "pattern is one of"),
+        ("[carving]", "carving = 3\n[other]", "no machine file"),
+        ("[carving]", "[carving", "no machine file"),
+    ],
+)
+def test_a_machine_file_is_read_strictly(
+    tmp_path: Path, before: str, after: str, says: str
+) -> None:
+    path = write_machine(MACHINE, tmp_path / "shop.toml")
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after))
+    with pytest.raises(OptionsError, match=says):
+        read_machine(path)
+
+
+def test_a_machine_file_that_is_none(tmp_path: Path) -> None:
+    (tmp_path / "large.toml").write_bytes(b"#" * 70_000)
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe")
+    for name, says in (("none", "cannot be read"), ("large", "too large"), ("odd", "no machine")):
+        with pytest.raises(OptionsError, match=says):
+            read_machine(tmp_path / f"{name}.toml")

@@ -8,15 +8,17 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from limbgram.carving import CarveOptions, MapOptions
+from limbgram.carving import MapOptions
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.workbench.align import SideName
 from limbgram.cli.workbench.exporting import (
+    Asked,
     aop_reply,
     drawn,
     dxf_reply,
     gcode_reply,
     given,
+    machine_of,
     mesh_reply,
 )
 from limbgram.cli.workbench.stating import (
@@ -24,6 +26,7 @@ from limbgram.cli.workbench.stating import (
     UnitOption,
     require_apart,
     require_no_shape,
+    require_output,
     shape_of,
 )
 from limbgram.errors import OptionsError
@@ -73,6 +76,55 @@ class PatternName(StrEnum):
     RINGS = "rings"
 
 
+class PresetName(StrEnum):
+    """How much time carving may take."""
+
+    FINE = "fine"
+    FAST = "fast"
+
+
+class DialectName(StrEnum):
+    """Whose G-code."""
+
+    LINUXCNC = "linuxcnc"
+    MACH = "mach"
+    FANUC = "fanuc"
+    GRBL = "grbl"
+
+
+class WindingName(StrEnum):
+    """How the rotary axis counts its turns."""
+
+    UNWIND = "unwind"
+    RESET = "reset"
+    ROLLOVER = "rollover"
+    CONTINUOUS = "continuous"
+
+
+class FeedModeName(StrEnum):
+    """How moves carry their feed."""
+
+    INVERSE_TIME = "inverse-time"
+    PER_MINUTE = "per-minute"
+
+
+class CoolantName(StrEnum):
+    """What cools, or blows the dust away."""
+
+    NONE = "none"
+    MIST = "mist"
+    FLOOD = "flood"
+
+
+class RotaryName(StrEnum):
+    """Letter of the axis that turns about X."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+    Y = "Y"
+
+
 class TurnName(StrEnum):
     """What turns counter-clockwise when A grows."""
 
@@ -92,8 +144,20 @@ _TYPED = {
     "blank_diameter_mm": "blank",
     "blank_length_mm": "blank-length",
     "spigot_mm": "spigot",
+    "mandrel_diameter_mm": "mandrel",
+    "rough_depth_mm": "rough-depth",
+    "plunge_mm_min": "plunge",
+    "turn_deg_min": "turn-rate",
+    "spindle_rpm": "spindle",
+    "a_limit_deg": "a-limit",
+    "rotary_word": "rotary-word",
+    "tool_number": "tool-number",
+    "spindle_start_s": "spindle-start",
+    "write_machine": "write-machine",
+    "program_number": "program-number",
     "scallop_mm": "scallop",
     "feed_mm_min": "feed",
+    "feed": "feed-mode",
     "a_turns": "a-turns",
 }
 """Options as they are typed, where the library calls them otherwise."""
@@ -173,6 +237,53 @@ def export_command(
         TurnName | None,
         typer.Option(help="gcode: what turns counter-clockwise, seen from proximal, as A grows."),
     ] = None,
+    preset: Annotated[
+        PresetName | None,
+        typer.Option(help="gcode: fine, or fast: a 19 mm tool and ridges of 0.1 mm."),
+    ] = None,
+    mandrel: Annotated[
+        float | None, typer.Option(help="gcode: diameter of a bar through the blank, mm.")
+    ] = None,
+    rough_depth: Annotated[
+        float | None, typer.Option(help="gcode: depth of a roughing layer, mm.")
+    ] = None,
+    plunge: Annotated[float | None, typer.Option(help="gcode: mm/min into the blank.")] = None,
+    turn_rate: Annotated[
+        float | None, typer.Option(help="gcode: fastest turning, degrees/min.")
+    ] = None,
+    spindle: Annotated[int | None, typer.Option(help="gcode: rpm; 0 leaves it to you.")] = None,
+    spindle_start: Annotated[
+        float | None, typer.Option(help="gcode: seconds to wait for the spindle.")
+    ] = None,
+    coolant: Annotated[CoolantName | None, typer.Option(help="gcode: M7, M8 or none.")] = None,
+    tool_number: Annotated[
+        int | None, typer.Option(help="gcode: called by T, M6 and G43; 0 for no call.")
+    ] = None,
+    dialect: Annotated[DialectName | None, typer.Option(help="gcode: the control.")] = None,
+    program_number: Annotated[int | None, typer.Option(help="gcode: O number for fanuc.")] = None,
+    winding: Annotated[
+        WindingName | None,
+        typer.Option(
+            help="gcode: unwind turns back in time; reset takes turns off by G92; rollover writes "
+            "places within one turn, as the control must be set; continuous winds on."
+        ),
+    ] = None,
+    a_limit: Annotated[
+        float | None, typer.Option(help="gcode: degrees that A may count to either side.")
+    ] = None,
+    feed_mode: Annotated[
+        FeedModeName | None,
+        typer.Option(help="gcode: G93, or per minute.", show_default="as the dialect does"),
+    ] = None,
+    rotary_word: Annotated[
+        RotaryName | None, typer.Option(help="gcode: letter of the axis that turns about X.")
+    ] = None,
+    machine: Annotated[
+        Path | None, typer.Option(help="gcode: machine file; what is typed goes over it.")
+    ] = None,
+    write_machine: Annotated[
+        Path | None, typer.Option(help="gcode: keep all this as a machine file (.toml).")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
     """Write a shape for other programs and machines, in millimetres, and read the file back.
@@ -197,13 +308,30 @@ def export_command(
         blank_diameter_mm=blank,
         blank_length_mm=blank_length,
         spigot_mm=spigot,
+        mandrel_diameter_mm=mandrel,
         scallop_mm=scallop,
+        rough_depth_mm=rough_depth,
         feed_mm_min=feed,
+        plunge_mm_min=plunge,
+        turn_deg_min=turn_rate,
+        spindle_rpm=spindle,
         pattern=None if pattern is None else pattern.value,
         a_turns=None if a_turns is None else a_turns.value,
     )
+    for_control = given(
+        dialect=None if dialect is None else dialect.value,
+        winding=None if winding is None else winding.value,
+        feed=None if feed_mode is None else feed_mode.value,
+        a_limit_deg=a_limit,
+        rotary_word=None if rotary_word is None else rotary_word.value,
+        tool_number=tool_number,
+        spindle_start_s=spindle_start,
+        coolant=None if coolant is None else coolant.value,
+        program_number=program_number,
+    )
+    kept = given(preset=preset, machine=machine, write_machine=write_machine)
     _refuse_others(to, "aop", for_aop)
-    _refuse_others(to, "gcode", for_gcode)
+    _refuse_others(to, "gcode", {**for_gcode, **for_control, **kept})
     _refuse_others(to, "dxf", given(polyface=polyface or None))
     _refuse_others(to, "aop gcode", given(to_mm=to_mm))
     _refuse_others(to, "aop dxf", given(spacing=spacing))
@@ -223,8 +351,14 @@ def export_command(
             options = replace(_aop(for_aop, spacing, to_mm), own=own)
             reply = aop_reply(admit(limb, confirmed), path, options)
         case FormatName.GCODE:
-            options = replace(CarveOptions(), **for_gcode, **given(to_mm=to_mm))
-            reply = gcode_reply(admit(limb, confirmed), path, options)
+            asked = Asked(for_gcode, for_control, machine, fast=preset is PresetName.FAST)
+            set_up = machine_of(asked)
+            if write_machine is not None:
+                require_output(write_machine, ".toml", "a machine file")
+                require_apart(write_machine, shape)
+            reply = gcode_reply(
+                admit(limb, confirmed), path, set_up, to_mm=to_mm, keep=write_machine
+            )
         case FormatName.DXF:
             reply = dxf_reply(sure_in_limb_frame(limb), path, spacing or 10.0, polyface=polyface)
         case _:

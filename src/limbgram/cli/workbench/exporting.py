@@ -1,21 +1,24 @@
 """What each kind of export answers."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from limbgram.carving import CarveOptions
+from limbgram.carving.setup import FAST
 from limbgram.cli.replies import Reply
 from limbgram.export.dxf import Curves, curves_of, write_triangles
 from limbgram.export.workshop import (
     AopOptions,
     AopReport,
     GcodeReport,
+    Machine,
+    read_machine,
     write_aop,
     write_gcode,
     write_limb,
+    write_machine,
     write_polyface_dxf,
 )
 from limbgram.export.writing import write_bytes
@@ -142,14 +145,46 @@ def _left_out(report: AopReport | GcodeReport) -> list[str]:
     return [f"{sentence}." for sentence in told]
 
 
-def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
-    report = write_gcode(limb, path, options)
+@dataclass(frozen=True)
+class Asked:
+    """What was typed of carving, by the names of the library."""
+
+    carving: dict[str, Any]
+    control: dict[str, Any]
+    machine: Path | None
+    fast: bool
+
+
+def machine_of(asked: Asked) -> Machine:
+    """What was typed, over the preset, over the machine file, over what is usual.
+
+    The preset takes the larger tool only where neither names one.
+    """
+    kept = Machine() if asked.machine is None else read_machine(asked.machine)
+    fast = dict(FAST) if asked.fast else {}
+    if asked.machine is not None:
+        fast.pop("tool_diameter_mm", None)
+    return Machine(
+        control=replace(kept.control, **asked.control),
+        carving=replace(kept.carving, **{**fast, **asked.carving}),
+    )
+
+
+def gcode_reply(
+    limb: Limb, path: Path, machine: Machine, *, to_mm: float | None, keep: Path | None
+) -> Reply:
+    options, control = replace(machine.carving, to_mm=to_mm), machine.control
+    report = write_gcode(limb, path, options, control)
+    kept = None if keep is None else write_machine(machine, keep)
     check, blank = report.check, report.toolpath.blank
     side: Side = "none" if limb.frame is None else limb.frame.side
     picture = _picture(path, check.carved.surface(), limb.landmarks, side)
     lines = (
         f"Written: {path} (mm; {report.lines:,} lines, about {check.minutes:.0f} min of cutting; "
         "read back and compared)",
+        f"Control: {control.dialect}, {control.winding}: {control.rotary_word} from "
+        f"{report.rotary_deg[0]:,.0f} to {report.rotary_deg[1]:,.0f} degrees; feed "
+        f"{'in inverse time (G93)' if control.inverse_time else 'per minute'}",
         f"Blank: diameter {2 * blank.radius_mm:.0f} mm, free end at X {blank.from_mm:.1f} mm, "
         f"chuck not before X {blank.to_mm + options.ball_mm:.1f} mm; tool: ball end "
         f"{options.tool_diameter_mm:g} mm; A turns the {options.a_turns}",
@@ -157,12 +192,17 @@ def gcode_reply(limb: Limb, path: Path, options: CarveOptions) -> Reply:
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
         *_left_out(report),
+        *(() if kept is None else (f"Machine file: {kept}",)),
         f"Mirror check: {picture}. {_LOOK}",
     )
     content = {
         "written": str(path),
         "unit": "mm",
         "side": side,
+        "dialect": control.dialect,
+        "winding": control.winding,
+        "rotary_deg": list(report.rotary_deg),
+        "machine": None if kept is None else str(kept),
         "shape_sha256": report.shape_sha256,
         "bodies_left_out": report.bodies_left_out,
         "loose_bodies": _tree(report.loose, _IN_LIMB),

@@ -1,0 +1,27 @@
+"""G-code: the toolpath in the dialect of a control, read back, and what a machine is like."""
+
+from limbgram.export.workshop.gcode.control import (
+    Control,
+    Coolant,
+    DialectName,
+    FeedMode,
+    RotaryWord,
+    Winding,
+)
+from limbgram.export.workshop.gcode.machine import Machine, read_machine, write_machine
+from limbgram.export.workshop.gcode.writing import GcodeReport, hash_of_shape, write_gcode
+
+__all__ = [
+    "Control",
+    "Coolant",
+    "DialectName",
+    "FeedMode",
+    "GcodeReport",
+    "Machine",
+    "RotaryWord",
+    "Winding",
+    "hash_of_shape",
+    "read_machine",
+    "write_gcode",
+    "write_machine",
+]
