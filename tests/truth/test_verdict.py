@@ -113,8 +113,7 @@ def test_half_a_ring_is_red_everywhere(folder: Path) -> None:
     assert result.stdout.startswith("RED: ")
     assert "directions round the limb" in result.stdout.splitlines()[0]
     accuracy = told(case)
-    assert accuracy["images"]["placed"] == len(half)
-    assert 25 < criterion(accuracy, "around")["value"] < 60
+    assert 25 < criterion(accuracy, "around")["value"] < 80
     said = limbgram("accuracy", case, "--json")
     assert said.exit_code == 7
     assert json.loads(said.stdout)["headline"] == accuracy["headline"]
@@ -123,34 +122,38 @@ def test_half_a_ring_is_red_everywhere(folder: Path) -> None:
     assert json.loads(in_json.stdout)["verdict"]["light"] == "red"
 
 
-def test_what_reads_a_red_surface_says_so_also_after_its_axes_are_known(
-    folder: Path, tmp_path: Path
-) -> None:
-    red = folder / "half" / "deliverables" / "surface-RED.stl"
-    copied = shutil.copy(red, tmp_path / "scan-RED.stl")
-    words = ("align", copied, "--side", "left", "--axis", "+z", "--proximal", "-z")
-    for command in ((*words, "--anterior", "+y"), ("measure", copied), ("export", copied, "--to",
-        "obj", "-o", tmp_path / "out.obj", "--side", "left")):  # fmt: skip
+def test_what_reads_a_red_surface_says_so_and_hands_it_on(folder: Path, tmp_path: Path) -> None:
+    whole = folder / "case" / "deliverables" / "surface.ply"
+    red = Path(shutil.copy(whole, tmp_path / "surface-RED.ply"))
+    copied = tmp_path / "plain name.obj"
+    axes = ("--side", "left", "--axis", "+z", "--proximal=-z", "--anterior", "+y")
+    for command in (
+        ("align", red, *axes),
+        ("measure", red, "--every", 50),
+        ("export", red, "--to", "obj", "-o", copied),
+        ("measure", copied, "--every", 50),
+    ):
         result = limbgram(*command)
-        assert "verdict is RED" in result.output, result.output
-    renamed = tmp_path / "out.obj"
-    assert "verdict is RED" in limbgram("measure", renamed).output
+        assert result.exit_code == 0, result.output
+        assert "verdict is RED" in result.stdout
+    assert limbgram("report", copied, "-o", tmp_path / "record").exit_code == 0
+    assert "verdict is RED" in (tmp_path / "record" / "report.html").read_text("utf-8")
 
 
-def test_three_photos_are_red(folder: Path) -> None:
-    case = folder / "three"
-    few = photos(folder)[:3]
-    result = limbgram("reconstruct", *few, "--camera", folder / "camera.json", "-o", case)
-    assert result.exit_code == 7, result.output
-    assert told(case)["light"] == "red"
-
-
-def test_every_third_photo_is_red_though_the_ring_is_closed(folder: Path) -> None:
-    case = folder / "sparse"
-    few = photos(folder)[::2]
-    result = limbgram("reconstruct", *few, "--camera", folder / "camera.json", "-o", case)
-    assert result.exit_code == 7, result.output
-    assert criterion(told(case), "around")["light"] == "red"
+@pytest.mark.parametrize(
+    "chosen", [slice(0, 3), slice(0, 4), slice(None, None, 2)], ids=["three", "four", "sparse"]
+)
+def test_too_few_photos_are_red_or_refused_and_never_anything_else(
+    folder: Path, chosen: slice, request: pytest.FixtureRequest
+) -> None:
+    case = folder / request.node.callspec.id
+    camera = ("--camera", folder / "camera.json")
+    result = limbgram("reconstruct", *photos(folder)[chosen], *camera, "-o", case)
+    assert result.exit_code in (4, 7), result.output
+    if result.exit_code == 7:
+        assert told(case)["light"] == "red"
+    else:
+        assert not (case / "report.html").exists()
 
 
 def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None:

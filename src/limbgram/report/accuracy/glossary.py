@@ -62,6 +62,17 @@ TERMS = (
          "Share of vertices with |error| below 1.96 sigma; 95 % where sigmas are honest."),
     Term("truth.sigma.rank_correlation", "Rank correlation of |error| and sigma", "",
          "Spearman's; above 0 where larger sigmas mark larger errors."),
+    Term("surface.around.missing_share", "Directions round the limb without surface", SHARE,
+         "Of sixty level directions from the middle at each of thirty heights, those in which no "
+         "measured surface lies. The middle is that of a circle through the surface there."),
+    Term("surface.around.widest_gap_deg", "Widest gap in the surface", "deg",
+         "Directions in a row without measured surface; median over the heights."),
+    Term("surface.around.open_share", "Surface missing beyond one brim", SHARE,
+         "Area that would close the open rims, less one brim and less rims on the table, over the "
+         "area of the closed whole."),
+    Term("images.distance_over_stated", "Distance over that in EXIF", "",
+         "Distance of the camera by this scale over the distance at which EXIF says that the lens "
+         "was focused; median over photos. Far from 1: the scale is in doubt."),
     Term("surface.sigma.rms_mm", "Sigma of the surface, RMS", LENGTH,
          "Standard deviation of a vertex along its normal, root mean square by area."),
     Term("surface.sigma.median_mm", "Sigma, median", LENGTH, "Half of the area is surer."),

@@ -34,6 +34,7 @@ _NOT_ROUND = 0.10
 _OPEN = 0.05
 _LEFT_OUT = 0.02
 _CHECK_OFF = 0.001
+_TAPE_SIGMAS = 2.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,15 @@ def _scale(figures: Json) -> Iterator[Finding]:
             "Tape a girth and say so: `--tape 150=354` for 354 mm round the limb at 150 mm above "
             "the table, or `--tape widest=354`. Or measure ten printed squares with a ruler.",
         )
+    for tape in lengths["tapes"]:
+        if abs(tape["error_mm"]) > _TAPE_SIGMAS * tape["sigma_mm"]:
+            yield Finding(
+                "serious",
+                f"The girth that was taped {tape['place']} is {abs(tape['error_mm']):.1f} mm "
+                f"{'smaller' if tape['error_mm'] > 0 else 'larger'} than the surface's.",
+                "Tape it again; then measure a long row of the board's squares, or the known "
+                "distance, and give its true size.",
+            )
     if lengths["check_worst"] > _CHECK_OFF:
         yield Finding(
             "serious",

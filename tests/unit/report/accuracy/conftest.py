@@ -107,7 +107,7 @@ def evidence(make_scene: MakeScene) -> Evidence:
     The tube stands on the floor, so its one brim is the upper one.
     """
     scene = make_scene()
-    exif = Exif(make="Make", model="Model", focal_mm=50.0)
+    exif = Exif(make="Make", model="Model", focal_mm=50.0, subject_m=0.9)
     photos = tuple(
         Photo(
             name=name, path=Path("photos") / name, width_px=LENS.width_px,

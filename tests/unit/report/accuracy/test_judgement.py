@@ -233,6 +233,8 @@ def test_a_tape_is_believed_within_its_own_error_and_no_further(
     named = "the scale board is probably not as large as stated" in tree["headline"]
     assert named == (light != "green")
     assert ("unchecked" in tree["headline"]) == (light != "green")
+    advised = any("girth that was taped" in one["what"] for one in tree["findings"])
+    assert advised == (light != "green")
 
 
 def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) -> None:

@@ -1,6 +1,7 @@
 """The page and the PDF hold what the tree says, and nothing from outside."""
 
 import json
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -19,6 +20,7 @@ from limbgram.report.accuracy.pages.svg import Series, histogram
 from limbgram.report.alignment import Truth
 from limbgram.report.document.paper import PAGE_IN
 from limbgram.report.drawings.maps import sigma_map
+from limbgram.shape.measures.taping import TapedGirth, TapeWitness, TapeWitnesses
 
 VOID = {"meta", "img", "br"}
 
@@ -133,3 +135,17 @@ def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, w
     assert 0.3 < height_px / page_px / box.get_height() < 1.0
     if words == 3:
         assert box.get_height() < 0.045
+
+
+def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evidence) -> None:
+    near = TapeWitness(
+        taped=TapedGirth(girth_mm=315, height_mm=150), measured_mm=314.2, sigma_mm=1.6
+    )
+    nowhere = TapeWitness(
+        taped=TapedGirth(girth_mm=350), measured_mm=math.nan, sigma_mm=math.nan, reason="no < end"
+    )
+    tree = assess(replace(with_sigmas, tapes=TapeWitnesses((near, nowhere)))).tree
+    page = accuracy_page(tree, ())
+    assert "<td>at 150 mm above the table</td>" in page
+    assert '<td class="n">-0.8</td>' in page
+    assert 'at the widest place</td><td class="n">350.0</td><td class="why" colspan="4">' in page

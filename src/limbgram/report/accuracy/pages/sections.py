@@ -139,6 +139,33 @@ def length_section(tree: Tree) -> Iterator[str]:
         ]
         heads = ("length", "#known mm", "#measured mm", "#error mm", "#error %", "#sigma mm")
         yield f"<h3>{words}</h3>" + (table(heads, rows) if rows else "<p>None.</p>")
+    if lengths["tapes"]:
+        rows = [
+            (
+                one["place"],
+                f"{one['read_mm']:.1f}",
+                *(
+                    (one["reason"],)
+                    if one["reason"]
+                    else (
+                        f"{one['measured_mm']:.1f}",
+                        f"{one['error_mm']:+.1f}",
+                        f"{100 * one['error']:+.1f}",
+                        f"{one['sigma_mm']:.1f}",
+                    )
+                ),
+            )
+            for one in lengths["tapes"]
+        ]
+        heads = (
+            "girth",
+            "#tape mm",
+            "#surface mm",
+            "#error mm",
+            "#error %",
+            "#sigma of the tape mm",
+        )
+        yield "<h3>Taped girths: they owe nothing to the scale</h3>" + table(heads, rows)
     board = lengths["board"]
     if board is not None:
         yield (

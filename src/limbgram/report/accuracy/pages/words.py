@@ -7,8 +7,8 @@ from limbgram.report.accuracy.glossary import LENGTH, SHARE, TERMS, Term, value_
 
 MEANING = (
     "Green: finer than a socket's fit can show. Amber: usable, with the doubt that is named. Red: "
-    "a girth or volume may be wrong by a ply of sock or more, or the size is not known; make "
-    "nothing from it unchecked."
+    "much of the limb is missing, a girth or volume may be wrong by a ply of sock or more, or the "
+    "size is not known; make nothing from it unchecked."
 )
 
 
