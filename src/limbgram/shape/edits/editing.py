@@ -9,6 +9,7 @@ from dataclasses import fields
 from typing import get_args
 
 from limbgram.errors import EditError
+from limbgram.shape.edits.cleaning import Clean, clean, require_cleaning
 from limbgram.shape.edits.cutting.trimming import (
     PlaneCut,
     Trimline,
@@ -65,7 +66,8 @@ _LONGEST_MM = 2000.0
 """No limb is longer, and nothing on it is."""
 
 Edit = (
-    Sock
+    Clean
+    | Sock
     | Relieve
     | Load
     | Reduction
@@ -133,6 +135,8 @@ def require_sense(edit: Edit) -> None:
             require_ring(edit.through, "The trimline")
         case Wall():
             require_wall(edit, "The wall")
+        case Clean():
+            require_cleaning(edit, "The cleaning")
         case Offset() | Fill() | Mirror():
             pass
 
@@ -154,6 +158,8 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
     """
     require_sense(edit)
     match edit:
+        case Clean():
+            return clean(limb, edit)
         case Sock():
             return sock(limb, edit)
         case Relieve():

@@ -61,8 +61,11 @@ class Line:
     before: Figures
     after: Figures
     displacement: Displacement | None
-    """None for a mirror, which moves everything; and where an edit only added surface beyond an
-    open edge, which lies neither outside the old one nor inside."""
+    """None for a mirror, which moves everything; for a cleaning, which takes away what was no
+    limb; and where an edit only added surface beyond an open edge, which lies neither outside the
+    old one nor inside."""
+    told: tuple[str, ...] = ()
+    """What the edit itself has to say: what it took away, or could not do."""
     concerns: tuple[Concern, ...] = ()
     """Where it presses on what bears no pressure, and what of it is unusually deep."""
 
@@ -133,6 +136,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         if abs(new.roughness_mm - old.roughness_mm) > 0.05 * old.roughness_mm:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
+        texts += [f"   {sentence}" for sentence in line.told]
         texts += [f"   {told(concern)}" for concern in line.concerns]
         texts.append(
             "   girths along the contour, by height " + _girths(ledger.levels_mm, old, new)

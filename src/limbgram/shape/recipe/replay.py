@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from limbgram.errors import EditError, OptionsError
 from limbgram.run import track
 from limbgram.shape.bodies import outside_of
+from limbgram.shape.edits.cleaning import Clean
 from limbgram.shape.edits.editing import Edit, do_edit
 from limbgram.shape.edits.ends.brim import Extension
 from limbgram.shape.edits.presets import Sock
@@ -94,7 +95,7 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
         if isinstance(entry.edit, Load | Relieve):
             reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
         start = _start_after(entry.edit, start, limb, after)
-        told = not isinstance(entry.edit, Mirror | Extension | Fill)
+        told = not isinstance(entry.edit, Mirror | Extension | Fill | Clean)
         moved = displacement_between(limb.mesh, after.mesh) if told else None
         lines.append(
             Line(
@@ -103,6 +104,7 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
                 before=figures,
                 after=gained,
                 displacement=moved,
+                told=after.notes[len(limb.notes) :],
                 concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
             )
         )

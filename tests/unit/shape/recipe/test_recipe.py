@@ -243,8 +243,8 @@ def test_a_recipe_for_another_scan_is_refused() -> None:
 
 
 def test_every_kind_of_edit_has_a_name_for_people() -> None:
-    assert {"relieve", "load", "plane-cut", "sock", "sock-ply", "mirror"} <= set(EDITS)
-    assert len(EDITS) == len(set(EDITS.values())) == 17
+    assert {"relieve", "load", "plane-cut", "sock", "sock-ply", "mirror", "clean"} <= set(EDITS)
+    assert len(EDITS) == len(set(EDITS.values())) == 18
 
 
 def test_an_edit_that_is_all_default_says_what_it_does() -> None:

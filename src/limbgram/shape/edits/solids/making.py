@@ -6,17 +6,15 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Int32
-from scipy.spatial import KDTree
 
 from limbgram.errors import EditError
 from limbgram.shape.edits.guard import require_sound, spoilt_vertices
-from limbgram.shape.edits.marking.growth import with_added
+from limbgram.shape.edits.marking.growth import with_added, with_closed
 from limbgram.shape.edits.marking.places import displaced, frame_of, moved_by
 from limbgram.shape.edits.offset import offset, offset_unchecked
 from limbgram.shape.edits.solids.thickness import Thickness, between_skins, thin_lip
 from limbgram.shape.limb import Landmark, Limb
 from limbgram.surface.mesh import Mesh
-from limbgram.surface.repair.filling import fill_holes
 from limbgram.surface.repair.openings import find_openings, loop_area
 from limbgram.surface.topology import boundary_half_edges, face_components
 
@@ -165,15 +163,7 @@ def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
 
 def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
     """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
-    first = len(mesh)
-    closed = fill_holes(mesh.vertices_mm, mesh.faces, found.holes)
-    closed = fill_holes(closed.vertices_mm, closed.faces, found.brim, bent=bent)
-    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
-        raise EditError("The filling would have moved what was measured.")
-    places = closed.vertices_mm[first:]
-    rim = np.concatenate([*found.holes, *found.brim]).astype(np.int64)
-    nearest = _nearest(mesh.vertices_mm[rim], places)
-    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+    return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
 
 
 def wall(limb: Limb, edit: Wall) -> Limb:
@@ -345,7 +335,3 @@ def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
         < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
         for loop in loops
     ]
-
-
-def _nearest(candidates: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return np.asarray(KDTree(candidates).query(points)[1])

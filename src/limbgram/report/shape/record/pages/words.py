@@ -148,6 +148,7 @@ def ledger_rows(tree: Tree) -> list[Row]:
                 "" if moved is None else f"{moved['mean_mm']:+.3f}",
             )
         )
+        rows += [("", sentence) for sentence in line["told"]]
         rows += [("!", _mark(concern)) for concern in line["concerns"]]
     return rows
 
