@@ -90,6 +90,14 @@ def test_two_shapes(shapes, tmp_path: Path) -> None:
     assert spoken.stdout.splitlines()[0] == found["verdict"]
 
 
+def test_a_red_surface_among_them_is_named_first(shapes, tmp_path: Path) -> None:
+    red = write_limb(beaker(1.01), tmp_path / "surface-RED.ply")
+    words = ("compare", shapes["first"], str(red), *AS_IS)
+    assert "verdict is RED" in RUNNER.invoke(app, list(words)).stdout.splitlines()[0]
+    assert answered(*words)["doubts"][0].startswith("surface-RED.ply: ")
+    assert answered("compare", shapes["first"], shapes["wide"], *AS_IS)["doubts"] == []
+
+
 def test_a_shape_made_from_the_other_is_taken_as_it_lies(shapes) -> None:
     """1.0201 times the volume; laid by shape the wider dome rises on the other one."""
     words = ("compare", shapes["first"], shapes["wide"])

@@ -1,6 +1,7 @@
 """`limbgram compare`: two shapes, one limb over time, or repeated captures."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date
 from enum import StrEnum
 from pathlib import Path
@@ -31,6 +32,7 @@ from limbgram.shape.comparing.telling.lines import (
     series_lines,
 )
 from limbgram.shape.comparing.telling.trees import comparison_tree, repeats_tree, series_tree
+from limbgram.shape.limb import Limb
 
 
 class WayName(StrEnum):
@@ -98,17 +100,25 @@ def compare_command(
     limbs = [shape_of(shape, unit).limb for shape in shapes]
     if repeated:
         found = repeats(limbs, options)
-        return Reply(repeats_lines(found), repeats_tree(found))
+        return _doubted(limbs, Reply(repeats_lines(found), repeats_tree(found)))
     if days:
         visits = [Visit(limb=limb, day=day) for limb, day in zip(limbs, days)]
         series = follow(
             visits, FollowOptions(compare=options, assumed_volume_share=repeatability / 100)
         )
         written = None if picture is None else write_bytes(picture, _course(series))
-        return _reply(series_lines(series), series_tree(series), written)
+        return _doubted(limbs, _reply(series_lines(series), series_tree(series), written))
     comparison = compare(limbs[0], limbs[1], options)
     written = None if picture is None else write_bytes(picture, _differences(comparison))
-    return _reply(comparison_lines(comparison), comparison_tree(comparison), written)
+    reply = _reply(comparison_lines(comparison), comparison_tree(comparison), written)
+    return _doubted(limbs, reply)
+
+
+def _doubted(limbs: Sequence[Limb], reply: Reply) -> Reply:
+    """The same reply, which begins with what is to be said against a shape."""
+    doubts = [f"{limb.name}: {limb.doubt}" for limb in limbs if limb.doubt]
+    lines = (*(f"Note: {one}." for one in doubts), *reply.lines)
+    return replace(reply, lines=lines, content={**reply.content, "doubts": doubts})
 
 
 def _course(series: Series) -> bytes:
