@@ -16,15 +16,18 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int32, Int64
 from scipy.spatial import KDTree
 
-from limbgram.geometry.arrays import Points3
+from limbgram.geometry.arrays import Faces, Points3
 from limbgram.surface.closest import TriangleTree
 from limbgram.surface.mesh import Mesh
+from limbgram.surface.repair.cleaning import drop_flat_and_double
 from limbgram.surface.repair.triangulation import triangulate
 from limbgram.surface.topology import (
     boundary_half_edges,
     boundary_loops,
     face_components,
     find_edges,
+    is_edge_manifold,
+    is_vertex_manifold,
     with_faces,
 )
 
@@ -151,28 +154,66 @@ class _Closed:
 
 def _closed_under(mesh: Mesh, places_mm: Points3, reach_mm: float) -> _Closed:
     """The mesh with the small holes closed all of whose vertices lie by what was taken away."""
-    loops = [loop for loop in boundary_loops(mesh.faces) if len(loop) <= _MOST_CORNERS]
     near = KDTree(places_mm)
-    loops = [
-        loop for loop in loops if float(np.max(near.query(mesh.vertices_mm[loop])[0])) <= reach_mm
-    ]
+    holes = 0
+    for loop in boundary_loops(mesh.faces):
+        if len(loop) > _MOST_CORNERS:
+            continue
+        if float(np.max(near.query(mesh.vertices_mm[loop])[0])) > reach_mm:
+            continue
+        faces = _with_hole_closed(mesh, loop)
+        if faces is not None:
+            mesh, holes = replace(mesh, faces=faces), holes + 1
+    return _Closed(with_faces(mesh, mesh.faces), holes) if holes else _Closed(mesh, 0)
+
+
+def _with_hole_closed(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> Faces | None:
+    """The faces with a hole closed by triangles on its own vertices; None where none are sound.
+
+    Two holes that meet in a point are one loop, which has that point twice: the vertex was doubled
+    there, and is one again.
+    """
+    places, first, kind = np.unique(
+        mesh.vertices_mm[loop], axis=0, return_index=True, return_inverse=True
+    )
+    same = np.arange(len(mesh))
+    same[loop] = loop[first[kind]]
+    faces = same[mesh.faces]
     ends = find_edges(mesh.faces).ends
-    made = [faces for loop in loops if (faces := _across(mesh, ends, loop)) is not None]
-    if not made:
-        return _Closed(mesh, 0)
-    faces = np.concatenate([mesh.faces, *made]).astype(np.int32)
-    return _Closed(replace(mesh, faces=faces), len(made))
+    made = [_across(mesh, same[ends], ring) for ring in _rings(same[loop].tolist())]
+    sound = [part for part in made if part is not None]
+    if len(places) < 3 or len(sound) < len(made):
+        return None
+    closed = np.concatenate([faces, *sound]).astype(np.int32)
+    fits = is_edge_manifold(closed) and is_vertex_manifold(closed)
+    flat = len(drop_flat_and_double(mesh.vertices_mm, closed)) < len(closed)
+    return closed if fits and not flat else None
+
+
+def _rings(loop: list[int]) -> list[Int32[np.ndarray, " l"]]:
+    """A loop parted where it comes back to a vertex."""
+    rings: list[Int32[np.ndarray, " l"]] = []
+    path: list[int] = []
+    for vertex in loop:
+        if vertex in path:
+            at = path.index(vertex)
+            rings.append(np.array(path[at:], np.int32))
+            path = path[:at]
+        path.append(vertex)
+    return [*rings, np.array(path, np.int32)]
 
 
 def _across(
-    mesh: Mesh, ends: Int32[np.ndarray, "e 2"], loop: Int32[np.ndarray, " l"]
+    mesh: Mesh, ends: Int64[np.ndarray, "e 2"], ring: Int32[np.ndarray, " l"]
 ) -> Int32[np.ndarray, "f 3"] | None:
-    """Triangles on a loop's own vertices; None where the mesh's edges leave no room for them."""
+    """Triangles on a ring's own vertices; None where the mesh's edges leave no room for them."""
+    if len(ring) < 3:
+        return None
     number = np.full(len(mesh), -1)
-    number[loop] = np.arange(len(loop))
+    number[ring] = np.arange(len(ring))
     within = number[ends]
     within = within[(within >= 0).all(1)]
-    taken: Bool[np.ndarray, "l l"] = np.zeros((len(loop), len(loop)), np.bool_)
+    taken: Bool[np.ndarray, "l l"] = np.zeros((len(ring), len(ring)), np.bool_)
     taken[within[:, 0], within[:, 1]] = taken[within[:, 1], within[:, 0]] = True
-    chords = triangulate(mesh.vertices_mm[loop], taken)
-    return None if chords is None else loop[chords].astype(np.int32)
+    chords = triangulate(mesh.vertices_mm[ring], taken)
+    return None if chords is None else ring[chords].astype(np.int32)

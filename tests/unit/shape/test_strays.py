@@ -61,6 +61,24 @@ def test_torn_triangles_are_taken_away_and_what_they_left_is_closed(
     assert all(row.figures["volume_below_mm3"] is not None for row in rows)
 
 
+def test_holes_that_meet_in_a_point_are_closed_soundly(tmp_path: Path, stump: Limb) -> None:
+    """Two torn triangles that shared a corner, as on the tips of a public shape model."""
+    (one,) = near(stump.mesh, (0.0, 40.0, 100.0))
+    corner = stump.mesh.faces[one, 0]
+    others = np.flatnonzero((stump.mesh.faces == corner).any(1))
+    sides = [len(np.intersect1d(stump.mesh.faces[one], stump.mesh.faces[k])) for k in others]
+    other = int(others[int(np.argmin(sides))])
+    assert min(sides) == 1
+    mesh = torn(stump.mesh, [one, other], 0.3)
+    path = tmp_path / "torn.stl"
+    trimesh.Trimesh(mesh.vertices_mm, mesh.faces, process=False).export(path)
+    limb = read_limb(path)
+    assert [len(loop) for loop in boundary_loops(limb.mesh.faces)] == [96]
+    assert len(limb.mesh) == len(stump.mesh)  # the corner is one vertex again
+    assert np.linalg.norm(limb.mesh.face_normals(), axis=1).min() > 1
+    assert volume_mm3(limb.mesh) == pytest.approx(volume_mm3(stump.mesh), rel=1e-6)
+
+
 def test_a_brim_is_known_among_small_openings(stump: Limb) -> None:
     """A third of the open edges lies at the closed end, and none of the limb's width."""
     low = np.flatnonzero(stump.mesh.vertices_mm[stump.mesh.faces].mean(1)[:, 2] < 25)
