@@ -168,6 +168,26 @@ def test_a_machine_that_cannot_be_is_refused(scan: Path, words: tuple[str, ...],
     assert "--machine: for gcode only" in refused(scan, "--to", "stl", "--machine", "x.toml")
 
 
+def test_a_machine_file_takes_no_other_files_place(scan: Path, tmp_path: Path) -> None:
+    """Recipes end in .toml too."""
+    recipe = tmp_path / "first.toml"
+    recipe.write_text("format = 'a recipe'\n")
+    carve = ["export", str(scan), "--to", "gcode", "--side", "left"]
+    for words, says in (
+        (["--write-machine", str(recipe)], "is no machine file"),
+        (
+            ["--write-machine", str(tmp_path / "a.toml"), "-o", str(tmp_path / "a.toml")],
+            "named for",
+        ),
+        (["--machine", str(recipe), "-o", str(recipe)], "no machine file"),
+    ):
+        answer = RUNNER.invoke(app, [*carve, *words, "--json"])
+        assert answer.exit_code == 2
+        assert says in json.loads(answer.stdout)["error"]["message"]
+    assert recipe.read_text() == "format = 'a recipe'\n"
+    assert sorted(tmp_path.glob("*.gcode*")) == []
+
+
 def test_dxf_in_two_forms(scan: Path) -> None:
     content = exported(scan, "--to", "dxf", "--spacing", "25")
     assert content["sections"] in (2, 3)

@@ -31,6 +31,7 @@ from limbgram.cli.workbench.stating import (
 )
 from limbgram.errors import OptionsError
 from limbgram.export.workshop import AopOptions, Own, admit, sure_in_limb_frame
+from limbgram.export.workshop.gcode import require_place
 from limbgram.shape.reading import ShapeFile
 
 
@@ -355,7 +356,13 @@ def export_command(
             set_up = machine_of(asked)
             if write_machine is not None:
                 require_output(write_machine, ".toml", "a machine file")
-                require_apart(write_machine, shape)
+                require_place(write_machine)
+            for other in (machine, write_machine):
+                if other is not None and other.resolve() == path.resolve():
+                    raise OptionsError(
+                        f"{path.name} is named for the program and for the machine file. Choose "
+                        "another name for one."
+                    )
             reply = gcode_reply(
                 admit(limb, confirmed), path, set_up, to_mm=to_mm, keep=write_machine
             )

@@ -8,7 +8,12 @@ from limbgram.export.workshop.gcode.control import (
     RotaryWord,
     Winding,
 )
-from limbgram.export.workshop.gcode.machine import Machine, read_machine, write_machine
+from limbgram.export.workshop.gcode.machine import (
+    Machine,
+    read_machine,
+    require_place,
+    write_machine,
+)
 from limbgram.export.workshop.gcode.writing import GcodeReport, hash_of_shape, write_gcode
 
 __all__ = [
@@ -22,6 +27,7 @@ __all__ = [
     "Winding",
     "hash_of_shape",
     "read_machine",
+    "require_place",
     "write_gcode",
     "write_machine",
 ]

@@ -16,6 +16,7 @@ from limbgram.export.workshop.gcode.control import Control, check_control
 from limbgram.export.writing import write_bytes
 
 _FORMAT, _VERSION = "limbgram machine", 1
+_FIRST_LINE = f'format = "{_FORMAT}"'.encode("ascii")
 _LARGEST_BYTES = 65_536
 _OF_THE_JOB = {"blank_diameter_mm", "blank_length_mm", "to_mm", "most_turns"}
 _PATTERNS, _TURNERS = ("helix", "rings"), ("tool", "work")
@@ -30,10 +31,15 @@ class Machine:
 
 
 def write_machine(machine: Machine, path: Path) -> Path:
-    """Write a machine file."""
+    """Write a machine file.
+
+    Raises:
+        OptionsError: what lies there is no machine file.
+    """
+    require_place(path)
     check_control(machine.control)
     check_options(machine.carving)
-    lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}"]
+    lines = [_FIRST_LINE.decode("ascii"), f"version = {_VERSION}"]
     for name, options in (("control", machine.control), ("carving", machine.carving)):
         lines += ["", f"[{name}]"]
         usual = type(options)()
@@ -43,6 +49,25 @@ def write_machine(machine: Machine, path: Path) -> Path:
                 value = float(value)
             lines += [] if value is None else [f"{key} = {_toml(value)}"]
     return write_bytes(path, ("\n".join(lines) + "\n").encode("ascii"))
+
+
+def require_place(path: Path) -> None:
+    """Refuse to write a machine file over anything but a machine file: recipes end in .toml too.
+
+    Raises:
+        OptionsError: something else lies there.
+    """
+    if not path.exists():
+        return
+    try:
+        with path.open("rb") as stream:
+            ours = stream.read(len(_FIRST_LINE)) == _FIRST_LINE
+    except OSError:
+        ours = False
+    if not ours:
+        raise OptionsError(
+            f"{path} is there already and is no machine file. Choose another name for it."
+        )
 
 
 def read_machine(path: Path) -> Machine:
