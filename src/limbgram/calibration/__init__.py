@@ -13,7 +13,13 @@ from limbgram.calibration.board import (
     calibrate_detections,
 )
 from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.calibration.prior import CameraOptions, cameras_for, from_exif
+from limbgram.calibration.prior import (
+    CameraOptions,
+    cameras_for,
+    contradicting_exif,
+    foreign_camera,
+    from_exif,
+)
 from limbgram.calibration.screening import Estimate
 from limbgram.calibration.verdicts import Coverage
 
@@ -29,5 +35,7 @@ __all__ = [
     "calibrate",
     "calibrate_detections",
     "cameras_for",
+    "contradicting_exif",
+    "foreign_camera",
     "from_exif",
 ]

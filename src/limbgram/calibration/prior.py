@@ -43,6 +43,9 @@ class CameraOptions:
 
 
 DEFAULTS = CameraOptions()
+_FAR_SIGMAS = 4.0
+"""Sigmas of EXIF's focal length beyond which a calibration is that of another camera: 20 to 28 %,
+and where EXIF says nothing more than any lens is long."""
 
 _SENSORS_MM: tuple[tuple[str, float], ...] = (
     (r"canon eos[ -]?(5ds?|6d|1ds|1d ?x|r|rp|r[13568])\b", 36.0),
@@ -116,6 +119,29 @@ def focal_from_exif(
     if exif.focal_mm is not None and sensor_mm is not None:
         return FocalGuess(exif.focal_mm / sensor_mm * long_side_px, options.sigma_from_sensor)
     return FocalGuess(options.usual_focal * long_side_px, options.sigma_from_nothing)
+
+
+def contradicting_exif(
+    photos: PhotoSet, cameras: Cameras, options: CameraOptions = DEFAULTS
+) -> str | None:
+    """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can."""
+    for group, calibration in zip(photos.cameras, cameras.calibrations):
+        guess = focal_from_exif(group.exif, group.width_px, group.height_px, options)
+        ratio = calibration.camera.fx / guess.focal_px
+        far = max(ratio, 1.0 / ratio) > 1.0 + _FAR_SIGMAS * guess.relative_sigma
+        if calibration.source == "board" and far:
+            return foreign_camera(calibration.camera.fx, guess.focal_px, "their EXIF tells")
+    return None
+
+
+def foreign_camera(given_px: float, shown_px: float, shown_by: str) -> str:
+    """What to say where photos show another focal length than the camera file has."""
+    return (
+        f"The camera file is not that of these photos: its focal length is {given_px:.0f} px, "
+        f"where {shown_by} about {shown_px:.0f} px. It was made with another camera, lens, zoom or "
+        "focus. Give the file of the camera and lens that took the photos, made at the same zoom, "
+        "or give none."
+    )
 
 
 def _sensor_mm(exif: Exif) -> float | None:

@@ -190,12 +190,17 @@ def doubts(
 def refuse_few(detections: BoardDetections, min_photos: int) -> None:
     if len(detections.photos) >= min_photos:
         return
-    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
-    raise CalibrationError(
+    said = (
         f"The {detections.board} was found in {len(detections.photos)} of "
         f"{len(detections.photos) + len(detections.set_aside)} photos; {min_photos} are the "
-        "least, 12 to 20 are good. Check the board's size and kind, and that it is seen whole, "
-        "sharp and evenly lit." + "".join(f" {reason}." for reason in reasons)
+        "least, 12 to 20 are good. "
+    )
+    if detections.cause:
+        raise CalibrationError(said + detections.cause)
+    reasons = [f"{one.name}: {one.reason}" for one in detections.set_aside[:3]]
+    raise CalibrationError(
+        f"{said}Check the board's size and kind, and that it is seen whole, sharp and evenly lit."
+        + "".join(f" {reason}." for reason in reasons)
     )
 
 

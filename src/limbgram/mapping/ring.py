@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from limbgram.calibration.cameras import Cameras
+from limbgram.calibration import Cameras, contradicting_exif, foreign_camera, from_exif
 from limbgram.errors import PlacementError
 from limbgram.features.keypoints import Features
 from limbgram.mapping.adjustment import adjust
@@ -23,10 +23,18 @@ from limbgram.mapping.scene import Observations, Ring, Scene
 from limbgram.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.mapping.verdicts import contradicted, judge, photo_points
 from limbgram.photos.photo import PhotoSet
+from limbgram.photos.quality import common_fault
 from limbgram.twoview.pairs import Pairs
 
 _BRIDGE_DEG = 60.0
 _FEWEST_BRIDGES = 15
+_SAME_SPOT = (
+    "They were taken from nearly the same spot, or the matches are too few. Walk round the object "
+    "in steps of 20 degrees or less, keep it sharp and filling the frame, and see that its surface "
+    "is covered with painted spots."
+)
+_OTHER_FOCAL = 0.1
+"""Difference of focal length from which photos placed without a calibration contradict it."""
 _ADVICE = (
     "Walk round the object in steps of 20 degrees or less, keep it sharp and filling the frame, "
     "and see that its surface is covered with painted spots."
@@ -68,6 +76,19 @@ def place(
     options: MappingOptions = DEFAULTS,
 ) -> Scene:
     """Place the photos and their common points in one world frame of arbitrary scale."""
+    try:
+        return _placed(photos, features, pairs, cameras, options)
+    except PlacementError as refusal:
+        cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
+        if cause is None:
+            raise
+        what = str(refusal).removesuffix(_SAME_SPOT).removesuffix(_ADVICE).strip()
+        raise PlacementError(f"{what} {cause}") from refusal
+
+
+def _placed(
+    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
+) -> Scene:
     if not pairs.verified:
         raise PlacementError(f"No two photos show the same points. {_ADVICE}")
     places_px = agreed_places(features, pairs)
@@ -77,9 +98,8 @@ def place(
     found = map_incrementally(photos, places_px, seeds, cameras, options.seed)
     if not found:
         raise PlacementError(
-            f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene: "
-            "the photos were taken from nearly the same spot, or the matches are too few. "
-            f"{_ADVICE}"
+            f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene. "
+            f"{_SAME_SPOT}"
         )
     rough = _adjusted(found[0], cameras, options)
     dropped = _misplaced(rough, pairs, options)
@@ -89,6 +109,32 @@ def place(
     scene = _adjusted(joined, cameras, options)
     verdicts = judge(scene, features, pairs, found[1:], dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _foreign(
+    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
+) -> str | None:
+    """Whether photos that cannot be placed with the calibrations given can be placed without.
+
+    Then the camera file is another lens's; None where that is not the cause.
+    """
+    if all(one.source != "board" for one in cameras.calibrations):
+        return None
+    by_exif = contradicting_exif(photos, cameras)
+    if by_exif is not None:
+        return by_exif
+    free = Cameras(tuple(from_exif(group) for group in photos.cameras))
+    try:
+        scene = _placed(photos, features, pairs, free, options)
+    except PlacementError:
+        return None
+    used = sorted({scene.camera_idx[photo] for photo in scene.placed})
+    given = [cameras.calibrations[k].camera.fx for k in used]
+    shown = [scene.cameras[k].fx for k in used]
+    worst = max(range(len(used)), key=lambda k: abs(np.log(given[k] / shown[k])))
+    if abs(given[worst] / shown[worst] - 1.0) < _OTHER_FOCAL:
+        return None
+    return foreign_camera(given[worst], shown[worst], "they are placed with")
 
 
 def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:

@@ -21,12 +21,21 @@ from limbgram.matching.matches import Matches, PairMatches
 from limbgram.matching.pyramid import Pyramid, build_pyramid
 from limbgram.matching.selection import Candidate, SelectionOptions, select_pairs, turning_alike
 from limbgram.matching.windows import WindowOptions, correlate
-from limbgram.photos import PhotoSet, load_luma
+from limbgram.photos import PhotoSet, common_fault, load_luma
 from limbgram.run import in_parallel
 
 _UNKNOWN_CHANGE = 2.0
 """Factor by which more change of scale is allowed where the pair's own is not known."""
 _NAMED_AT_MOST = 6
+_PLAIN = (
+    "No blur and no wrong exposure was measured, so the sock is probably plain. Paint irregular "
+    "spots of several sizes all over it."
+)
+_APART = (
+    "The photos probably lie too far apart, or the limb has too few marks. Walk round it with 15 "
+    "or more photos a round, so that each shows most of what the one before shows, and paint "
+    "irregular spots all over the sock."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,9 +159,8 @@ def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions)
     if 2 * len(bare) > len(counts):
         raise MatchingError(
             f"{len(bare)} of {len(counts)} photos show hardly anything that can be recognised "
-            f"({int(np.median(counts))} keypoints in the middle one): {_named(bare)}. The sock is "
-            "probably plain, or the photos are blurred or dark. Paint irregular spots of several "
-            "sizes all over it, and take sharp, evenly lit photos."
+            f"({int(np.median(counts))} keypoints in the middle one): {_named(bare)}. "
+            + (common_fault(photos.photos) or _PLAIN)
         )
 
 
@@ -162,9 +170,7 @@ def _refuse_strangers(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
     if 2 * len(strangers) > len(photos.names):
         raise MatchingError(
             f"{len(strangers)} of {len(photos.names)} photos show nothing that another photo shows "
-            f"too: {_named(strangers)}. The photos probably lie too far apart, or the limb has too "
-            "few marks. Walk round it with 15 or more photos a round, so that each shows most of "
-            "what the one before shows, and paint irregular spots all over the sock."
+            f"too: {_named(strangers)}. " + (common_fault(photos.photos) or _APART)
         )
 
 

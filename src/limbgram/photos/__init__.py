@@ -3,7 +3,7 @@
 from limbgram.photos.decoding import load_colour, load_luma
 from limbgram.photos.masks import load_mask
 from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
-from limbgram.photos.quality import QualityOptions, Remark, remarks
+from limbgram.photos.quality import QualityOptions, Remark, common_fault, remarks
 from limbgram.photos.reading import PhotoOptions, read_photos
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "QualityOptions",
     "Remark",
     "SetAside",
+    "common_fault",
     "load_colour",
     "load_luma",
     "load_mask",

@@ -4,15 +4,19 @@ Sharpness is the width of the sharpest edges, which depends little on what the p
 edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)). Motion
 blurs one direction only, so edges across it are taken: the worse of four directions counts.
 Exposure is the share of pixels at either end of the scale.
+
+Where the photos of a capture cannot be used together, `common_fault` tells whether they are to
+blame, so that nobody looks for the cause in the board or in the paint.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from limbgram.geometry.arrays import GreyImage
-from limbgram.photos.photo import PhotoSet
+from limbgram.photos.photo import Photo, PhotoSet
 
 _FINE_PX, _COARSE_PX = 1.0, 2.5
 _SIDE_PX = 1800
@@ -40,6 +44,15 @@ class QualityOptions:
     """Share of burnt-out pixels."""
     min_brightest: float = 60.0
     """Photos whose brightest hundredth is darker than this luma count as underexposed."""
+    fault_blur_px: float = 1.8
+    """Edges in most photos from which blur explains why they fail. Edges of 1.4 to 1.95 px (skull,
+    1.6 in the middle one), 0.8 to 1.5 (flowerpot) and below 1 (rendered) worked; a rendered
+    capture of 800 px blurred to 1.9 px could not be placed any more."""
+    fault_burnt: float = 0.05
+    """Burnt-out share in most photos from which overexposure does: of the captures that worked
+    none had 0.001, a rendered one had 0.08 to 0.1 when it failed, all of it on the limb."""
+    seen_megapixels: float = 6.0
+    """Blur is judged as in photos reduced to this size, which is where keypoints are found."""
 
 
 DEFAULTS = QualityOptions()
@@ -71,7 +84,56 @@ def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remar
             found.append(Remark(photo.name, text))
         if photo.brightest < options.min_brightest:
             found.append(Remark(photo.name, "underexposed: nearly everything in it is dark"))
+        if photo.exif.mirrored:
+            text = (
+                "stored mirrored, as its file says: a shape made of mirrored photos is the mirror "
+                "image of the limb. Use the rear camera, and the photos as they come from it"
+            )
+            found.append(Remark(photo.name, text))
     return tuple(found)
+
+
+def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> str | None:
+    """What spoils most of these photos, with the remedy; None where their pixels show nothing.
+
+    For photos that already failed together: a fault here is no reason to refuse them.
+    """
+    burnt = [photo for photo in photos if photo.burnt > options.fault_burnt]
+    if 2 * len(burnt) > len(photos):
+        share = float(np.median([photo.burnt for photo in burnt]))
+        return (
+            f"{len(burnt)} of {len(photos)} photos are overexposed: {share:.0%} of the picture is "
+            "burnt out to white, and nothing can be measured there. Expose shorter or use less "
+            "light, until even the brightest places show their pattern, and photograph again."
+        )
+    dark = [photo for photo in photos if photo.brightest < options.min_brightest]
+    if 2 * len(dark) > len(photos):
+        return (
+            f"{len(dark)} of {len(photos)} photos are underexposed: nearly everything in them is "
+            "dark. Use more light or expose longer, and photograph again."
+        )
+    widths_px = np.array([_seen_width_px(photo, options) for photo in photos])
+    blurred = widths_px > options.fault_blur_px
+    if 2 * blurred.sum() > len(photos):
+        width_px = float(np.median(widths_px[blurred]))
+        how = "show no edge at all" if np.isinf(width_px) else f"have edges {width_px:.1f} px wide"
+        return (
+            f"{blurred.sum()} of {len(photos)} photos are blurred: they {how}, where 1 px is "
+            "usual. Focus on the object, hold the camera still, with more light or a shorter "
+            "exposure, and photograph again."
+        )
+    return None
+
+
+def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
+    """Width of the edges once the photo is reduced to what keypoints are found in.
+
+    Infinite where no edge is found: even a plain object has an outline.
+    """
+    if np.isnan(photo.sharpness):
+        return float("inf")
+    megapixels = photo.width_px * photo.height_px / 1e6
+    return photo.sharpness * min(1.0, (options.seen_megapixels / megapixels) ** 0.5)
 
 
 def edge_width_px(luma: GreyImage) -> float:

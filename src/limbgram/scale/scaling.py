@@ -15,13 +15,14 @@ from typing import Literal
 import numpy as np
 
 from limbgram.calibration.cameras import Cameras
+from limbgram.errors import ScaleError
 from limbgram.geometry.arrays import Matrix3, Vector3
 from limbgram.geometry.similarity import Similarity, fit_similarity
 from limbgram.mapping.scene import Scene
 from limbgram.scale.distances import KnownDistance, measure_distances
 from limbgram.scale.frame import centre_of_object, common_up, find_floor, rotation_to_z
 from limbgram.scale.metric import LengthCheck, MetricScene, Scale
-from limbgram.scale.plate import Plate, adjusted_with_board, find_plate
+from limbgram.scale.plate import Plate, adjusted_with_board, find_plate, foreign_lens
 from limbgram.scale.ruler import Ruler
 from limbgram.scale.sensitivity import scale_by_cameras
 from limbgram.scale.sight import Aim, aim_of
@@ -64,6 +65,24 @@ def to_millimetres(
     With a board the origin is its centre, x runs along its columns and z = 0 is the floor.
     Otherwise the origin is the object's centre, and the floor is known where points show it.
     """
+    try:
+        return _scaled(scene, detections, distances, options, cameras)
+    except ScaleError as refusal:
+        if detections is None or cameras is None:
+            raise
+        cause = foreign_lens(scene, detections, cameras)
+        if cause is None:
+            raise
+        raise ScaleError(f"The board cannot be measured in these photos. {cause}") from refusal
+
+
+def _scaled(
+    scene: Scene,
+    detections: BoardDetections | None,
+    distances: Sequence[KnownDistance],
+    options: ScaleOptions,
+    cameras: Cameras | None,
+) -> MetricScene:
     plate = find_plate(scene, detections) if detections is not None else None
     if plate is not None and detections is not None and cameras is not None:
         scene = adjusted_with_board(scene, plate, detections, cameras)

@@ -41,6 +41,8 @@ class BoardDetections:
     """All inner corners in the board frame (`Board.corners_mm`)."""
     photos: tuple[PhotoCorners, ...]
     set_aside: tuple[SetAside, ...]
+    cause: str = ""
+    """What is wrong with the photos, and the remedy: why, should too few show the board."""
 
     @property
     def corner_count(self) -> int:

@@ -4,6 +4,9 @@ In      a PhotoSet, and the Board.
 Out     BoardDetections.
 Method  OpenCV's detectors give ids and rough places; a model of each crossing is fitted to the
         pixels; a corner is believed if its fit is good and it lies where a flat board has it.
+        Where hardly any photo shows the board, photos are looked at mirrored, and asked whether
+        blur or light hide it. A checkerboard looks alike mirrored, so that only a ChArUco board
+        can tell.
 """
 
 from dataclasses import dataclass
@@ -13,6 +16,7 @@ from jaxtyping import Float64, Int32
 
 from limbgram.geometry.arrays import GreyImage, Points2
 from limbgram.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.photos.quality import common_fault
 from limbgram.photos.reading import load_luma
 from limbgram.run import in_parallel
 from limbgram.targets.board import Board
@@ -46,6 +50,14 @@ class TargetOptions:
 
 
 DEFAULTS = TargetOptions()
+_FEW_PHOTOS = 3
+"""With fewer photos of the board neither a camera nor a scale can be told."""
+_MIRRORED = (
+    "The photos are mirrored: {count} of them show the board only when left and right are swapped. "
+    "A front camera or a program mirrored them, or the board was printed mirrored. Use the rear "
+    "camera and give the photos as they come from it; a limb measured in mirrored photos would be "
+    "its mirror image."
+)
 
 
 def find_board(
@@ -58,12 +70,28 @@ def find_board(
         return find_in_photo(photo, photo_idx, load_luma(photo), board, options)
 
     results = in_parallel(work, range(len(photos.photos)))
+    found = tuple(one for one in results if isinstance(one, PhotoCorners))
     return BoardDetections(
         board=board,
         corners_mm=board.corners_mm,
-        photos=tuple(one for one in results if isinstance(one, PhotoCorners)),
+        photos=found,
         set_aside=tuple(one for one in results if isinstance(one, SetAside)),
+        cause=_cause(photos, board, len(found), options),
     )
+
+
+def _cause(photos: PhotoSet, board: Board, found: int, options: TargetOptions) -> str:
+    """What would explain that the board is hard to find; empty where the photos do not tell."""
+    if board.kind == "charuco" and found < _FEW_PHOTOS:
+        mirrored = sum(in_parallel(lambda p: _shows_mirrored(p, board, options), photos.photos))
+        if mirrored > found:
+            return _MIRRORED.format(count=mirrored)
+    return common_fault(photos.photos) or ""
+
+
+def _shows_mirrored(photo: Photo, board: Board, options: TargetOptions) -> bool:
+    swapped = np.ascontiguousarray(load_luma(photo)[:, ::-1])
+    return len(find_charuco(swapped, board).ids) >= options.min_corners
 
 
 def find_in_photo(

@@ -28,6 +28,7 @@ from limbgram.dense.stereo.solving import (
 )
 from limbgram.errors import DenseError, OptionsError
 from limbgram.photos.photo import PhotoSet
+from limbgram.photos.quality import common_fault
 from limbgram.run import in_parallel
 from limbgram.scale.metric import MetricScene
 
@@ -37,6 +38,9 @@ _WIDEST_DEG = 65.0
 """Photos with this angle between their rays are still compared, if no narrower ones serve."""
 _COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
 """How closely a rough map must agree with another one."""
+_UNPAINTED = (
+    "The sock is probably unpainted. Paint it with dense, irregular spots, and photograph again."
+)
 _SURROUNDINGS_PX = 3
 """Pixels round a confirmed one that are looked at again, at the coarsest level."""
 
@@ -80,7 +84,7 @@ def estimate_depth(
     confirmed = in_parallel(
         lambda k: _confirmed(maps[k], [maps[j] for j in witnesses[k]], options), every
     )
-    _refuse_if_bare(crops, confirmed, options)
+    _refuse_if_bare(photos, crops, confirmed, options)
     return tuple(confirmed)
 
 
@@ -139,13 +143,13 @@ def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOp
 
 
 def _refuse_if_bare(
-    crops: Sequence[Crop], depth_maps: Sequence[DepthMap], options: DenseOptions
+    photos: PhotoSet, crops: Sequence[Crop], depth_maps: Sequence[DepthMap], options: DenseOptions
 ) -> None:
     wanted = sum(int(crop.wanted.sum()) for crop in crops)
     measured = sum(int(np.isfinite(depth_map.depth_mm).sum()) for depth_map in depth_maps)
     if measured < options.least_measured * wanted:
         raise DenseError(
             f"Only {measured / wanted:.1%} of the limb's pixels could be measured; the photos "
-            "show too little there that can be told apart. The sock is probably unpainted, or the "
-            "photos are blurred. Paint it with dense, irregular spots, and photograph again."
+            "show too little there that can be told apart. "
+            + (common_fault(photos.photos) or _UNPAINTED)
         )

@@ -94,6 +94,10 @@ def _control_half(ids: np.ndarray, detections: BoardDetections) -> Bool[np.ndarr
 def _check_enough(control: Bool[np.ndarray, " n"], detections: BoardDetections) -> None:
     enough = len(control) >= _LEAST_CORNERS
     if not enough or min(control.sum(), (~control).sum()) < _LEAST_HALF:
+        if detections.cause:
+            raise ScaleError(
+                f"{len(detections.photos)} photos show the {detections.board}. {detections.cause}"
+            )
         raise ScaleError(
             f"Only {len(control)} corners of the {detections.board} could be located in the "
             f"scene; {_LEAST_CORNERS} are needed, each in three placed photos "

@@ -1,0 +1,183 @@
+"""Refusals name their cause: a small capture is damaged in one way at a time.
+
+Each message must name the damage with its remedy, and no other cause.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageFilter, ImageOps
+
+from limbgram.calibration import Calibration, Cameras, calibrate, cameras_for
+from limbgram.errors import CalibrationError, LimbgramError, PlacementError, ScaleError
+from limbgram.features import detect
+from limbgram.mapping import place
+from limbgram.matching import match
+from limbgram.photos import PhotoSet, read_photos
+from limbgram.scale import to_millimetres
+from limbgram.synthetic import CaptureOptions, make_capture
+from limbgram.targets import Board, find_board
+from limbgram.twoview import verify
+
+BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
+CHECKERBOARD = Board.checkerboard("14x10", 10.0)
+WORDS = {
+    "blur": "are blurred",
+    "overexposure": "are overexposed",
+    "underexposure": "are underexposed",
+    "mirror": "The photos are mirrored",
+    "camera": "The camera file is not that of these photos",
+    "board": "Check the board's size",
+    "moved": "The board moved",
+    "paint": "plain",
+    "overlap": "too far apart",
+    "spot": "nearly the same spot",
+    "walk": "steps of 20 degrees",
+}
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("causes") / "capture"
+    make_capture(folder, CaptureOptions(photos=12, width_px=800, height_px=533, seed=31))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def calibration(capture: Path) -> Calibration:
+    return calibrate(read_photos([capture / "calibration"]), CHECKERBOARD).calibration
+
+
+def damaged(folder: Path, to: Path, change: Callable[[Image.Image], Image.Image]) -> PhotoSet:
+    """The photos of a folder, each changed; EXIF stays."""
+    to.mkdir()
+    for path in sorted(folder.glob("*.jpg")):
+        with Image.open(path) as picture:
+            change(picture).save(to / path.name, quality=94, exif=picture.getexif())
+    return read_photos([to])
+
+
+def blurred(picture: Image.Image) -> Image.Image:
+    return picture.filter(ImageFilter.GaussianBlur(4))
+
+
+def smeared(picture: Image.Image) -> Image.Image:
+    return picture.filter(ImageFilter.GaussianBlur(20))
+
+
+def exposed(times: float) -> Callable[[Image.Image], Image.Image]:
+    """So many times the light, clipped as a sensor clips."""
+
+    def change(picture: Image.Image) -> Image.Image:
+        light = (np.asarray(picture) / 255.0) ** 2.2 * times
+        return Image.fromarray((255 * np.clip(light, 0, 1) ** (1 / 2.2)).astype(np.uint8))
+
+    return change
+
+
+def as_it_is(picture: Image.Image) -> Image.Image:
+    return picture
+
+
+def scaled(photos: PhotoSet, cameras: Cameras) -> None:
+    """A reconstruction as far as its scale, which is where a board is needed."""
+    features = detect(photos)
+    pairs = verify(photos, match(photos, features), cameras)
+    scene = place(photos, features, pairs, cameras)
+    to_millimetres(scene, find_board(photos, BOARD), (), cameras=cameras)
+
+
+def refusal_of(photos: PhotoSet, cameras: Cameras, *kinds: type[LimbgramError]) -> str:
+    with pytest.raises(kinds or LimbgramError) as refusal:
+        scaled(photos, cameras)
+    return str(refusal.value)
+
+
+def assert_names_only(message: str, cause: str) -> None:
+    named = {name for name, words in WORDS.items() if words in message}
+    assert named == {cause}, message
+
+
+@pytest.mark.parametrize(
+    ("change", "cause"),
+    [
+        (blurred, "blur"),
+        (smeared, "blur"),
+        (exposed(10), "overexposure"),
+        (exposed(30), "overexposure"),
+        (exposed(0.003), "underexposure"),
+        (ImageOps.mirror, "mirror"),
+    ],
+)
+@pytest.mark.parametrize("calibrated", [True, False])
+def test_damaged_photos(
+    capture: Path, calibration: Calibration, tmp_path: Path, change, cause: str, calibrated: bool
+) -> None:
+    photos = damaged(capture / "images", tmp_path / "photos", change)
+    cameras = cameras_for(photos, [calibration] if calibrated else [])
+    assert_names_only(refusal_of(photos, cameras), cause)
+
+
+def test_the_undamaged_capture_is_scaled(capture: Path, calibration: Calibration) -> None:
+    photos = read_photos([capture / "images"])
+    scaled(photos, cameras_for(photos, [calibration]))
+
+
+@pytest.mark.parametrize("times", [0.6, 1.3, 2.0])
+@pytest.mark.parametrize("tells_its_lens", [True, False])
+def test_the_file_of_another_camera_of_the_same_size(
+    capture: Path, calibration: Calibration, tmp_path: Path, times: float, tells_its_lens: bool
+) -> None:
+    """Nothing but the shape of the light tells where neither file nor photos name a lens."""
+    photos = damaged(capture / "images", tmp_path / "photos", as_it_is)
+    if not tells_its_lens:
+        bare = tuple(replace(group, exif=type(group.exif)()) for group in photos.cameras)
+        photos = replace(photos, cameras=bare)
+    lens = calibration.camera
+    foreign = replace(
+        calibration,
+        camera=replace(lens, fx=times * lens.fx, fy=times * lens.fy),
+        label="",
+        focal_mm=None,
+    )
+    message = refusal_of(photos, cameras_for(photos, [foreign]), PlacementError, ScaleError)
+    assert_names_only(message, "camera")
+    assert f"{times * lens.fx:.0f} px" in message
+
+
+def test_the_file_of_a_camera_of_another_size(capture: Path, calibration: Calibration) -> None:
+    photos = read_photos([capture / "images"])
+    lens = replace(calibration.camera, width_px=640, height_px=480)
+    with pytest.raises(CalibrationError, match="calibration is for 640 x 480, the photos are 800"):
+        cameras_for(photos, [replace(calibration, camera=lens)])
+
+
+@pytest.mark.parametrize(("change", "cause"), [(smeared, "blur"), (exposed(30), "overexposure")])
+def test_damaged_photos_of_a_checkerboard(capture: Path, tmp_path: Path, change, cause) -> None:
+    photos = damaged(capture / "calibration", tmp_path / "photos", change)
+    with pytest.raises(CalibrationError) as refusal:
+        calibrate(photos, CHECKERBOARD)
+    assert_names_only(str(refusal.value), cause)
+
+
+@pytest.mark.parametrize(
+    ("change", "cause"),
+    [(smeared, "blur"), (exposed(30), "overexposure"), (ImageOps.mirror, "mirror")],
+)
+def test_damaged_photos_of_a_board_with_markers(
+    capture: Path, tmp_path: Path, change, cause: str
+) -> None:
+    photos = damaged(capture / "images", tmp_path / "photos", change)
+    with pytest.raises(CalibrationError) as refusal:
+        calibrate(photos, BOARD)
+    assert_names_only(str(refusal.value), cause)
+
+
+def test_another_board_is_not_blamed_on_good_photos(capture: Path) -> None:
+    photos = read_photos([capture / "images"])
+    with pytest.raises(CalibrationError) as refusal:
+        calibrate(photos, Board.charuco("7x5", 30.0, 22.0, "APRILTAG_36H11"))
+    assert_names_only(str(refusal.value), "board")
