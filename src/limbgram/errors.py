@@ -12,6 +12,7 @@ LimbgramError            exit code
     ShapeFileError           3   a shape's file cannot be read
     CalibrationError         4   the board photos do not determine the camera
     MatchingError            4   the photos do not overlap, or show nothing to match
+    BudgetError              4   the work needs more memory than it may use
     PlacementError           4   the photos cannot be joined to one scene
     ScaleError               4   no scale, or lengths that contradict each other
     RegionError              4   the limb cannot be told from its surroundings
@@ -80,6 +81,10 @@ class CalibrationError(LimbgramError):
 
 class MatchingError(LimbgramError):
     """The photos do not overlap, or show nothing that can be matched."""
+
+
+class BudgetError(LimbgramError):
+    """The work needs more memory than it may use."""
 
 
 class PlacementError(LimbgramError):

@@ -7,12 +7,10 @@ Fails   with the refusal of the stage that cannot go on.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-from jaxtyping import Int32
-
+from limbgram.budget import Resolution, depth_share, refuse_beyond, resolution_for
 from limbgram.calibration import Calibration, CameraOptions, Cameras, cameras_for
 from limbgram.dense import (
     Cloud,
@@ -24,9 +22,9 @@ from limbgram.dense import (
     find_region,
     fuse,
 )
-from limbgram.errors import SurfaceError
+from limbgram.errors import BudgetError, SurfaceError
 from limbgram.features import FeatureOptions, Features, detect
-from limbgram.mapping import MappingOptions, Scene, place
+from limbgram.mapping import MappingOptions, place
 from limbgram.matching import Matches, MatchingOptions, match
 from limbgram.measuring import MeasureOptions, measure
 from limbgram.photos import PhotoOptions, PhotoSet, read_photos
@@ -86,6 +84,9 @@ class PipelineOptions:
     repair: RepairOptions = field(default_factory=RepairOptions)
     edge_px: float = 4.5
     """Edges of the mesh that is measured, in pixels of the photos."""
+    most_triangles: int = 400_000
+    """Its triangles at most: edges of 0.7 mm on a limb of 900 cm2. Where the pixels allow more,
+    edges grow, and all pixels still serve the measurement."""
     measuring: MeasureOptions = field(default_factory=MeasureOptions)
 
 
@@ -116,6 +117,7 @@ class Reconstruction:
     metric: MetricScene
     region: Region
     cloud: Cloud
+    resolution: Resolution
     mesh: Mesh
     """The part that was meant, measured."""
     tapes: TapeWitnesses
@@ -128,6 +130,7 @@ def reconstruct(
     """A surface in millimetres from photos taken round a limb."""
     run = run or Run()
     photos = run(read_photos, capture.sources, options.photos)
+    refuse_beyond(photos, run.memory_mb)
     cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
     features = run(detect, photos, options.features)
     matches = run(match, photos, features, options.matching)
@@ -137,19 +140,41 @@ def reconstruct(
     found = None if board is None else run(find_board, photos, board, options.targets)
     metric = run(to_millimetres, scene, found, capture.distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
-    depths = run(estimate_depth, photos, metric, region, options.dense)
+    share = depth_share(photos, options.dense.most_px, run.memory_mb)
+    dense = replace(options.dense, most_px=round(share * options.dense.most_px))
+    depths = run(estimate_depth, photos, metric, region, dense)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
     del depths  # the largest product, and nobody asks for it any more
     wrapped = wrap(cloud, options.surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
 
-    def measured(number: int) -> Mesh:
-        coarse = run(repair, parts, cloud, options.repair, number)
-        even = run(refine, coarse, options.edge_px * pixel_on_object_mm(metric))
-        return run(measure, photos, metric, even, options.measuring)
+    def finest(coarse: Mesh) -> Resolution:
+        return resolution_for(
+            metric,
+            coarse,
+            edge_px=options.edge_px,
+            most_triangles=options.most_triangles,
+            depth_share=share,
+            memory_mb=run.memory_mb,
+        )
 
-    mesh = measured(parts.chosen)
-    others = tuple(_if_it_can_be(part, measured) for part in parts.others)
+    def measured(coarse: Mesh, resolution: Resolution) -> Mesh:
+        even = run(refine, coarse, resolution.edge_mm)
+        measuring = replace(
+            options.measuring,
+            photo_halvings=resolution.photo_halvings,
+            matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
+        )
+        return run(measure, photos, metric, even, measuring)
+
+    def beside(number: int) -> Mesh:
+        coarse = run(repair, parts, cloud, options.repair, number)
+        return measured(coarse, finest(coarse))
+
+    coarse = run(repair, parts, cloud, options.repair, parts.chosen)
+    resolution = finest(coarse)
+    mesh = measured(coarse, resolution)
+    others = tuple(_if_it_can_be(part, beside) for part in parts.others)
     tapes = run(hold_tapes, mesh, metric.floor_z_mm, capture.tapes)
     return Reconstruction(
         photos=photos,
@@ -161,6 +186,7 @@ def reconstruct(
         metric=metric,
         region=region,
         cloud=cloud,
+        resolution=resolution,
         mesh=mesh,
         tapes=tapes,
         others=others,
@@ -171,7 +197,7 @@ def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
     """A part beside the meant one, measured; what it refuses does not stop the meant one."""
     try:
         return OtherPart(part=part, mesh=measured(part.number))
-    except SurfaceError as refusal:
+    except (SurfaceError, BudgetError) as refusal:
         return OtherPart(part=part, mesh=None, reason=str(refusal))
 
 
@@ -182,19 +208,3 @@ def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh
             return run(pivot, cloud, options)
         case PoissonOptions():
             return run(poisson, cloud, options)
-
-
-def pixel_on_object_mm(metric: MetricScene) -> float:
-    """Size of a photo's pixel on the object: the median over all observations."""
-    scene = metric.scene
-    sizes = [
-        scene.view(k).camera_from_world.apply(scene.points_in_world[_seen_by(scene, k)])[:, 2]
-        / scene.view(k).camera.fx
-        for k in scene.placed
-    ]
-    return float(np.median(np.concatenate(sizes)))
-
-
-def _seen_by(scene: Scene, photo_idx: int) -> Int32[np.ndarray, " k"]:
-    observed = scene.observations
-    return observed.point_idx[observed.photo_idx == photo_idx]

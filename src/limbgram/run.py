@@ -4,8 +4,13 @@ A stage stays a plain function. Where it loops over photos, pairs or tiles it wr
 `for photo in track(photos)` or `in_parallel(work, photos)`; inside a run those report
 progress and raise Cancelled, outside they do nothing. Of loops inside one another the
 outermost reports: a bar never goes back for what one of its own steps does.
+
+A run also has a memory budget. How much is worked on at a time follows it
+(`in_parallel(work, photos, each_mb=...)`), which never changes a result; what would change one
+is decided from the budget by whoever calls the stages (`pipeline`), and told.
 """
 
+import math
 import os
 import sys
 import threading
@@ -15,6 +20,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -26,6 +32,14 @@ S = TypeVar("S")
 
 _STATM = Path("/proc/self/statm")
 _WATCH_STEP_S = 0.05
+_CGROUP_LIMITS = (
+    Path("/sys/fs/cgroup/memory.max"),
+    Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),
+)
+_UNKNOWN_MACHINE_MB = 8192.0
+"""Taken where the system does not tell (Windows)."""
+PROGRAM_MB = 330.0
+"""Resident memory with all libraries loaded and nothing worked on; 290 to 320 were measured."""
 
 NEUTRAL_FOLDER = Path(os.__file__).parent
 """Where to be while libraries are imported: several read settings from the current folder
@@ -52,6 +66,8 @@ class Run:
 
     listener: Listener = field(default=lambda _stage, _done, _total: None)
     timings: list[Timing] = field(default_factory=list)
+    memory_mb: float = field(default_factory=lambda: usual_budget_mb())
+    """Resident memory that the work should keep to."""
     _stop: threading.Event = field(default_factory=threading.Event)
     _stage: str = ""
     _looping: bool = False
@@ -107,12 +123,22 @@ def track(items: Iterable[T], total: int | None = None) -> Iterator[T]:
         tell(count)
 
 
-def in_parallel(work: Callable[[S], T], items: Sequence[S], workers: int | None = None) -> list[T]:
+def in_parallel(
+    work: Callable[[S], T],
+    items: Sequence[S],
+    workers: int | None = None,
+    *,
+    each_mb: float = 0.0,
+) -> list[T]:
     """`[work(item) for item in items]` on threads, in order, at most `workers` in flight.
 
     For work that leaves the interpreter lock (OpenCV, numba with nogil, large numpy calls).
+    `each_mb` is what one item takes while it is worked on: no more are in flight than the
+    run's memory has room for, but one always is.
     """
     limit = workers or worker_count()
+    if each_mb > 0:
+        limit = max(1, min(limit, int(spare_mb() / each_mb)))
     if limit == 1:
         return [work(item) for item in track(items)]
     run = _current.get() or Run()
@@ -129,6 +155,37 @@ def in_parallel(work: Callable[[S], T], items: Sequence[S], workers: int | None 
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def budget_mb() -> float:
+    """Memory that the current run may use; outside a run the usual share of the machine's."""
+    run = _current.get()
+    return usual_budget_mb() if run is None else run.memory_mb
+
+
+def spare_mb() -> float:
+    """What the budget leaves beside what is in use now."""
+    held_mb = resident_megabytes()
+    return budget_mb() - (PROGRAM_MB if math.isnan(held_mb) else held_mb)
+
+
+def usual_budget_mb() -> float:
+    """Half of the memory that this machine has, or that its container allows."""
+    return 0.5 * machine_mb()
+
+
+@cache
+def machine_mb() -> float:
+    """Physical memory, or less where a container is allowed less."""
+    names = getattr(os, "sysconf_names", {})
+    if "SC_PHYS_PAGES" not in names:
+        return _UNKNOWN_MACHINE_MB
+    limits = [os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")]
+    for file in _CGROUP_LIMITS:
+        told = file.read_text("ascii").strip() if file.exists() else ""
+        if told.isdecimal():  # else "max": no limit
+            limits.append(int(told))
+    return min(limits) / 2**20
 
 
 def worker_count() -> int:

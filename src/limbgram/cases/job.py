@@ -39,6 +39,8 @@ class Job:
     unscaled: bool = False
     """Write files even though their unit is not known."""
     options: PipelineOptions = field(default_factory=PipelineOptions)
+    memory_mb: float | None = None
+    """Memory that the work may use; None: half of the machine's."""
 
 
 @dataclass(frozen=True)

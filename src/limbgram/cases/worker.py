@@ -23,6 +23,7 @@ from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import State, add_message, write_record
 from limbgram.cases.standing import drop_superseded, finished, key_of, stands, supersede
 from limbgram.errors import Cancelled, LimbgramError
+from limbgram.run import usual_budget_mb
 
 GRACE_S = 20.0
 """Time that a step gets to end before the process is ended."""
@@ -59,7 +60,8 @@ class Events:
 def work(job: Job, events: Events, stop: int) -> int:
     """Do the job, until the descriptor `stop` comes to its end; the exit code says how it went."""
     case = CaseFolder(job.case)
-    run = KeepingRun(case=case, listener=events.progress)
+    memory_mb = usual_budget_mb() if job.memory_mb is None else job.memory_mb
+    run = KeepingRun(case=case, listener=events.progress, memory_mb=memory_mb)
     events.on_lost = run.cancel
     threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
     try:

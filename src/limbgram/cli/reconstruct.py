@@ -16,7 +16,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.dense import RegionOptions
 from limbgram.errors import OptionsError, printable
-from limbgram.pipeline import PipelineOptions
+from limbgram.pipeline import DEFAULTS, PipelineOptions
 from limbgram.report.page import stage_title
 from limbgram.report.parts import part_lines
 from limbgram.surface import PartOptions, PivotOptions, PoissonOptions
@@ -74,6 +74,14 @@ def reconstruct_command(
             show_default="the one that the photos look at",
         ),
     ] = None,
+    triangles: Annotated[
+        int,
+        typer.Option(min=10_000, max=20_000_000, help="Triangles of the surface at most."),
+    ] = DEFAULTS.most_triangles,
+    memory: Annotated[
+        float | None,
+        typer.Option(min=0.5, help="Memory to keep to, GB.", show_default="half of the machine's"),
+    ] = None,
     profile: Annotated[
         bool, typer.Option("--profile", help="Tell time and memory of every stage.")
     ] = False,
@@ -96,7 +104,8 @@ def reconstruct_command(
         distances=tuple(d for file in known_distance or () for d in read_distances(file)),
         tapes=tuple(parse_tape(text) for text in tape or ()),
         unscaled=unscaled,
-        options=pipeline_options(surface, box, part),
+        options=pipeline_options(surface, box, part, triangles),
+        memory_mb=None if memory is None else 1024 * memory,
     )
     summary = run_job(job, as_json)
     return Reply(
@@ -105,11 +114,15 @@ def reconstruct_command(
 
 
 def pipeline_options(
-    surface: SurfaceMethod, box: str | None, part: int | None = None
+    surface: SurfaceMethod,
+    box: str | None,
+    part: int | None = None,
+    triangles: int = DEFAULTS.most_triangles,
 ) -> PipelineOptions:
     """Options of the stages from what the command line tells."""
     return PipelineOptions(
         surface=PivotOptions() if surface is SurfaceMethod.BALL_PIVOTING else PoissonOptions(),
+        most_triangles=triangles,
         region=RegionOptions(box_mm=None if box is None else parse_box(box)),
         parts=PartOptions(chosen=part),
     )
@@ -146,6 +159,7 @@ def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...
         *aside,
         f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",
         *part_lines(summary["parts"], summary["unit"]),
+        *summary["resolution"]["notes"],
         *(profile_lines(summary["stages"]) if profile else ()),
         f"Look at it: {case.page}",
         f"How accurate it is: {case.accuracy('html')}",

@@ -17,7 +17,7 @@ from jaxtyping import Float32, Int64, UInt8
 from limbgram.features.keypoints import Features, Keypoints
 from limbgram.features.sift import MEGABYTES, sift
 from limbgram.geometry.arrays import GreyImage, Mask
-from limbgram.photos import Photo, PhotoSet, load_luma, load_mask
+from limbgram.photos import Photo, PhotoSet, in_flight_mb, load_luma, load_mask
 from limbgram.run import in_parallel, worker_count
 
 _BYTES_A_PIXEL = 5
@@ -54,7 +54,10 @@ def detect(photos: PhotoSet, options: FeatureOptions = DEFAULTS) -> Features:
     def detect_in(photo: Photo) -> Keypoints:
         return find_keypoints(load_luma(photo), load_mask(photo), options)
 
-    return Features(tuple(in_parallel(detect_in, photos.photos, workers)))
+    found = in_parallel(
+        detect_in, photos.photos, workers, each_mb=each_mb + in_flight_mb(photos.photos)
+    )
+    return Features(tuple(found))
 
 
 def find_keypoints(

@@ -21,12 +21,14 @@ from limbgram.matching.matches import Matches, PairMatches
 from limbgram.matching.pyramid import Pyramid, build_pyramid
 from limbgram.matching.selection import Candidate, SelectionOptions, select_pairs, turning_alike
 from limbgram.matching.windows import WindowOptions, correlate
-from limbgram.photos import PhotoSet, common_fault, load_luma
-from limbgram.run import in_parallel
+from limbgram.photos import PhotoSet, common_fault, in_flight_mb, load_luma
+from limbgram.run import in_parallel, spare_mb, worker_count
 
 _UNKNOWN_CHANGE = 2.0
 """Factor by which more change of scale is allowed where the pair's own is not known."""
 _NAMED_AT_MOST = 6
+_PYRAMID_BYTES = 4 / 3
+"""All levels of a photo, a pixel."""
 _PLAIN = (
     "No blur and no wrong exposure was measured, so the sock is probably plain. Paint irregular "
     "spots of several sizes all over it."
@@ -79,7 +81,9 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     _refuse_bare(photos, features, options)
     candidates = select_pairs(features, options.selection)
 
-    @lru_cache(maxsize=_photos_in_memory(photos, features, options.memory_mb))
+    memory = _memory(photos, features, options.memory_mb)
+
+    @lru_cache(maxsize=memory.photos)
     def prepared(photo_idx: int) -> _Prepared:
         keypoints = features.keypoints[photo_idx]
         return _Prepared(
@@ -91,7 +95,7 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     def match_one(pair: Candidate) -> _Matched:
         return _match_pair(pair, prepared(pair.first), prepared(pair.second), options)
 
-    matched = in_parallel(match_one, candidates)
+    matched = in_parallel(match_one, candidates, memory.workers)
     pairs = tuple(m.pair for m in matched if m.turning_alike >= options.min_matches)
     _refuse_strangers(photos, pairs)
     return Matches(
@@ -146,11 +150,23 @@ def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> Turn | None:
     return Turn(first.angle_deg, second.angle_deg, pair.turn_deg)
 
 
-def _photos_in_memory(photos: PhotoSet, features: Features, memory_mb: float) -> int:
+@dataclass(frozen=True)
+class _Memory:
+    """What there is room for at a time."""
+
+    workers: int
+    photos: int
+
+
+def _memory(photos: PhotoSet, features: Features, most_mb: float) -> _Memory:
+    """As many pairs at a time as fit, and then as many photos kept for the next ones."""
     pixels = max((photo.width_px * photo.height_px for photo in photos.photos), default=1)
     described = max(map(len, features.keypoints), default=0)
-    bytes_each = pixels * 4 / 3 + described * 128 * 4
-    return int(max(4, memory_mb * 1e6 / bytes_each))
+    kept_mb = (pixels * _PYRAMID_BYTES + described * 128 * 4) / 2**20
+    making_mb = in_flight_mb(photos.photos, _PYRAMID_BYTES)  # its levels lie there twice
+    workers = int(np.clip(spare_mb() / (2 * kept_mb + making_mb), 1, worker_count()))
+    room_mb = min(most_mb, spare_mb() - workers * making_mb)
+    return _Memory(workers, max(2 * workers, int(room_mb / kept_mb)))
 
 
 def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions) -> None:

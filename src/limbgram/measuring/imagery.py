@@ -1,7 +1,8 @@
 """What the measuring kernels see of the photos: the part round the limb, ready to interpolate.
 
 Crops of all photos lie one after another in one flat array of cubic B-spline coefficients
-(Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops.
+(Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops. They are
+most of what the measurement holds in memory: `imagery_mb` tells beforehand how much.
 """
 
 from collections.abc import Sequence
@@ -10,11 +11,12 @@ from typing import cast
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, Int64
+from jaxtyping import Float32, Float64, Int64, UInt8, UInt16
 from scipy.ndimage import spline_filter
 
-from limbgram.geometry.arrays import FloatImage, Points3
+from limbgram.geometry.arrays import FloatImage, GreyImage, Points3
 from limbgram.geometry.camera import View
+from limbgram.photos.decoding import in_flight_mb
 from limbgram.photos.photo import Photo
 from limbgram.photos.reading import load_luma
 from limbgram.run import in_parallel
@@ -23,8 +25,24 @@ _MARGIN_PX = 24
 """Pixels kept round the projected surface: room for windows and for moves."""
 
 
-Crop = tuple[int, int, np.ndarray]
-"""Grey crop of a photo: x0, y0 (multiples of 8), pixels."""
+_ALIGNED_PX = 8
+"""Crops begin at multiples of this, so that they can be halved further."""
+_SUMMING_BYTES = 5.0
+"""A pixel of a photo while its crop is halved."""
+_COEFFICIENT_BYTES, _PATCH_BYTES = 4, 1
+"""A pixel of a crop: at its own size, and once more at a quarter of its pixels for patches."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crop:
+    """Grey crop of a photo that was halved `halvings` times, pixel centres kept."""
+
+    x0: int
+    y0: int
+    """Of the reduced photo; multiples of 8."""
+    pixels: UInt8[np.ndarray, "h w"] | UInt16[np.ndarray, "h w"]
+    """Grey levels; of a reduced photo the sums of 4^halvings pixels, so that nothing is rounded."""
+    halvings: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,45 +61,84 @@ class Imagery:
     """View.packed of every photo, for the full-size photo."""
 
 
-def load_crops(photos: Sequence[Photo], views: Sequence[View], points_mm: Points3) -> list[Crop]:
-    """Full-size grey crop of each photo round `points_mm`."""
+def load_crops(
+    photos: Sequence[Photo], views: Sequence[View], points_mm: Points3, halvings: int = 0
+) -> list[Crop]:
+    """Grey crop of each photo round `points_mm`, halved `halvings` times."""
+    aligned_px = _ALIGNED_PX << halvings
 
     def crop(k: int) -> Crop:
-        xy = views[k].project(points_mm)
-        xy = xy[views[k].camera.contains(xy)]
-        if not len(xy):
-            return 0, 0, np.zeros((8, 8), np.uint8)
-        luma = load_luma(photos[k])
-        x0, y0 = (np.maximum(np.floor(xy.min(0)) - _MARGIN_PX, 0).astype(int) // 8) * 8
-        x1, y1 = np.ceil(xy.max(0)).astype(int) + _MARGIN_PX
-        return int(x0), int(y0), luma[y0:y1, x0:x1].copy()
+        box = _box(views[k], points_mm, aligned_px)
+        if box is None:
+            return Crop(x0=0, y0=0, pixels=np.zeros((8, 8), np.uint8), halvings=halvings)
+        x0, y0, x1, y1 = box
+        pixels = load_luma(photos[k])[y0:y1, x0:x1]
+        return Crop(
+            x0=x0 >> halvings,
+            y0=y0 >> halvings,
+            pixels=pixels.copy() if halvings == 0 else _summed(pixels, halvings),
+            halvings=halvings,
+        )
 
-    return in_parallel(crop, range(len(views)))
+    return in_parallel(crop, range(len(views)), each_mb=in_flight_mb(photos, _SUMMING_BYTES))
+
+
+def imagery_mb(views: Sequence[View], points_mm: Points3, halvings: int = 0) -> float:
+    """What crops round `points_mm` and their coefficients will take."""
+    boxes = [_box(view, points_mm, _ALIGNED_PX << halvings) for view in views]
+    pixels = sum((x1 - x0) * (y1 - y0) for x0, y0, x1, y1 in filter(None, boxes)) >> 2 * halvings
+    crop_bytes = 1 if halvings == 0 else 2
+    return pixels * (crop_bytes + _COEFFICIENT_BYTES + _PATCH_BYTES) / 2**20
+
+
+def _box(view: View, points_mm: Points3, aligned_px: int) -> tuple[int, int, int, int] | None:
+    """Left, top, right and bottom of what a photo shows of the points; None for nothing."""
+    xy = view.project(points_mm)
+    xy = xy[view.camera.contains(xy)]
+    if not len(xy):
+        return None
+    x0, y0 = np.maximum(np.floor(xy.min(0)) - _MARGIN_PX, 0).astype(int) // aligned_px * aligned_px
+    x1, y1 = np.ceil(xy.max(0)).astype(int) + _MARGIN_PX
+    right, bottom = min(int(x1), view.camera.width_px), min(int(y1), view.camera.height_px)
+    return int(x0), int(y0), right, bottom
+
+
+def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "h w"]:
+    """Sums of blocks of 2^halvings pixels a side; exact up to four halvings."""
+    summed = pixels.astype(np.uint16)
+    for _ in range(halvings):
+        height, width = (summed.shape[0] // 2) * 2, (summed.shape[1] // 2) * 2
+        whole = summed[:height, :width]
+        summed = whole[::2, ::2] + whole[1::2, ::2] + whole[::2, 1::2] + whole[1::2, 1::2]
+    return summed
 
 
 def prepare(crops: Sequence[Crop], views: Sequence[View], halvings: int) -> Imagery:
-    """Halve the crops `halvings` times, pixel centres kept, and filter them for interpolation."""
+    """Halve the crops `halvings` times more, and filter them for interpolation."""
     table = np.zeros((len(crops), 5), np.int64)
-    total = sum((p.shape[0] >> halvings) * (p.shape[1] >> halvings) for _, _, p in crops)
+    shapes = [crop.pixels.shape for crop in crops]
+    total = sum((height >> halvings) * (width >> halvings) for height, width in shapes)
     coefficients = np.empty(total, np.float32)
     start = 0
-    for k, (x0, y0, pixels) in enumerate(crops):
-        reduced = _halved(pixels, halvings)
+    for k, crop in enumerate(crops):
+        reduced = _halved(crop, halvings)
         height, width = reduced.shape
         place = coefficients[start : start + reduced.size].reshape(height, width)
         _spline_coefficients(reduced, place)
-        table[k] = start, x0 >> halvings, y0 >> halvings, width, height
+        table[k] = start, crop.x0 >> halvings, crop.y0 >> halvings, width, height
         start += reduced.size
+    already = crops[0].halvings if crops else 0
     return Imagery(
         coefficients=coefficients,
         crops=table,
-        factor=0.5**halvings,
+        factor=0.5 ** (already + halvings),
         views=np.stack([view.packed for view in views]),
     )
 
 
-def _halved(pixels: np.ndarray, halvings: int) -> FloatImage:
-    reduced = pixels.astype(np.float32)
+def _halved(crop: Crop, halvings: int) -> FloatImage:
+    reduced = crop.pixels.astype(np.float32)
+    reduced *= np.float32(0.25**crop.halvings)
     for _ in range(halvings):
         height, width = (reduced.shape[0] // 2) * 2, (reduced.shape[1] // 2) * 2
         reduced = cv2.resize(

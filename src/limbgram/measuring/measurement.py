@@ -29,7 +29,7 @@ from limbgram.measuring.rounds import (
     match_patches,
 )
 from limbgram.measuring.uncertainty import with_sigma
-from limbgram.measuring.visibility import best_views, incidence_cosines
+from limbgram.measuring.visibility import best_views, incidences
 from limbgram.photos.photo import PhotoSet
 from limbgram.run import track
 from limbgram.scale.metric import MetricScene
@@ -47,6 +47,10 @@ _GRAZING_DEG = 85.0
 @dataclass(frozen=True, kw_only=True)
 class MeasureOptions:
     """Which rounds are made."""
+
+    photo_halvings: int = 0
+    """Reductions of the photos for the whole measurement, which then holds 1 / 4^n of the pixels;
+    every size below is relative to it."""
 
     patch_halvings: tuple[int, ...] = (1,)
     """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
@@ -73,11 +77,12 @@ DEFAULTS = MeasureOptions()
 def measure(
     photos: PhotoSet, metric: MetricScene, mesh: Mesh, options: MeasureOptions = DEFAULTS
 ) -> Mesh:
-    """Measure the surface at the full resolution of the photos."""
+    """Measure the surface in the photos, at their full size unless the options reduce them."""
     scene = metric.scene
     views = scene.views
     matching = options.matching
-    crops = load_crops([photos.photos[k] for k in scene.placed], views, mesh.vertices_mm)
+    placed = [photos.photos[k] for k in scene.placed]
+    crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     for halvings in track(options.patch_halvings):
         mesh, _ = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
@@ -125,13 +130,16 @@ def _seen_by(
     mesh: Mesh, views: Sequence[View], options: MatchingOptions
 ) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
     """The photos that measure each vertex, and which vertices fewer than two photos see."""
-    cosines = incidence_cosines(mesh, views, _GRAZING_DEG)
-    unseen = (cosines > 0).sum(axis=1) < 2
-    squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
-    few = squarely.sum(axis=1, keepdims=True) < options.least_views
-    steeply = few & (cosines >= np.cos(np.radians(options.steep_incidence_deg)))
-    cosines[~(squarely | steeply)] = 0
-    return best_views(cosines, options.max_views), unseen
+    best: list[Int32[np.ndarray, "b c"]] = []
+    unseen: list[Bool[np.ndarray, " b"]] = []
+    for cosines in incidences(mesh, views, _GRAZING_DEG):
+        unseen.append((cosines > 0).sum(axis=1) < 2)
+        squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
+        few = squarely.sum(axis=1, keepdims=True) < options.least_views
+        steeply = few & (cosines >= np.cos(np.radians(options.steep_incidence_deg)))
+        cosines[~(squarely | steeply)] = 0
+        best.append(best_views(cosines, options.max_views))
+    return np.concatenate(best), np.concatenate(unseen)
 
 
 def _with_even_brim(

@@ -7,6 +7,7 @@ Fails   SurfaceError: hardly a vertex looks alike in two photos.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,6 +38,20 @@ _FACE_POINTS = np.array(
 )
 """Samples of a face, barycentric. The mean of ab + bc + ca is 1/4, as over the whole face, so that
 a flat face on a round surface is neither lifted nor sunk by where its samples lie."""
+
+
+@cache
+def face_points(parts: int) -> Float64[np.ndarray, "s 3"]:
+    """Samples of a face whose edges are parted so many times, barycentric.
+
+    They serve all pixels where edges are longer than pixels ask for.
+    """
+    steps = [(i, j) for i in range(parts) for j in range(parts - i)]
+    upright = [[(i + 1, j), (i, j + 1), (i, j)] for i, j in steps]
+    turned = [[(i + 1, j + 1), (i, j + 1), (i + 1, j)] for i, j in steps if i + j <= parts - 2]
+    corners = np.array([*upright, *turned], float) / parts
+    whole = np.concatenate([corners, 1.0 - corners.sum(axis=2, keepdims=True)], axis=2)
+    return (_FACE_POINTS @ whole).reshape(-1, 3) if parts > 1 else _FACE_POINTS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +90,10 @@ class MatchingOptions:
 
     robust_sigmas: float = 1.5
     """Residuals beyond this count less and less."""
+
+    face_parts: int = 1
+    """Parts of a face's edge that are sampled each for itself: more where edges are longer than
+    the pixels would allow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,7 +258,7 @@ def joint_equations(
         mesh.vertices_mm,
         np.ascontiguousarray(sight.axes[:, 2]),
         mesh.faces,
-        _FACE_POINTS,
+        face_points(options.face_parts),
         options.noise_grey,
         options.noise_px,
         options.robust_sigmas,

@@ -4,20 +4,21 @@ In      a mesh and placed views.
 Out     per vertex and photo the cosine of the incidence angle, 0 where it is not seen.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from jaxtyping import Float32, Int32
 
+from limbgram.geometry.arrays import Points3
 from limbgram.geometry.camera import View
 from limbgram.surface.mesh import Mesh
 
 _LIFT = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
 _BLOCK = 16384
-"""Vertices ranked at a time: the ranks of many photos are larger than what is kept of them."""
+"""Vertices looked at a time: what is known of all photos is ten times what is kept of it."""
 
 
 def incidence_cosines(
@@ -27,11 +28,31 @@ def incidence_cosines(
 
     step: looks at every step-th vertex only.
     """
+    return np.concatenate(list(incidences(mesh, views, max_incidence_deg, step)))
+
+
+def incidences(
+    mesh: Mesh, views: Sequence[View], max_incidence_deg: float, step: int = 1
+) -> Iterator[Float32[np.ndarray, "b k"]]:
+    """The same, some vertices at a time: those of all together may not fit into memory."""
     vertices, normals = mesh.vertices_mm[::step], mesh.vertex_normals()[::step]
     scene = EmbreeScene()
     TriangleMesh(scene, mesh.vertices_mm[mesh.faces].astype(np.float32))
     lift_mm = _LIFT * typical_edge_mm(mesh)
     lowest = np.cos(np.radians(max_incidence_deg))
+    for start in range(0, max(len(vertices), 1), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        yield _cosines(scene, vertices[block], normals[block], views, lift_mm, lowest)
+
+
+def _cosines(
+    scene: EmbreeScene,
+    vertices: Points3,
+    normals: Points3,
+    views: Sequence[View],
+    lift_mm: float,
+    lowest: float,
+) -> Float32[np.ndarray, "b k"]:
     cosines = np.zeros((len(vertices), len(views)), np.float32)
     for k, view in enumerate(views):
         rays = view.centre_in_world - vertices
@@ -51,13 +72,8 @@ def incidence_cosines(
 def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndarray, "n c"]:
     """The `count` most frontal views of each vertex, best first; -1 where there are fewer."""
     count = min(count, cosines.shape[1])
-    best = np.empty((len(cosines), count), np.int32)
-    for start in range(0, len(cosines), _BLOCK):
-        block = cosines[start : start + _BLOCK]
-        order = np.argsort(-block, axis=1, kind="stable")[:, :count].astype(np.int32)
-        seen = np.take_along_axis(block, order, 1) > 0
-        best[start : start + _BLOCK] = np.where(seen, order, np.int32(-1))
-    return best
+    order = np.argsort(-cosines, axis=1, kind="stable")[:, :count].astype(np.int32)
+    return np.where(np.take_along_axis(cosines, order, 1) > 0, order, np.int32(-1))
 
 
 def typical_edge_mm(mesh: Mesh) -> float:

@@ -1,6 +1,6 @@
 """Photos: files to a PhotoSet, and pixels on demand."""
 
-from limbgram.photos.decoding import load_colour, load_luma
+from limbgram.photos.decoding import in_flight_mb, load_colour, load_luma
 from limbgram.photos.masks import load_mask
 from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
 from limbgram.photos.quality import QualityOptions, Remark, common_fault, remarks
@@ -16,6 +16,7 @@ __all__ = [
     "Remark",
     "SetAside",
     "common_fault",
+    "in_flight_mb",
     "load_colour",
     "load_luma",
     "load_mask",

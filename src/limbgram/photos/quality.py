@@ -113,14 +113,20 @@ def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) ->
             "dark. Use more light or expose longer, and photograph again."
         )
     widths_px = np.array([_seen_width_px(photo, options) for photo in photos])
+    bare = np.isinf(widths_px)
+    if 2 * bare.sum() > len(photos):
+        return (
+            f"{bare.sum()} of {len(photos)} photos show no edge at all: they are out of focus, or "
+            "what they show is plain. Focus on the object, with its outline in the picture. "
+            "Paint irregular spots all over a plain surface."
+        )
     blurred = widths_px > options.fault_blur_px
     if 2 * blurred.sum() > len(photos):
-        width_px = float(np.median(widths_px[blurred]))
-        how = "show no edge at all" if np.isinf(width_px) else f"have edges {width_px:.1f} px wide"
         return (
-            f"{blurred.sum()} of {len(photos)} photos are blurred: they {how}, where 1 px is "
-            "usual. Focus on the object, hold the camera still, with more light or a shorter "
-            "exposure, and photograph again."
+            f"{blurred.sum()} of {len(photos)} photos are blurred: their edges are "
+            f"{float(np.median(widths_px[blurred])):.1f} px wide, where 1 px is usual. Focus on "
+            "the object, hold the camera still, with more light or a shorter exposure, and "
+            "photograph again."
         )
     return None
 
@@ -128,9 +134,9 @@ def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) ->
 def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
     """Width of the edges once the photo is reduced to what keypoints are found in.
 
-    Infinite where no edge is found: even a plain object has an outline.
+    Infinite where a photo was looked at and no edge was found: even a plain object has an outline.
     """
-    if np.isnan(photo.sharpness):
+    if np.isnan(photo.sharpness) and not np.isnan(photo.brightest):
         return float("inf")
     megapixels = photo.width_px * photo.height_px / 1e6
     return photo.sharpness * min(1.0, (options.seen_megapixels / megapixels) ** 0.5)

@@ -16,6 +16,7 @@ from limbgram.errors import OptionsError, PhotoError
 from limbgram.photos.decoding import (
     DECODING_FAULTS,
     MEGAPIXELS_DECODER,
+    decoding_mb,
     depth_of,
     fault_for_people,
     load_colour,
@@ -23,18 +24,21 @@ from limbgram.photos.decoding import (
     luma_of,
     open_picture,
 )
+from limbgram.photos.deep import is_deep
 from limbgram.photos.exif import read_exif
 from limbgram.photos.grouping import grouped
 from limbgram.photos.masks import find_mask, load_mask, mask_fault, masks_among
 from limbgram.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.photos.quality import brightest_luma, burnt_share, edge_width_px
 from limbgram.photos.sifting import RAW_SUFFIXES, name_for_people, sifted
-from limbgram.run import in_parallel
+from limbgram.run import PROGRAM_MB, budget_mb, in_parallel
 
 __all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
 
 _SMALLEST_SIDE_PX = 64
 _NAMED_AT_MOST = 5
+_LOOKING_MB = 80.0
+"""For looking at the sharpness of a photo's middle part."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +65,8 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     files, set_aside = _files_in(sources)
     masks = masks_among(files)
     files = [file for file in files if file not in masks]
-    results = in_parallel(lambda file: _read(file, options), files)
+    each_mb = max((_reading_mb(file, options) for file in files), default=0.0)
+    results = in_parallel(lambda file: _read(file, options), files, each_mb=each_mb)
     photos, repeated = _without_repeats([result for result in results if isinstance(result, Photo)])
     set_aside += [result for result in results if isinstance(result, SetAside)] + repeated
     photos = _of_one_depth(photos)
@@ -112,6 +117,17 @@ def _read(path: Path, options: PhotoOptions) -> Photo | SetAside:
         return SetAside(name, fault_for_people(path, fault))
 
 
+def _reading_mb(path: Path, options: PhotoOptions) -> float:
+    """Memory for one file while it is read; 0 where nothing of it is decoded."""
+    try:
+        with open_picture(path) as picture:
+            pixels, deep = picture.width * picture.height, is_deep(picture)
+    except DECODING_FAULTS:
+        return 0.0
+    used = pixels <= options.max_megapixels * 1e6
+    return decoding_mb(path, pixels, deep=deep) + _LOOKING_MB if used else 0.0
+
+
 def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
     """Raises one of DECODING_FAULTS."""
     if path.stat().st_size == 0:
@@ -122,6 +138,14 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
             return SetAside(
                 path.name,
                 f"{width_px} x {height_px} is more than {options.max_megapixels:g} megapixels",
+            )
+        needed_mb = decoding_mb(path, width_px * height_px, deep=is_deep(picture)) + _LOOKING_MB
+        if needed_mb > budget_mb() - PROGRAM_MB:
+            return SetAside(
+                path.name,
+                f"{width_px} x {height_px} pixels take {needed_mb / 1000:.1f} GB to decode, and of "
+                f"the {budget_mb() / 1000:.1f} GB of memory that may be used the program itself "
+                f"takes {PROGRAM_MB / 1000:.1f}: allow more (--memory), or export smaller photos",
             )
         if min(width_px, height_px) < _SMALLEST_SIDE_PX:
             return SetAside(path.name, f"{width_px} x {height_px} is too small for a photo")

@@ -80,6 +80,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
         _photos(summary["photos"]),
         _set_aside(summary["set_aside"]),
         "<h2>Stages</h2>",
+        *(f"<p>{escape(note)}</p>" for note in summary["resolution"]["notes"]),
         _stages(summary["stages"]),
     )
     return document(title, sections, _STYLE)

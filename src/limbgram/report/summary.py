@@ -83,6 +83,7 @@ def summarise(
         },
         "image_scale": [asdict(one) for one in image_scales(done.photos, done.metric)],
         "cloud": {"points": len(done.cloud), "spacing": done.cloud.spacing_mm},
+        "resolution": asdict(done.resolution),
         "mesh": mesh_figures(done.mesh),
         "parts": _named(parts_tree(done), assessed["light"]),
         "stages": [

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float64, Int32
 
 from limbgram.geometry.arrays import GreyImage, Points2
+from limbgram.photos.decoding import in_flight_mb
 from limbgram.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.photos.quality import common_fault
 from limbgram.photos.reading import load_luma
@@ -52,6 +53,8 @@ class TargetOptions:
 DEFAULTS = TargetOptions()
 _FEW_PHOTOS = 3
 """With fewer photos of the board neither a camera nor a scale can be told."""
+SEARCH_BYTES = 7.0
+"""A pixel, while a board is looked for: 5.8 (ChArUco) and less (checkerboard) on 24 MP."""
 _MIRRORED = (
     "The photos are mirrored: {count} of them show the board only when left and right are swapped. "
     "A front camera or a program mirrored them, or the board was printed mirrored. Use the rear "
@@ -69,7 +72,9 @@ def find_board(
         photo = photos.photos[photo_idx]
         return find_in_photo(photo, photo_idx, load_luma(photo), board, options)
 
-    results = in_parallel(work, range(len(photos.photos)))
+    results = in_parallel(
+        work, range(len(photos.photos)), each_mb=in_flight_mb(photos.photos, SEARCH_BYTES)
+    )
     found = tuple(one for one in results if isinstance(one, PhotoCorners))
     return BoardDetections(
         board=board,
@@ -83,7 +88,13 @@ def find_board(
 def _cause(photos: PhotoSet, board: Board, found: int, options: TargetOptions) -> str:
     """What would explain that the board is hard to find; empty where the photos do not tell."""
     if board.kind == "charuco" and found < _FEW_PHOTOS:
-        mirrored = sum(in_parallel(lambda p: _shows_mirrored(p, board, options), photos.photos))
+        mirrored = sum(
+            in_parallel(
+                lambda photo: _shows_mirrored(photo, board, options),
+                photos.photos,
+                each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
+            )
+        )
         if mirrored > found:
             return _MIRRORED.format(count=mirrored)
     return common_fault(photos.photos) or ""

@@ -1,5 +1,6 @@
 """Quality: edges of known blur, and photos that stand out of their set."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.photos import Exif, Photo, PhotoSet, remarks
-from limbgram.photos.quality import brightest_luma, burnt_share, edge_width_px
+from limbgram.photos.quality import brightest_luma, burnt_share, common_fault, edge_width_px
 
 
 def discs(sigma_px: float, seed: int = 0, size_px: int = 500) -> np.ndarray:
@@ -73,3 +74,20 @@ def test_the_odd_photos_are_remarked_on_and_no_others() -> None:
     assert "blurred" in found["shaken.jpg"]
     assert "overexposed" in found["bright.jpg"]
     assert "underexposed" in found["dark.jpg"]
+
+
+def test_what_spoils_most_photos_is_named() -> None:
+    sharp, soft = photo("a", 0.9), photo("b", 4.0)
+    assert common_fault([sharp, sharp, soft]) is None
+    assert "2 of 3 photos are blurred: their edges are 4.0 px" in str(
+        common_fault([sharp, soft, soft])
+    )
+    assert "overexposed: 40%" in str(common_fault([photo("c", 4.0, burnt=0.4)]))
+    assert "underexposed" in str(common_fault([photo("d", 0.9, brightest=20.0)]))
+    assert "no edge at all" in str(common_fault([photo("e", float("nan"))]))
+
+
+def test_blur_counts_as_far_as_keypoints_see_it() -> None:
+    """Of 48 megapixels four pixels are one of three megapixels."""
+    large = replace(photo("a", 4.0), width_px=8000, height_px=6000)
+    assert common_fault([large]) is None

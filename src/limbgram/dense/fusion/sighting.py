@@ -9,8 +9,8 @@ from jaxtyping import Float32, UInt8
 
 from limbgram.dense.depth import DepthMap
 from limbgram.geometry.camera import View
+from limbgram.photos.decoding import in_flight_mb, load_colour
 from limbgram.photos.photo import PhotoSet
-from limbgram.photos.reading import load_colour
 from limbgram.run import in_parallel
 from limbgram.scale.metric import MetricScene
 
@@ -44,10 +44,11 @@ def sight(
         colours = _colours(photos, depth_map.photo_idx, view, points_mm[seen])
         return seen, cosine**2, colours, through
 
+    each_mb = in_flight_mb(photos.photos, colour=True)
     views, through = np.zeros((2, len(points_mm)), np.uint8)
     weights = np.full(len(points_mm), 1e-9)
     sums = np.zeros((len(points_mm), 3))
-    for seen, weight, colours, behind in in_parallel(one, depth_maps):
+    for seen, weight, colours, behind in in_parallel(one, depth_maps, each_mb=each_mb):
         views[seen] += 1
         through[behind] += 1
         weights[seen] += weight

@@ -21,8 +21,9 @@ from limbgram.photos.reading import load_luma, load_mask
 HALVINGS = 2
 """The coarsest pyramid level is a crop halved this often."""
 _ALIGNED = 1 << HALVINGS
-_BAND = 64
-"""Rows for which pixels of the photo are computed at once: what they need stays in the cache."""
+_BAND = 32
+"""Rows of a crop for which pixels of the photo are computed at once: what they need stays in the
+cache."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,30 +75,39 @@ def crop_photo(
     seen = _aligned(seen)
     if not seen.mask.any():
         return None
-    samples = int(np.ceil(reduction))
-    map_x, map_y = _source_pixels(seen, straight.camera, view.camera, reduction, samples)
-    grey = cv2.remap(
-        load_luma(photo), map_x, map_y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE
-    )
-    inside = (
-        (map_x >= 0)
-        & (map_y >= 0)
-        & (map_x <= view.camera.width_px - 1)
-        & (map_y <= view.camera.height_px - 1)
-    )
-    given = load_mask(photo)
-    if given is not None:
-        inside &= cv2.remap(given.astype(np.uint8), map_x, map_y, cv2.INTER_NEAREST) > 0
+    grey, inside = _resampled(photo, seen, straight.camera, view.camera, reduction)
     return Crop(
         photo_idx=photo_idx,
         view=View(view.name, straight.camera.scaled(1 / reduction), view.camera_from_world),
         x0=seen.x0,
         y0=seen.y0,
-        grey=reduced(grey, samples),
-        wanted=seen.mask & (reduced(inside.astype(np.uint8) * 255, samples) == 255),
+        grey=grey,
+        wanted=seen.mask & inside,
         near_mm=float(np.nanmin(seen.near_mm)),
         far_mm=float(np.nanmax(seen.far_mm)),
     )
+
+
+def _resampled(
+    photo: Photo, seen: Footprint, straight: Camera, lens: Camera, reduction: float
+) -> tuple[GreyImage, Mask]:
+    """Grey crop, and which of its pixels lie in the photo and its mask: by bands of rows, for
+    the samples of a whole crop take a dozen times the memory of the photo."""
+    samples = int(np.ceil(reduction))
+    luma, given = load_luma(photo), load_mask(photo)
+    white = None if given is None else given.astype(np.uint8)
+    grey, inside = np.empty(seen.mask.shape, np.uint8), np.empty(seen.mask.shape, bool)
+    for first in range(0, len(grey), _BAND):
+        rows = slice(first, min(first + _BAND, len(grey)))
+        map_x, map_y = _source_pixels(seen, rows, straight, lens, reduction, samples)
+        light = cv2.remap(luma, map_x, map_y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
+        within = (map_x >= 0) & (map_y >= 0)
+        within &= (map_x <= lens.width_px - 1) & (map_y <= lens.height_px - 1)
+        if white is not None:
+            within &= cv2.remap(white, map_x, map_y, cv2.INTER_NEAREST) > 0
+        grey[rows] = reduced(light.astype(np.uint8, copy=False), samples)
+        inside[rows] = reduced(within.astype(np.uint8) * 255, samples) == 255
+    return grey, inside
 
 
 def _aligned(seen: Footprint) -> Footprint:
@@ -116,21 +126,20 @@ def _aligned(seen: Footprint) -> Footprint:
 
 
 def _source_pixels(
-    seen: Footprint, straight: Camera, lens: Camera, reduction: float, samples: int
+    seen: Footprint, rows: slice, straight: Camera, lens: Camera, reduction: float, samples: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where in the photo the samples of each crop pixel lie: samples x samples, evenly spread."""
+    """Where in the photo the samples of each crop pixel in some rows lie: samples x samples, evenly
+    spread."""
     height, width = seen.mask.shape
     part = (np.arange(max(width, height) * samples) + 0.5) / samples
     x = (seen.x0 + part[: width * samples]) * reduction - 0.5
-    y = ((seen.y0 + part[: height * samples]) * reduction - 0.5)[:, None]
-    map_x, map_y = np.empty((2, height * samples, width * samples), np.float32)
-    for first in range(0, len(y), _BAND):
-        band = slice(first, first + _BAND)
-        y_ideal = (y[band] - straight.cy) / straight.fy
-        x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
-        ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
-        map_x[band], map_y[band] = np.moveaxis(lens.project(ideal), -1, 0)
-    return map_x, map_y
+    band = slice(rows.start * samples, rows.stop * samples)
+    y = ((seen.y0 + part[band]) * reduction - 0.5)[:, None]
+    y_ideal = (y - straight.cy) / straight.fy
+    x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
+    ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
+    map_x, map_y = np.moveaxis(lens.project(ideal).astype(np.float32), -1, 0)
+    return np.ascontiguousarray(map_x), np.ascontiguousarray(map_y)
 
 
 def reduced(grey: GreyImage, factor: int) -> GreyImage:

@@ -27,6 +27,7 @@ from limbgram.dense.stereo.solving import (
     solve_fine,
 )
 from limbgram.errors import DenseError, OptionsError
+from limbgram.photos.decoding import in_flight_mb
 from limbgram.photos.photo import PhotoSet
 from limbgram.photos.quality import common_fault
 from limbgram.run import in_parallel
@@ -36,6 +37,8 @@ DEFAULTS = DenseOptions()
 
 _WIDEST_DEG = 65.0
 """Photos with this angle between their rays are still compared, if no narrower ones serve."""
+_CROP_BYTES = 2.0
+"""A pixel of a photo, for its mask while it is cropped."""
 _COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
 """How closely a rough map must agree with another one."""
 _UNPAINTED = (
@@ -94,7 +97,9 @@ def _crops(
     scene = metric.scene
     reduction = reduction_for(region, scene.views, options.most_px)
     found = in_parallel(
-        lambda k: crop_photo(photos.photos[k], k, scene.view(k), region, reduction), scene.placed
+        lambda k: crop_photo(photos.photos[k], k, scene.view(k), region, reduction),
+        scene.placed,
+        each_mb=in_flight_mb(photos.photos, _CROP_BYTES),
     )
     crops = [crop for crop in found if crop is not None]
     if len(crops) < 2:

@@ -9,10 +9,11 @@ from jaxtyping import Float64
 
 from limbgram.errors import ScaleError
 from limbgram.geometry.arrays import GreyImage
-from limbgram.photos import PhotoSet, load_luma
+from limbgram.photos import PhotoSet, in_flight_mb, load_luma
 from limbgram.run import in_parallel
 from limbgram.scale.distances.known import KnownDistance, Pick
 from limbgram.targets.board import DICTIONARIES, parse_dictionary
+from limbgram.targets.finding import SEARCH_BYTES
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ def find_marks(photos: PhotoSet, dictionary: str) -> tuple[MarkSighting, ...]:
         detector = cv2.aruco.ArucoDetector(marks, parameters)
         return _in_photo(detector, load_luma(photo), photo.name)
 
-    found = in_parallel(work, range(len(photos.photos)))
+    each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
+    found = in_parallel(work, range(len(photos.photos)), each_mb=each_mb)
     return tuple(sighting for one_photo in found for sighting in one_photo)
 
 
