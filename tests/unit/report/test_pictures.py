@@ -97,6 +97,7 @@ def summary(light: str, lengths: list[dict[str, object]], placed: bool) -> dict[
         "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
         "mesh": {"left_out_share": 0.0},
         "parts": [],
+        "resolution": {"notes": ["Edges are <long>."]},
         "stages": [
             {"stage": "match", "wall_s": 1.0, "cpu_s": 2.0, "peak_mb": None, "reused": True}
         ],
@@ -118,6 +119,7 @@ def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light:
     assert "3 of 4 photos" in page
     assert "&lt;a&gt;.jpg" in page
     assert "<h1>A &lt;case&gt;</h1>" in page
+    assert "<p>Edges are &lt;long&gt;.</p>" in page
 
 
 def test_tables_mark_numbers_and_bad_rows() -> None:
