@@ -79,10 +79,11 @@ def refuse_beyond(photos: PhotoSet, memory_mb: float) -> None:
 
 
 def depth_share(photos: PhotoSet, most_px: int, memory_mb: float) -> float:
-    """Share of `most_px` at which depth maps fit."""
+    """Share of `most_px`, or of all pixels where they are fewer, at which depth maps fit."""
+    there_px = min(most_px, sum(photo.width_px * photo.height_px for photo in photos.photos))
     free_mb = memory_mb - PROGRAM_MB - _KEPT_MB * len(photos.photos)
-    share = free_mb * 2**20 / (_DEPTH_BYTES * most_px)
-    return float(np.clip(share, _LEAST_DEPTH, 1.0))
+    fitting_px = max(free_mb, 0.0) * 2**20 / _DEPTH_BYTES
+    return 1.0 if fitting_px >= there_px else max(_LEAST_DEPTH, fitting_px / most_px)
 
 
 def resolution_for(
