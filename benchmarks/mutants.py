@@ -1,15 +1,15 @@
 """Mutants: every reader is given thousands of damaged files, and may only read or refuse them.
 
-    python benchmarks/mutants.py all --count 10000 --seed 1
+    python benchmarks/mutants.py all --record
 
-writes results/mutants.json and results/mutants.md. A mutant is a small whole file with one to
-three changes: bytes flipped, cut, put in, repeated or moved; numbers replaced by what is none or
-beyond all measure; lines and keys left out, repeated or exchanged; trees nested 6,000 deep; and
-for files of parts (PLY, GLB, TIFF) the head alone, the parts' lengths set right again. Each must
-end within its time and memory in one of two ways: it is read, or refused by a LimbgramError that
-says why. Anything else is a fault of ours. Of a shape that is read it is told, too, whether
-triangles are missing without a word. A change that leaves a whole file of its format, such as a
-face taken out of an OBJ together with its line, can be told by no reader.
+writes results/mutants.json and results/mutants.md, for 10,000 mutants of each. A mutant is a small
+whole file with one to three changes: bytes flipped, cut, put in, repeated or moved; numbers turned
+into what is none or beyond all measure; lines and keys left out, repeated or exchanged; trees
+nested 6,000 deep; and for files of parts (PLY, GLB, TIFF) the head alone, the parts' lengths set
+right again. Each must end within its time and memory in one of two ways: it is read, or refused by
+a LimbgramError that says why. Anything else is a fault of ours. Of a shape that is read it is
+told, too, whether triangles are missing without a word. A change that leaves a whole file of its
+format, such as a face taken out of an OBJ together with its line, can be told by no reader.
 
     python benchmarks/mutants.py ply-text --count 2000 --seed 7 --keep /tmp/found
 
@@ -804,28 +804,27 @@ def run(names: list[str], count: int, seed: int, keep: Path | None) -> dict[str,
     return outcomes
 
 
-def markdown(outcomes: dict[str, Outcome], count: int, seed: int) -> str:
+def markdown(rows: dict[str, dict[str, Any]]) -> str:
     """The outcomes as a table."""
-    rows = [
-        f"| {name} | {count:,} | {one.read:,} | {one.refused:,} | {one.crashed} | {one.hung} | "
-        f"{one.missing:,} | {one.slowest_s:.2f} |"
-        for name, one in outcomes.items()
+    table = [
+        f"| {name} | {one['count']:,} | {one['read']:,} | {one['refused']:,} | {one['crashed']} | "
+        f"{one['hung']} | {one['missing']:,} | {one['slowest_s']:.2f} |"
+        for name, one in rows.items()
     ]
     return "\n".join(
         [
             "# Damaged files",
             "",
-            f"{count:,} mutants of each reader, seed {seed}, made by `python benchmarks/mutants.py "
-            f"all --count {count} --seed {seed}`. Each has {LIMIT_S:g} s and {LIMIT_BYTES >> 30} "
-            "GB of address space. Read and refused are right; crashed and hung would be faults of "
-            "ours. *Faces missing, unsaid*: read, with fewer triangles than the whole file has and "
-            "no note; a reader cannot tell where the change leaves another whole file, such as an "
-            "OBJ without one line, or a corner number that names another vertex. *s*: the longest "
-            "that one took.",
+            "Mutants of each reader, made by `python benchmarks/mutants.py all --record`. Each has "
+            f"{LIMIT_S:g} s and {LIMIT_BYTES >> 30} GB of address space. Read and refused are "
+            "right; crashed and hung would be faults of ours. *Faces missing, unsaid*: read, with "
+            "fewer triangles than the whole file has and no note; a reader cannot tell where the "
+            "change leaves another whole file, such as an OBJ without one line, or a corner number "
+            "that names another vertex. *s*: the longest that one took.",
             "",
             "| reader | mutants | read | refused | crashed | hung | faces missing, unsaid | s |",
             "| --- | --- | --- | --- | --- | --- | --- | --- |",
-            *rows,
+            *table,
             "",
         ]
     )
@@ -837,18 +836,31 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="folder for the files that were crashed on")
+    parser.add_argument("--record", action="store_true", help="put the outcomes into results/")
     asked = parser.parse_args()
     known = list(readers())
     if asked.reader not in ("all", *known):
         parser.error(f"there is no reader {asked.reader}; there are all, {', '.join(known)}")
     names = known if asked.reader == "all" else [asked.reader]
     outcomes = run(names, asked.count, asked.seed, asked.keep)
-    if asked.reader == "all" and asked.keep is None:
-        found = {"count": asked.count, "seed": asked.seed, "limit_s": LIMIT_S}
-        found |= {"readers": {name: asdict(one) for name, one in outcomes.items()}}
-        (_RESULTS / "mutants.json").write_text(json.dumps(found, indent=1) + "\n", "utf-8")
-        (_RESULTS / "mutants.md").write_text(markdown(outcomes, asked.count, asked.seed), "utf-8")
+    if asked.record:
+        record(outcomes, known, asked.count, asked.seed)
     return int(any(one.crashed or one.hung for one in outcomes.values()))
+
+
+def record(outcomes: dict[str, Outcome], known: list[str], count: int, seed: int) -> None:
+    """Put outcomes beside those of other readers; of each, count and seed are told."""
+    path = _RESULTS / "mutants.json"
+    held: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
+    rows = held.get("readers", {})
+    rows |= {
+        name: {"count": count, "seed": seed, **asdict(outcome)}
+        for name, outcome in outcomes.items()
+    }
+    rows = {name: rows[name] for name in known if name in rows}
+    tree = {"limit_s": LIMIT_S, "limit_gb": LIMIT_BYTES >> 30, "readers": rows}
+    path.write_text(json.dumps(tree, indent=1) + "\n", "utf-8")
+    path.with_suffix(".md").write_text(markdown(rows), "utf-8")
 
 
 if __name__ == "__main__":

@@ -64,8 +64,8 @@ class Strays:
         them = "it" if one else "them"
         closed = f"; holes closed under {them}: {self.holes}" if self.holes else ""
         return (
-            f"{what} of surface on the skin ({self.triangles:,} triangles of "
-            f"{self.area_mm2:.0f} mm2, up to {self.off_mm:.1f} mm from it) "
+            f"{what} of surface on the skin ({self.triangles:,} triangles, "
+            f"{self.area_mm2:.0f} mm2 in all, up to {self.off_mm:.1f} mm from it) "
             f"{'was' if one else 'were'} taken away{closed}",
         )
 
