@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram import pipeline
+from limbgram.budget import Resolution
 from limbgram.errors import SurfaceError
 from limbgram.geometry.cloud import Cloud
 from limbgram.pipeline import Capture, PipelineOptions, Reconstruction
@@ -35,7 +36,7 @@ class FromTheCloud(Run):
             case "measure":
                 return self._measured(args[2])
             case _:
-                return SimpleNamespace(scene=SimpleNamespace(views=()))
+                return SimpleNamespace(scene=SimpleNamespace(views=()), floor_z_mm=None)
 
     def _measured(self, mesh: Mesh) -> Mesh:
         assert mesh.repairs is not None
@@ -60,7 +61,10 @@ def balls(sphere_cloud: Cloud) -> Cloud:
 def done(
     monkeypatch: pytest.MonkeyPatch, cloud: Cloud, *, chosen: int | None = None, refused: int = 0
 ) -> Reconstruction:
-    monkeypatch.setattr(pipeline, "pixel_on_object_mm", lambda _: 0.3)
+    fine = Resolution(edge_mm=1.0, face_parts=1, photo_halvings=0, depth_share=1.0, notes=())
+    monkeypatch.setattr(pipeline, "resolution_for", lambda *_, **__: fine)
+    monkeypatch.setattr(pipeline, "depth_share", lambda *_: 1.0)
+    monkeypatch.setattr(pipeline, "refuse_beyond", lambda *_: None)
     options = PipelineOptions(parts=PartOptions(chosen=chosen))
     return pipeline.reconstruct(Capture(sources=()), options, FromTheCloud(cloud, refused))
 
