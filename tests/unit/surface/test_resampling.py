@@ -9,10 +9,12 @@ import trimesh
 from limbgram.errors import OptionsError
 from limbgram.surface import DecimateOptions, Mesh, cut, decimate, measure_deviation, refine
 from limbgram.surface.closest import TriangleTree
+from limbgram.surface.resampling.passes import corners_by_vertex, find_twins
 from limbgram.surface.topology import (
     boundary_half_edges,
     boundary_loops,
     find_edges,
+    half_edges,
     is_edge_manifold,
     is_vertex_manifold,
     with_faces,
@@ -148,3 +150,22 @@ def test_planes_through_vertices_and_the_brim_give_clean_chains(bowl: Mesh) -> N
     span = 2 * np.pi * 30 * (180 + 60) / 360
     assert through[0].length_mm == pytest.approx(span, rel=0.03)
     assert cut(bowl, [31.0]) == ()
+
+
+@pytest.mark.parametrize("vertices", [4, 30, 4000])
+def test_twins_and_corners_are_those_of_a_sort(vertices: int) -> None:
+    """On faces drawn at random, with open edges and edges of three faces and more."""
+    rng = np.random.default_rng(vertices)
+    faces = rng.integers(0, vertices, (3000, 3)).astype(np.int32)
+    faces = np.concatenate([faces, SPHERE.faces[:2000].astype(np.int32)])
+    ends = np.sort(half_edges(faces), axis=1)
+    twins = np.full(len(ends), -1)
+    order = np.lexsort((np.arange(len(ends)), ends[:, 1], ends[:, 0]))
+    pairs = np.flatnonzero((ends[order[1:]] == ends[order[:-1]]).all(1))
+    twins[order[pairs]] = order[pairs + 1]
+    twins[order[pairs + 1]] = order[pairs]
+    np.testing.assert_array_equal(find_twins(faces), twins)
+    count = int(faces.max()) + 1
+    starts, corners = corners_by_vertex(faces, count)
+    np.testing.assert_array_equal(corners, np.argsort(faces.ravel(), kind="stable"))
+    np.testing.assert_array_equal(np.diff(starts), np.bincount(faces.ravel(), minlength=count))
