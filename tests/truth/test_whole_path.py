@@ -139,7 +139,8 @@ def test_a_second_run_computes_nothing_and_gives_the_same_bytes(folder: Path) ->
 def test_another_surface_recomputes_only_what_hangs_on_it(folder: Path) -> None:
     assert reconstruct(folder, "--surface", "poisson").exit_code == 0
     computed = [s["stage"] for s in last_run(folder / "case")["stages"] if not s["reused"]]
-    assert computed == ["poisson", "repair", "refine", "measure", "draw"]
+    shaped = ["tell_parts", "repair", "refine", "measure", "hold_tapes"]
+    assert computed == ["poisson", *shaped, "draw"]
 
 
 @pytest.mark.parametrize(
