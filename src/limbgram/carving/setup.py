@@ -84,12 +84,12 @@ class CarveOptions:
 DEFAULTS = CarveOptions()
 FAST: dict[str, float] = {
     "tool_diameter_mm": 19.0,
-    "scallop_mm": 0.1,
-    "tolerance_mm": 0.02,
+    "scallop_mm": 0.15,
+    "tolerance_mm": 0.03,
     "rough_stepover": 0.5,
     "rough_depth_mm": 25.0,
 }
-"""For a model that is sanded anyway: ridges of 0.1 mm, wide ways."""
+"""For a model that is sanded anyway: ridges of 0.15 mm, wide ways."""
 _MANDREL_GAP_MM = 1.0
 _ROUND_TIP_MM = 30.0
 """Up to so far over the distal end a shape may be thinner than the mandrel: there it is round."""

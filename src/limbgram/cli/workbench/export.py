@@ -240,7 +240,7 @@ def export_command(
     ] = None,
     preset: Annotated[
         PresetName | None,
-        typer.Option(help="gcode: fine, or fast: a 19 mm tool and ridges of 0.1 mm."),
+        typer.Option(help="gcode: fine, or fast: a 19 mm tool and ridges of 0.15 mm."),
     ] = None,
     mandrel: Annotated[
         float | None, typer.Option(help="gcode: diameter of a bar through the blank, mm.")
