@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 from limbgram.cases.camera_file import read_camera
@@ -103,3 +104,32 @@ def test_a_seed_is_a_number_from_0(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["make-capture", str(tmp_path / "new"), "--seed", "-5"])
     assert done.exit_code == 2
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("number", ["inf", "-inf", "nan", "1e400", "1e308", "1e-308"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("measure", "--every="),
+        ("measure", "--height="),
+        ("measure", "--sock="),
+        ("align", "--side=right", "--flexion="),
+        ("align", "--side=right", "--axis=0,0,"),
+        ("export", "--to=gcode", "--side=right", "--blank="),
+        ("export", "--to=gcode", "--side=right", "--blank-length="),
+        ("export", "--to=aop", "--side=right", "--spacing="),
+        ("report", "--every="),
+    ],
+    ids=" ".join,
+)
+def test_a_number_that_measures_nothing_is_refused(
+    tmp_path: Path, words: tuple[str, ...], number: str
+) -> None:
+    """typer takes them all for numbers; divisions and lists without end followed."""
+    scan = tmp_path / "scan.stl"
+    box = trimesh.creation.box((80.0, 80.0, 120.0))
+    trimesh.Trimesh(box.vertices, box.faces[:-2]).export(scan)
+    command, *rest, last = words
+    done = CliRunner().invoke(app, [command, str(scan), *rest, last + number])
+    assert done.exit_code == 2, (done.output, done.exception)
+    assert [path.name for path in tmp_path.iterdir()] == ["scan.stl"]

@@ -94,6 +94,8 @@ _MANDREL_GAP_MM = 1.0
 _ROUND_TIP_MM = 30.0
 """Up to so far over the distal end a shape may be thinner than the mandrel: there it is round."""
 
+_LARGEST_BLANK_MM = 3000.0
+"""No carver for limbs or torsos takes a larger one."""
 _LIMITS: dict[str, tuple[float, float]] = {
     "tool_diameter_mm": (1, 60),
     "tool_reach_mm": (5, 1000),
@@ -119,6 +121,12 @@ def check_options(options: CarveOptions) -> None:
         if not low <= value <= high:
             raise OptionsError(
                 f"{name} = {value:g} cannot be: it lies between {low:g} and {high:g}."
+            )
+    for name in ("blank_diameter_mm", "blank_length_mm"):
+        value = getattr(options, name)
+        if value is not None and not 1 <= value <= _LARGEST_BLANK_MM:
+            raise OptionsError(
+                f"{name} = {value:g} cannot be: it lies between 1 and {_LARGEST_BLANK_MM:g}."
             )
     if options.most_turns is not None and options.most_turns < 2:
         raise OptionsError(

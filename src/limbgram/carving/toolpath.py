@@ -95,10 +95,12 @@ def _end(mesh: Mesh, options: CarveOptions) -> float:
     if options.to_mm is None:
         return whole_mm
     low_mm = float(mesh.vertices_mm[:, 2].min())
-    if not low_mm < options.to_mm <= whole_mm:
+    least_mm = low_mm + options.ball_mm
+    if not least_mm < options.to_mm <= whole_mm:
         raise OptionsError(
-            f"Carving cannot end at {options.to_mm:g} mm: the surface goes all round between "
-            f"{low_mm:.1f} and {whole_mm:.1f} mm. Choose a height between."
+            f"Carving cannot end at {options.to_mm:g} mm: the surface goes all round up to "
+            f"{whole_mm:.1f} mm, and less than the tool's radius, up to {least_mm:.1f} mm, is not "
+            "carved. Choose a height between."
         )
     return options.to_mm
 

@@ -2,10 +2,10 @@
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import Any, ParamSpec, cast
 
 import typer
 from rich.console import Console
@@ -16,12 +16,15 @@ from limbgram.errors import (
     Cancelled,
     CaseError,
     LimbgramError,
+    OptionsError,
     disk_advice,
     printable,
 )
 
 P = ParamSpec("P")
 
+_SMALLEST, _LARGEST = 1e-9, 1e9
+"""Millimetres, degrees and shares of one lie between; 0 is asked for by itself."""
 _COLOURS = {"green": "green", "amber": "yellow", "red": "bold red"}
 
 
@@ -49,6 +52,7 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
     def answer(*args: P.args, **kwargs: P.kwargs) -> None:
         as_json = bool(kwargs.get("as_json", False))
         try:
+            _require_measures(kwargs)
             reply = _done(command, *args, **kwargs)
         except LimbgramError as error:
             _refuse(error, as_json)
@@ -66,6 +70,21 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
 
     answer.__annotations__ = {**command.__annotations__, "return": None}
     return answer
+
+
+def _require_measures(options: Mapping[str, object]) -> None:
+    """Refuse typed numbers that measure nothing: inf, nan, 1e400 and 1e-308 are numbers to typer.
+
+    Raises:
+        OptionsError: a number is none, or beyond all measure.
+    """
+    for name, value in options.items():
+        for number in cast(list[object], value) if isinstance(value, list) else [value]:
+            if isinstance(number, float) and number and not _SMALLEST <= abs(number) <= _LARGEST:
+                raise OptionsError(
+                    f"--{name.replace('_', '-')}: {number:g} measures nothing. Write a number in "
+                    "digits, such as 12.5."
+                )
 
 
 def _done(command: Callable[P, Reply], *args: P.args, **kwargs: P.kwargs) -> Reply:

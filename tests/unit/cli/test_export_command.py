@@ -74,6 +74,13 @@ def test_the_natural_name_is_taken(scan: Path) -> None:
     assert read_limb(scan).frame is not None
 
 
+@pytest.mark.parametrize("height", ["0.0001", "0.5", "5.9"])
+def test_less_than_the_tool_is_no_carving(scan: Path, height: str) -> None:
+    """A sliver has no ring of rays, and its picture no pixel."""
+    words = ("--to", "gcode", "--side", "left", "--tool", "12", "--to-mm", height)
+    assert "not carved" in refused(scan, *words)
+
+
 def test_aop_and_its_mirror_check(scan: Path) -> None:
     content = exported(scan, "--to", "aop", "--side", "left", "--spokes", "120", "--line-end", "cr")
     read = read_limb(Path(str(content["written"])))

@@ -13,6 +13,8 @@ from limbgram.shape.measures import TapeReading
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _END = "end"
+_SHORTEST, _LARGEST = 1e-6, 1e9
+"""Of a direction, and of any number: beyond, squares are no longer numbers."""
 
 
 def direction(text: str | None, option: str) -> Vector3 | None:
@@ -24,7 +26,7 @@ def direction(text: str | None, option: str) -> Vector3 | None:
         unit[_AXES[text[1].lower()]] = 1.0 if text[0] == "+" else -1.0
         return unit
     numbers = _numbers(text, 3)
-    if numbers is None or not any(numbers):
+    if numbers is None or max(map(abs, numbers)) < _SHORTEST:
         raise OptionsError(
             f"{text!r} is no direction for {option}. Write +x, -x, +y, -y, +z or -z, or three "
             "numbers such as 0.2,-1,0, in the frame of the shape's file."
@@ -119,9 +121,9 @@ def _numbers(text: str, count: int) -> list[float] | None:
 
 
 def _number(text: str) -> float:
-    """A finite number, or NaN."""
+    """A number that can be of something measured, or NaN."""
     try:
         value = float(text)
     except ValueError:
         return math.nan
-    return value if math.isfinite(value) else math.nan
+    return value if abs(value) <= _LARGEST else math.nan
