@@ -339,6 +339,8 @@ class Judged:
     gouge_mm: float
     ridge_mm: float
     """95 of 100 cells have less left."""
+    highest_mm: float
+    """The most left anywhere."""
     over_tip_mm: float
     """Largest radius of what stands beyond the distal end."""
 
@@ -356,6 +358,7 @@ def judged(stock: Stock, radius: Radius) -> Judged:
     return Judged(
         gouge_mm=float(max(-left.min(), 0)),
         ridge_mm=float(np.quantile(left, 0.95)),
+        highest_mm=float(left.max()),
         over_tip_mm=float(beyond.max()) if len(beyond) else 0.0,
     )
 
@@ -413,7 +416,9 @@ def test_every_profile_carves_the_limb(tmp_path: Path, shape, profile: str) -> N
     carried_out(report.path.read_text("ascii"), machine, stock, TOOL_MM / 2)
     found = judged(stock, radius)
     assert found.gouge_mm < 0.05
-    assert 0.05 < found.ridge_mm < 0.25
+    assert 0.05 < found.ridge_mm < 0.2
+    # Without a turn on the spot where a helix turns back, 0.7 mm stand between two ways.
+    assert found.highest_mm < 0.3
     assert found.over_tip_mm < 0.01
     assert machine.waited == pytest.approx(control.spindle_start_s)
     over, turning = speeds(machine, TOOL_MM / 2)
