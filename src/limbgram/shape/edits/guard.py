@@ -44,7 +44,7 @@ def require_sound(what: str, before: Mesh, after: Mesh) -> None:
             raise EditError(
                 f"{what} was not done: {len(pairs)} pairs of triangles would {happening}, the "
                 f"first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. Do less of it, or over a wider "
-                "stretch; if the scan is rough there, smooth it first."
+                "stretch; if the scan is rough there, smooth it first, or clean it of scraps."
             )
 
 
