@@ -12,6 +12,7 @@ from limbgram.geometry.camera import Camera, View
 from limbgram.geometry.rigid import Rigid
 from limbgram.mapping.scene import Observations, Scene
 from limbgram.measuring import MeasureOptions, measure
+from limbgram.measuring.rounds import MatchingOptions
 from limbgram.photos.reading import read_photos
 from limbgram.scale.metric import MetricScene, Scale
 from limbgram.surface.mesh import Mesh
@@ -81,9 +82,9 @@ def _photo_of_ball(view: View, waves: np.ndarray, phases: np.ndarray) -> np.ndar
     return total / 4
 
 
-def _start(error_mm: float) -> Mesh:
+def _start(error_mm: float, subdivisions: int = 5) -> Mesh:
     """A ball that is `error_mm` too large, with a wave of the same height on it."""
-    shape = trimesh.creation.icosphere(subdivisions=5, radius=RADIUS_MM)
+    shape = trimesh.creation.icosphere(subdivisions=subdivisions, radius=RADIUS_MM)
     vertices = np.asarray(shape.vertices)
     wave = error_mm * (1 + np.sin(vertices[:, :1] / 5))
     return Mesh(
@@ -98,10 +99,8 @@ def _errors_mm(mesh: Mesh) -> np.ndarray:
 def test_the_ball_is_measured_to_a_small_part_of_a_pixel(ball: Ball) -> None:
     start = _start(0.5 * PIXEL_MM)
     result = measure(read_photos([ball.photos]), ball.metric, start)
+    errors = _on_faces_mm(result)
     assert result.filled is not None
-    corners = result.vertices_mm[result.faces[(~result.filled)[result.faces].all(1)]]
-    points = np.einsum("sk,fkj->fsj", FACE_POINTS, corners).reshape(-1, 3)
-    errors = np.linalg.norm(points, axis=1) - RADIUS_MM
     assert np.mean(~result.filled) > 0.5
     assert np.sqrt(np.mean(_errors_mm(start) ** 2)) > 0.5 * PIXEL_MM
     assert 0.002 * PIXEL_MM < np.sqrt(np.mean(errors**2)) < 0.08 * PIXEL_MM
@@ -162,3 +161,44 @@ def test_given_filled_vertices_are_never_called_measured(ball: Ball) -> None:
     )
     assert result.filled is not None
     assert result.filled[filled].all()
+
+
+def _on_faces_mm(mesh: Mesh) -> np.ndarray:
+    """Errors of points spread over the measured faces."""
+    assert mesh.filled is not None
+    corners = mesh.vertices_mm[mesh.faces[(~mesh.filled)[mesh.faces].all(1)]]
+    points = np.einsum("sk,fkj->fsj", FACE_POINTS, corners).reshape(-1, 3)
+    return np.linalg.norm(points, axis=1) - RADIUS_MM
+
+
+def test_pixels_between_far_vertices_serve_too(ball: Ball) -> None:
+    """Edges of 7.5 pixels: four times the samples a face make the surface better, and known so."""
+    photos, start = read_photos([ball.photos]), _start(0.5 * PIXEL_MM, subdivisions=4)
+    few, many = (
+        measure(
+            photos, ball.metric, start, MeasureOptions(matching=MatchingOptions(face_parts=parts))
+        )
+        for parts in (1, 2)
+    )
+    rms_few, rms_many = (np.sqrt(np.var(_on_faces_mm(mesh))) for mesh in (few, many))
+    assert 0.5 * rms_few < rms_many < 0.93 * rms_few
+    assert few.sigma_mm is not None
+    assert many.sigma_mm is not None
+    assert np.nanmedian(many.sigma_mm) < 0.95 * np.nanmedian(few.sigma_mm)
+
+
+def test_photos_of_half_size_measure_the_same_ball(ball: Ball) -> None:
+    """Pixel centres are kept: half a pixel of the full photo would be 0.2 mm of height here."""
+    photos, start = read_photos([ball.photos]), _start(0.5 * PIXEL_MM, subdivisions=4)
+    result = measure(photos, ball.metric, start, MeasureOptions(photo_halvings=1))
+    errors = _on_faces_mm(result)
+    assert np.sqrt(np.mean(errors**2)) < 0.2 * PIXEL_MM
+    assert abs(np.mean(errors)) < 0.04 * PIXEL_MM
+    assert result.filled is not None
+    assert result.sigma_mm is not None
+    measured = ~result.filled
+    height = result.vertices_mm[measured, 2] / RADIUS_MM
+    lift_mm = np.sum(height * _errors_mm(result)[measured]) / np.sum(height**2)
+    assert abs(lift_mm) < 0.05 * PIXEL_MM
+    ratio = _errors_mm(result)[measured] / result.sigma_mm[measured]
+    assert 0.7 < 1.4826 * np.median(np.abs(ratio)) < 1.3
