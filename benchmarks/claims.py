@@ -28,9 +28,6 @@ BLOCK = re.compile(
     r"(?P<open><!-- figures: (?P<name>[a-z-]+) -->\n)(?P<text>.*?)(?P<end><!-- end of figures -->)",
     re.DOTALL,
 )
-COVER = 1.96
-"""Sigmas to either side of a figure that hold it in 95 of 100 cases."""
-
 LABELS = {
     "limb_ring15": "limb, rendered, 3.8 MP",
     "foot_ring24": "foot, rendered, 3.8 MP",
@@ -146,21 +143,33 @@ def spoiled() -> str:
 
 def intervals() -> str:
     """How often stated 95 % intervals held, each side for itself."""
-    kinds = result("intervals")["kinds"]
+    settings = {
+        "usual": "usual",
+        "smooth": "no relief",
+        "rough": "2.5 times the relief",
+        "fine": "relief down to waves of 2.5 mm",
+        "sharp": "twice the resolution",
+    }
+    heads = ("captures", "figure", "interval holds", "states too little", "states too much",
+             "mean error / sigma", "RMS error / sigma")  # fmt: skip
     rows = [
         (
+            f"{settings[setting]}, {one['captures']}",
             kind,
-            f"{one['held']} of {one['count']}",
-            f"{one['held'] / one['count']:.1%}",
-            f"{one['below']}",
-            f"{one['above']}",
+            f"{_held(one)} of {one['figures']} ({_held(one) / one['figures']:.1%})",
+            f"{one['too_little']}",
+            f"{one['too_much']}",
             f"{one['mean_error_over_sigma']:+.2f}",
+            f"{one['rms_error_over_sigma']:.2f}",
         )
+        for setting, kinds in result("intervals")["settings"].items()
         for kind, one in kinds.items()
     ]
-    heads = ("figure", "interval holds", "share", "truth below it", "truth above it",
-             "mean error / sigma")  # fmt: skip
     return table(heads, rows) + "\n\n" + _measured_on(("intervals",))
+
+
+def _held(one: Json) -> int:
+    return one["figures"] - one["too_little"] - one["too_much"]
 
 
 def growth() -> str:
@@ -213,6 +222,8 @@ def _measured_on(files: Sequence[str]) -> str:
 
 BLOCKS: dict[str, Callable[[], str]] = {
     "accuracy": accuracy,
+    "spoiled": spoiled,
+    "intervals": intervals,
     "growth": growth,
     "real": real,
 }

@@ -13,7 +13,7 @@ photos and every stage of each case: figures told anew are then a matter of seco
 
     python benchmarks/intervals.py a.jsonl b.jsonl --table benchmarks/results/intervals.md
 
-puts runs made so side by side into one table.
+puts runs made so side by side into one table, and into a JSON file.
 """
 
 import argparse
@@ -84,7 +84,9 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("out", type=Path, nargs="+", help="JSON lines; what is there is kept")
-    parser.add_argument("--table", type=Path, help="run nothing; write what is there to this file")
+    parser.add_argument(
+        "--table", type=Path, help="run nothing; put what is there into this .md and its .json"
+    )
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--first", type=int, default=1000, help="first seed")
     parser.add_argument("--setting", choices=SETTINGS, default="usual")
@@ -94,6 +96,8 @@ def main() -> None:
     if chosen.table:
         found = [line for path in chosen.out for line in lines_of(path)]
         chosen.table.write_text(table_of(found))
+        counted = {"machine": machine(), "settings": counts_of(found), "captures": found}
+        chosen.table.with_suffix(".json").write_text(json.dumps(counted, indent=1) + "\n")
         return
     (out,) = chosen.out
     done = {line["seed"] for line in lines_of(out) if line["setting"] == chosen.setting}
@@ -264,6 +268,25 @@ def told(lines: list[dict[str, Any]]) -> str:
     if spreads:
         parts.append(f"vertices {np.median(spreads):.2f} ({min(spreads):.2f}-{max(spreads):.2f})")
     return "; ".join(parts)
+
+
+def counts_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, dict[str, float]]]:
+    """How many intervals of each kind held, by setting."""
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    for setting in dict.fromkeys(line["setting"] for line in lines):
+        own = [line for line in lines if line["setting"] == setting]
+        for kind in ("contour", "tape", "volume"):
+            ratios = ratios_of(own, kind)
+            short, long = missed(ratios)
+            found.setdefault(setting, {})[kind] = {
+                "captures": len(own),
+                "figures": len(ratios),
+                "too_little": short,
+                "too_much": long,
+                "mean_error_over_sigma": float(np.mean(ratios)),
+                "rms_error_over_sigma": float(np.sqrt(np.mean(np.square(ratios)))),
+            }
+    return found
 
 
 def missed(ratios: list[float]) -> tuple[int, int]:
