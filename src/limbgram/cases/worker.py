@@ -46,6 +46,10 @@ class Events:
                 self.file.write(json.dumps({"event": event, **content}) + "\n")
                 self.file.flush()
             except BrokenPipeError:
+                # What nobody read is still in the file's buffer, and must not fail once more there.
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, self.file.fileno())
+                os.close(nowhere)
                 self.on_lost()
 
     def progress(self, stage: str, done: int, total: int) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import limbgram
-from limbgram.cases.job import Job
+from limbgram.cases.job import Job, job_tree
 from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
 from limbgram.errors import Cancelled, CaseError, PhotoError, ScaleError
 
@@ -111,6 +111,40 @@ def test_the_real_worker_ends_in_silence_every_time(tmp_path: Path) -> None:
         supervision = Supervision(job, lambda _event: None, (sys.executable, str(script)))
         assert supervision.wait() == tmp_path / "case" / "summary.json"
     assert (tmp_path / "case" / "log.txt").read_bytes() == b""
+
+
+ENDLESS = """
+import sys, time
+from limbgram.cases import worker
+worker.do = lambda job, run: [run.report(k, 1000) or time.sleep(0.05) for k in range(1000)]
+worker.write_record = lambda *args, **more: None
+sys.exit(worker.main())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes break otherwise there")
+def test_the_real_worker_ends_in_silence_when_its_command_is_gone(tmp_path: Path) -> None:
+    script = tmp_path / "child.py"
+    script.write_text(ENDLESS, "utf-8")
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "a.jpg").write_bytes(b"photo")
+    job = Job(case=tmp_path / "case", sources=(tmp_path / "photos",))
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdin.write(json.dumps(job_tree(job)).encode() + b"\n")
+        process.stdin.flush()
+        assert json.loads(process.stdout.readline())["event"] == "progress"
+        process.stdout.close()
+        process.stdin.close()
+        assert process.stderr.read() == b""
+        assert process.wait() == 130
 
 
 PLANTED = ("queue", "json", "numpy", "limbgram", "platform", "typer")
