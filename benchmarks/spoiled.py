@@ -9,6 +9,7 @@ goes through the command line. A green verdict with exit code 0 on any of them i
 
 import argparse
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -19,11 +20,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PIL import Image, ImageEnhance, ImageFilter, ImageOps
 
-from captures import LIMBGRAM, accuracy, machine, timed
+from captures import LIMBGRAM, accuracy, machine, read_poses, timed
+from limbgram.geometry.similarity import fit_similarity
 
 Photos = Sequence[Path]
+_LAID, _OTHER_SIZE = 0.5, 0.005
+"""Below this share within 0.25 mm, and beyond this error of the distances between camera places,
+a surface was not laid onto the truth, because it is of another size."""
 _JPEG_QUALITY = 95
 """Of photos that were damaged and stored as JPEG once more."""
 
@@ -163,10 +169,19 @@ def _banner(page: Path) -> str | None:
 
 
 def _truth(case: Path, source: Path) -> str:
+    """Against the truth, after a rigid fit; a surface of another size fits nowhere."""
     truth = accuracy(case, source)["truth"]
-    girth = max((one["error_mm"] for one in truth["girths"]), key=abs, default=float("nan"))
+    covered = truth["covered"]["0.25 mm"]
+    (poses,) = (case / "deliverables").glob("poses*.json")
+    ours, known = read_poses(poses), read_poses(source / "truth" / "cameras.json")
+    names = sorted(ours.keys() & known.keys())
+    centres = [np.array([views[name].centre for name in names]) for views in (ours, known)]
+    larger = 1 / fit_similarity(*centres).scale - 1
+    if covered < _LAID and abs(larger) > _OTHER_SIZE:
+        return f"everything is {abs(larger):.1%} too {'large' if larger > 0 else 'small'}"
+    girth = max((one["error_mm"] for one in truth["girths"]), key=abs, default=math.nan)
     return (
-        f"{truth['covered']['0.25 mm']:.0%} of the visible limb is there; scale "
+        f"{covered:.0%} of the visible limb lies within 0.25 mm; scale "
         f"{100 * truth['scale_error']:+.2f} %, volume {100 * truth['volume_error']:+.0f} %, worst "
         f"girth {girth:+.1f} mm"
     )
