@@ -222,6 +222,8 @@ def _measured_on(files: Sequence[str]) -> str:
 
 BLOCKS: dict[str, Callable[[], str]] = {
     "accuracy": accuracy,
+    "spoiled": spoiled,
+    "intervals": intervals,
     "growth": growth,
     "real": real,
 }
