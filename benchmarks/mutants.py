@@ -854,7 +854,7 @@ def record(outcomes: dict[str, Outcome], known: list[str], count: int, seed: int
     held: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.is_file() else {}
     rows = held.get("readers", {})
     rows |= {
-        name: {"count": count, "seed": seed, **asdict(outcome)}
+        name: {"count": count, "seed": seed, **asdict(outcome), "faults": dict(outcome.faults)}
         for name, outcome in outcomes.items()
     }
     rows = {name: rows[name] for name in known if name in rows}

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 from typer.testing import CliRunner
@@ -10,6 +11,7 @@ from typer.testing import CliRunner
 from limbgram.cases.camera_file import read_camera
 from limbgram.cli.main import app
 from limbgram.cli.parsing import read_distances
+from limbgram.cli.workbench.stating import landmarks_of
 from limbgram.errors import CaseError, LimbgramError, OptionsError, ShapeFileError
 from limbgram.files import json_of, read_content, toml_of
 from limbgram.shape.reading import read_limb
@@ -133,3 +135,11 @@ def test_a_number_that_measures_nothing_is_refused(
     done = CliRunner().invoke(app, [command, str(scan), *rest, last + number])
     assert done.exit_code == 2, (done.output, done.exception)
     assert [path.name for path in tmp_path.iterdir()] == ["scan.stl"]
+
+
+@pytest.mark.parametrize("number", ["0", "3", "7" * 5000, "²", "-1", ""])
+def test_a_marks_number_is_one_of_those_seen(number: str) -> None:
+    with pytest.raises(OptionsError, match="names no mark"):
+        landmarks_of([f"fibula head=#{number}"], [np.zeros(3), np.ones(3)])
+    (found,) = landmarks_of(["fibula head=#2"], [np.zeros(3), np.ones(3)])
+    np.testing.assert_array_equal(found.position_mm, np.ones(3))

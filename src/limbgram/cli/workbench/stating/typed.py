@@ -1,6 +1,7 @@
 """Typed: directions, landmarks, pairs and readings as they stand on a command line."""
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,8 @@ from limbgram.shape.measures import TapeReading
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _END = "end"
+_COUNTED = re.compile("[0-9]{1,4}")
+"""A mark's number: thousands of digits, and digits raised above the line, are digits to Python."""
 _SHORTEST, _LARGEST = 1e-6, 1e9
 """Of a direction, and of any number: beyond, squares are no longer numbers."""
 
@@ -100,7 +103,7 @@ def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
     name, _, place = text.rpartition("=")
     name = name.strip()
     if place.startswith("#") and name:
-        number = int(place[1:]) if place[1:].isdigit() else 0
+        number = int(place[1:]) if _COUNTED.fullmatch(place[1:]) else 0
         if not 1 <= number <= len(marks):
             raise OptionsError(
                 f"{text!r} names no mark: {len(marks)} were seen. List them by --marks."
