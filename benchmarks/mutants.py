@@ -72,9 +72,13 @@ from limbgram.shape.templates.template import Template, TemplateMark
 from limbgram.surface.mesh import Mesh
 
 LIMIT_S = 5.0
-"""For one mutant; a whole file of this size is read in milliseconds."""
-LIMIT_BYTES = 6 << 30
+"""Of processor time for one mutant; a whole file of this size is read in milliseconds."""
+_PATIENCE_S = 60.0
+"""Of any time: a reader that waits for something takes no processor."""
+_GB = 6
+LIMIT_BYTES = _GB << 30
 """Address space of a process, of which libraries have a third before they read anything."""
+_OVERTIME = 99
 _CHUNK = 250
 _PROCESSES = 2
 _RESULTS = Path(__file__).parent / "results"
@@ -88,10 +92,6 @@ _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 Read = Callable[[Path], int | None]
 """Reads a file; the number of triangles of a shape about which nothing odd was said, or None."""
-
-
-class Hung(BaseException):
-    """The time of a mutant is over."""
 
 
 @dataclass(frozen=True)
@@ -668,11 +668,13 @@ def _start() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # libraries in C say there what is damaged
     resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
     signal.signal(signal.SIGALRM, _too_long)
+    signal.signal(signal.SIGPROF, _too_long)
     _KNOWN.update(readers())
 
 
 def _too_long(_signal: int, _frame: FrameType | None) -> None:
-    raise Hung
+    """End the process: a thread that waits for another cannot be called back soundly."""
+    os._exit(_OVERTIME)
 
 
 def mutant(reader: Reader, seed: int, idx: int) -> bytes:
@@ -727,7 +729,8 @@ def try_some(chunk: Chunk, seed: int, keep: Path | None) -> Outcome:
 def _try_one(reader: Reader, path: Path, triangles: int | None, outcome: Outcome) -> str | None:
     """Count what becomes of a mutant; the fault, where it is one of ours."""
     began = time.perf_counter()
-    signal.setitimer(signal.ITIMER_REAL, LIMIT_S)
+    signal.setitimer(signal.ITIMER_PROF, LIMIT_S)
+    signal.setitimer(signal.ITIMER_REAL, _PATIENCE_S)
     try:
         found = reader.read(path)
         outcome.read += 1
@@ -738,9 +741,6 @@ def _try_one(reader: Reader, path: Path, triangles: int | None, outcome: Outcome
         str(refusal).encode()  # a refusal that cannot be written is none
         outcome.refused += 1
         return None
-    except Hung:
-        outcome.hung += 1
-        return f"hung for {LIMIT_S:g} s"
     except BaseException as fault:
         outcome.crashed += 1
         at = fault.__traceback__
@@ -749,6 +749,7 @@ def _try_one(reader: Reader, path: Path, triangles: int | None, outcome: Outcome
         where = "" if at is None else f" in {at.tb_frame.f_code.co_filename.rsplit('/', 1)[-1]}"
         return f"{type(fault).__name__}{where}: {str(fault)[:80]}"
     finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
         signal.setitimer(signal.ITIMER_REAL, 0)
         outcome.slowest_s = max(outcome.slowest_s, time.perf_counter() - began)
 
@@ -782,7 +783,9 @@ class _Pool:
                     halves = first.halves()
                     chunks = [*halves, *chunks]
                 else:
-                    yield Outcome(crashed=1, faults=Counter({"the process died": 1}))
+                    yield Outcome(
+                        hung=1, faults=Counter({"the process died, or its time was over": 1})
+                    )
 
 
 def run(names: list[str], count: int, seed: int, keep: Path | None) -> dict[str, Outcome]:
@@ -815,12 +818,13 @@ def markdown(rows: dict[str, dict[str, Any]]) -> str:
         [
             "# Damaged files",
             "",
-            "Mutants of each reader, made by `python benchmarks/mutants.py all --record`. Each has "
-            f"{LIMIT_S:g} s and {LIMIT_BYTES >> 30} GB of address space. Read and refused are "
-            "right; crashed and hung would be faults of ours. *Faces missing, unsaid*: read, with "
-            "fewer triangles than the whole file has and no note; a reader cannot tell where the "
-            "change leaves another whole file, such as an OBJ without one line, or a corner number "
-            "that names another vertex. *s*: the longest that one took.",
+            "Mutants of each reader, made by `python benchmarks/mutants.py all --record`. "
+            f"Each has {LIMIT_S:g} s of processor time and {_GB} GB of address space. Read "
+            "and refused are right; crashed and hung would be faults of ours. *Faces "
+            "missing, unsaid*: read, with fewer triangles than the whole file has and no "
+            "note; a reader cannot tell where the change leaves another whole file, such as "
+            "an OBJ without one line, or a corner number that names another vertex. *s*: "
+            "the longest that one took.",
             "",
             "| reader | mutants | read | refused | crashed | hung | faces missing, unsaid | s |",
             "| --- | --- | --- | --- | --- | --- | --- | --- |",
@@ -858,7 +862,7 @@ def record(outcomes: dict[str, Outcome], known: list[str], count: int, seed: int
         for name, outcome in outcomes.items()
     }
     rows = {name: rows[name] for name in known if name in rows}
-    tree = {"limit_s": LIMIT_S, "limit_gb": LIMIT_BYTES >> 30, "readers": rows}
+    tree = {"limit_s": LIMIT_S, "limit_gb": _GB, "readers": rows}
     path.write_text(json.dumps(tree, indent=1) + "\n", "utf-8")
     path.with_suffix(".md").write_text(markdown(rows), "utf-8")
 

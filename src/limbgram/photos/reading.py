@@ -36,6 +36,10 @@ from limbgram.run import PROGRAM_MB, budget_mb, in_parallel
 __all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
 
 _SMALLEST_SIDE_PX = 64
+_MOST_PX_PER_BYTE = 1000
+"""An empty picture packs about 1,000 pixels into a byte as PNG (deflate's limit) and 350 as JPEG;
+photos pack 2 to 20. A damaged TIFF of 14 kB that claimed 57 megapixels was decoded, most of it
+black."""
 _NAMED_AT_MOST = 5
 _LOOKING_MB = 80.0
 """For looking at the sharpness of a photo's middle part."""
@@ -138,6 +142,12 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
             return SetAside(
                 path.name,
                 f"{width_px} x {height_px} is more than {options.max_megapixels:g} megapixels",
+            )
+        if path.stat().st_size * _MOST_PX_PER_BYTE < width_px * height_px:
+            return SetAside(
+                path.name,
+                f"the file is broken: {width_px} x {height_px} pixels are not in its "
+                f"{path.stat().st_size:,} bytes; copy it again from the camera",
             )
         needed_mb = decoding_mb(path, width_px * height_px, deep=is_deep(picture)) + _LOOKING_MB
         if needed_mb > budget_mb() - PROGRAM_MB:

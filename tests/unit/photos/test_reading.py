@@ -1,5 +1,6 @@
 """Reading a folder: what counts as a photo, in which order, from which camera."""
 
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,6 +51,24 @@ def test_pixels_stay_as_the_sensor_stored_them(
     mirrored = stored[:, ::-1] if photo.exif.mirrored else stored
     upright = np.rot90(mirrored, -photo.exif.quarter_turns)
     np.testing.assert_array_equal(upright, np.asarray(ImageOps.exif_transpose(Image.open(path))))
+
+
+def test_a_picture_that_cannot_be_in_its_file_is_set_aside(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    """A TIFF whose width was damaged: its decoder gives the rows that are there, and black."""
+    write_photo("1.jpg", 1)
+    write_photo("2.png", 2)
+    path = tmp_path / "3.tif"
+    grey = np.random.default_rng(3).integers(0, 2**16, (96, 100), np.uint16)
+    Image.fromarray(grey).save(path)
+    content = bytearray(path.read_bytes())
+    entry = content.index(struct.pack("<HHII", 256, 4, 1, 100))  # the tag of its width
+    content[entry + 8 : entry + 12] = (589_826).to_bytes(4, "little")
+    path.write_bytes(content)
+    found = read_photos([tmp_path])
+    assert found.names == ("1.jpg", "2.png")
+    assert "589826 x 96 pixels are not in its" in found.set_aside[0].reason
 
 
 def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path: Path) -> None:
