@@ -28,6 +28,8 @@ BLOCK = re.compile(
     r"(?P<open><!-- figures: (?P<name>[a-z-]+) -->\n)(?P<text>.*?)(?P<end><!-- end of figures -->)",
     re.DOTALL,
 )
+MEASURED = ("rendered", "sweep", "real", "skull")
+"""Result files of whole captures."""
 LABELS = {
     "limb_ring15": "limb, rendered, 3.8 MP",
     "foot_ring24": "foot, rendered, 3.8 MP",
@@ -79,13 +81,9 @@ def accuracy() -> str:
     """All sets with their verdicts, the failed ones among them."""
     heads = ("set", "photos", "verdict", "surface RMS", "95 % within", "bias", "within 0.25 mm",
              "scale error", "worst girth", "volume", "error / sigma", "CPU", "peak")  # fmt: skip
-    found = {
-        name: one
-        for file in ("rendered", "sweep", "real")
-        for name, one in result(file)["sets"].items()
-    }
+    found = {name: one for file in MEASURED for name, one in result(file)["sets"].items()}
     rows = [_accuracy_row(label, found[name]) for name, label in LABELS.items() if name in found]
-    return table(heads, rows) + "\n\n" + _measured_on(("rendered", "sweep", "real"))
+    return table(heads, rows) + "\n\n" + _measured_on(MEASURED)
 
 
 def _accuracy_row(label: str, one: Json) -> Sequence[str]:
@@ -124,11 +122,17 @@ def worst_girth_mm(truth: Json) -> float:
 
 def _with_spread(value: float, again: Sequence[float], form: str) -> str:
     """A figure, and from where to where it went in the repeats."""
-    told = form.format(value)
+    told = _written(value, form)
     if not again:
         return told
-    low, high = form.format(min(again)), form.format(max(again))
+    low, high = _written(min(again), form), _written(max(again), form)
     return told if low == high == told else f"{told} ({low} to {high})"
+
+
+def _written(value: float, form: str) -> str:
+    """A figure; what rounds to nothing has no minus."""
+    text = form.format(value)
+    return form.format(0.0) if float(text) == 0 else text
 
 
 def spoiled() -> str:
@@ -189,7 +193,7 @@ def growth() -> str:
 
 def real() -> str:
     """What the real captures, which have no true surface, can be held against."""
-    sets = result("real")["sets"]
+    sets = result("real")["sets"] | result("skull")["sets"]
     pot, skull = sets["flowerpot"], sets["skull"]
     checks = [one for one in pot["summary"]["scale"]["lengths"] if one["role"] == "check"]
     worst = max(abs(one["error"]) for one in checks)
