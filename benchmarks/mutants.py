@@ -43,6 +43,7 @@ import numpy as np
 import trimesh
 from PIL import Image
 
+from captures import machine
 from limbgram.calibration import Calibration
 from limbgram.cases.assessing.citing import cited
 from limbgram.cases.camera_file import read_camera, write_camera
@@ -70,6 +71,7 @@ from limbgram.shape.templates import encode_template, read_template
 from limbgram.shape.templates.fields import ANGLES, node_heights
 from limbgram.shape.templates.template import Template, TemplateMark
 from limbgram.surface.mesh import Mesh
+from tables import made_on
 
 LIMIT_S = 5.0
 """Of processor time for one mutant; a whole file of this size is read in milliseconds."""
@@ -807,7 +809,7 @@ def run(names: list[str], count: int, seed: int, keep: Path | None) -> dict[str,
     return outcomes
 
 
-def markdown(rows: dict[str, dict[str, Any]]) -> str:
+def markdown(rows: dict[str, dict[str, Any]], made: str) -> str:
     """The outcomes as a table."""
     table = [
         f"| {name} | {one['count']:,} | {one['read']:,} | {one['refused']:,} | {one['crashed']} | "
@@ -817,6 +819,8 @@ def markdown(rows: dict[str, dict[str, Any]]) -> str:
     return "\n".join(
         [
             "# Damaged files",
+            "",
+            made,
             "",
             "Mutants of each reader, made by `python benchmarks/mutants.py all --record`. "
             f"Each has {LIMIT_S:g} s of processor time and {_GB} GB of address space. Read "
@@ -862,9 +866,9 @@ def record(outcomes: dict[str, Outcome], known: list[str], count: int, seed: int
         for name, outcome in outcomes.items()
     }
     rows = {name: rows[name] for name in known if name in rows}
-    tree = {"limit_s": LIMIT_S, "limit_gb": _GB, "readers": rows}
+    tree = {"limit_s": LIMIT_S, "limit_gb": _GB, "readers": rows, "machine": machine()}
     path.write_text(json.dumps(tree, indent=1) + "\n", "utf-8")
-    path.with_suffix(".md").write_text(markdown(rows), "utf-8")
+    path.with_suffix(".md").write_text(markdown(rows, made_on(tree["machine"])), "utf-8")
 
 
 if __name__ == "__main__":
