@@ -25,6 +25,8 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 """Extensions so named change no triangle."""
+_OF_DRAWING = {"attributes", "indices", "material", "mode", "targets", "extensions", "extras"}
+"""All that the format knows there: with indices misspelt, other triangles would be drawn."""
 _MOST_CORNERS = 60_000_000
 _TURNED = 1e-3
 """A quaternion's length is 1 within this."""
@@ -195,6 +197,9 @@ def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
 
 
 def _part(file: _File, drawing: dict[str, Any], motion: Float64[np.ndarray, "4 4"]) -> _Part:
+    strange = sorted(set(drawing) - _OF_DRAWING)
+    if strange:
+        raise ValueError(f"{strange[0][:40]!r} among what a drawing has")
     attributes: dict[str, Any] = drawing["attributes"]
     rows, _ = file.array(attributes["POSITION"], ("VEC3",))
     if rows.dtype.kind != "f":

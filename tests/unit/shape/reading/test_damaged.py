@@ -266,6 +266,7 @@ GLB_DAMAGE: dict[str, Callable[[dict[str, Any]], None]] = {
     "a text": _set("accessors", 0, "count", "12"),
     "another kind": _set("accessors", 0, "componentType", 5126),
     "no list": _set("meshes", {}),
+    "a misspelt key": _set("meshes", 0, "primitives", 0, "indyces", 0),
     "null": _set("meshes", 0, "primitives", None),
     "compressed": _set("extensionsRequired", ["KHR_draco_mesh_compression"]),
     "elsewhere": _set("buffers", 0, "uri", "https://example.org/a.bin"),
