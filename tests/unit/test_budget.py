@@ -161,7 +161,7 @@ def test_depth_takes_the_pixels_that_fit() -> None:
     shares = [depth_share(photos, 8_000_000, memory_mb) for memory_mb in (800, 700, 600, 100)]
     assert shares == sorted(shares, reverse=True)
     assert 0.25 == shares[-1] < shares[2] < shares[1] < 1.0
-    few = photo_set(10, 0.4)  # four megapixels in all: they fit where eight would not
+    few = photo_set(10, 0.3)  # three megapixels in all: they fit where eight would not
     assert depth_share(few, 8_000_000, 650.0) == 1.0 > depth_share(photos, 8_000_000, 650.0)
 
 
