@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
+from limbgram.geometry.interval import COVER
 from limbgram.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.evidence import Json
 
@@ -20,7 +21,6 @@ _ORDER: tuple[Light, ...] = ("green", "amber", "red")
 
 IMAGE, FAR_SCALE = "image measurement", "scale, at the far end"
 """Parts of the expected error beside those that the mesh names."""
-_TWO_SIDED_95 = 1.96
 _FORMAL_TOO_SMALL = 4.0
 """Formal sigmas of matching were found three to four times too small against known truth."""
 
@@ -119,7 +119,7 @@ def expectation(figures: Json) -> Json:
     return {
         "basis": "points of the scene",
         "rms_mm": rms_mm,
-        "p95_mm": _TWO_SIDED_95 * rms_mm,
+        "p95_mm": COVER * rms_mm,
         "budget": _budget({IMAGE: image_mm, CAMERAS: math.nan, FAR_SCALE: scale_mm}),
     }
 
@@ -262,7 +262,7 @@ def _taped(tape: Json, source: str) -> Criterion:
     said = (
         f"The tape read {tape['read_mm']:g} mm {tape['place']}; the surface has "
         f"{tape['measured_mm']:.1f} mm there ({tape['error']:+.1%}, a tape is sure to "
-        f"{_TWO_SIDED_95 * sigma_mm:.0f} mm)"
+        f"{COVER * sigma_mm:.0f} mm)"
     )
     judged = TAPE.judge(abs(off_mm) / sigma_mm, f"{said}.")
     if judged.light == "green":

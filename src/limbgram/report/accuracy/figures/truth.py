@@ -8,6 +8,7 @@ from jaxtyping import Float64
 
 from limbgram.errors import MeasureError
 from limbgram.geometry.arrays import Points3
+from limbgram.geometry.interval import COVER
 from limbgram.geometry.rigid import Rigid
 from limbgram.report.accuracy.evidence import Json
 from limbgram.report.accuracy.figures.surface import measured_vertices
@@ -31,7 +32,6 @@ _NEAR_MM = (0.1, 0.25, 0.5, 1.0)
 _BINS = 61
 _SHOWN_QUANTILE = 0.995
 _MAD_TO_SIGMA = 1.4826
-_TWO_SIDED_95 = 1.96
 _SIGMA_BINS = 10
 _WORDS = {
     "surface": "rigid fit of the measured surface (point to plane, six degrees of freedom, no "
@@ -119,7 +119,7 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
         "robust_spread": float(_MAD_TO_SIGMA * np.median(np.abs(ratio))),
         "rms_spread": _rms(ratio),
         "within_sigma_share": float(np.mean(np.abs(ratio) <= 1)),
-        "within_95_share": float(np.mean(np.abs(ratio) <= _TWO_SIDED_95)),
+        "within_95_share": float(np.mean(np.abs(ratio) <= COVER)),
         "rank_correlation": _rank_correlation(np.abs(error), sigma),
         "by_sigma": [
             {"sigma_mm": float(np.median(sigma[part])), "rms_error_mm": _rms(error[part])}

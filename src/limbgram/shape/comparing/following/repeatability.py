@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.errors import MeasureError
-
-_TWO_SIDED = 1.96
+from limbgram.geometry.interval import COVER
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +50,7 @@ def repeatability(table: Float64[np.ndarray, "s c"]) -> Repeatability:
     within = float(((table - table.mean(1, keepdims=True)) ** 2).sum() / subjects / (captures - 1))
     return Repeatability(
         within_sd=float(np.sqrt(within)),
-        coefficient=float(_TWO_SIDED * np.sqrt(2 * within)),
+        coefficient=float(COVER * np.sqrt(2 * within)),
         icc_2_1=None if subjects < 2 else _icc_2_1(table),
     )
 
@@ -70,7 +69,7 @@ def bland_altman(
             "more levels."
         )
     off = second - first
-    bias, spread = float(off.mean()), _TWO_SIDED * float(off.std(ddof=1))
+    bias, spread = float(off.mean()), COVER * float(off.std(ddof=1))
     return BlandAltman(bias=bias, low=bias - spread, high=bias + spread)
 
 
