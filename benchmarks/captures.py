@@ -29,9 +29,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from limbgram.cases.deliverables import surface_of
-from limbgram.errors import RED_EXIT_CODE
-from limbgram.geometry.rigid import Rigid, angle_between_deg
-from limbgram.geometry.similarity import fit_similarity
+from limbgram.core.errors import RED_EXIT_CODE
+from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
 from rivals import installed
 from sweep import parse_settings
 from tables import write_tables

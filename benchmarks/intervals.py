@@ -35,28 +35,29 @@ from typing import Any
 import numpy as np
 
 from captures import machine
-from limbgram.calibration import calibrate
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
-from limbgram.errors import LimbgramError
-from limbgram.geometry.interval import COVER
-from limbgram.mapping.scene import Scene
-from limbgram.photos import read_photos
-from limbgram.pipeline import Capture, Reconstruction, reconstruct
+from limbgram.cases.store import KeepingRun
+from limbgram.core.errors import LimbgramError
+from limbgram.core.interval import COVER
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.calibration.board import calibrate
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.pipeline import Capture, Reconstruction, reconstruct
 from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
-from limbgram.shape.measures.levels.cutting import Refused, levels_at
-from limbgram.shape.measures.levels.figures import Sigmas, contour_mm, tape_mm
-from limbgram.shape.measures.levels.volumes import Volumes
-from limbgram.surface.mesh import Mesh
-from limbgram.synthetic import (
-    CALIBRATION_BOARD,
-    SCALE_BOARD,
-    CaptureOptions,
-    LimbKind,
-    Relief,
-    make_capture,
-    stage_truth,
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
+from limbgram.synthetic.props.limb import LimbKind, Relief
+from limbgram.synthetic.truth import stage_truth
+from limbgram.workbench.measures.levels import (
+    Refused,
+    Sigmas,
+    Volumes,
+    contour_mm,
+    levels_at,
+    tape_mm,
 )
 from tables import made_on, table
 

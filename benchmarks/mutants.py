@@ -44,33 +44,29 @@ import trimesh
 from PIL import Image
 
 from captures import machine
-from limbgram.calibration import Calibration
-from limbgram.cases.assessing.citing import cited
-from limbgram.cases.camera_file import read_camera, write_camera
+from limbgram.cases.assessing import cited
+from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.keeping.seal import sealed
 from limbgram.cases.scoring import centres_mm, read_truth_mesh
 from limbgram.cli.parsing import parse_board, parse_box, read_distances
-from limbgram.cli.workbench.stating import (
-    colour_of,
-    direction,
-    landmarks_of,
-    pair_of,
-    reading_of,
-    span_of,
-)
-from limbgram.errors import LimbgramError, PhotoError
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.camera import PARAMETERS, Camera
-from limbgram.geometry.rigid import Rigid
-from limbgram.photos import load_mask, read_photos
-from limbgram.shape import Landmark, Limb, LimbFrame
-from limbgram.shape.reading import mm_per_unit_of, read_limb
-from limbgram.shape.recipe import Entry, Recipe, encode_recipe, make_edit, read_recipe
-from limbgram.shape.templates import encode_template, read_template
-from limbgram.shape.templates.fields import ANGLES, node_heights
-from limbgram.shape.templates.template import Template, TemplateMark
-from limbgram.surface.mesh import Mesh
+from limbgram.cli.shapes import colour_of, direction, landmarks_of, pair_of, reading_of, span_of
+from limbgram.core.errors import LimbgramError, PhotoError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.camera import read_camera, write_camera
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import read_limb
+from limbgram.formats.soup import mm_per_unit_of
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.masks import load_mask
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
+from limbgram.workbench.recipe.recipe import Entry, Recipe
+from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.files import encode_template, read_template
+from limbgram.workbench.templates.template import Template, TemplateMark
 from tables import made_on
 
 LIMIT_S = 5.0

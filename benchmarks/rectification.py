@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from commands import done
-from limbgram.export.stl import write_stl
+from limbgram.formats.stl import write_stl
 from limbgram.synthetic.props.limb import LimbKind, make_limb
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "clinic" / "workbench.md"

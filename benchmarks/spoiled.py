@@ -24,7 +24,7 @@ import numpy as np
 from PIL import Image, ImageEnhance, ImageFilter, ImageOps
 
 from captures import LIMBGRAM, accuracy, machine, read_poses, timed
-from limbgram.geometry.similarity import fit_similarity
+from limbgram.core.geometry.frames import fit_similarity
 
 Photos = Sequence[Path]
 _LAID, _OTHER_SIZE = 0.5, 0.005

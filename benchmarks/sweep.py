@@ -10,7 +10,8 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from limbgram.synthetic import CaptureOptions, make_capture
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 
 PHOTOS = (8, 15, 30, 60)

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from limbgram.errors import RED_EXIT_CODE
+from limbgram.core.errors import RED_EXIT_CODE
 
 Result = dict[str, Any]
 

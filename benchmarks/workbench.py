@@ -23,16 +23,16 @@ import trimesh
 import limbgram
 from captures import machine
 from commands import Rows, Tried, done, run
-from limbgram.errors import LimbgramError
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.shape.edits.marking.neighbours import roughness_mm
-from limbgram.shape.edits.smoothing import Smoothing, smoothing
-from limbgram.shape.measures import MeasureOptions, measure
-from limbgram.shape.reading import read_limb
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import volume_mm3
+from limbgram.core.errors import LimbgramError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.edits.regions import roughness_mm
+from limbgram.workbench.edits.smoothing import Smoothing, smoothing
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.measuring import MeasureOptions, measure
 from tables import made_on, table
 
 PLANES = 240

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from limbgram.errors import LimbgramError
+from limbgram.core.errors import LimbgramError
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 COUNT, SEED = 60, 2

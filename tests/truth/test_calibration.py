@@ -7,12 +7,17 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.calibration import BoardCalibration, CalibrationOptions, calibrate_detections
-from limbgram.geometry.camera import PARAMETERS, Camera
-from limbgram.geometry.rigid import Rigid
-from limbgram.photos import PhotoSet, read_photos
-from limbgram.photos.photo import CameraGroup, Exif, Photo
-from limbgram.targets import Board, BoardDetections, PhotoCorners, find_board
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.reconstruction.calibration.board import (
+    BoardCalibration,
+    CalibrationOptions,
+    calibrate_detections,
+)
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
+from limbgram.reconstruction.targets.finding import find_board
 
 FLAT = CalibrationOptions(board_gain=2.0)
 FREE = [PARAMETERS.index(name) for name in PARAMETERS if name not in ("skew", "k3")]

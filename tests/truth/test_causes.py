@@ -11,16 +11,20 @@ import numpy as np
 import pytest
 from PIL import Image, ImageFilter, ImageOps
 
-from limbgram.calibration import Calibration, Cameras, calibrate, cameras_for
-from limbgram.errors import CalibrationError, LimbgramError, PlacementError, ScaleError
-from limbgram.features import detect
-from limbgram.mapping import place
-from limbgram.matching import match
-from limbgram.photos import PhotoSet, read_photos
-from limbgram.scale import to_millimetres
-from limbgram.synthetic import CaptureOptions, make_capture
-from limbgram.targets import Board, find_board
-from limbgram.twoview import verify
+from limbgram.core.errors import CalibrationError, LimbgramError, PlacementError, ScaleError
+from limbgram.reconstruction.calibration.board import calibrate
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
+from limbgram.reconstruction.features.detection import detect
+from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.matching.matching import match
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.twoview.verification import verify
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
 
 BOARD = Board.charuco("7x5", 30.0, 22.0, "4X4_50")
 CHECKERBOARD = Board.checkerboard("14x10", 10.0)

@@ -8,12 +8,15 @@ import pytest
 import trimesh
 from scipy.spatial import KDTree
 
-from limbgram.dense import DenseOptions, Region, estimate_depth, fuse
-from limbgram.geometry.camera import Camera, View
-from limbgram.geometry.rigid import Rigid
-from limbgram.mapping.scene import Observations, PhotoVerdict, Scene
-from limbgram.photos import read_photos
-from limbgram.scale.metric import MetricScene, Scale
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.reconstruction.dense.estimation import estimate_depth
+from limbgram.reconstruction.dense.fusion import fuse
+from limbgram.reconstruction.dense.region import Region
+from limbgram.reconstruction.dense.solving import DenseOptions
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
 
 PHOTOS, FIRST = 6, 3
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.carving import CarveOptions
-from limbgram.carving.setup import FAST
-from limbgram.errors import CarveError, OptionsError
-from limbgram.export.workshop import Control, write_gcode
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.surface.mesh import Mesh
+from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.gcode.control import Control
+from limbgram.formats.gcode.writing import write_gcode
+from limbgram.workbench.carving.setup import FAST, CarveOptions
+from limbgram.workbench.limb import Limb, LimbFrame
 
 Radius = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """mm, of height and of the angle from the front towards the patient's right."""

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.geometry.camera import Camera, View
-from limbgram.geometry.rigid import Rigid
-from limbgram.mapping.scene import Observations, Scene
-from limbgram.measuring import MeasureOptions, measure
-from limbgram.measuring.rounds import MatchingOptions
-from limbgram.photos.reading import read_photos
-from limbgram.scale.metric import MetricScene, Scale
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
+from limbgram.reconstruction.measuring.rounds import MatchingOptions
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
 
 RADIUS_MM = 40.0
 PIXEL_MM = 0.4

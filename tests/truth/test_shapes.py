@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape.frame import AlignOptions, align, in_limb_frame
-from limbgram.shape.limb import Limb, LimbFrame
-from limbgram.shape.measures import MeasureOptions, length_mm, measure, shortest_path
-from limbgram.shape.reading import read_limb
+from limbgram.core.geometry.frames import Rigid
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.lengths import length_mm, shortest_path
+from limbgram.workbench.measures.measuring import MeasureOptions, measure
 
 SHAPES = [
     ("ampscan/stl_file.stl", 1.0),

@@ -9,11 +9,13 @@ import pytest
 import trimesh
 from PIL import Image
 
-from limbgram.geometry.camera import Camera, View
-from limbgram.geometry.rigid import Rigid
-from limbgram.photos import read_photos
-from limbgram.synthetic import SMALL, Capture, make_capture
-from limbgram.targets import Board, find_board
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.finding import find_board
+from limbgram.synthetic.capture import Capture, make_capture
+from limbgram.synthetic.options import SMALL
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.geometry.camera import Camera
-from limbgram.photos import read_photos
-from limbgram.targets import Board, find_board
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.finding import find_board
 
 
 @pytest.mark.parametrize(("name", "photos_with_board"), [("limb_ring15", 14), ("foot_ring24", 19)])

@@ -17,9 +17,10 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cases.scoring import read_truth_mesh
 from limbgram.cli.main import app
-from limbgram.shape.measures.taping import TapedGirth, hold_tapes
-from limbgram.surface.mesh import Mesh
-from limbgram.synthetic import SMALL, make_capture
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.scale.taping import TapedGirth, hold_tapes
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import SMALL
 
 PHOTOS = 12
 TAPED_AT_MM = 150

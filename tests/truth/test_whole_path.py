@@ -13,9 +13,10 @@ from typer.testing import CliRunner, Result
 
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
-from limbgram.measuring.uncertainty import CAMERAS, OFFSET, SCALE
-from limbgram.surface.closest import TriangleTree
-from limbgram.synthetic import SMALL, make_capture
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import SMALL
 
 README = Path(__file__).parents[2] / "README.md"
 CAPTURE = replace(SMALL, photos=14)

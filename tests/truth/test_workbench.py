@@ -16,17 +16,17 @@ from matplotlib.text import Text
 from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
-from limbgram.export.stl import write_stl
+from limbgram.formats.reading import read_limb
+from limbgram.formats.sidecar import hash_of
+from limbgram.formats.stl import write_stl
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.shape.record import RecipeSource, ShapeSource
-from limbgram.report.shape.record.advice import findings
-from limbgram.report.shape.record.pages import pdf
-from limbgram.report.shape.record.replaying import replayed_on
-from limbgram.shape.measures import measure
-from limbgram.shape.reading import read_limb
-from limbgram.shape.reading.sidecar import hash_of
-from limbgram.shape.recipe import read_recipe, switched
+from limbgram.report.record import pages as pdf
+from limbgram.report.record.advice import findings
+from limbgram.report.record.sources import RecipeSource, ShapeSource, replayed_on
 from limbgram.synthetic.props.limb import LimbKind, make_limb
+from limbgram.workbench.measures.measuring import measure
+from limbgram.workbench.recipe.file import read_recipe
+from limbgram.workbench.recipe.recipe import switched
 
 SEED, STEP_MM = 4, 3.5
 NAME = "Maria Huber"

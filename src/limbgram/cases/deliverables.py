@@ -3,19 +3,16 @@
 from functools import partial
 from pathlib import Path
 
-from limbgram.export import (
-    write_cloud_ply,
-    write_dxf,
-    write_glb,
-    write_obj,
-    write_ply,
-    write_stl,
-)
-from limbgram.export.colmap import write_colmap, write_poses
-from limbgram.pipeline import Reconstruction
+from limbgram.core.run import track
+from limbgram.formats.colmap import write_colmap, write_poses
+from limbgram.formats.dxf import write_dxf
+from limbgram.formats.glb import write_glb
+from limbgram.formats.obj import write_obj
+from limbgram.formats.ply import write_cloud_ply, write_ply
+from limbgram.formats.stl import write_stl
+from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.parts import part_file
-from limbgram.run import track
-from limbgram.shape.doubt import marked_red
+from limbgram.workbench.limb import marked_red
 
 
 def surface_of(folder: Path, suffix: str = ".ply") -> Path:

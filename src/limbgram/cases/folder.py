@@ -12,7 +12,6 @@ CASE/superseded/      results of an earlier run that no longer stand, until a ru
 CASE/log.txt          what the libraries said
 """
 
-import os
 import re
 import shutil
 import sys
@@ -22,12 +21,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Literal
 
-from limbgram.cases.keeping.fingerprint import file_sha256
-from limbgram.errors import CaseError, PhotoError, disk_advice, is_full
-from limbgram.export.writing import short_name
-from limbgram.photos.masks import MASKS_FOLDER
-from limbgram.photos.photo import SetAside
-from limbgram.photos.sifting import name_for_people, sifted
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.core.errors import CaseError, PhotoError, disk_advice, is_full
+from limbgram.core.files import written_whole
+from limbgram.reconstruction.photos.masks import MASKS_FOLDER
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.photos.quality import name_for_people, sifted
 
 _HALF = re.compile(r"\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half")
 """Files half written; earlier versions put the whole name into it."""
@@ -314,30 +313,6 @@ def _try_lock(file: IO[str]) -> bool:
     except OSError:
         return False
     return True
-
-
-@contextmanager
-def written_whole(path: Path) -> Generator[Path]:
-    """Write a file beside its place, sync it, rename it: it is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(f".{short_name(path)}.half")
-    try:
-        yield half
-        sync(half)
-        half.replace(path)
-    except BaseException:
-        with suppress(OSError):
-            half.unlink(missing_ok=True)
-        raise
-
-
-def sync(path: Path) -> None:
-    """Have the system put a file on the disk."""
-    handle = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:

@@ -5,23 +5,24 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from limbgram.calibration import Calibration
-from limbgram.cases.assessing.accuracy import evidence_of, write_accuracy
-from limbgram.cases.camera_file import read_camera
+from limbgram.cases.assessing import evidence_of, write_accuracy
 from limbgram.cases.deliverables import deliver
-from limbgram.cases.folder import CaseFolder, take_in, written_whole
-from limbgram.cases.keeping.encoding import from_tree, to_tree
-from limbgram.cases.keeping.store import KeepingRun
+from limbgram.cases.encoding import from_tree, to_tree
+from limbgram.cases.folder import CaseFolder, take_in
 from limbgram.cases.record import write_json
-from limbgram.errors import CaseError
-from limbgram.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
-from limbgram.report.accuracy import assess
+from limbgram.cases.store import KeepingRun
+from limbgram.core.errors import CaseError
+from limbgram.core.files import written_whole
+from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
+from limbgram.reconstruction.scale.distances import KnownDistance
+from limbgram.reconstruction.scale.taping import TapedGirth
+from limbgram.reconstruction.targets.board import Board
+from limbgram.report.accuracy.assessment import assess
 from limbgram.report.page import page_of
 from limbgram.report.pictures import Pictures, draw
 from limbgram.report.summary import summarise
-from limbgram.scale import KnownDistance
-from limbgram.shape.measures.taping import TapedGirth
-from limbgram.targets import Board
 
 
 @dataclass(frozen=True, kw_only=True)

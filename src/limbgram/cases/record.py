@@ -8,12 +8,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from limbgram.cases.folder import CaseFolder, written_whole
-from limbgram.cases.keeping.encoding import to_tree
-from limbgram.cases.keeping.fingerprint import file_sha256
-from limbgram.cases.keeping.store import KeepingRun
-from limbgram.photos import SetAside
-from limbgram.pipeline import Reconstruction
+from limbgram.cases.encoding import to_tree
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.store import KeepingRun
+from limbgram.core.files import written_whole
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.pipeline import Reconstruction
 
 SCHEMA = "limbgram-case/1"
 _LIBRARIES = (

@@ -7,12 +7,12 @@ import trimesh
 
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.folder import CaseFolder
-from limbgram.errors import CaseError
-from limbgram.files import json_of, read_content
-from limbgram.geometry.arrays import Faces
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content
+from limbgram.core.geometry.arrays import Faces
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.alignment import Truth
 from limbgram.report.comparison import Comparison, compare
-from limbgram.surface.mesh import Mesh
 
 _LARGEST_BYTES = 1 << 30
 LEAST_PHOTOS = 3

@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from limbgram import errors
 from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart, require_new_or_ours
 from limbgram.cases.job import Job, job_tree
 from limbgram.cases.worker import GRACE_S
-from limbgram.errors import Cancelled, LimbgramError
-from limbgram.run import NEUTRAL_FOLDER
+from limbgram.core import errors
+from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.run import NEUTRAL_FOLDER
 
 Event = dict[str, Any]
 _POLL_S = 0.2

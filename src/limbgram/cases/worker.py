@@ -19,11 +19,11 @@ from typing import IO, Any
 
 from limbgram.cases.folder import CaseFolder, disk_told, locked, sweep
 from limbgram.cases.job import Job, do, read_job
-from limbgram.cases.keeping.store import KeepingRun
 from limbgram.cases.record import State, add_message, write_record
-from limbgram.cases.standing import drop_superseded, finished, key_of, stands, supersede
-from limbgram.errors import Cancelled, LimbgramError
-from limbgram.run import usual_budget_mb
+from limbgram.cases.store import KeepingRun
+from limbgram.cases.superseding import drop_superseded, finished, key_of, stands, supersede
+from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.run import usual_budget_mb
 
 GRACE_S = 20.0
 """Time that a step gets to end before the process is ended."""

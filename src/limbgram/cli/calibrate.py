@@ -5,21 +5,17 @@ from typing import Annotated
 
 import typer
 
-from limbgram.calibration import BoardCalibration, calibrate
-from limbgram.cases.camera_file import require_camera_place, write_camera
-from limbgram.cases.folder import written_whole
 from limbgram.cli.parsing import parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
-from limbgram.errors import OptionsError
-from limbgram.photos import read_photos
-from limbgram.report.calibration import (
-    calibration_picture,
-    calibration_summary,
-    calibration_text,
-)
-from limbgram.run import Run
-from limbgram.targets import Board
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import written_whole
+from limbgram.core.run import Run
+from limbgram.formats.camera import require_camera_place, write_camera
+from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.targets.board import Board
+from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
 
 
 @answered

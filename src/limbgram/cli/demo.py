@@ -15,10 +15,12 @@ from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
+from limbgram.core.run import Run
 from limbgram.report.comparison import Comparison
-from limbgram.report.document.trees import finite
-from limbgram.run import Run
-from limbgram.synthetic import CALIBRATION_BOARD, CaptureOptions, make_capture
+from limbgram.report.document.page import finite
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.board import CALIBRATION_BOARD
 
 
 @answered

@@ -18,8 +18,8 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from limbgram.cli.replies import refuse_in_json
-from limbgram.errors import printable
-from limbgram.run import NEUTRAL_FOLDER
+from limbgram.core.errors import printable
+from limbgram.core.run import NEUTRAL_FOLDER
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -49,7 +49,7 @@ COMMANDS = {
         "Make the surface of a limb, in millimetres, from photos taken round it.",
     ),
     "accuracy": (
-        "quality.accuracy:accuracy_command",
+        "accuracy:accuracy_command",
         "Say how accurate a finished case is: one page, a PDF of two pages, and JSON.",
     ),
     "calibrate": (
@@ -65,36 +65,36 @@ COMMANDS = {
         "Make photos of a synthetic painted limb, calibration photos, and the exact truth.",
     ),
     "warm-up": (
-        "quality.warm_up:warm_up_command",
+        "warm_up:warm_up_command",
         "Compile the fast parts once, so that the first capture does not wait for it.",
     ),
     "align": (
-        "workbench.align:align_command",
+        "align:align_command",
         "Give a shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal.",
     ),
     "measure": (
-        "workbench.measure:measure_command",
+        "measure:measure_command",
         "Measure a shape by level: girth as a taut tape and along the contour, widths, area, "
         "volume.",
     ),
     "compare": (
-        "workbench.compare:compare_command",
+        "compare:compare_command",
         "Compare shapes: where they differ, by how much, and whether it matters for the fit.",
     ),
     "export": (
-        "workbench.export:export_command",
+        "export:export_command",
         "Write a shape for other programs and machines, in millimetres, and read the file back.",
     ),
     "report": (
-        "workbench.report:report_command",
+        "report:report_command",
         "Write the record of a shape: one page, a PDF of two sheets, and JSON.",
     ),
     "edit": (
-        "workbench.edit:edit_app",
+        "edit:edit_app",
         "Adjust a shape by a recipe: a readable file with an ordered list of edits.",
     ),
     "template": (
-        "workbench.template:template_app",
+        "template:template_app",
         "Keep a rectification as a template and apply it to other limbs.",
     ),
 }

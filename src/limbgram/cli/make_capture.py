@@ -7,8 +7,10 @@ import typer
 
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
-from limbgram.run import Run
-from limbgram.synthetic import CaptureOptions, make_capture, scattered_spots
+from limbgram.core.run import Run
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.paint import scattered_spots
 
 
 @answered

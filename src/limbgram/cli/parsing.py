@@ -4,11 +4,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-from limbgram.errors import OptionsError
-from limbgram.files import json_of, read_content
-from limbgram.scale import KnownDistance, Pick
-from limbgram.shape.measures.taping import TapedGirth
-from limbgram.targets import Board
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import json_of, read_content
+from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.reconstruction.scale.taping import TapedGirth
+from limbgram.reconstruction.targets.board import Board
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 

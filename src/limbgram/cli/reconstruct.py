@@ -14,12 +14,14 @@ from limbgram.cases.supervision import JobBug, Supervision
 from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
-from limbgram.dense import RegionOptions
-from limbgram.errors import OptionsError, printable
-from limbgram.pipeline import DEFAULTS, PipelineOptions
+from limbgram.core.errors import OptionsError, printable
+from limbgram.reconstruction.dense.region import RegionOptions
+from limbgram.reconstruction.pipeline import DEFAULTS, PipelineOptions
+from limbgram.reconstruction.surface.parts import PartOptions
+from limbgram.reconstruction.surface.pivoting import PivotOptions
+from limbgram.reconstruction.surface.poisson import PoissonOptions
 from limbgram.report.page import stage_title
 from limbgram.report.parts import part_lines
-from limbgram.surface import PartOptions, PivotOptions, PoissonOptions
 
 
 class SurfaceMethod(StrEnum):

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from limbgram.errors import (
+from limbgram.core.errors import (
     RED_EXIT_CODE,
     Cancelled,
     CaseError,

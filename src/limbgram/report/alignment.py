@@ -10,11 +10,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float64
 
-from limbgram.geometry.arrays import Faces, Points3
-from limbgram.geometry.rigid import Rigid
-from limbgram.geometry.similarity import fit_similarity
-from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.frames import Rigid, fit_similarity
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
 
 _SAMPLES = 10_000
 _ROUNDS = 12

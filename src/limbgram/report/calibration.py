@@ -13,10 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from limbgram.calibration import BoardCalibration, Estimate
-from limbgram.calibration.projection import BOARD_TERMS
-from limbgram.geometry.camera import PARAMETERS
-from limbgram.geometry.interval import HOLDS, Interval, plus_minus
+from limbgram.core.geometry.lens import PARAMETERS
+from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
+from limbgram.reconstruction.calibration.board import BoardCalibration
+from limbgram.reconstruction.calibration.screening import Estimate
 
 _BLUE, _ORANGE, _GREY = "#1f5a8a", "#d9822b", "#777777"
 

@@ -12,16 +12,10 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial import ConvexHull
 
-from limbgram.geometry.arrays import Points3
-from limbgram.report.alignment import (
-    Truth,
-    by_cameras,
-    by_surface,
-    measured_samples,
-    signed_mm,
-)
-from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_samples, signed_mm
 
 _SECTIONS = 40
 _GIRTHS = (0.2, 0.4, 0.6, 0.8)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from limbgram.report.document.html import document, shown, table
+from limbgram.report.document.page import document, shown, table
 from limbgram.report.parts import parts_section
 from limbgram.report.pictures import Pictures
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.pipeline import OtherPart, Reconstruction
-from limbgram.report.document.html import table
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import faces_inwards
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import faces_inwards
+from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
+from limbgram.report.document.page import table
 
 Json = dict[str, Any]
 

@@ -10,19 +10,18 @@ from functools import partial
 
 import numpy as np
 
-from limbgram.features.keypoints import Features
-from limbgram.geometry.cloud import Cloud
-from limbgram.photos.photo import PhotoSet
-from limbgram.pipeline import OtherPart
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.run import track
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.pipeline import OtherPart
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.report.drawings.charts import accuracy_chart, residual_histograms
 from limbgram.report.drawings.drawing import Picture, png
 from limbgram.report.drawings.maps import sigma_map
 from limbgram.report.drawings.photographs import keypoints_on_photo, matches_of_pair
 from limbgram.report.drawings.surfaces import cloud_with_cameras, four_sides
-from limbgram.run import track
-from limbgram.scale.metric import MetricScene
-from limbgram.surface.mesh import Mesh
-from limbgram.twoview.pairs import Pairs
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from limbgram.mapping.scene import PhotoVerdict
-from limbgram.photos import PhotoSet, SetAside, remarks
-from limbgram.pipeline import Reconstruction
-from limbgram.report.document.trees import finite
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.run import Timing
+from limbgram.reconstruction.mapping.scene import PhotoVerdict
+from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
+from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.pipeline import Reconstruction
+from limbgram.reconstruction.scale.metric import Scale
+from limbgram.report.document.page import finite
 from limbgram.report.drawings.charts import image_scales
 from limbgram.report.parts import parts_tree
-from limbgram.run import Timing
-from limbgram.scale.metric import Scale
-from limbgram.shape.doubt import marked_red
-from limbgram.surface.mesh import Mesh
+from limbgram.workbench.limb import marked_red
 
 SCHEMA = "limbgram-summary/2"
 MOST_LEFT_OUT = 0.05

@@ -15,18 +15,17 @@ import numpy as np
 from jaxtyping import Bool
 from PIL import Image
 
-from limbgram.errors import CaseError
-from limbgram.geometry.arrays import Mask
-from limbgram.geometry.camera import View
-from limbgram.run import in_parallel
+from limbgram.core.errors import CaseError
+from limbgram.core.geometry.arrays import Mask
+from limbgram.core.geometry.lens import View
+from limbgram.core.run import in_parallel
 from limbgram.synthetic.options import DEFAULTS, CaptureOptions
 from limbgram.synthetic.props.paint import bake
 from limbgram.synthetic.props.room import board_panel, make_room, make_stand
 from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
-from limbgram.synthetic.rendering.lighting import Lighting, light_of, shadow_edge
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
-from limbgram.synthetic.rendering.shading import Light
+from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
 from limbgram.synthetic.truth import Truth, stage_truth
 
 _TEXELS_PER_PIXEL = 3.0

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from limbgram.errors import OptionsError
+from limbgram.core.errors import OptionsError
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
-from limbgram.synthetic.props.paint import Paint
-from limbgram.synthetic.props.spots import PaintedSpot
-from limbgram.synthetic.rendering.lighting import Lighting
+from limbgram.synthetic.props.paint import Paint, PaintedSpot
+from limbgram.synthetic.rendering.shading import Lighting
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from limbgram.errors import OptionsError
-from limbgram.geometry.arrays import Points3, Vector3
-from limbgram.geometry.camera import Camera
-from limbgram.geometry.rigid import Rigid
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
 
 _UP = np.array([0.0, 0.0, 1.0])
 _ELEVATIONS_DEG = (28.0, 50.0, 40.0)

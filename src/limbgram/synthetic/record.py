@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt8
 
-from limbgram.geometry.camera import View
+from limbgram.core.geometry.lens import View
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
 from limbgram.synthetic.props.limb import Limb
-from limbgram.synthetic.props.spots import places_mm
+from limbgram.synthetic.props.paint import places_mm
 from limbgram.synthetic.truth import Truth
 
 _RIM_MM = 6.0

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool
 
-from limbgram.geometry.arrays import Points3
-from limbgram.geometry.camera import View
-from limbgram.run import in_parallel
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.lens import View
+from limbgram.core.run import in_parallel
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import camera_of, over_board, walk_round
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside

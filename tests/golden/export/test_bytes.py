@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from limbgram.export import write_dxf, write_stl
-from limbgram.surface import Mesh
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.dxf import write_dxf
+from limbgram.formats.stl import write_stl
 
 GOLDEN = Path(__file__).parent
 TETRAHEDRON = Mesh(

@@ -8,8 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from limbgram.export import write_dxf, write_glb, write_obj, write_ply, write_stl
-from limbgram.surface import Mesh
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.dxf import write_dxf
+from limbgram.formats.glb import write_glb
+from limbgram.formats.obj import write_obj
+from limbgram.formats.ply import write_ply
+from limbgram.formats.stl import write_stl
 
 coordinates = st.floats(-2000, 2000, allow_nan=False)
 

@@ -9,7 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from limbgram.photos import load_colour, load_luma, read_photos
+from limbgram.reconstruction.photos.decoding import load_colour, load_luma
+from limbgram.reconstruction.photos.reading import read_photos
 
 
 def encoded(kind: str, seed: int) -> bytes:

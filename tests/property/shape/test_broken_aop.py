@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from limbgram.errors import ShapeFileError
-from limbgram.shape.reading.aop import read_aop
+from limbgram.core.errors import ShapeFileError
+from limbgram.formats.aop.reading import read_aop
 
 LINES = (
     ["AAOP1", "AAOP1", "a comment", "END COMMENTS", "CYLINDRICAL", "LEFT"]

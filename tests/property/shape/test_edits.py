@@ -5,27 +5,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from limbgram.errors import EditError
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape.edits import Edit, do_edit
-from limbgram.shape.edits.cutting.trimming import PlaneCut, Trimline
-from limbgram.shape.edits.ends.brim import Extension, Flare
-from limbgram.shape.edits.ends.distal import DistalEnd
-from limbgram.shape.edits.percent import Increase, Reduction
-from limbgram.shape.edits.presets import Liner, Sock, SockPly
-from limbgram.shape.edits.regional import Load, Relieve
-from limbgram.shape.edits.smoothing import Smoothing
-from limbgram.shape.edits.solids.making import Fill, Mirror, Offset, Wall
-from limbgram.shape.limb import Limb, LimbFrame
-from limbgram.shape.recipe import Entry, Recipe, encode_recipe, parse_recipe, replay
-from limbgram.surface.crossings import find_crossings
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import (
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import (
     boundary_loops,
     is_edge_manifold,
     is_vertex_manifold,
     volume_mm3,
 )
+from limbgram.workbench.edits.cutting import PlaneCut, Trimline
+from limbgram.workbench.edits.editing import Edit, do_edit
+from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
+from limbgram.workbench.edits.percent import Increase, Reduction
+from limbgram.workbench.edits.presets import Liner, Sock, SockPly
+from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.workbench.edits.smoothing import Smoothing
+from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
+from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 SPOKES = 36
 

@@ -8,25 +8,24 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.geometry.camera import Camera, View
-from limbgram.geometry.rigid import Rigid
-from limbgram.mapping.scene import Observations, Scene
-from limbgram.measuring import MeasureOptions, measure
-from limbgram.photos.reading import read_photos
-from limbgram.scale.metric import MetricScene, Scale
-from limbgram.surface.closest import TriangleTree
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.repair.brim import BrimOptions
-from limbgram.surface.resampling.refinement import refine
-from limbgram.surface.topology import with_faces
-from limbgram.synthetic import Lens, Lighting, LimbKind, Paint
-from limbgram.synthetic.photographer import camera_of
-from limbgram.synthetic.props.limb import Limb, make_limb
-from limbgram.synthetic.props.paint import bake
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
+from limbgram.reconstruction.surface.brim import BrimOptions
+from limbgram.reconstruction.surface.resampling import refine
+from limbgram.synthetic.photographer import Lens, camera_of
+from limbgram.synthetic.props.limb import Limb, LimbKind, make_limb
+from limbgram.synthetic.props.paint import Paint, bake
 from limbgram.synthetic.props.room import make_room
 from limbgram.synthetic.rendering.developing import developed, softened
-from limbgram.synthetic.rendering.lighting import light_of, shadow_edge
 from limbgram.synthetic.rendering.renderer import Stage, render
+from limbgram.synthetic.rendering.shading import Lighting, light_of, shadow_edge
 
 SEED, BASE_MM, DISTANCE_MM = 11, 60.0, 900.0
 STEP_MM, EDGE_MM, TEXEL_MM = 1.2, 1.5, 0.25

@@ -9,9 +9,8 @@ import numpy as np
 import trimesh
 from scipy.spatial import KDTree
 
-from limbgram.measuring.plate import plate_of
-from limbgram.synthetic import Lighting, Shadow
-from limbgram.synthetic.rendering.lighting import LAMP_IN_WORLD, shadow_edge
+from limbgram.reconstruction.measuring.thin_plate import plate_of
+from limbgram.synthetic.rendering.shading import LAMP_IN_WORLD, Lighting, Shadow, shadow_edge
 
 
 def rms(errors: np.ndarray) -> float:

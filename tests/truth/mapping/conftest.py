@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.features.keypoints import Features, Keypoints
-from limbgram.geometry.camera import Camera, View
-from limbgram.geometry.rigid import Rigid
-from limbgram.matching.matches import Matches, PairMatches
-from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera, View
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 
 LENS = Camera(
     width_px=2400, height_px=1600, fx=4000.0, fy=4004.0, cx=1209.0, cy=788.0,

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.errors import PlacementError
-from limbgram.geometry.rigid import Rigid, angle_between_deg
-from limbgram.geometry.similarity import fit_similarity
-from limbgram.mapping import place
-from limbgram.mapping.chain import chain, resect
-from limbgram.twoview import Pairs, verify
+from limbgram.core.errors import PlacementError
+from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
+from limbgram.reconstruction.mapping.chain import chain, resect
+from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.twoview.pairs import Pairs
+from limbgram.reconstruction.twoview.verification import verify
 
 
 @pytest.fixture(scope="module")

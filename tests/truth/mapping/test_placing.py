@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.errors import Cancelled, PlacementError
-from limbgram.geometry.rigid import angle_between_deg
-from limbgram.geometry.similarity import Similarity, fit_similarity
-from limbgram.mapping import MappingOptions, Scene, place
-from limbgram.run import Run
-from limbgram.twoview import Pairs, verify
+from limbgram.core.errors import Cancelled, PlacementError
+from limbgram.core.geometry.frames import Similarity, angle_between_deg, fit_similarity
+from limbgram.core.run import Run
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.twoview.pairs import Pairs
+from limbgram.reconstruction.twoview.verification import verify
 
 
 def placed(capture: Any, options: MappingOptions | None = None) -> Scene:

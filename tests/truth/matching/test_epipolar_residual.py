@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.features import Features, detect
-from limbgram.geometry.camera import Camera
-from limbgram.matching import Matches, match
-from limbgram.photos import PhotoSet, read_photos
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.features.detection import Features, detect
+from limbgram.reconstruction.matching.matching import Matches, match
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.reading import read_photos
 
 CORRECT_PX = 1.5
 

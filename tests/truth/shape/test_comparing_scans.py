@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape.comparing import compare, verdict
-from limbgram.shape.comparing.registration import by_shape
-from limbgram.shape.reading import read_limb
+from limbgram.core.geometry.frames import Rigid
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.compare.comparison import compare
+from limbgram.workbench.compare.messages import verdict
+from limbgram.workbench.compare.registration import by_shape
 
 
 @pytest.fixture(scope="module")

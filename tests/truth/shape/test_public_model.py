@@ -9,15 +9,14 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.shape.edits.editing import do_edit
-from limbgram.shape.edits.solids.making import Wall
-from limbgram.shape.limb import Limb
-from limbgram.shape.reading import read_limb
-from limbgram.shape.recipe import replay
-from limbgram.shape.recipe.recipe import Recipe
-from limbgram.surface.crossings import find_crossings
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import boundary_half_edges, face_components
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges, face_components
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.solids import Wall
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.recipe import Recipe, replay
 
 NAMES = ("102m", "102p", "1m20", "1p20")
 MM_PER_UNIT = 383.0

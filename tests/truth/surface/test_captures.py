@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from limbgram.geometry.cloud import Cloud
-from limbgram.surface import Mesh, pivot, repair, tell_parts
-from limbgram.surface.closest import TriangleTree
-from limbgram.surface.topology import (
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.mesh.topology import (
     boundary_loops,
     face_components,
     is_edge_manifold,
     is_vertex_manifold,
 )
+from limbgram.reconstruction.surface.parts import tell_parts
+from limbgram.reconstruction.surface.pivoting import pivot
+from limbgram.reconstruction.surface.repair import repair
 
 NOISE_MM = 0.07
 CUT_MM = 1.5

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from jaxtyping import Float32, Float64
 
-from limbgram.cases.keeping.encoding import Mismatch, from_tree, to_tree
-from limbgram.geometry.camera import Camera
-from limbgram.geometry.rigid import Rigid
-from limbgram.surface.mesh import Mesh
+from limbgram.cases.encoding import Mismatch, from_tree, to_tree
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.core.mesh.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,9 @@ from pathlib import Path
 import pytest
 
 from limbgram.cases import folder
-from limbgram.cases.folder import (
-    CaseFolder,
-    disk_told,
-    require_apart,
-    sweep,
-    take_in,
-    written_whole,
-)
-from limbgram.errors import CaseError, PhotoError
+from limbgram.cases.folder import CaseFolder, disk_told, require_apart, sweep, take_in
+from limbgram.core.errors import CaseError, PhotoError
+from limbgram.core.files import written_whole
 
 
 @pytest.fixture

@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 
-from limbgram.cases import standing, worker
+from limbgram.cases import superseding as standing
+from limbgram.cases import worker
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Done, Job
-from limbgram.cases.keeping.store import KeepingRun
-from limbgram.cases.standing import key_of
-from limbgram.errors import Cancelled, LimbgramError, ScaleError
+from limbgram.cases.store import KeepingRun
+from limbgram.cases.superseding import key_of
+from limbgram.core.errors import Cancelled, LimbgramError, ScaleError
 
 VERDICT = {"light": "green", "headline": "GREEN: 0.05 mm.", "reasons": [], "facts": ""}
 Run = Callable[..., dict[str, Any]]

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from jaxtyping import Float64
 
+from limbgram.cases import fingerprint, store
+from limbgram.cases.fingerprint import Fingerprints, code_version
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.keeping import fingerprint, store
-from limbgram.cases.keeping.fingerprint import Fingerprints, code_version
-from limbgram.cases.keeping.store import KeepingRun, read_product
 from limbgram.cases.record import write_record
-from limbgram.errors import Cancelled, CaseError
-from limbgram.run import track
+from limbgram.cases.store import KeepingRun, read_product
+from limbgram.core.errors import Cancelled, CaseError
+from limbgram.core.run import track
 
 CALLS: list[str] = []
 
@@ -232,21 +232,26 @@ def test_only_what_was_delivered_is_listed(tmp_path: Path) -> None:
 
 
 def test_code_version_follows_imports() -> None:
-    first = code_version("limbgram.geometry.rigid")
-    assert first != code_version("limbgram.geometry.similarity")
-    read_by_similarity = set(
-        fingerprint._imported(Path(fingerprint._PACKAGE / "geometry/similarity.py").read_bytes())
+    first = code_version("limbgram.core.geometry.frames")
+    assert first != code_version("limbgram.core.geometry.lens")
+    read_by_lens = set(
+        fingerprint._imported(Path(fingerprint._PACKAGE / "core/geometry/lens.py").read_bytes())
     )
-    assert "limbgram.geometry.rigid" in read_by_similarity
+    assert "limbgram.core.geometry.frames" in read_by_lens
 
 
 def test_code_version_has_the_libraries_that_the_code_can_use(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     stages = {
-        "limbgram.photos.reading": {"pillow", "pillow_heif", "numpy", "opencv-python-headless"},
-        "limbgram.measuring.measurement": {"numba", "llvmlite", "embreex", "scipy"},
-        "limbgram.mapping.ring": {"pycolmap"},
+        "limbgram.reconstruction.photos.reading": {
+            "pillow",
+            "pillow_heif",
+            "numpy",
+            "opencv-python-headless",
+        },
+        "limbgram.reconstruction.measuring.measurement": {"numba", "llvmlite", "embreex", "scipy"},
+        "limbgram.reconstruction.mapping.ring": {"pycolmap"},
     }
     plain = fingerprint.version
     before = {module: code_version(module) for module in stages}

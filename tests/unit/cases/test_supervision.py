@@ -16,7 +16,7 @@ import pytest
 import limbgram
 from limbgram.cases.job import Job, job_tree
 from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
-from limbgram.errors import Cancelled, CaseError, PhotoError, ScaleError
+from limbgram.core.errors import Cancelled, CaseError, PhotoError, ScaleError
 
 HEAD = """
 import json, os, sys, time

@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.shape.reading import read_limb, read_shape
-from limbgram.shape.reading.aop import RadiusMap, read_aop
+from limbgram.formats.aop.reading import read_aop
+from limbgram.formats.reading import read_limb, read_shape
+from limbgram.workbench.carving.radius_map import RadiusMap
 
 RUNNER = CliRunner()
 ROUNDING_MM = 0.0005 + 5e-6

@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Landmark, Limb, LimbFrame
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 
 RUNNER = CliRunner()
 AS_IS = ("--align", "as-is")

@@ -10,15 +10,18 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
+from limbgram.cli import export as exporting
+from limbgram.cli.export import dxf_reply
 from limbgram.cli.main import app
-from limbgram.cli.workbench import exporting
-from limbgram.cli.workbench.exporting import dxf_reply
-from limbgram.export.workshop import AopOptions, AopReport, read_machine, write_aop, write_limb
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.shape.reading import read_limb
-from limbgram.shape.reading.aop import RadiusMap
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.aop.cost import AopReport
+from limbgram.formats.aop.writing import AopOptions, write_aop
+from limbgram.formats.gcode.machine import read_machine
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.limb import Limb, LimbFrame
 
 RUNNER = CliRunner()
 

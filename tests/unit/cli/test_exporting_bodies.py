@@ -11,11 +11,11 @@ import trimesh
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.shape.reading import read_limb
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.limb import Limb, LimbFrame
 
 SHIFT_MM = np.array([3.0, 4.0, 5.0])
 """From the file's axes to the limb's."""

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from limbgram.calibration import Calibration
-from limbgram.cases.camera_file import read_camera, write_camera
 from limbgram.cli.main import app
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.camera import PARAMETERS, Camera
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.shape.reading.aop import RadiusMap
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.formats.camera import read_camera, write_camera
+from limbgram.formats.limb_file import write_limb
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.limb import Limb, LimbFrame
 
 CAMERAS = ["--camera", "second.json", "--camera", "session/camera.json"]
 BOARD = ["--board", "14x10", "--square", "10"]

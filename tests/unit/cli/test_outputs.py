@@ -8,11 +8,11 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
-from limbgram.export import writing
-from limbgram.export.workshop import write_limb
-from limbgram.geometry.rigid import Rigid
-from limbgram.shape import Limb, LimbFrame
-from limbgram.shape.reading.aop import RadiusMap
+from limbgram.core.geometry.frames import Rigid
+from limbgram.formats import writing
+from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.limb import Limb, LimbFrame
 
 RUNNER = CliRunner()
 

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from limbgram.cli.main import app as limbgram
 from limbgram.cli.replies import Reply, answered
-from limbgram.errors import RED_EXIT_CODE
+from limbgram.core.errors import RED_EXIT_CODE
 
 
 def command(light: str) -> typer.Typer:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from limbgram.cli.main import app
 from limbgram.cli.replies import Reply, answered
-from limbgram.errors import PhotoError, printable
+from limbgram.core.errors import PhotoError, printable
 
 HOSTILE = "a\x1b[2J\x1b]0;owned\x07\u202egpj\r\x9b1m\udcff.jpg"
 

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from limbgram.cli.quality.warm_up import work_on_shape
-from limbgram.shape.limb import Limb
-from limbgram.synthetic import SMALL, stage_truth
+from limbgram.cli.warm_up import work_on_shape
+from limbgram.synthetic.options import SMALL
+from limbgram.synthetic.truth import stage_truth
+from limbgram.workbench.limb import Limb
 
 
 def test_the_shape_of_the_small_capture_goes_as_far_as_a_program(tmp_path: Path) -> None:

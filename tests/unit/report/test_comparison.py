@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from limbgram.cli.demo import comparison_lines
-from limbgram.geometry.rigid import Rigid
-from limbgram.report.comparison import Truth, area_mm2, compare, girth_mm, section
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.alignment import Truth
+from limbgram.report.comparison import area_mm2, compare, girth_mm, section
 
 RNG = np.random.default_rng(4)
 CENTRES_MM = RNG.normal(size=(12, 3)) * [900, 900, 200]

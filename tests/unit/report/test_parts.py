@@ -6,10 +6,10 @@ from typing import Any, cast
 import numpy as np
 import trimesh
 
-from limbgram.pipeline import OtherPart, Reconstruction
+from limbgram.core.mesh.mesh import Mesh, Part, Relation
+from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 from limbgram.report.drawings.surfaces import sides_figure
 from limbgram.report.parts import part_lines, parts_section, parts_tree
-from limbgram.surface.mesh import Mesh, Part, Relation
 
 OUTSIDE: dict[str, Any] = {
     "number": 1,

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from limbgram.photos.photo import Exif, Photo, SetAside
-from limbgram.report.document.html import table
+from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
+from limbgram.reconstruction.scale.metric import LengthCheck, Scale
+from limbgram.report.document.page import finite, table
 from limbgram.report.document.paper import Sheet
-from limbgram.report.document.trees import finite
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.page import page_of
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import facts
-from limbgram.scale.metric import LengthCheck, Scale
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])

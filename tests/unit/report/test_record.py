@@ -8,25 +8,23 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from limbgram.errors import MeasureError, OptionsError
-from limbgram.geometry.interval import HOLDS
-from limbgram.geometry.rigid import Rigid
-from limbgram.report.shape.record import (
-    CaseSource,
-    RecipeSource,
-    RecordOptions,
-    ShapeSource,
-    record_of,
-)
-from limbgram.report.shape.record.bias import biases
-from limbgram.report.shape.record.pages import pdf, record_page, words
-from limbgram.shape.edits.percent import Reduction
-from limbgram.shape.edits.regional import Load
-from limbgram.shape.frame import in_limb_frame
-from limbgram.shape.limb import Landmark, Limb, LimbFrame
-from limbgram.shape.measures import measure
-from limbgram.shape.recipe import Entry, Recipe, parse_recipe
-from limbgram.surface.mesh import Mesh
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.interval import HOLDS
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.record import pages as pdf
+from limbgram.report.record import pages as words
+from limbgram.report.record.bias import biases
+from limbgram.report.record.pages import record_page
+from limbgram.report.record.record import RecordOptions, record_of
+from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
+from limbgram.workbench.edits.percent import Reduction
+from limbgram.workbench.edits.regional import Load
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.measuring import measure
+from limbgram.workbench.recipe.file import parse_recipe
+from limbgram.workbench.recipe.recipe import Entry, Recipe
 
 RADIUS_MM, HEIGHT_MM, ROUND = 50.0, 200.0, 360
 

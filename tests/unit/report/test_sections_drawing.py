@@ -6,11 +6,11 @@ import trimesh
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from limbgram.geometry.rigid import Rigid
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.sections import sections_drawing
-from limbgram.shape.limb import Landmark, Limb, LimbFrame
-from limbgram.shape.measures import MeasureOptions, measure
-from limbgram.surface.mesh import Mesh
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.measuring import MeasureOptions, measure
 
 ABOVE_MM = 120.0
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.shading import FILLED, Frame, looking_along, rasterise, shade
-from limbgram.surface.mesh import Mesh
 
 
 def frame(azimuth_deg: float, elevation_deg: float = 0.0) -> Frame:

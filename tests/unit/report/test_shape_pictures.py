@@ -7,18 +7,18 @@ import pytest
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from limbgram.geometry.rigid import Rigid
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.drawings.courses import course, unrolled
+from limbgram.report.drawings.differences import difference_pictures, paint_of
 from limbgram.report.drawings.drawing import Drawing, png
-from limbgram.report.shape.course import course
-from limbgram.report.shape.differences import difference_pictures, paint_of
-from limbgram.report.shape.mirrorcheck import mirror_check
-from limbgram.report.shape.rectification import unrolled
-from limbgram.shape.comparing import CompareOptions, RegistrationOptions, compare
-from limbgram.shape.comparing.following import FollowOptions, Visit, follow
-from limbgram.shape.limb import Landmark, Limb, LimbFrame
-from limbgram.shape.templates import Template, TemplateMark
-from limbgram.shape.templates.fields import ANGLES, node_heights
-from limbgram.surface.mesh import Mesh
+from limbgram.report.drawings.mirrorcheck import mirror_check
+from limbgram.workbench.compare.comparison import CompareOptions, compare
+from limbgram.workbench.compare.following import FollowOptions, Visit, follow
+from limbgram.workbench.compare.registration import RegistrationOptions
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.template import Template, TemplateMark
 
 AS_IS = CompareOptions(registration=RegistrationOptions(way="as-is"))
 

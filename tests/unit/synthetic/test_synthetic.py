@@ -7,22 +7,15 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.errors import Cancelled, CaseError, OptionsError
-from limbgram.run import Run
-from limbgram.synthetic import (
-    SCALE_BOARD,
-    CaptureOptions,
-    Lens,
-    LimbKind,
-    Paint,
-    PrintedBoard,
-    make_capture,
-    stage_truth,
-    surface_points,
-)
-from limbgram.synthetic.props.limb import Relief, make_limb
-from limbgram.synthetic.props.paint import bake
-from limbgram.synthetic.props.spots import PaintedSpot
+from limbgram.core.errors import Cancelled, CaseError, OptionsError
+from limbgram.core.run import Run
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.limb import LimbKind, Relief, make_limb
+from limbgram.synthetic.props.paint import Paint, PaintedSpot, bake
+from limbgram.synthetic.truth import stage_truth, surface_points
 
 TINY = CaptureOptions(photos=4, width_px=240, height_px=160, calibration_photos=2, mesh_step_mm=3.0)
 
@@ -35,7 +28,7 @@ def test_the_same_options_give_the_same_bytes_on_one_thread_and_on_many(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = contents(make_capture(tmp_path / "a", TINY).folder)
-    monkeypatch.setattr("limbgram.run.worker_count", lambda: 1)
+    monkeypatch.setattr("limbgram.core.run.worker_count", lambda: 1)
     second = contents(make_capture(tmp_path / "b", TINY).folder)
     other = contents(make_capture(tmp_path / "c", replace(TINY, seed=12)).folder)
     assert len(first) == 4 + 4 + 2 + 4

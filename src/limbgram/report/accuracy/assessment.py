@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import Points3
 from limbgram.report.accuracy.evidence import Evidence, Json
 from limbgram.report.accuracy.figures import (
     camera_figures,
@@ -20,14 +20,13 @@ from limbgram.report.accuracy.figures import (
     pose_figures,
     residual_figures,
     surface_figures,
-    truth_figures,
 )
-from limbgram.report.accuracy.figures.truth import Alignment
 from limbgram.report.accuracy.glossary import glossary_tree
 from limbgram.report.accuracy.judgement import criteria, expectation, headline, reasons, worst
 from limbgram.report.accuracy.limits import findings
+from limbgram.report.accuracy.truth import Alignment, truth_figures
 from limbgram.report.alignment import Truth
-from limbgram.report.document.trees import ACCURACY_SCHEMA, finite
+from limbgram.report.document.page import ACCURACY_SCHEMA, finite
 from limbgram.report.summary import INTENDED_USE
 
 

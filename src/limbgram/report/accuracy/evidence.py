@@ -3,12 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from limbgram.calibration.cameras import Cameras
-from limbgram.photos.photo import PhotoSet
-from limbgram.scale.metric import MetricScene
-from limbgram.shape.measures.taping import TapeWitnesses
-from limbgram.surface.mesh import Mesh
-from limbgram.targets.detections import BoardDetections
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.scale.taping import TapeWitnesses
+from limbgram.reconstruction.targets.board import BoardDetections
 
 _DIGITS = 8
 

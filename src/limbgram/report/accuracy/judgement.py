@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
-from limbgram.geometry.interval import COVER
-from limbgram.measuring.uncertainty import CAMERAS
+from limbgram.core.interval import COVER
+from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.evidence import Json
 
 Light = Literal["green", "amber", "red"]

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from limbgram.measuring.uncertainty import CAMERAS, OFFSET, SCALE
+from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evidence import Json
-from limbgram.report.accuracy.figures.surface import UNNAMED
+from limbgram.report.accuracy.figures import UNNAMED
 from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE
 
 Gravity = Literal["serious", "worth doing", "note"]

@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float64
 from matplotlib.axes import Axes
 
-from limbgram.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.report.drawings.drawing import BLUE, FAINT, GREEN, INK, ORANGE, Drawing, blank, plain
-from limbgram.scale.metric import MetricScene
-from limbgram.twoview.pairs import Pairs
 
 _BINS = 60
 

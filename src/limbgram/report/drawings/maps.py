@@ -7,10 +7,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.report.drawings.drawing import INK, Drawing
 from limbgram.report.drawings.surfaces import sides_figure
-from limbgram.scale.metric import MetricScene
-from limbgram.surface.mesh import Mesh
 
 _UNKNOWN = np.array([205.0, 205.0, 205.0])
 """Colour of vertices that have no figure."""

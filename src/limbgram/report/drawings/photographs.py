@@ -5,13 +5,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 
-from limbgram.features.keypoints import Features
-from limbgram.geometry.arrays import ColourImage, Points2
-from limbgram.photos.decoding import load_colour
-from limbgram.photos.photo import Photo, PhotoSet
+from limbgram.core.geometry.arrays import ColourImage, Points2
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.photos.decoding import load_colour
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.report.drawings.drawing import BLUE, GREEN, ORANGE, Drawing, blank
-from limbgram.scale.metric import MetricScene
-from limbgram.twoview.pairs import Pairs, VerifiedPair
 
 _SHOWN_WIDTH_PX = 1100
 _SHOWN_MATCHES = 150

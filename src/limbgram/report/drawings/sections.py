@@ -13,11 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
-from limbgram.shape.frame import in_limb_frame
-from limbgram.shape.measures import Measures, Row
-from limbgram.surface.mesh import Mesh
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.measures.measuring import Measures, Row
 
 _HEIGHT_PX = 560
 _HEIGHT_IN, _MOST_IN = 5.8, 14.0

@@ -7,10 +7,10 @@ import numba as nb
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from limbgram.geometry.arrays import Faces, Matrix3, Points3
-from limbgram.geometry.rigid import turned
-from limbgram.run import in_parallel
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.arrays import Faces, Matrix3, Points3
+from limbgram.core.geometry.frames import turned
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.run import in_parallel
 
 CLAY = np.array([214.0, 206.0, 196.0])
 FILLED = (222.0, 138.0, 70.0)

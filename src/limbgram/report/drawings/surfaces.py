@@ -8,14 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from limbgram.geometry.arrays import Points3
-from limbgram.geometry.camera import View
-from limbgram.geometry.cloud import Cloud
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.mesh.topology import faces_inwards
+from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, scale_bar
 from limbgram.report.drawings.shading import Frame, looking_along, shade
-from limbgram.scale.metric import MetricScene
-from limbgram.surface.mesh import Mesh
-from limbgram.surface.topology import faces_inwards
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
 _HEIGHT_PX = 520

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 from jaxtyping import Float64, UInt8
 
-from limbgram.errors import OptionsError
-from limbgram.geometry.arrays import Points3
-from limbgram.geometry.rigid import Rigid
-from limbgram.targets.board import DICTIONARIES, Board
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.reconstruction.targets.board import DICTIONARIES, Board
 
 BOARD_HEIGHT_MM = 2.5
 _CELLS = 6

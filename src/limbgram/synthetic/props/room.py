@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
-from limbgram.geometry.arrays import Vector3
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
 
 MARGIN_MM = 15.0

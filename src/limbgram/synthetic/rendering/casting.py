@@ -7,13 +7,7 @@ lies at pixel x = left + (j + 0.5) / fine - 0.5: pixel centres are whole numbers
 import numpy as np
 from numba import njit
 
-from limbgram.synthetic.rendering.shading import (
-    depth_on,
-    mesh_light,
-    panel_light,
-    printed,
-    within,
-)
+from limbgram.synthetic.rendering.shading import depth_on, mesh_light, panel_light, printed, within
 
 _UNDISTORT_STEPS = 30
 _TOLERANCE = 1e-11

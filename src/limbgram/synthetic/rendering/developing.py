@@ -12,7 +12,7 @@ from jaxtyping import Float32, UInt8
 from PIL import Image
 from PIL.TiffImagePlugin import IFDRational
 
-from limbgram.geometry.arrays import ColourImage
+from limbgram.core.geometry.arrays import ColourImage
 from limbgram.synthetic.photographer import Lens
 
 _READ_NOISE, _SHOT_NOISE = 0.0008, 6e-5

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
 
-from limbgram.geometry.camera import View
-from limbgram.geometry.rigid import Rigid
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.room import MARGIN_MM, Panel

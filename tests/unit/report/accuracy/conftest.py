@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from limbgram.calibration.cameras import Calibration, Cameras
-from limbgram.geometry.camera import Camera
-from limbgram.geometry.rigid import Rigid
-from limbgram.mapping.scene import Observations, PhotoVerdict, Ring, Scene
-from limbgram.measuring.uncertainty import SCALE
-from limbgram.photos.photo import CameraGroup, Exif, Photo, PhotoSet
-from limbgram.report.accuracy import Evidence
-from limbgram.scale.metric import LengthCheck, MetricScene, Scale
-from limbgram.surface.mesh import Mesh
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Ring, Scene
+from limbgram.reconstruction.measuring.uncertainty import SCALE
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.report.accuracy.evidence import Evidence
 
 LENS = Camera(width_px=1200, height_px=800, fx=1500.0, fy=1500.0, cx=599.5, cy=399.5)
 PHOTOS = 12

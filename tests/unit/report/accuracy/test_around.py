@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from limbgram.report.accuracy.figures.around import around_figures
-from limbgram.surface.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.accuracy.figures import around_figures
 
 RADIUS_MM, HEIGHT_MM = 50.0, 240.0
 RINGS, SPOKES = 61, 120

@@ -8,19 +8,22 @@ from typing import Any
 
 import pytest
 
-from limbgram.cases.assessing.accuracy import assess_case
-from limbgram.cases.assessing.citing import cited
-from limbgram.cases.assessing.kept import kept_evidence, require_unaltered
-from limbgram.cases.assessing.truths import read_truth
+from limbgram.cases.assessing import (
+    assess_case,
+    cited,
+    kept_evidence,
+    read_truth,
+    require_unaltered,
+)
+from limbgram.cases.encoding import unsealed
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.keeping.seal import unsealed
-from limbgram.cases.keeping.store import write_product
-from limbgram.cli.quality.accuracy import accuracy_lines
-from limbgram.errors import CaseError, OptionsError
-from limbgram.export import write_ply
-from limbgram.photos.photo import Exif, Photo, PhotoSet
-from limbgram.report.accuracy import Evidence
-from limbgram.run import Timing
+from limbgram.cases.store import write_product
+from limbgram.cli.accuracy import accuracy_lines
+from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.run import Timing
+from limbgram.formats.ply import write_ply
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.report.accuracy.evidence import Evidence
 
 TIMING = Timing("stage", 1.0, 1.0, 100.0)
 

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from limbgram.mapping.scene import Observations, Scene
-from limbgram.report.accuracy import Evidence
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     camera_figures,
+    expected_p95,
     image_figures,
     length_figures,
     network_figures,
+    noise_grey,
     pose_figures,
     residual_figures,
     surface_figures,
 )
-from limbgram.report.accuracy.figures.images import noise_grey
-from limbgram.report.accuracy.figures.surface import expected_p95
 
 NOISE_PX, RADIUS_MM, HEIGHT_MM, PHOTOS = 0.1, 50.0, 240.0, 12
 

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.measuring import uncertainty as sources
-from limbgram.report.accuracy import Evidence, assess
+from limbgram.core.mesh.mesh import Part, Relation, Repairs
+from limbgram.reconstruction.measuring import uncertainty as sources
+from limbgram.reconstruction.scale.metric import Scale
+from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitness, TapeWitnesses
+from limbgram.report.accuracy.assessment import assess
+from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95
-from limbgram.scale.metric import Scale
-from limbgram.shape.measures.taping import TapedGirth, TapeWitness, TapeWitnesses
-from limbgram.surface.mesh import Part, Relation, Repairs
 
 RADIUS_MM = 50.0
 GIRTH_MM = 2 * math.pi * RADIUS_MM

@@ -12,15 +12,16 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from limbgram.report.accuracy import Evidence, KnownTruth, assess
+from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitness, TapeWitnesses
+from limbgram.report.accuracy.assessment import KnownTruth, assess
+from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.glossary import TERMS, value_at
-from limbgram.report.accuracy.pages import accuracy_page, accuracy_pdf, accuracy_pictures
-from limbgram.report.accuracy.pages.pdf import _banner
-from limbgram.report.accuracy.pages.svg import Series, histogram
+from limbgram.report.accuracy.page import accuracy_page, accuracy_pictures
+from limbgram.report.accuracy.pdf import _banner, accuracy_pdf
+from limbgram.report.accuracy.svg import Series, histogram
 from limbgram.report.alignment import Truth
 from limbgram.report.document.paper import PAGE_IN
 from limbgram.report.drawings.maps import sigma_map
-from limbgram.shape.measures.taping import TapedGirth, TapeWitness, TapeWitnesses
 
 VOID = {"meta", "img", "br"}
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.geometry.rigid import Rigid
-from limbgram.report.accuracy.figures.truth import sigma_test, truth_figures
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.accuracy.truth import sigma_test, truth_figures
 from limbgram.report.alignment import Truth
-from limbgram.surface.mesh import Mesh
 
 RNG = np.random.default_rng(4)
 CENTRES_MM = RNG.normal(size=(9, 3)) * [900, 900, 200]

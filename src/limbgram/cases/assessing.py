@@ -1,0 +1,338 @@
+"""Kept products: those of a finished case from which its accuracy is read; nothing is computed.
+
+What is read is what the finished run kept, to the byte: the keys stand in case.json, the hashes
+beside the products, those of the photos among them.
+
+Truths: a true surface from the truth folder of a capture, or from any mesh file.
+
+Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf.
+
+A comparison with a truth goes into accuracy-truth.* beside them: the case's own verdict stays what
+others cite, whatever it was compared with.
+
+Citing: what a finished case says of its own accuracy, for the record of a shape made from it.
+
+Painted marks of a case: found in its photos, on the surface that it keeps.
+"""
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial import KDTree
+
+from limbgram.cases.encoding import sealed, unsealed
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.folder import CaseFolder, locked
+from limbgram.cases.record import write_json
+from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
+from limbgram.cases.store import read_product
+from limbgram.core.errors import CaseError, OptionsError
+from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.reading import read_limb
+from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.pipeline import Reconstruction
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.scale.taping import TapeWitnesses
+from limbgram.reconstruction.targets.board import BoardDetections
+from limbgram.report.accuracy.assessment import Assessment, KnownTruth, assess
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.page import accuracy_page, accuracy_pictures
+from limbgram.report.accuracy.pdf import accuracy_pdf
+from limbgram.report.accuracy.truth import Alignment
+from limbgram.report.alignment import Truth
+from limbgram.report.document.page import ACCURACY_SCHEMA
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.record.sources import CaseSource
+from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
+
+T = TypeVar("T")
+
+
+def kept_evidence(case: CaseFolder) -> Evidence:
+    """The evidence that a finished case keeps.
+
+    Raises:
+        CaseError: the folder is no finished case, or its products are not those it was
+            finished with.
+    """
+    keys = _keys_of_finished(case)
+    board, tapes = keys.get("find_board"), keys.get("hold_tapes")
+    return Evidence(
+        photos=_read(case, keys, "read_photos", PhotoSet),
+        cameras=_read(case, keys, "cameras_for", Cameras),
+        detections=None if board is None else _read(case, keys, "find_board", BoardDetections),
+        metric=_read(case, keys, "to_millimetres", MetricScene),
+        mesh=_read(case, keys, "measure", Mesh),
+        tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
+    )
+
+
+def require_unaltered(photos: Iterable[Photo]) -> None:
+    """Refuse photos whose files no longer hold what was reconstructed.
+
+    Raises:
+        CaseError: a photo is gone, or holds other bytes.
+    """
+    for photo in photos:
+        try:
+            same = file_sha256(photo.path) == photo.sha256
+        except OSError:
+            same = False
+        if not same:
+            raise CaseError(
+                f"{photo.path} is no longer the photo that the case was made from: it was altered, "
+                "moved or damaged. Put the original back, or run `limbgram reconstruct` with the "
+                "photos into a new case."
+            )
+
+
+def _keys_of_finished(case: CaseFolder) -> dict[str, str]:
+    """Key of each stage's product, as case.json has them."""
+    try:
+        record: Any = json.loads(case.record.read_text("utf-8"))
+        state = record["state"]
+        keys = {str(stage["stage"]): str(stage["key"]) for stage in record.get("stages", ())}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise CaseError(
+            f"{case.root} is no case: it has no readable case.json. Name the folder that "
+            "`limbgram reconstruct` was given with -o."
+        ) from error
+    if state != "finished":
+        raise CaseError(
+            f"The case {case.root} is {state}. Run `limbgram reconstruct` again: it continues "
+            "where it stopped."
+        )
+    return keys
+
+
+def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> T:
+    folder = case.stages / stage
+    try:
+        kept, _ = read_product(folder, keys[stage], hint, case.root)
+    except LookupError as error:
+        raise CaseError(
+            f"{folder} is not what the case was finished with: it is damaged, was edited, or was "
+            "made by another version. Run `limbgram reconstruct` on the case again: it makes anew "
+            "what is not whole."
+        ) from error
+    return cast(T, kept)
+
+
+_FEWEST_CAMERAS = 3
+_LARGEST_BYTES = 4_000_000
+
+
+def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
+    """The truth at `path`: a capture's folder, its truth folder, or a mesh file in mm.
+
+    Raises:
+        CaseError: there is no truth at this path.
+        OptionsError: cameras are to be aligned, and the truth has none of ours.
+    """
+    folder = next((one for one in (path / "truth", path) if (one / "mesh.ply").is_file()), None)
+    if folder is not None:
+        known = _of_capture(folder, evidence, alignment)
+    elif path.is_file():
+        known = _of_mesh(path, alignment)
+    else:
+        raise CaseError(
+            f"{path} holds no truth. Name a mesh file in millimetres, or the folder of a capture "
+            "with truth/mesh.ply and truth/cameras.json."
+        )
+    if alignment == "cameras" and len(known.centres_mm) < _FEWEST_CAMERAS:
+        raise OptionsError(
+            f"{path} does not tell where three of the photos were taken. Align by the surface."
+        )
+    return known
+
+
+def _of_capture(folder: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
+    vertices, faces = read_truth_mesh(folder / "mesh.ply")
+    ours = {view.name: view.centre_in_world for view in evidence.metric.scene.views}
+    true = centres_mm(folder / "cameras.json")
+    shared = sorted(ours.keys() & true.keys())
+    truth = Truth(
+        vertices_mm=vertices["xyz"].astype(float),
+        faces=faces,
+        seen=(vertices["ncam"] >= LEAST_PHOTOS)
+        & (vertices["cap"] == 0)
+        & (vertices["xyz"][:, 2] >= _lowest_mm(folder / "notes.json")),
+        centres_mm=_stack([true[name] for name in shared]),
+    )
+    return KnownTruth(
+        kind="the truth of a capture",
+        truth=truth,
+        centres_mm=_stack([ours[name] for name in shared]),
+        alignment=alignment,
+    )
+
+
+def _lowest_mm(notes: Path) -> float:
+    """Height below which the truth itself says that nothing is compared: the rim of the cut."""
+    if not notes.is_file():
+        return -math.inf
+    try:
+        region: Any = json_of(read_content(notes, _LARGEST_BYTES, CaseError)).get("roi", {})
+        return float(region.get("z_min", -math.inf))
+    except (ValueError, TypeError, AttributeError) as error:
+        raise CaseError(
+            f"{notes} does not say what of the truth counts ({error}). Make the capture again."
+        ) from error
+
+
+def _of_mesh(path: Path, alignment: Alignment) -> KnownTruth:
+    mesh = read_limb(path).mesh
+    truth = Truth(
+        vertices_mm=mesh.vertices_mm,
+        faces=mesh.faces,
+        seen=np.ones(len(mesh), bool),
+        centres_mm=_stack([]),
+    )
+    return KnownTruth(kind="a mesh file", truth=truth, centres_mm=_stack([]), alignment=alignment)
+
+
+def _stack(points: list[Float64[np.ndarray, "3"]]) -> Points3:
+    return np.array(points, float).reshape(-1, 3)
+
+
+def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> dict[str, Any]:
+    """Assess a finished case from what it keeps, and write page, PDF and JSON into it.
+
+    Beside a truth they have names of their own, and what the case says of itself stays.
+
+    Raises:
+        CaseError: it is no finished case, its products cannot be read, or the truth cannot.
+    """
+    evidence = kept_evidence(case)
+    known = None if truth is None else read_truth(truth, evidence, alignment)
+    assessment = assess(evidence, known)
+    pictures = accuracy_pictures(evidence, assessment)
+    with locked(case):
+        write_accuracy(case, assessment, pictures)
+        with written_whole(case.accuracy("pdf", against_truth=known is not None)) as half:
+            half.write_bytes(accuracy_pdf(assessment.tree, pictures))
+    return assessment.tree
+
+
+def evidence_of(done: Reconstruction) -> Evidence:
+    """The same evidence while the products are still at hand."""
+    return Evidence(
+        photos=done.photos,
+        cameras=done.cameras,
+        detections=done.detections,
+        metric=done.metric,
+        mesh=done.mesh,
+        tapes=done.tapes,
+    )
+
+
+def write_accuracy(
+    case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
+) -> None:
+    """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
+    against_truth = assessment.tree["truth"] is not None
+    write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
+    with written_whole(case.accuracy("html", against_truth=against_truth)) as half:
+        half.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")
+
+
+def cited(case: CaseFolder) -> CaseSource:
+    """The case's accuracy and the hashes of what it delivered.
+
+    Raises:
+        CaseError: the folder is no case with an accuracy.json in millimetres.
+    """
+    try:
+        accuracy: dict[str, Any] = json_of(case.accuracy("json").read_bytes())
+        record = json_of(case.record.read_bytes())
+        schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
+        files = frozenset(str(file["sha256"]) for file in record["files"])
+        hash_of_record = file_sha256(case.record)
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        raise CaseError(
+            f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
+            "folder that `limbgram reconstruct` was given by -o, or run `limbgram accuracy` on it."
+        ) from error
+    if schema != ACCURACY_SCHEMA:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is of another version ({schema}). Run `limbgram "
+            "accuracy` on the case again."
+        )
+    try:
+        accuracy = unsealed(accuracy)
+    except LookupError as error:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is not as it was written: it is damaged, was "
+            "edited, or is older than this version. Run `limbgram accuracy` on the case again."
+        ) from error
+    if truth is not None:
+        raise CaseError(
+            f"The accuracy.json of {case.root} is a comparison with a truth, not what the case "
+            "says of itself. Run `limbgram accuracy` on the case again, without --truth."
+        )
+    if unit != "mm":
+        raise CaseError(
+            f"The case {case.root} has no scale, so nothing in it is in millimetres. Leave --case "
+            "out, or reconstruct with a board or known distances."
+        )
+    return CaseSource(sha256=hash_of_record, accuracy=accuracy, files=files)
+
+
+_MOST_TRIED = 2000
+_SAME_VERTEX_MM = 0.01
+"""Files carry places in single precision, or to six decimals."""
+_LEAST_SAME = 0.5
+"""Share of the vertices that must be the case's own: the rest may have been edited."""
+_ALIKE_MM = 0.15
+"""So even is the distance of a surface that was only thinned out or moved along its normals."""
+_ALIKE_SHARE = 0.95
+_THICKEST_SOCK_MM = 8.0
+
+
+def painted_marks_of(case: CaseFolder, shape: Mesh, options: PaintedOptions) -> PaintedMarks:
+    """The marks that a case's photos show, in the frame of a shape made from this case.
+
+    Raises:
+        CaseError: it is no finished case, or its products or photos are not what they were.
+        OptionsError: the shape is not the case's surface as it lies there; a grey colour.
+    """
+    kept = kept_evidence(case)
+    _require_same_place(case, shape, kept.mesh)
+    scene = kept.metric.scene
+    photos = [kept.photos.photos[idx] for idx in scene.placed]
+    require_unaltered(photos)
+    return find_painted_marks(photos, scene.views, kept.mesh, options)
+
+
+def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:
+    """Half of the shape's vertices are the case's, or it lies evenly over the case's surface.
+
+    A limb that is turned about its axis lies near the case's surface too: nearness tells nothing.
+    """
+    tried = shape.vertices_mm[:: max(1, len(shape) // _MOST_TRIED)]
+    own = KDTree(kept.vertices_mm).query(tried)[0] <= _SAME_VERTEX_MM
+    if own.mean() >= _LEAST_SAME:
+        return
+    near = TriangleTree.of(kept.vertices_mm, kept.faces).closest(tried)
+    outside = ((tried - near.points_mm) * kept.face_normals()[near.faces]).sum(1) >= 0
+    over_mm = np.where(outside, near.distances_mm, -near.distances_mm)
+    middle_mm = float(np.median(over_mm))
+    uneven_mm = float(np.quantile(np.abs(over_mm - middle_mm), _ALIKE_SHARE))
+    if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _ALIKE_MM:
+        return
+    raise OptionsError(
+        f"The photos of {case.root} are not of this shape as it lies now: its surface lies "
+        f"{abs(middle_mm):.1f} mm from the case's (median) and is uneven to it by "
+        f"{uneven_mm:.1f} mm. Marks would lie elsewhere on it. Take the case's own "
+        f"{case.deliverables / 'surface.ply'}, mark and align that, and edit it afterwards; or "
+        "name the case that made this shape."
+    )

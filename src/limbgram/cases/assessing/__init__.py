@@ -1,1 +1,0 @@
-"""Assessing: the accuracy of a finished case, from what it keeps, with or without a truth."""

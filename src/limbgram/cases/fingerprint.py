@@ -1,0 +1,155 @@
+"""Fingerprints: what a product depends on, as one short text.
+
+A product's key is the hash of its inputs (their content, files included), its options, the
+source code that makes it and the versions of the libraries that this code can use. Equal keys,
+equal product: nothing is computed twice.
+"""
+
+import ast
+import hashlib
+import json
+import platform
+import sys
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, is_dataclass
+from functools import cache
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+import limbgram
+from limbgram.cases.encoding import to_tree
+
+_PACKAGE = Path(limbgram.__file__).parent
+_BEHIND = {
+    "numba": ("llvmlite",),
+    "trimesh": ("embreex", "numpy", "scipy"),
+    "cv2": ("numpy",),
+    "pycolmap": ("numpy",),
+    "matplotlib": ("numpy",),
+}
+"""Libraries that another uses to compute, though our code names them nowhere."""
+
+
+@dataclass
+class Fingerprints:
+    """Hashes of values; a product or a file that was hashed is not hashed again."""
+
+    _values: dict[int, tuple["weakref.ref[Any]", str]] = field(default_factory=dict)
+    _files: dict[tuple[Path, int, int], str] = field(default_factory=dict)
+
+    def key(self, stage: Callable[..., object], inputs: Sequence[object]) -> str:
+        """Key of the product that a stage makes of its inputs."""
+        parts = [code_version(stage.__module__), *(self.of(item) for item in inputs)]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+    def of(self, value: object) -> str:
+        """Hash of a value's content; of a path, its name and what the file holds."""
+        if isinstance(value, tuple | list):
+            items = [self.of(item) for item in cast(Sequence[object], value)]
+            return hashlib.sha256(("sequence:" + ",".join(items)).encode()).hexdigest()
+        if not is_dataclass(value):
+            return self._hashed(value)
+        known = self._values.get(id(value))
+        if known is None or known[0]() is not value:
+            known = weakref.ref(value), self._hashed(value)
+            self._values[id(value)] = known
+        return known[1]
+
+    def of_file(self, path: Path) -> str:
+        """SHA-256 of a file's bytes; of a folder, that of its files' names and bytes."""
+        if path.is_dir():
+            files = sorted(file for file in path.rglob("*") if file.is_file())
+            inside = [f"{file.relative_to(path).as_posix()} {self.of_file(file)}" for file in files]
+            return hashlib.sha256("\n".join(inside).encode()).hexdigest()
+        stat = path.stat()
+        identity = (path, stat.st_mtime_ns, stat.st_size)
+        if identity not in self._files:
+            self._files[identity] = file_sha256(path)
+        return self._files[identity]
+
+    def _hashed(self, value: object) -> str:
+        arrays: list[np.ndarray] = []
+        tree = to_tree(value, arrays, lambda path: f"{path.name} {self.of_file(path)}")
+        digest = hashlib.sha256(json.dumps(tree, sort_keys=True).encode())
+        for array in arrays:
+            digest.update(f"{array.dtype.str}{array.shape}".encode())
+            digest.update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
+        return digest.hexdigest()
+
+
+def file_sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@cache
+def code_version(module: str) -> str:
+    """Hash of a module's source and of all limbgram modules that it imports, and theirs.
+
+    The versions of Python and of the libraries that they import are in it.
+    """
+    if not module.startswith("limbgram"):
+        return module
+    waiting, sources, libraries = [module], dict[str, bytes](), set[str]()
+    while waiting:
+        name = waiting.pop()
+        file = _source_file(name)
+        if name in sources or file is None:
+            continue
+        sources[name] = file.read_bytes()
+        imported = set(_imported(sources[name]))
+        ours = {name for name in imported if name.partition(".")[0] == _PACKAGE.name}
+        waiting.extend(ours)
+        libraries |= {name.partition(".")[0] for name in imported - ours}
+    digest = hashlib.sha256(platform.python_version().encode())
+    for library, found in library_versions(frozenset(libraries)).items():
+        digest.update(f"{library} {found}\n".encode())
+    for name in sorted(sources):
+        digest.update(name.encode() + b"\0" + sources[name] + b"\0")
+    return digest.hexdigest()
+
+
+@cache
+def library_versions(imported: frozenset[str]) -> dict[str, str]:
+    """Version of each library among imported modules and behind them; "none": not installed."""
+    used = imported | {one for name in imported for one in _BEHIND.get(name, ())}
+    return {
+        name: ", ".join(f"{one} {version(one)}" for one in sorted(set(_distributions(name))))
+        or "none"
+        for name in sorted(used - sys.stdlib_module_names)
+    }
+
+
+def _distributions(module: str) -> list[str]:
+    return _all_distributions().get(module, [])
+
+
+@cache
+def _all_distributions() -> dict[str, list[str]]:
+    """What is installed, by the modules that it brings."""
+    return {name: list(found) for name, found in packages_distributions().items()}
+
+
+def _source_file(module: str) -> Path | None:
+    place = _PACKAGE.joinpath(*module.split(".")[1:])
+    candidates = (place.with_suffix(".py"), place / "__init__.py")
+    return next((file for file in candidates if file.is_file()), None)
+
+
+def _imported(source: bytes) -> Iterator[str]:
+    """Modules that a source imports, by name in a call of import_module too."""
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.ImportFrom(module=str(module), level=0):
+                yield module
+                yield from (f"{module}.{alias.name}" for alias in node.names)
+            case ast.Import():
+                yield from (alias.name for alias in node.names)
+            case ast.Call(func=ast.Name("import_module"), args=[ast.Constant(str(module))]):
+                yield module
+            case _:
+                pass

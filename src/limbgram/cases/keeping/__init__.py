@@ -1,1 +1,0 @@
-"""Keeping: products on disk, keyed by what made them."""

@@ -1,0 +1,93 @@
+"""`limbgram accuracy`: how accurate a finished case is, and what limits it."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from limbgram.cases.assessing import assess_case
+from limbgram.cases.folder import CaseFolder
+from limbgram.cli.progress import display
+from limbgram.cli.replies import Reply, answered
+from limbgram.core.run import Run
+
+_SHOWN = 5
+
+
+class AlignBy(StrEnum):
+    """How the surface is laid onto the truth; never by a scale."""
+
+    SURFACE = "surface"
+    CAMERAS = "cameras"
+    FRAME = "frame"
+
+
+@answered
+def accuracy_command(
+    case: Annotated[Path, typer.Argument(help="Case folder of `limbgram reconstruct`.")],
+    truth: Annotated[
+        Path | None,
+        typer.Option(help="True surface: a mesh file in mm, or a capture with its truth folder."),
+    ] = None,
+    align: Annotated[
+        AlignBy,
+        typer.Option(
+            help="Lay the surface onto the truth by a rigid fit of the surface, of the camera "
+            "places alone, or not at all (both in one frame)."
+        ),
+    ] = AlignBy.SURFACE,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
+) -> Reply:
+    """Say how accurate a finished case is: one page, a PDF of two pages, and JSON.
+
+    Reads what the case keeps and computes nothing again: residuals, rays and angles, known
+    lengths, cameras, completeness, uncertainty, and what to do for a better result. Beside a truth
+    the files are called accuracy-truth, and those without it stay.
+    """
+    folder = CaseFolder(case)
+    with display(as_json) as shown:
+        tree = Run(listener=shown.listen)(assess_case, folder, truth, align.value)
+    return Reply(accuracy_lines(folder, tree), tree, tree["light"])
+
+
+def accuracy_lines(case: CaseFolder, tree: dict[str, Any]) -> tuple[str, ...]:
+    """The assessment for people at a terminal."""
+    found, against_truth = tree["findings"], tree["truth"] is not None
+    advice = [f"  {one['what']}\n    -> {one['remedy']}" for one in found[:_SHOWN]]
+    more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
+    return (
+        tree["headline"],
+        *_truth_lines(tree["truth"]),
+        *(("What limits it:", *advice, *more) if found else ()),
+        f"Look at it: {case.accuracy('html', against_truth=against_truth)}",
+        f"To print or file: {case.accuracy('pdf', against_truth=against_truth)}",
+    )
+
+
+def _truth_lines(truth: dict[str, Any] | None) -> tuple[str, ...]:
+    if truth is None:
+        return ()
+    girths = ", ".join(
+        f"{one['error_mm']:+.2f} at {one['height_mm']:.1f}" for one in truth["girths"]
+    )
+    sigma = truth["sigma"]
+    return (
+        f"Against {truth['kind']} ({truth['alignment']}):",
+        f"  surface   RMS {truth['rms_mm']:.4f} mm ({truth['rms_px']:.3f} px), 95 % within "
+        f"{truth['p95_mm']:.4f} mm, mean {truth['mean_mm']:+.4f} mm",
+        f"  within    0.1 mm {truth['within']['0.1 mm']:.2%}, 0.25 mm "
+        f"{truth['within']['0.25 mm']:.2%} of the measured surface",
+        f"  covered   0.1 mm {truth['covered']['0.1 mm']:.2%}, 0.25 mm "
+        f"{truth['covered']['0.25 mm']:.2%} of the visible truth",
+        f"  scale     {truth['scale_error']:+.4%}; volume {truth['volume_error']:+.3%}",
+        f"  girths    {girths} mm of height in the truth",
+        *(
+            ()
+            if sigma is None
+            else (
+                f"  sigma     robust spread of error / sigma {sigma['robust_spread']:.2f}, "
+                f"{sigma['within_95_share']:.1%} inside the 95 % interval",
+            )
+        ),
+    )

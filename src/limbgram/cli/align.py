@@ -1,0 +1,203 @@
+"""`limbgram align`: landmarks, side and axes of a shape, kept beside it."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.shapes import (
+    UnitOption,
+    asks_for_marks,
+    direction,
+    landmarks_of,
+    marks_seen,
+    pair_of,
+    shape_of,
+)
+from limbgram.core.errors import OptionsError
+from limbgram.formats.limb_file import write_limb_file
+from limbgram.formats.reading import ShapeFile
+from limbgram.formats.sidecar import limb_file_beside
+from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.frame.landmarks import NAMES, frame_of, with_landmarks
+from limbgram.workbench.limb import Limb
+
+_FIT = "fit"
+
+
+class SideName(StrEnum):
+    """Side of the patient."""
+
+    LEFT = "left"
+    RIGHT = "right"
+    NONE = "none"
+
+
+class KindName(StrEnum):
+    """Kind of limb, for the names of its landmarks."""
+
+    TRANSTIBIAL = "transtibial"
+    TRANSFEMORAL = "transfemoral"
+    FOOT = "foot"
+    TORSO = "torso"
+
+
+@answered
+def align_command(
+    shape: Annotated[
+        Path | None,
+        typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.", show_default=False),
+    ] = None,
+    side: Annotated[
+        SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
+    ] = None,
+    kind: Annotated[
+        KindName | None,
+        typer.Option(help="What the names of the landmarks mean; kept with the shape."),
+    ] = None,
+    landmark: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="NAME=X,Y,Z in mm in the frame of the shape, or NAME=#2 for a painted mark. "
+            "Repeat it; it is moved to the nearest place on the surface."
+        ),
+    ] = None,
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            help="Long axis, pointing proximally: +z; or fit.",
+            show_default="an AOP's own axis and origin, else fit",
+        ),
+    ] = None,
+    proximal: Annotated[
+        str | None,
+        typer.Option(help="Roughly towards the body, if nothing else tells, or for a foot: +z."),
+    ] = None,
+    anterior: Annotated[
+        str | None,
+        typer.Option(
+            help="Roughly forwards, instead of landmarks or an AOP's own: +y or 0.2,-1,0."
+        ),
+    ] = None,
+    plumb: Annotated[
+        str | None,
+        typer.Option(help="UPPER:LOWER landmarks to lie one above the other in the side view."),
+    ] = None,
+    flexion: Annotated[
+        float,
+        typer.Option(help="Turn further, -120 to 120 degrees; positive takes the top backwards."),
+    ] = 0.0,
+    marks: Annotated[
+        bool, typer.Option("--marks", help="Only list the painted marks that are seen.")
+    ] = False,
+    photos: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CASE",
+            help="Look for painted marks in the photos of the case that made the shape.",
+            show_default="in the shape's own colours",
+        ),
+    ] = None,
+    colour: Annotated[
+        str | None,
+        typer.Option(
+            help="Colour of the painted marks: magenta, or red,green,blue from 0 to 255.",
+            show_default="any that the sock's paint does not have",
+        ),
+    ] = None,
+    names: Annotated[
+        bool, typer.Option("--names", help="Only list the landmark names of --kind.")
+    ] = False,
+    unit: UnitOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Give a shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal.
+
+    The shape's file stays as it is; landmarks, side and axes are kept in NAME.limb.json beside it.
+    """
+    if names:
+        return _names(kind)
+    if shape is None:
+        raise OptionsError("Name the shape to align: an STL, PLY, OBJ, GLB or AOP file.")
+    read = shape_of(shape, unit)
+    limb = read.limb
+    wanted = marks or asks_for_marks(landmark or [])
+    if not wanted and (photos is not None or colour is not None):
+        raise OptionsError(
+            "--photos and --colour are for painted marks. List these with --marks, or take one by "
+            'its number with --landmark "fibula head=#2".'
+        )
+    seen = marks_seen(limb, photos, colour) if wanted else None
+    if marks and seen is not None:
+        return seen.reply
+    if side is None:
+        raise OptionsError("The side is never guessed. Say --side left, --side right or none.")
+    options = AlignOptions(
+        side=side.value,
+        kind=None if kind is None else kind.value,
+        axis=None if axis == _FIT else direction(axis, "--axis"),
+        fit_anew=axis == _FIT,
+        proximal=direction(proximal, "--proximal"),
+        anterior=direction(anterior, "--anterior"),
+        plumb=None if plumb is None else pair_of(plumb, "--plumb"),
+        flexion_deg=flexion,
+        declared=read.declared,
+    )
+    aligned = align(
+        with_landmarks(limb, landmarks_of(landmark or [], () if seen is None else seen.places_mm)),
+        options,
+    )
+    return _kept(aligned, shape, read)
+
+
+def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
+    """Write the limb file, and say where the limb lies now."""
+    written = write_limb_file(limb, shape, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+    frame = frame_of(limb)
+    motion = frame.limb_from_mesh
+    limb = outside_of(limb)
+    size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
+    places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
+    lines = [
+        *(f"Note: {note}." for note in limb.notes),
+        f"Side: {frame.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
+        f"side, {size[1]:.1f} mm from front to back.",
+        *(
+            f"  {name:<28} right {x:7.1f}   anterior {y:7.1f}   proximal {z:7.1f} mm"
+            for name, (x, y, z) in places.items()
+        ),
+        f"Written: {written}",
+    ]
+    content: dict[str, Any] = {
+        "side": frame.side,
+        "limb_from_mesh": {
+            "rotation": motion.rotation.tolist(),
+            "translation_mm": motion.translation.tolist(),
+        },
+        "size_mm": size.tolist(),
+        "landmarks": [
+            {"name": name, "in_limb_mm": place.tolist()} for name, place in places.items()
+        ],
+        "kind": limb.kind,
+        "notes": list(limb.notes),
+        "written": str(limb_file_beside(shape)),
+    }
+    return Reply(tuple(lines), content)
+
+
+def _names(kind: KindName | None) -> Reply:
+    chosen = {name: rows for name, rows in NAMES.items() if kind is None or name == kind.value}
+    lines = [
+        line
+        for name, rows in chosen.items()
+        for line in (f"{name}:", *(f"  {row.name:<32}{row.facing}" for row in rows))
+    ]
+    content = {
+        name: [{"name": row.name, "facing": row.facing, "level": row.level} for row in rows]
+        for name, rows in chosen.items()
+    }
+    return Reply(tuple(lines), content)

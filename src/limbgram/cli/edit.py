@@ -1,0 +1,322 @@
+"""`limbgram edit`: a recipe of edits made, changed, compared, and done to a scan."""
+
+import ast
+import inspect
+from dataclasses import MISSING, asdict, fields
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO, cast, get_type_hints
+
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import toml_of
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.writing import require, write_file
+from limbgram.workbench.edits.editing import EDITS
+from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
+from limbgram.workbench.recipe.ledger import lines_of
+from limbgram.workbench.recipe.recipe import (
+    Recipe,
+    accepted,
+    added,
+    described,
+    differences,
+    moved,
+    removed,
+    replay,
+    require_scan,
+    switched,
+    undone,
+)
+
+_HELP = """Adjust a shape by a recipe: a readable file with an ordered list of edits.
+
+The scan itself is never changed: `apply` does the recipe's edits to it and writes a new shape,
+the same bytes each time. Every edit reports volume, girths and displacement.
+
+1. `limbgram edit new first.toml --for scan.ply`
+2. `limbgram edit add first.toml load at="patellar tendon" depth_mm=5 falloff_mm=18`
+3. `limbgram edit add first.toml reduction "heights_mm=[30,200]" "per_cent=[0,4]" of=girth`
+4. `limbgram edit apply scan.ply first.toml -o rectified.ply`
+
+Change your mind by `undo`, `move`, `off`, `on` and `remove`, or in any text editor. `kinds` lists
+the edits there are, `kinds NAME` the parameters of one.
+
+The shape is a positive: **relieve** builds it up, outwards, and gives room; **load** carves it in,
+inwards, and gives pressure. Places are landmarks by name, or [x,y,z] in mm in the limb's frame
+(origin distal, +Z proximal, +Y anterior, +X the patient's right), or in the mesh's own with
+positions_in=mesh. An edit that would fold the surface or push it through itself is refused. So is
+a load on bone, nerve or tendon, and a depth above 10 mm, unless it is said that it is meant:
+`--accept "load on fibula head"`, `--accept "depth to 12 mm"`, or later by `accept`.
+"""
+
+edit_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
+
+_NOTHING_DONE = (
+    "No edit was done: the recipe has none that is switched on. What is written is the scan itself."
+)
+
+RecipeFile = Annotated[Path, typer.Argument(help="The recipe's file, TOML.")]
+Number = Annotated[int, typer.Argument(help="Number of the edit, counted from 1.")]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--accept",
+        help='What is meant though it is unusual: "load on PLACE", "depth to N mm". Repeatable.',
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON document.")]
+
+
+@answered
+def apply_command(
+    scan: ShapeArgument,
+    recipe: RecipeFile,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Where the new shape is written.")],
+    other_scan: Annotated[
+        bool, typer.Option("--other-scan", help="Apply it though it was made for another scan.")
+    ] = False,
+    unit: UnitOption = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Do a recipe's edits to a scan, print the ledger and write the new shape."""
+    require_apart(out, scan)
+    made = read_recipe(recipe)
+    read = shape_of(scan, unit)
+    if not other_scan:
+        require_scan(made, read.sha256, scan.name)
+    replayed = replay(made, read.limb)
+    written = write_limb(replayed.limb, out)
+    done = bool(replayed.ledger.lines)
+    return Reply(
+        (
+            *(f"Note: {note}." for note in (*made.notes, *replayed.limb.notes)),
+            *(lines_of(replayed.ledger) if done else (_NOTHING_DONE,)),
+            f"Written: {written}",
+        ),
+        {
+            "recipe": made.name,
+            "ledger": asdict(replayed.ledger),
+            "notes": [*made.notes, *replayed.limb.notes, *(() if done else (_NOTHING_DONE,))],
+            "written": str(written),
+        },
+    )
+
+
+@answered
+def new_command(
+    recipe: RecipeFile,
+    scan: Annotated[
+        Path | None, typer.Option("--for", help="Scan that it is for; its file's hash is kept.")
+    ] = None,
+    name: Annotated[str, typer.Option(help="What it is called; no patient's name.")] = "",
+    unit: UnitOption = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Begin a recipe without edits."""
+    require_no_shape(recipe, "a recipe")
+    if recipe.exists():
+        raise OptionsError(f"{recipe} is there already. Choose another name, or add to that one.")
+    scan_hash = "" if scan is None else shape_of(scan, unit).sha256
+    return _kept(recipe, Recipe(name=name or recipe.stem, scan_sha256=scan_hash))
+
+
+@answered
+def add_command(
+    recipe: RecipeFile,
+    kind: Annotated[str, typer.Argument(help="Name of the edit; `edit kinds` lists them.")],
+    parameters: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help='name=value, values as in TOML; lists in brackets and quotes: "per_cent=[3,0]".'
+        ),
+    ] = None,
+    number: Annotated[
+        int | None, typer.Option("--as", help="Its number; without it the last.")
+    ] = None,
+    accept: Accept = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Add an edit to a recipe."""
+    given = dict(_parameter(text) for text in parameters or ())
+    edit = make_edit(kind, given, "The new edit")
+    return _kept(recipe, added(read_recipe(recipe), edit, number, accept or ()))
+
+
+@answered
+def accept_command(
+    recipe: RecipeFile,
+    number: Number,
+    words: Annotated[
+        list[str], typer.Argument(help='"load on PLACE" or "depth to N mm", as the refusal says.')
+    ],
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Say of an edit that it is meant: a load on a sensitive place, or a great depth."""
+    return _kept(recipe, accepted(read_recipe(recipe), number, words))
+
+
+@answered
+def undo_command(
+    recipe: RecipeFile,
+    steps: Annotated[int, typer.Option(help="How many of the last edits are taken off.")] = 1,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Take the last edit off a recipe."""
+    return _kept(recipe, undone(read_recipe(recipe), steps))
+
+
+@answered
+def remove_command(recipe: RecipeFile, number: Number, as_json: Json = False) -> Reply:  # noqa: ARG001
+    """Take one edit out of a recipe."""
+    return _kept(recipe, removed(read_recipe(recipe), number))
+
+
+@answered
+def move_command(
+    recipe: RecipeFile,
+    number: Number,
+    to: Annotated[int, typer.Argument(help="Number that it has afterwards.")],
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Give an edit another place in the order."""
+    return _kept(recipe, moved(read_recipe(recipe), number, to))
+
+
+@answered
+def off_command(recipe: RecipeFile, number: Number, as_json: Json = False) -> Reply:  # noqa: ARG001
+    """Switch an edit off; it stays in the recipe."""
+    return _kept(recipe, switched(read_recipe(recipe), number, on=False))
+
+
+@answered
+def on_command(recipe: RecipeFile, number: Number, as_json: Json = False) -> Reply:  # noqa: ARG001
+    """Switch an edit on again."""
+    return _kept(recipe, switched(read_recipe(recipe), number, on=True))
+
+
+@answered
+def show_command(recipe: RecipeFile, as_json: Json = False) -> Reply:  # noqa: ARG001
+    """List a recipe's edits."""
+    return _shown(read_recipe(recipe))
+
+
+@answered
+def diff_command(
+    old: Annotated[Path, typer.Argument(help="A recipe.")],
+    new: Annotated[Path, typer.Argument(help="Another one.")],
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Say what changed from one recipe to another."""
+    recipes = read_recipe(old), read_recipe(new)
+    lines = differences(*recipes)
+    notes = tuple(f"Note: {note}." for recipe in recipes for note in recipe.notes)
+    return Reply(
+        (*notes, *(lines or ("The recipes do the same.",))),
+        {"changes": list(lines), "notes": [note for recipe in recipes for note in recipe.notes]},
+    )
+
+
+@answered
+def kinds_command(
+    kind: Annotated[str | None, typer.Argument(help="One edit; without it all.")] = None,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """List the edits there are, or the parameters of one."""
+    if kind is not None and kind not in EDITS:
+        raise OptionsError(f'There is no edit "{kind}". There are: {", ".join(EDITS)}.')
+    chosen = EDITS if kind is None else {kind: EDITS[kind]}
+    lines: list[str] = []
+    content: dict[str, Any] = {}
+    for name, made in chosen.items():
+        told = " ".join((made.__doc__ or "").split())
+        meanings = _meanings(made)
+        parameters = {
+            field.name: f"{_expected(made, field.name)}. {meanings.get(field.name, '')}".rstrip()
+            for field in fields(made)
+        }
+        content[name] = {"does": told, "parameters": parameters}
+        if kind is None:
+            lines.append(f"{name}: {told}")
+        else:
+            lines += [told, *(f"  {key}: {expected}" for key, expected in parameters.items())]
+    return Reply(tuple(lines), content)
+
+
+def _kept(path: Path, recipe: Recipe) -> Reply:
+    """Write a recipe's file and list its edits."""
+    content = encode_recipe(recipe)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content)
+
+    def check(written: Path) -> None:
+        require(read_recipe(written) == recipe, f"{path.name}: another recipe")
+
+    write_file(path, encode, check)
+    return _shown(recipe)
+
+
+def _shown(recipe: Recipe) -> Reply:
+    listed = [described(entry) for entry in recipe.entries]
+    lines = [f"Note: {note}." for note in recipe.notes]
+    lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
+    lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
+    entries = [
+        {"edit": text, "on": entry.on, "accept": list(entry.accept)}
+        for text, entry in zip(listed, recipe.entries, strict=True)
+    ]
+    return Reply(tuple(lines), {"name": recipe.name, "edits": entries, "notes": list(recipe.notes)})
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    """A name and its value; what is no TOML value is a text without its quotes."""
+    name, equals, value = text.partition("=")
+    if not equals or not name:
+        raise OptionsError(f"{text} is no parameter: write name=value, such as depth_mm=4.")
+    try:
+        return name, toml_of(f"value = {value}")["value"]
+    except ValueError as error:
+        if value[:1] in ("[", '"', "'", "{"):
+            raise OptionsError(f"{text} cannot be read: {error}.") from error
+        return name, value
+
+
+def _expected(made: type, name: str) -> str:
+    """The type of a parameter and its default."""
+    hint = get_type_hints(made)[name]
+    kind = hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")
+    default = {field.name: field.default for field in fields(made)}[name]
+    return kind if default is MISSING else f"{kind}, else {default!r}"
+
+
+def _meanings(made: type) -> dict[str, str]:
+    """What the source says under each parameter."""
+    body = cast(ast.ClassDef, ast.parse(inspect.getsource(made)).body[0]).body
+    said: dict[str, str] = {}
+    for field, text in pairwise(body):
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
+            told = text.value if isinstance(text, ast.Expr) else None
+            if isinstance(told, ast.Constant):
+                said[field.target.id] = " ".join(str(told.value).split())
+    return said
+
+
+for _name, _command in {
+    "apply": apply_command,
+    "new": new_command,
+    "add": add_command,
+    "accept": accept_command,
+    "undo": undo_command,
+    "remove": remove_command,
+    "move": move_command,
+    "off": off_command,
+    "on": on_command,
+    "show": show_command,
+    "diff": diff_command,
+    "kinds": kinds_command,
+}.items():
+    edit_app.command(_name)(_command)

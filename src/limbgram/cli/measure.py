@@ -1,0 +1,295 @@
+"""`limbgram measure`: the table of girths, widths, areas, volumes and lengths of a shape."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.shapes import (
+    AlignedShape,
+    UnitOption,
+    pair_of,
+    reading_of,
+    require_apart,
+    require_output,
+    shape_of,
+    span_of,
+)
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.interval import explained, plus_minus
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.writing import write_bytes
+from limbgram.workbench.bodies import left_out, outer_bodies
+from limbgram.workbench.edits.thickness import Thickness
+from limbgram.workbench.frame.landmarks import in_limb_frame
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.levels import Figure
+from limbgram.workbench.measures.measuring import (
+    MeasureOptions,
+    Measures,
+    Row,
+    measure,
+    measure_inside,
+)
+from limbgram.workbench.measures.table import csv_text, in_ml, tree
+from limbgram.workbench.measures.tape import TapeCheck, TapeFit, fit_to_tape
+
+_SHOWN = ("tape_mm", "contour_mm", "ml_mm", "ap_mm")
+_HEADING = (
+    f"{'height':>8}{'tape':>10}{'contour':>10}{'ML':>9}{'AP':>9}{'area cm2':>10}{'mL below':>10}"
+)
+
+
+@answered
+def measure_command(
+    shape: AlignedShape,
+    every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 10.0,
+    height: Annotated[
+        list[float] | None, typer.Option(help="Only at this height, mm. Repeat it.")
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            help="Landmark from which heights count, upwards.",
+            show_default="the distal end",
+        ),
+    ] = None,
+    volume: Annotated[
+        list[str] | None, typer.Option(help="Volume between two heights: 20:150, end:150.")
+    ] = None,
+    length: Annotated[
+        list[str] | None,
+        typer.Option(help='Between two landmarks, over the surface too: "patella:tibia end".'),
+    ] = None,
+    sock: Annotated[
+        float | None,
+        typer.Option(
+            help="Thickness of the sock in the scan, mm, taken off first.",
+            show_default="nothing is taken off",
+        ),
+    ] = None,
+    tape: Annotated[
+        list[str] | None, typer.Option(help="A girth that was read: HEIGHT=GIRTH, mm. Repeat it.")
+    ] = None,
+    fit: Annotated[
+        Path | None, typer.Option(help="Write the shape made to agree with the tape readings.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write the table as CSV.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Write a picture of it (PNG).")] = None,
+    inside: Annotated[
+        bool,
+        typer.Option("--inside", help="Measure what a wall holds, such as the inside of a socket."),
+    ] = False,
+    walls: Annotated[
+        Path | None, typer.Option(help="Write a map of a wall's thickness (PNG).")
+    ] = None,
+    unaligned: Annotated[
+        bool,
+        typer.Option("--unaligned", help="Measure across the file's z, from its lowest point."),
+    ] = False,
+    unit: UnitOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Measure a shape by level: girth as a taut tape and along the contour, widths, area, volume.
+
+    A height that has no answer stands in the table with the reason. Run `limbgram align` first.
+    """
+    if fit is not None and not tape:
+        raise OptionsError("--fit needs the girths that were read: --tape HEIGHT=GIRTH.")
+    require_output(csv, ".csv", "a table")
+    require_output(picture, ".png", "a picture")
+    require_output(walls, ".png", "a map")
+    if fit is not None and inside:
+        raise OptionsError("--fit makes a limb agree with a tape; leave out --inside.")
+    require_apart(fit, shape)
+    limb = shape_of(shape, unit).limb
+    if unaligned:
+        lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
+        up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
+        limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
+    options = MeasureOptions(
+        spacing_mm=every,
+        heights_mm=tuple(height) if height else None,
+        reference=reference,
+        sock_mm=sock,
+        volumes_mm=tuple(span_of(text) for text in volume or ()),
+        lengths=tuple(pair_of(text, "--length") for text in length or ()),
+        tape=tuple(reading_of(text) for text in tape or ()),
+    )
+    measures = measure_inside(limb, options) if inside else measure(limb, options)
+    if walls is not None and measures.wall is None:
+        raise OptionsError("--walls draws the thickness of a wall, and this shape is none.")
+    fitted = (
+        None if fit is None else fit_to_tape(measures.limb, options.tape, measures.reference_mm)
+    )
+    written = _write(measures, fitted, (csv, picture, fit))
+    if walls is not None and measures.wall is not None:
+        written.append(write_bytes(walls, _map(limb, measures.wall)))
+    return Reply(
+        (
+            *explained(_lines(limb, measures)),
+            *_fit_lines(fitted),
+            *(f"Written: {path}" for path in written),
+        ),
+        {**tree(measures), "fit": _fit_tree(fitted), "written": [str(path) for path in written]},
+    )
+
+
+def _write(
+    measures: Measures, fitted: TapeFit | None, paths: tuple[Path | None, Path | None, Path | None]
+) -> list[Path]:
+    table, picture, fit = paths
+    written: list[Path] = []
+    if table is not None:
+        written.append(write_bytes(table, csv_text(measures).encode()))
+    if picture is not None:
+        written.append(write_bytes(picture, _picture(measures)))
+    if fit is not None and fitted is not None:
+        written.append(write_limb(fitted.limb, fit))
+    return written
+
+
+def _picture(measures: Measures) -> bytes:
+    """Drawn only where asked: what draws takes longer to import than a shape to measure."""
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.sections import sections_drawing
+
+    return png(sections_drawing(measures).figure).tobytes()
+
+
+def _map(limb: Limb, wall: Thickness) -> bytes:
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.walls import wall_map
+
+    return png(wall_map(in_limb_frame(limb), wall).figure).tobytes()
+
+
+def _lines(limb: Limb, measures: Measures) -> list[str]:
+    return [
+        *(f"Note: {note}." for note in limb.notes),
+        *(
+            f"Note: {told}."
+            for told in left_out(
+                measures.bodies_left_out,
+                measures.loose,
+                frame="in the limb frame",
+                done="not measured",
+            )
+        ),
+        *_skin_lines(measures),
+        f"Heights in mm from {measures.counting}; lengths in mm. "
+        + _sock_line(limb.sock_mm, measures.limb.sock_mm),
+        _HEADING,
+        *(_row_line(row) for row in measures.rows),
+        *(
+            f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
+            f"{_text(in_ml(row.volume_mm3), 2)} mL" + (f" ({row.note})" if row.note else "")
+            for row in measures.volumes
+        ),
+        *(
+            f"{length.start} to {length.end}: {_text(length.along_axis, 2)} mm along the axis, "
+            f"{_text(length.straight, 2)} straight, "
+            f"{_text(length.over_surface, 2)} over the surface"
+            for length in measures.lengths
+        ),
+        *(_tape_line(check, measures.reference_mm) for check in measures.tape),
+    ]
+
+
+def _skin_lines(measures: Measures) -> Iterator[str]:
+    """Which skin of a wall was measured, and how thick it is."""
+    if measures.skin == "inside":
+        yield "Measured: the INSIDE of the wall. Areas and volumes are of what it holds."
+    if measures.skin == "outside":
+        yield (
+            "Measured: the OUTSIDE of a wall with two skins. Areas and volumes are of its "
+            "material; --inside measures what it holds."
+        )
+    if measures.wall is not None:
+        told = measures.wall.told("the limb's")
+        yield f"{told[0].upper()}{told[1:]}."
+
+
+def _sock_line(before_mm: float, after_mm: float) -> str:
+    if not after_mm:
+        return "No sock was taken off."
+    if after_mm == before_mm:
+        return f"{before_mm:g} mm of sock were off this shape already; nothing more was taken off."
+    had = f", {before_mm:g} mm of them before" if before_mm else ""
+    return f"{after_mm:g} mm of sock are off{had}."
+
+
+def _row_line(row: Row) -> str:
+    start = f"{row.from_reference_mm:8.1f}"
+    if row.level is None:
+        return f"{start}  {row.reason}"
+    area, volume = row.figures["area_mm2"], row.figures["volume_below_mm3"]
+    widths = (10, 10, 9, 9)
+    cells = [f"{_value(row.figures[name]):>{width}}" for name, width in zip(_SHOWN, widths)]
+    cells.append("" if area is None else f"{area.value / 100:10.2f}")
+    cells.append(f"{'-':>10}" if volume is None else f"{volume.value / 1000:10.1f}")
+    tape = row.figures["tape_mm"]
+    reach = "" if tape is None else plus_minus(tape.interval, 2)
+    spread = f"   tape {reach}" if reach else ""
+    parts = f"   {row.loops} loops" if row.loops > 1 else ""
+    crumbs = f"   {row.level.left_out} crumbs left out" if row.level.left_out else ""
+    return start + "".join(cells) + spread + parts + crumbs
+
+
+def _tape_line(check: TapeCheck, reference_mm: float) -> str:
+    share = check.difference_mm / check.read_mm
+    verdict = "CONFLICT" if check.conflict else "agrees"
+    return (
+        f"Tape at {check.height_mm - reference_mm:.1f} mm: read {check.read_mm:.1f}, the shape has "
+        f"{_text(check.measured, 1)} ({check.difference_mm:+z.1f} mm, {share:+z.1%}): {verdict}"
+    )
+
+
+def _fit_lines(fitted: TapeFit | None) -> list[str]:
+    if fitted is None:
+        return []
+    return [
+        *(
+            f"Fitted at {change.height_mm:.1f} mm: girth {change.before_mm:.1f} to "
+            f"{change.after_mm:.1f} mm, scaled by {change.factor:.4f}"
+            for change in fitted.changes
+        ),
+        f"The farthest point moved by {fitted.largest_mm:.2f} mm; beyond the first and the last "
+        "reading the shape was scaled as there.",
+    ]
+
+
+def _fit_tree(fitted: TapeFit | None) -> dict[str, Any] | None:
+    if fitted is None:
+        return None
+    return {
+        "largest_move_mm": fitted.largest_mm,
+        "changes": [
+            {
+                "height_mm": change.height_mm,
+                "before_mm": change.before_mm,
+                "after_mm": change.after_mm,
+                "factor": change.factor,
+            }
+            for change in fitted.changes
+        ],
+    }
+
+
+def _end(height_mm: float) -> str:
+    return f"{height_mm:g} mm" if math.isfinite(height_mm) else "the end"
+
+
+def _value(figure: Figure | None) -> str:
+    return "-" if figure is None else f"{figure.value:.1f}"
+
+
+def _text(figure: Figure, decimals: int) -> str:
+    return f"{figure.value:.{decimals}f} {plus_minus(figure.interval, decimals)}".rstrip()

@@ -1,1 +1,0 @@
-"""Commands about the quality of what was made."""

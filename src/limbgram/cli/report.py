@@ -1,0 +1,138 @@
+"""`limbgram report`: a shape's page and PDF for the record."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from limbgram.cases.assessing import cited
+from limbgram.cases.folder import CaseFolder
+from limbgram.cli.compare import WayName
+from limbgram.cli.replies import Reply, answered
+from limbgram.cli.shapes import AlignedShape, UnitOfAll, shape_of
+from limbgram.core.errors import ExportError, OptionsError
+from limbgram.formats.sidecar import hash_of, limb_file_beside
+from limbgram.formats.writing import write_bytes
+from limbgram.report.record.pages import record_page, record_pdf
+from limbgram.report.record.record import Record, RecordOptions, record_of
+from limbgram.report.record.sources import RecipeSource, ShapeSource
+from limbgram.workbench.recipe.file import read_recipe
+
+_SHOWN = 4
+
+
+@answered
+def report_command(
+    shape: AlignedShape,
+    against: Annotated[
+        Path | None,
+        typer.Option(help="Another shape to compare it with: the scan, or an earlier one."),
+    ] = None,
+    recipe: Annotated[
+        Path | None,
+        typer.Option(help="Recipe that made the shape of the --against scan: its ledger is shown."),
+    ] = None,
+    case: Annotated[
+        Path | None,
+        typer.Option(help="Case folder of the scan: how sure its scale and surface are."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Folder to write to.", show_default="SHAPE-report"),
+    ] = None,
+    way: Annotated[
+        WayName | None,
+        typer.Option(
+            "--align",
+            help="How the other shape is laid on it; never scaled.",
+            show_default="as-is with a recipe for it, else auto",
+        ),
+    ] = None,
+    every: Annotated[float, typer.Option(help="Spacing of the levels, mm.")] = 20.0,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            "--from",
+            help="Landmark from which heights count, upwards.",
+            show_default="the distal end",
+        ),
+    ] = None,
+    unit: UnitOfAll = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
+) -> Reply:
+    """Write the record of a shape: one page, a PDF of two sheets, and JSON.
+
+    Four sides, measures, landmarks, what differs from another shape, what each edit did, how much
+    each step may be off, and what to check before anything is made. No name is printed: files are
+    told by their hashes, landmarks with names of their own by numbers.
+    """
+    if way is not None and against is None:
+        raise OptionsError("--align needs another shape to lay on this one: --against.")
+    record = record_of(
+        _shape(shape, unit),
+        None if against is None else _shape(against, unit),
+        None if recipe is None else _recipe(recipe),
+        None if case is None else cited(CaseFolder(case)),
+        RecordOptions(
+            spacing_mm=every, reference=reference, way=None if way is None else way.value
+        ),
+    )
+    written = _write(record, out or shape.with_name(f"{shape.stem}-report"))
+    return Reply(
+        (*_lines(record.tree), *(f"Written: {path}" for path in written)),
+        {**record.tree, "written": [str(path) for path in written]},
+    )
+
+
+def _shape(path: Path, unit: str | None) -> ShapeSource:
+    read = shape_of(path, unit)
+    beside = limb_file_beside(path)
+    return ShapeSource(
+        limb=read.limb,
+        sha256=read.sha256,
+        kind=path.suffix[1:].upper(),
+        limb_file_sha256=hash_of(beside.read_bytes()) if beside.is_file() else None,
+    )
+
+
+def _recipe(path: Path) -> RecipeSource:
+    return RecipeSource(recipe=read_recipe(path), sha256=hash_of(path.read_bytes()))
+
+
+def _write(record: Record, folder: Path) -> list[Path]:
+    """JSON first: page and PDF are made of it."""
+    if CaseFolder(folder).record.exists():
+        raise OptionsError(
+            f"{folder} is a case, and its own report.html would be lost. Choose another folder by "
+            "-o."
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ExportError(
+            f"The folder {folder} cannot be made: {error.strerror or error}. Choose another by -o."
+        ) from error
+    tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)
+    return [
+        write_bytes(folder / "report.json", f"{tree}\n".encode()),
+        write_bytes(
+            folder / "report.html", record_page(record.tree, record.pictures).encode("utf-8")
+        ),
+        write_bytes(folder / "report.pdf", record_pdf(record.tree, record.pictures)),
+    ]
+
+
+def _lines(tree: dict[str, Any]) -> tuple[str, ...]:
+    """Side and what to check, for people at a terminal."""
+    side = tree["side"]
+    found = tree["findings"]
+    more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
+    compared = tree["comparison"]
+    return (
+        f"{tree['id']}: {'no side' if side == 'none' else side + ' side'}, millimetres",
+        *(() if compared is None else (compared["verdict"],)),
+        "Before anything is made from it:",
+        *(f"  {one['what']}\n    -> {one['remedy']}" for one in found[:_SHOWN]),
+        *more,
+    )

@@ -1,0 +1,314 @@
+"""Shapes: a shape and its unit, stated and read alike by every command.
+
+Typed: directions, landmarks, pairs and readings as they stand on a command line.
+
+Marks: painted spots, as the photos of a case show them or as the shape's own colours do.
+"""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from jaxtyping import UInt8
+from PIL import ImageColor
+
+from limbgram.cli.replies import Reply
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.interval import Interval, explained, plus_minus
+from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
+from limbgram.formats.sidecar import LIMB_FILE_ENDING
+from limbgram.formats.soup import mm_per_unit_of
+from limbgram.workbench.limb import Landmark, Limb
+from limbgram.workbench.measures.tape import TapeReading
+
+ShapeArgument = Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")]
+AlignedShape = Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")]
+UnitOption = Annotated[
+    str | None,
+    typer.Option("--unit", help="Unit of the file: mm, cm, m, inch, or so many mm."),
+]
+UnitOfAll = Annotated[
+    str | None,
+    typer.Option("--unit", help="Unit of all files: mm, cm, m, inch, or so many mm."),
+]
+
+
+def shape_of(path: Path, unit: str | None) -> ShapeFile:
+    """Read a shape; without a typed unit its limb file says it, else the file, else millimetres.
+
+    Raises:
+        OptionsError: the unit is none.
+        ShapeFileError: the file cannot be read, or is no limb in that unit.
+    """
+    return read_shape(path, None if unit is None else mm_per_unit_of(unit))
+
+
+def require_output(path: Path | None, ending: str, what: str) -> None:
+    """Refuse a name that would hide what the file is, or take the place of a scan.
+
+    Raises:
+        OptionsError: the name ends otherwise than files of this kind do.
+    """
+    if path is not None and path.suffix.lower() != ending:
+        raise OptionsError(f"{path.name} is no name for {what}. Let it end in {ending}.")
+    if path is not None and path.name.lower().endswith(LIMB_FILE_ENDING):
+        raise OptionsError(
+            f"{path.name} is the name of the landmarks and axes of a shape. Choose another one for "
+            f"{what}."
+        )
+
+
+def require_no_shape(path: Path, what: str) -> None:
+    """Refuse to write what is no shape under the name of one.
+
+    Raises:
+        OptionsError: the name ends as a shape's does.
+    """
+    if path.suffix.lower() in SUFFIXES:
+        raise OptionsError(
+            f"{path.name} is the name of a shape, and {what} is to be written. Choose another "
+            "ending, so that no scan is lost."
+        )
+
+
+def require_apart(path: Path | None, read: Path) -> None:
+    """Refuse to write over a file that is read.
+
+    Raises:
+        OptionsError: they are one file.
+    """
+    if path is not None and path.resolve() == read.resolve():
+        raise OptionsError(f"{path.name} would take the place of the shape. Choose another name.")
+
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_END = "end"
+_COUNTED = re.compile("[0-9]{1,4}")
+"""A mark's number: thousands of digits, and digits raised above the line, are digits to Python."""
+_SHORTEST, _LARGEST = 1e-6, 1e9
+"""Of a direction, and of any number: beyond, squares are no longer numbers."""
+
+
+def direction(text: str | None, option: str) -> Vector3 | None:
+    """A direction such as +z, -y or 0.2,-1,0."""
+    if text is None:
+        return None
+    if len(text) == 2 and text[0] in "+-" and text[1].lower() in _AXES:
+        unit = np.zeros(3)
+        unit[_AXES[text[1].lower()]] = 1.0 if text[0] == "+" else -1.0
+        return unit
+    numbers = _numbers(text, 3)
+    if numbers is None or max(map(abs, numbers)) < _SHORTEST:
+        raise OptionsError(
+            f"{text!r} is no direction for {option}. Write +x, -x, +y, -y, +z or -z, or three "
+            "numbers such as 0.2,-1,0, in the frame of the shape's file."
+        )
+    return np.array(numbers)
+
+
+def landmarks_of(texts: Sequence[str], marks: Sequence[Vector3]) -> tuple[Landmark, ...]:
+    """Landmarks as NAME=X,Y,Z in mm, or NAME=#2 for the second mark that was seen."""
+    return tuple(_landmark(text, marks) for text in texts)
+
+
+def colour_of(text: str | None) -> tuple[int, int, int] | None:
+    """A colour by its English name, as #e614c8, or as 230,20,200."""
+    if text is None:
+        return None
+    numbers = _numbers(text, 3)
+    if numbers is not None and all(value in range(256) for value in numbers):
+        return int(numbers[0]), int(numbers[1]), int(numbers[2])
+    try:
+        return ImageColor.getrgb(text)[:3]
+    except ValueError as error:
+        raise OptionsError(
+            f"{text!r} is no colour. Write a name such as magenta, or its red, green and blue as "
+            "whole numbers from 0 to 255, such as 230,20,200."
+        ) from error
+
+
+def asks_for_marks(texts: Sequence[str]) -> bool:
+    return any(text.rpartition("=")[2].startswith("#") for text in texts)
+
+
+def pair_of(text: str, option: str) -> tuple[str, str]:
+    """Two names with a colon between them."""
+    first, colon, second = text.partition(":")
+    if not colon or not first.strip() or not second.strip():
+        raise OptionsError(
+            f"{text!r} names no two landmarks for {option}. Write both with a colon between them, "
+            'such as "tibial tubercle:tibia end".'
+        )
+    return first.strip(), second.strip()
+
+
+def span_of(text: str) -> tuple[float, float]:
+    """Two heights in mm with a colon between them; `end` stands for the limb's end."""
+    low, _, high = text.partition(":")
+    ends = (
+        -math.inf if low.strip() == _END else _number(low),
+        math.inf if high.strip() == _END else _number(high),
+    )
+    if any(map(math.isnan, ends)) or not ends[0] < ends[1]:
+        raise OptionsError(
+            f"{text!r} are no two heights. Write the lower and the upper one in millimetres, such "
+            "as 20:150; `end:150` counts from the distal end, `20:end` to the proximal one."
+        )
+    return ends
+
+
+def reading_of(text: str) -> TapeReading:
+    """A girth as HEIGHT=GIRTH in mm."""
+    height, _, girth = text.partition("=")
+    if math.isnan(_number(height)) or math.isnan(_number(girth)):
+        raise OptionsError(
+            f"{text!r} is no tape reading. Write the height and the girth in millimetres, such as "
+            "60=312.5."
+        )
+    return TapeReading(height_mm=_number(height), girth_mm=_number(girth))
+
+
+def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:
+    name, _, place = text.rpartition("=")
+    name = name.strip()
+    if place.startswith("#") and name:
+        number = int(place[1:]) if _COUNTED.fullmatch(place[1:]) else 0
+        if not 1 <= number <= len(marks):
+            raise OptionsError(
+                f"{text!r} names no mark: {len(marks)} were seen. List them by --marks."
+            )
+        return Landmark(name=name, position_mm=marks[number - 1])
+    numbers = _numbers(place, 3)
+    if not name or numbers is None:
+        raise OptionsError(
+            f"{text!r} is no landmark. Write its name and place in millimetres in the frame of the "
+            'shape, such as "fibula head=41.5,-12,250", or "fibula head=#2" for a painted mark.'
+        )
+    return Landmark(name=name, position_mm=np.array(numbers))
+
+
+def _numbers(text: str, count: int) -> list[float] | None:
+    numbers = [_number(part) for part in text.split(",")]
+    return numbers if len(numbers) == count and not any(map(math.isnan, numbers)) else None
+
+
+def _number(text: str) -> float:
+    """A number that can be of something measured, or NaN."""
+    try:
+        value = float(text)
+    except ValueError:
+        return math.nan
+    return value if abs(value) <= _LARGEST else math.nan
+
+
+_SHOWN_AT_MOST = 12
+_MOST_SHARED = 0.4
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Marks in the order of their numbers, and a reply that lists them."""
+
+    places_mm: tuple[Vector3, ...]
+    reply: Reply
+
+
+def marks_seen(limb: Limb, case: Path | None, colour: str | None) -> Seen:
+    """The marks on a shape: from the photos of its case if there is one, else from its colours."""
+    wanted = colour_of(colour)
+    return _on_shape(limb, wanted) if case is None else _in_photos(limb, case, wanted)
+
+
+def _on_shape(limb: Limb, colour: tuple[int, int, int] | None) -> Seen:
+    from limbgram.workbench.frame.marks import MarkOptions, find_marks
+
+    found = find_marks(limb.mesh, MarkOptions(colour=colour))
+    lines = [
+        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
+        f"{_place(mark.position_mm)}"
+        for number, mark in enumerate(found, 1)
+    ]
+    content = [
+        {
+            "number": number,
+            "position_mm": mark.position_mm.tolist(),
+            "colour": mark.colour.tolist(),
+            "diameter_mm": mark.diameter_mm,
+        }
+        for number, mark in enumerate(found, 1)
+    ]
+    none = "No painted mark is seen: none is round, of one strong colour and size."
+    return Seen(
+        tuple(mark.position_mm for mark in found),
+        Reply(tuple(lines) or (none,), {"marks": content, "left_out": []}),
+    )
+
+
+def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> Seen:
+    from limbgram.cases.assessing import painted_marks_of
+    from limbgram.cases.folder import CaseFolder
+    from limbgram.workbench.marks.finding import PaintedOptions
+
+    found = painted_marks_of(CaseFolder(case), limb.mesh, PaintedOptions(colour=colour))
+    lines = [
+        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
+        f"{_place(mark.position_mm)} {plus_minus(Interval.of_sigma(mark.sigma_mm), 2)} mm, in "
+        f"{len(mark.photos)} of {mark.looking} photos that look at it"
+        for number, mark in enumerate(found.marks, 1)
+    ]
+    lines = lines or [
+        "No mark is seen that several photos agree on. Say its colour with --colour; a mark is a "
+        "round spot, 4 to 30 mm across, of a colour that the sock does not have."
+    ]
+    if found.marks and found.shared_share > _MOST_SHARED:
+        lines.append(
+            f"The sock has that colour too: {found.shared_share:.0%} of it lies outside round "
+            "spots. Look at each place before you name it."
+        )
+    left_out = [
+        f"Not offered: a spot of colour {_rgb(spot.colour)} at {_place(spot.position_mm)}: "
+        f"{spot.reason}."
+        for spot in found.left_out
+    ]
+    lines += left_out[:_SHOWN_AT_MOST]
+    if len(left_out) > _SHOWN_AT_MOST:
+        lines.append(f"... and {len(left_out) - _SHOWN_AT_MOST} more.")
+    content: dict[str, Any] = {
+        "shared_share": found.shared_share,
+        "marks": [
+            {
+                "number": number,
+                "position_mm": mark.position_mm.tolist(),
+                "colour": mark.colour.tolist(),
+                "diameter_mm": mark.diameter_mm,
+                "spread_mm": mark.spread_mm,
+                "sigma_mm": mark.sigma_mm,
+                "photos": list(mark.photos),
+                "photos_looking": mark.looking,
+            }
+            for number, mark in enumerate(found.marks, 1)
+        ],
+        "left_out": [
+            {
+                "position_mm": spot.position_mm.tolist(),
+                "colour": spot.colour.tolist(),
+                "reason": spot.reason,
+            }
+            for spot in found.left_out
+        ],
+    }
+    return Seen(tuple(mark.position_mm for mark in found.marks), Reply(explained(lines), content))
+
+
+def _rgb(colour: UInt8[np.ndarray, "3"]) -> tuple[int, ...]:
+    return tuple(colour.tolist())
+
+
+def _place(position_mm: Vector3) -> str:
+    return ",".join(f"{value:.1f}" for value in position_mm)

@@ -1,1 +1,0 @@
-"""The workbench: commands on a shape."""

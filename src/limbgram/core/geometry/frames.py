@@ -1,0 +1,133 @@
+"""Rigid motions, named b_from_a: coordinates in frame a to coordinates in frame b; and angles.
+
+Similarities: rigid motion and scale, and their least-squares fit (Umeyama 1991).
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.spatial.transform import Rotation
+
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+
+_PIECE = 20_000
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """x_in_b = rotation @ x_in_a + translation."""
+
+    rotation: Matrix3
+    translation: Vector3
+
+    @classmethod
+    def identity(cls) -> Self:
+        return cls(np.eye(3), np.zeros(3))
+
+    @classmethod
+    def from_rotation_vector(cls, rotation_vector: Vector3, translation: Vector3) -> Self:
+        return cls(
+            Rotation.from_rotvec(rotation_vector).as_matrix(), np.asarray(translation, float)
+        )
+
+    @classmethod
+    def looking_at(cls, centre: Vector3, target: Vector3, up: Vector3) -> Self:
+        """camera_from_world of a camera at `centre`: x right, y down, z towards `target`."""
+        forward = (target - centre) / np.linalg.norm(target - centre)
+        right = np.cross(forward, up)
+        right /= np.linalg.norm(right)
+        rotation = np.stack([right, np.cross(forward, right), forward])
+        return cls(rotation, -rotation @ centre)
+
+    @property
+    def rotation_vector(self) -> Vector3:
+        """Axis times angle, radians."""
+        return Rotation.from_matrix(self.rotation).as_rotvec()
+
+    @property
+    def centre(self) -> Vector3:
+        """Origin of frame b in coordinates of a: for camera_from_world, the camera centre."""
+        return -self.rotation.T @ self.translation
+
+    @property
+    def inverse(self) -> "Rigid":
+        return Rigid(self.rotation.T.copy(), self.centre)
+
+    @property
+    def matrix_3x4(self) -> Float64[np.ndarray, "3 4"]:
+        return np.column_stack([self.rotation, self.translation])
+
+    def __matmul__(self, other: "Rigid") -> "Rigid":
+        """c_from_b @ b_from_a = c_from_a."""
+        return Rigid(
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
+        )
+
+    def apply(self, points_in_a: Points3) -> Points3:
+        return turned(points_in_a, self.rotation) + self.translation
+
+
+def turned(vectors: Points3, rotation: Matrix3) -> Points3:
+    """Vectors after a rotation.
+
+    In pieces: for more at once BLAS wakes threads that then spin, for longer than all this takes.
+    """
+    if len(vectors) <= _PIECE:
+        return vectors @ rotation.T
+    pieces = np.array_split(vectors, -(-len(vectors) // _PIECE))
+    return np.concatenate([piece @ rotation.T for piece in pieces])
+
+
+def angle_between_deg(first: Matrix3, second: Matrix3) -> float:
+    """Angle of the rotation that takes one orientation to the other."""
+    return float(np.degrees(Rotation.from_matrix(first.T @ second).magnitude()))
+
+
+def turn_rad(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray:
+    """Smallest turn from the other angle to this one, with its sign; any number of times round."""
+    return np.angle(np.exp(1j * (np.asarray(one) - np.asarray(other))))
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """x_in_b = scale * rotation @ x_in_a + translation."""
+
+    scale: float
+    rotation: Matrix3
+    translation: Vector3
+
+    @property
+    def inverse(self) -> "Similarity":
+        scale = 1.0 / self.scale
+        return Similarity(
+            scale, self.rotation.T.copy(), -scale * (self.rotation.T @ self.translation)
+        )
+
+    def apply(self, points_in_a: Points3) -> Points3:
+        return self.scale * points_in_a @ self.rotation.T + self.translation
+
+    def move_camera(self, camera_from_a: Rigid) -> Rigid:
+        """camera_from_b, where the camera's own frame takes the scale of b."""
+        rotation = camera_from_a.rotation @ self.rotation.T
+        return Rigid(rotation, self.scale * camera_from_a.translation - rotation @ self.translation)
+
+
+def fit_similarity(
+    points_in_a: Points3,
+    points_in_b: Points3,
+    *,
+    with_scale: bool = True,
+    weights: Float64[np.ndarray, " n"] | None = None,
+) -> Similarity:
+    """b_from_a of corresponding points, weighted least squares (Umeyama 1991, eq. 40-43)."""
+    share = np.full(len(points_in_a), 1.0) if weights is None else weights
+    share = share / share.sum()
+    mean_a, mean_b = share @ points_in_a, share @ points_in_b
+    from_a, from_b = points_in_a - mean_a, points_in_b - mean_b
+    u, singular, vt = np.linalg.svd((from_b * share[:, None]).T @ from_a)
+    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))])
+    rotation = (u * signs) @ vt
+    scale = float((singular * signs).sum() / (share @ (from_a**2).sum(1))) if with_scale else 1.0
+    return Similarity(scale, rotation, mean_b - scale * rotation @ mean_a)

@@ -1,0 +1,227 @@
+"""The Sampson distance: first-order distance of a match from epipolar geometry.
+
+x2^T F x1 = 0 is a quadric through the space of matches (x1, y1, x2, y2). The distance of a match
+to its tangent is the Sampson distance, and the foot of that perpendicular the corrected match
+(Sampson 1982; Hartley and Zisserman, section 11.4.3 and eq. 12.5).
+
+Triangulation: points from their images in placed photos, with their covariance.
+
+The linear method (DLT) starts; Gauss-Newton on the distances in pixels finishes, through the
+whole lens model. Points that cannot be had (fewer than two rays, parallel rays, behind a camera)
+come out as NaN.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int32
+from numba import njit
+
+from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, project_and_differentiate
+
+
+def sampson_px(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> Float64[np.ndarray, " n"]:
+    """Signed distances of the matches; their squares approximate d(x, x^)^2 + d(x', x'^)^2."""
+    error, gradient = _error_and_gradient(fundamental, xy_first, xy_second)
+    return error / _length(gradient)
+
+
+def sampson_corrected(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> Float64[np.ndarray, "n 4"]:
+    """The matches (x1, y1, x2, y2) moved to first order onto the epipolar geometry."""
+    error, gradient = _error_and_gradient(fundamental, xy_first, xy_second)
+    step = gradient * (error / _length(gradient) ** 2)[:, None]
+    return np.concatenate([xy_first, xy_second], axis=1) - step
+
+
+def nearest_matches(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2, steps: int = 3
+) -> Float64[np.ndarray, "n 4"]:
+    """The nearest exact matches: the maximum-likelihood x^ and x'^.
+
+    Newton steps towards the foot of the perpendicular on the quadric: each step linearises at
+    the last estimate but measures from the given match (Kanatani et al. 2008). Two steps reach
+    Hartley and Sturm's global optimum to rounding for matches within a few pixels.
+    """
+    given = np.concatenate([xy_first, xy_second], axis=1)
+    nearest = given
+    for _ in range(steps):
+        error, gradient = _error_and_gradient(fundamental, nearest[:, :2], nearest[:, 2:])
+        reach = error + np.einsum("ij,ij->i", gradient, given - nearest)
+        nearest = given - gradient * (reach / _length(gradient) ** 2)[:, None]
+    return nearest
+
+
+def _error_and_gradient(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, "n 4"]]:
+    line_in_second = xy_first @ fundamental[:, :2].T + fundamental[:, 2]
+    line_in_first = xy_second @ fundamental[:2] + fundamental[2]
+    error = np.einsum("ij,ij->i", xy_second, line_in_second[:, :2]) + line_in_second[:, 2]
+    return error, np.concatenate([line_in_first[:, :2], line_in_second[:, :2]], axis=1)
+
+
+def _length(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
+    """Nought at the epipoles; then the least length that can be squared."""
+    return np.maximum(np.linalg.norm(gradient, axis=1), np.sqrt(np.finfo(float).tiny))
+
+
+_STEPS = 8
+_SINGULAR = 1e-15
+
+
+@dataclass(frozen=True)
+class Triangulated:
+    """Points, and how well their rays fix them."""
+
+    points_in_world: Points3
+    covariance: Float64[np.ndarray, "n 3 3"]
+    """For measurements of 1 px standard deviation in x and in y, and exact cameras."""
+    rms_px: Float64[np.ndarray, " n"]
+    """Root mean square distance between measured and projected pixels."""
+
+
+def triangulate(
+    views: Sequence[View],
+    view_idx: Int32[np.ndarray, " m"],
+    point_idx: Int32[np.ndarray, " m"],
+    xy_px: Points2,
+    count: int,
+) -> Triangulated:
+    """Each of `count` points from all its measurements: view view_idx[k] saw it at xy_px[k]."""
+    start = triangulate_linear(views, view_idx, point_idx, xy_px, count)
+    order = np.argsort(point_idx, kind="stable")
+    bounds = np.searchsorted(point_idx[order], np.arange(count + 1))
+    packed = np.array([view.packed for view in views])
+    points, covariance, rms = start.copy(), np.full((count, 3, 3), np.nan), np.full(count, np.nan)
+    _refine(packed, view_idx[order], bounds, xy_px[order], points, covariance, rms)
+    return Triangulated(points, covariance, rms)
+
+
+def triangulate_linear(
+    views: Sequence[View],
+    view_idx: Int32[np.ndarray, " m"],
+    point_idx: Int32[np.ndarray, " m"],
+    xy_px: Points2,
+    count: int,
+) -> Points3:
+    """The linear method: least squares of x (p3 X) - p1 X and y (p3 X) - p2 X over all rays."""
+    centres = np.array([view.centre_in_world for view in views])
+    middle = centres.mean(0)
+    size = float(np.abs(centres - middle).max()) or 1.0
+    normal = np.zeros((count, 16))
+    for idx, view in enumerate(views):
+        rows = np.flatnonzero(view_idx == idx)
+        pose = view.camera_from_world
+        shifted = (pose.rotation @ middle + pose.translation) / size
+        projection = np.column_stack([pose.rotation, shifted])
+        ideal = view.camera.normalize(xy_px[rows])
+        for axis in range(2):
+            equation = ideal[:, axis, None] * projection[2] - projection[axis]
+            products = (equation[:, :, None] * equation[:, None, :]).reshape(-1, 16)
+            np.add.at(normal, point_idx[rows], products)
+    homogeneous = np.linalg.eigh(normal.reshape(count, 4, 4))[1][:, :, 0]
+    seen = np.bincount(point_idx, minlength=count) >= 2
+    weight = np.where(seen & (np.abs(homogeneous[:, 3]) > 1e-12), homogeneous[:, 3], np.nan)
+    return homogeneous[:, :3] / weight[:, None] * size + middle
+
+
+def triangulate_pair(
+    first: Float64[np.ndarray, "3 4"],
+    second: Float64[np.ndarray, "3 4"],
+    xy_first: Points2,
+    xy_second: Points2,
+    fundamental: Matrix3,
+) -> Float64[np.ndarray, "n 4"]:
+    """Homogeneous points (unit length) of matches between two projection matrices.
+
+    The matches are first moved to the nearest ones that obey F, so that the rays meet and the
+    result is the maximum-likelihood one in any projective frame (Hartley and Sturm 1997).
+    """
+    exact = nearest_matches(fundamental, xy_first, xy_second)
+    equations = np.stack(
+        [
+            exact[:, 0, None] * first[2] - first[0],
+            exact[:, 1, None] * first[2] - first[1],
+            exact[:, 2, None] * second[2] - second[0],
+            exact[:, 3, None] * second[2] - second[1],
+        ],
+        axis=1,
+    )
+    return np.linalg.svd(equations)[2][:, 3]
+
+
+def intersection_angles_deg(
+    centre_first: Float64[np.ndarray, "3"],
+    centre_second: Float64[np.ndarray, "3"],
+    points_in_world: Points3,
+) -> Float64[np.ndarray, " n"]:
+    """Angles under which the points see the two centres."""
+    first, second = centre_first - points_in_world, centre_second - points_in_world
+    cross = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.degrees(np.arctan2(cross, np.einsum("ij,ij->i", first, second)))
+
+
+@njit(cache=True, nogil=True)
+def _refine(
+    views: np.ndarray,
+    view_idx: np.ndarray,
+    bounds: np.ndarray,
+    xy_px: np.ndarray,
+    points: np.ndarray,
+    covariance: np.ndarray,
+    rms: np.ndarray,
+) -> None:
+    """Gauss-Newton for each point; a step that ends behind a camera gives the point up."""
+    xy, by_point = np.empty(2), np.empty((2, 3))
+    by_pose, by_lens = np.empty((2, POSE_SIZE)), np.empty((2, LENS_SIZE))
+    normal, gradient, inverse = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
+    for k in range(len(points)):
+        for step in range(_STEPS + 1):
+            normal[:], gradient[:], squares = 0.0, 0.0, 0.0
+            for row in range(bounds[k], bounds[k + 1]):
+                view = views[view_idx[row]]
+                depth = project_and_differentiate(view, points[k], xy, by_point, by_pose, by_lens)
+                if not depth > 0.0:
+                    squares = np.nan
+                    break
+                for axis in range(2):
+                    residual = xy_px[row, axis] - xy[axis]
+                    squares += residual * residual
+                    for i in range(3):
+                        gradient[i] += by_point[axis, i] * residual
+                        for j in range(3):
+                            normal[i, j] += by_point[axis, i] * by_point[axis, j]
+            if not (np.isfinite(squares) and invert_symmetric(normal, inverse)):
+                points[k] = np.nan
+                break
+            if step == _STEPS:
+                covariance[k] = inverse
+                rms[k] = np.sqrt(squares / (bounds[k + 1] - bounds[k]))
+                break
+            for i in range(3):
+                for j in range(3):
+                    points[k, i] += inverse[i, j] * gradient[j]
+
+
+@njit(cache=True, nogil=True)
+def invert_symmetric(matrix: np.ndarray, inverse: np.ndarray) -> bool:
+    """Fill `inverse` of a 3 x 3 matrix, without LAPACK; False where it is singular to rounding."""
+    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    d, e, f = matrix[1, 1], matrix[1, 2], matrix[2, 2]
+    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * first + b * second + c * third
+    if not determinant > _SINGULAR * a * d * f:
+        return False
+    inverse[0, 0] = first / determinant
+    inverse[0, 1] = inverse[1, 0] = second / determinant
+    inverse[0, 2] = inverse[2, 0] = third / determinant
+    inverse[1, 1] = (a * f - c * c) / determinant
+    inverse[1, 2] = inverse[2, 1] = (b * c - a * e) / determinant
+    inverse[2, 2] = (a * d - b * b) / determinant
+    return True

@@ -1,0 +1,158 @@
+"""Cloud: oriented points, as depth maps make them and a surface takes them.
+
+The mesh that every later stage takes.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+from numba import njit
+
+from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cloud:
+    """Oriented points of the surface."""
+
+    points_mm: Float32[np.ndarray, "n 3"]
+    normals: Float32[np.ndarray, "n 3"]
+    """Unit, outwards."""
+    colours: UInt8[np.ndarray, "n 3"]
+    views: UInt8[np.ndarray, " n"]
+    """Number of photos that agree on the point."""
+    spacing_mm: float
+    """Typical distance between neighbours."""
+
+    def __len__(self) -> int:
+        return len(self.points_mm)
+
+
+Relation = Literal["chosen", "other side", "torn off", "apart"]
+"""How a body lies to the one that is meant: the other side of its wall; a piece of it across a
+bare strip; or something else."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A sizeable body of the surface as it was wrapped, before holes were filled."""
+
+    number: int
+    """From 1, by how much the photos look at it."""
+    area_mm2: float
+    middle_mm: Vector3
+    """Of its box."""
+    size_mm: float
+    """Longest side of its box."""
+    looked_at: float
+    """Its share of what the photos look at."""
+    relation: Relation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repairs:
+    """What was done to make a mesh whole."""
+
+    islands_dropped: int
+    """Crumbs: loose components too small to be parts, left out."""
+    island_share: float
+    """What this surface lacks of itself though it was measured, as a part of its area: crumbs, and
+    parts that were torn off it."""
+    holes_filled: int
+    filled_share: float
+    """Part of the area that no photo measured."""
+    brim_mm: float
+    """Length round the open brim; 0 for a closed surface."""
+    part: int = 1
+    """Number of the part that this is."""
+    part_given: bool = False
+    """Whether the user named it."""
+    others: tuple[Part, ...] = ()
+    """The other sizeable bodies, each with a file of its own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Triangles, counter-clockwise seen from outside; world frame of the MetricScene."""
+
+    vertices_mm: Points3
+    faces: Faces
+    colours: UInt8[np.ndarray, "n 3"] | None = None
+    filled: Bool[np.ndarray, " n"] | None = None
+    """True at vertices that no photo measured: the part closed by us."""
+    sigma_mm: Float32[np.ndarray, " n"] | None = None
+    """One standard deviation along the normal; NaN at filled vertices."""
+    shared_mm: Float32[np.ndarray, "n k"] | None = None
+    """Displacement along the normal for one standard deviation of each of k sources of error
+    that all vertices share (scale, cameras); part of `sigma_mm`."""
+    shared_sources: tuple[str, ...] = ()
+    """What each column of `shared_mm` comes from; a source may have several. Empty: not known."""
+    correlation_mm: float | None = None
+    """Distance over which the rest of the error is alike."""
+    lost_length: Float32[np.ndarray, "n 2"] | None = None
+    """How much longer a line along the limb is than along this surface, per length: fine relief
+    that is lost, less what noise and flat faces add. Expected, and one standard deviation of it."""
+    repairs: Repairs | None = None
+
+    def __len__(self) -> int:
+        return len(self.vertices_mm)
+
+    def with_vertices(self, vertices_mm: Points3) -> "Mesh":
+        return replace(self, vertices_mm=vertices_mm)
+
+    def face_normals(self) -> Float64[np.ndarray, "f 3"]:
+        """Twice the area along the outward normal."""
+        return crosses(self.vertices_mm, self.faces)
+
+    def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
+        """Unit, area-weighted."""
+        faces = np.ascontiguousarray(self.faces, np.int32)
+        return unit(_summed(self.face_normals(), faces, len(self.vertices_mm)))
+
+    def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
+        """A third of the area of the triangles round each vertex."""
+        thirds = np.linalg.norm(self.face_normals(), axis=1) / 6
+        return np.bincount(self.faces.ravel(), np.repeat(thirds, 3), len(self))
+
+
+def unit(vectors: Points3) -> Points3:
+    """Each row at length 1; a row of nothing stays nothing."""
+    lengths = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return vectors / np.maximum(lengths, 1e-30)[:, None]
+
+
+def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
+    """Cross product of each face's sides: twice its area along its normal."""
+    return _crosses(
+        np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int32)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _crosses(vertices, faces):
+    found = np.empty((len(faces), 3))
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        ux, uy, uz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        vx, vy, vz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
+        found[f, 0] = uy * vz - uz * vy
+        found[f, 1] = uz * vx - ux * vz
+        found[f, 2] = ux * vy - uy * vx
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _summed(weighted, faces, count):
+    """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
+    total = np.zeros((count, 3))
+    for corner in range(3):
+        part = np.zeros((count, 3))
+        for f in range(len(faces)):
+            at = faces[f, corner]
+            for axis in range(3):
+                part[at, axis] += weighted[f, axis]
+        total += part
+    return total

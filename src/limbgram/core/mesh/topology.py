@@ -1,0 +1,280 @@
+"""Topology of triangle lists: edges, boundary loops, components, and what breaks a manifold.
+
+A half-edge is one side of a face: half-edge 3 f + k runs from corner k of face f to the next.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from hashlib import blake2b
+
+import numpy as np
+from jaxtyping import Bool, Int32, Int64
+from numba import njit
+
+from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.mesh.mesh import Mesh, crosses
+
+_SMALL_HEAP = 32
+"""Edges from one vertex up to which they are sorted by insertion."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Undirected edges of a triangle list, ends in rising order."""
+
+    ends: Int32[np.ndarray, "e 2"]
+    of_half_edge: Int64[np.ndarray, " h"]
+    """Edge of each half-edge."""
+    uses: Int64[np.ndarray, " e"]
+    """Number of faces at each edge: 1 on a boundary, 2 inside a manifold."""
+    half_edges: Int64[np.ndarray, " h"]
+    """Half-edges, those of the first edge first; those of one edge in rising order."""
+
+    def faces(self) -> Int32[np.ndarray, "e 2"]:
+        """The two faces at each edge, lower first; -1 where there is none."""
+        order = self.half_edges
+        first = np.cumsum(self.uses) - self.uses
+        sides = np.full((len(self.ends), 2), -1, np.int32)
+        sides[:, 0] = order[first] // 3
+        inner = self.uses >= 2
+        sides[inner, 1] = order[first[inner] + 1] // 3
+        return sides
+
+
+def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
+    """From and to vertex of every half-edge."""
+    return np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+
+def find_edges(faces: Faces) -> Edges:
+    """The edges of a triangle list; those of the last lists asked for are remembered."""
+    digest = blake2b(np.ascontiguousarray(faces).data, digest_size=16).digest()
+    return _edges_of(_Content(faces, (faces.shape, faces.dtype.str, digest)))
+
+
+@dataclass(frozen=True)
+class _Content:
+    """Faces told apart by what they hold: the same array may have been changed in place."""
+
+    faces: Faces = field(compare=False)
+    key: tuple[tuple[int, ...], str, bytes]
+
+
+@lru_cache(maxsize=2)
+def _edges_of(content: _Content) -> Edges:
+    faces = content.faces
+    tails, heads = half_edges(faces).T
+    pairs = number_pairs(np.minimum(tails, heads), np.maximum(tails, heads))
+    first = pairs.order[pairs.starts[:-1]]
+    low, high = np.minimum(tails[first], heads[first]), np.maximum(tails[first], heads[first])
+    edges = Edges(np.column_stack([low, high]), pairs.number, np.diff(pairs.starts), pairs.order)
+    for part in (edges.ends, edges.of_half_edge, edges.uses, edges.half_edges):
+        part.flags.writeable = False  # others are given the same
+    return edges
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of whole numbers in rising order, equal ones under one number."""
+
+    number: Int64[np.ndarray, " n"]
+    """Of each pair, from 0."""
+    order: Int64[np.ndarray, " n"]
+    """The pairs sorted; equal ones as they came."""
+    starts: Int64[np.ndarray, " k"]
+    """Where each number begins in the order, and its end."""
+
+
+def number_pairs(
+    one: Int32[np.ndarray, " n"] | Int64[np.ndarray, " n"], two: Int32[np.ndarray, " n"]
+) -> Pairs:
+    """Number pairs of vertices, or of numbers already given."""
+    counts = np.bincount(one)
+    places = np.cumsum(counts) - counts
+    first, second = (np.ascontiguousarray(numbers, np.int64) for numbers in (one, two))
+    return Pairs(*_numbered(first, second, places))
+
+
+@njit(cache=True, nogil=True)
+def _numbered(one, two, places):
+    """Pairs dealt out by their first number, then sorted by the second in each small heap."""
+    count = len(one)
+    order, seconds = np.empty(count, np.int64), np.empty(count, np.int64)
+    for i in range(count):
+        place = places[one[i]]
+        order[place], seconds[place] = i, two[i]
+        places[one[i]] = place + 1
+    number, starts = np.empty(count, np.int64), np.empty(count + 1, np.int64)
+    found = begin = 0
+    for end in places:
+        _sort_heap(seconds[begin:end], order[begin:end])
+        for at in range(begin, end):
+            if at == begin or seconds[at] != seconds[at - 1]:
+                starts[found] = at
+                found += 1
+            number[order[at]] = found - 1
+        begin = end
+    starts[found] = count
+    return number, order, starts[: found + 1].copy()
+
+
+@njit(cache=True, nogil=True)
+def _sort_heap(keys, order):
+    """Sort keys with what goes with them; equal ones stay as they came."""
+    if len(keys) > _SMALL_HEAP:
+        sorting = np.argsort(keys, kind="mergesort")
+        keys[:], order[:] = keys[sorting], order[sorting]
+        return
+    for i in range(1, len(keys)):
+        key, item, at = keys[i], order[i], i
+        while at > 0 and keys[at - 1] > key:
+            keys[at], order[at] = keys[at - 1], order[at - 1]
+            at -= 1
+        keys[at], order[at] = key, item
+
+
+def is_edge_manifold(faces: Faces) -> bool:
+    """No edge has more than two faces, and neighbours agree on what is outside."""
+    return not broken_half_edges(faces).any()
+
+
+def broken_half_edges(faces: Faces) -> Bool[np.ndarray, " h"]:
+    """Half-edges at edges of more than two faces, or run twice in one direction."""
+    edges = find_edges(faces)
+    forward = half_edges(faces)[:, 0] == edges.ends[edges.of_half_edge, 0]
+    runs = np.bincount(edges.of_half_edge, forward, len(edges.ends))
+    broken = (edges.uses > 2) | ((edges.uses == 2) & (runs != 1))
+    return broken[edges.of_half_edge]
+
+
+def boundary_half_edges(faces: Faces) -> Int32[np.ndarray, "b 2"]:
+    """Half-edges without a face on their other side."""
+    edges = find_edges(faces)
+    return half_edges(faces)[edges.uses[edges.of_half_edge] == 1]
+
+
+def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
+    """Vertices round every opening, along the faces' own half-edges.
+
+    The faces must be edge-manifold and vertex-manifold, so that one boundary half-edge leaves
+    every boundary vertex.
+    """
+    border = boundary_half_edges(faces)
+    following = dict(zip(border[:, 0].tolist(), border[:, 1].tolist(), strict=True))
+    loops: list[Int32[np.ndarray, " l"]] = []
+    while following:
+        start, vertex = following.popitem()
+        loop = [start]
+        while vertex != start:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        loops.append(np.array(loop, np.int32))
+    return sorted(loops, key=lambda loop: (-len(loop), int(loop.min())))
+
+
+def face_components(faces: Faces) -> Int32[np.ndarray, " f"]:
+    """Label of each face's component; faces belong together across shared edges."""
+    sides = find_edges(faces).faces()
+    return _components(sides[sides[:, 1] >= 0].astype(np.int64), len(faces))
+
+
+def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
+    """Label of the fan that each corner belongs to: one fan is one manifold vertex.
+
+    Two corners at one vertex share a fan if a walk across edges at that vertex joins them.
+    The faces must be edge-manifold.
+    """
+    edges = find_edges(faces)
+    order = edges.half_edges
+    first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
+    one, two = order[first], order[first + 1]
+    # Half-edge h of corner h meets its opposite, whose tail is the next corner's vertex.
+    links = np.concatenate(
+        [np.column_stack([one, _next_corner(two)]), np.column_stack([_next_corner(one), two])]
+    )
+    return _components(links, 3 * len(faces)).reshape(-1, 3)
+
+
+def is_vertex_manifold(faces: Faces) -> bool:
+    """The faces at every vertex make one fan; the faces must be edge-manifold."""
+    return corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces))
+
+
+def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
+    """The mesh with other faces on its vertices; vertices without a face are dropped."""
+    used = _used(faces)
+    compact = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return replace(taking_vertices(mesh, np.flatnonzero(used)), faces=compact[faces])
+
+
+def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
+    """Vertices idx with all that is known about them; the faces are left as they are."""
+    return replace(
+        mesh,
+        vertices_mm=mesh.vertices_mm[idx],
+        colours=None if mesh.colours is None else mesh.colours[idx],
+        filled=None if mesh.filled is None else mesh.filled[idx],
+        sigma_mm=None if mesh.sigma_mm is None else mesh.sigma_mm[idx],
+        shared_mm=None if mesh.shared_mm is None else mesh.shared_mm[idx],
+        lost_length=None if mesh.lost_length is None else mesh.lost_length[idx],
+    )
+
+
+def volume_mm3(mesh: Mesh) -> float:
+    """Enclosed volume; each opening counts as closed by a cone from its own vertices' mean."""
+    faces = mesh.faces
+    border = boundary_half_edges(faces)
+    centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
+    around = mesh.vertices_mm - centre
+    whole = float(np.einsum("ij,ij->", around[faces[:, 0]], crosses(around, faces))) / 6
+    return whole + _cones_mm3(around, border) if len(border) else whole
+
+
+def faces_inwards(mesh: Mesh) -> bool:
+    """Whether it is the inside of a thing, such as of a socket: its normals look into a hollow."""
+    return volume_mm3(mesh) < 0
+
+
+def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:
+    """Volumes under the cones that close several openings; of one, whose mean is the origin, 0."""
+    used, ends = np.unique(border, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    loop = _components(ends.astype(np.int64), len(used))
+    if not loop.max():
+        return 0.0
+    counts = np.bincount(loop)
+    apexes = np.column_stack([np.bincount(loop, axis) / counts for axis in around[used].T])
+    start, stop = around[border[:, 0]], around[border[:, 1]]
+    return float(np.einsum("ij,ij->", stop, np.cross(start, apexes[loop[ends[:, 0]]]))) / 6
+
+
+def _used(faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Whether a vertex has a face; up to the last that has."""
+    return np.bincount(faces.ravel()) > 0
+
+
+def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
+    return np.where(corner % 3 == 2, corner - 2, corner + 1)
+
+
+@njit(cache=True, nogil=True)
+def _components(links, count):
+    """Components of a graph by union and find, numbered in the order of their first nodes."""
+    root = np.arange(count)
+    for k in range(len(links)):
+        one, two = links[k, 0], links[k, 1]
+        while root[one] != one:
+            root[one] = root[root[one]]
+            one = root[one]
+        while root[two] != two:
+            root[two] = root[root[two]]
+            two = root[two]
+        root[max(one, two)] = min(one, two)
+    labels, found = np.empty(count, np.int32), 0
+    for node in range(count):
+        if root[node] == node:
+            labels[node] = found
+            found += 1
+        else:
+            labels[node] = labels[root[node]]
+    return labels

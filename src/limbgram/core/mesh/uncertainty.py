@@ -1,0 +1,121 @@
+"""Uncertainty: the sigma of a figure taken from a surface, from the sigmas of its vertices.
+
+A figure changes by g_i for a millimetre of vertex i along its outward normal. Three kinds of
+error: shared by all vertices (scale, cameras), which add up with their signs and never average
+out; local ones, alike by exp(-(d / reach)^2) at two vertices d apart; and those of filled
+patches, each of which is wrong as one piece.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from limbgram.core.mesh.mesh import Mesh
+
+_MOST_EXACT = 4000
+"""Vertices up to which every pair is counted; beyond, a figure is even enough for areas."""
+_REACHES = 2.5
+"""Pairs further apart than this many reaches are independent."""
+
+
+def propagate(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float | None:
+    """Standard deviation of a figure; None where the mesh carries no sigmas.
+
+    gradient: change of the figure for one millimetre of each vertex along its outward normal.
+    """
+    if mesh.sigma_mm is None:
+        return None
+    known = np.isfinite(mesh.sigma_mm)
+    variance = _local_variance(mesh, np.where(known, gradient, 0.0))
+    if mesh.shared_mm is not None:
+        variance += float(np.sum((gradient @ mesh.shared_mm.astype(np.float64)) ** 2))
+    if np.any(gradient[~known]):
+        variance += _filled_variance(mesh, gradient, ~known)
+    return math.sqrt(variance)
+
+
+def filled_sigma_mm(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """One standard deviation of each filled vertex along its normal; 0 elsewhere.
+
+    A patch goes on with the bend of its rim. The true surface may bend more or less, by about as
+    much as the whole surface bends (k = 1 / mean distance of its tangent planes from its middle):
+    at a distance d from the rim of a patch of half width h it is k (h d - d^2 / 2) away.
+    """
+    sigma = np.zeros(len(mesh))
+    if not filled.any() or filled.all():
+        return sigma
+    patch, of_vertex = _patches(mesh, filled)
+    distance, nearest = KDTree(mesh.vertices_mm[~filled]).query(mesh.vertices_mm[filled])
+    half = np.zeros(patch)
+    np.maximum.at(half, of_vertex, distance)
+    bulge = (half[of_vertex] * distance - distance**2 / 2) * _bend(mesh)
+    rim = np.zeros(len(distance))
+    if mesh.sigma_mm is not None:
+        rim = mesh.sigma_mm[~filled][nearest].astype(np.float64)
+    sigma[filled] = np.hypot(bulge, rim)
+    return sigma
+
+
+def _local_variance(mesh: Mesh, gradient: Float64[np.ndarray, " n"]) -> float:
+    """Of what neighbours have in common and no more."""
+    touched = np.flatnonzero(gradient)
+    if not len(touched) or mesh.sigma_mm is None:
+        return 0.0
+    pulls = gradient[touched] * np.sqrt(_local_square(mesh, touched))
+    reach = mesh.correlation_mm or 0.0
+    if reach == 0.0:
+        return float(pulls @ pulls)
+    if len(touched) > _MOST_EXACT:
+        alike = math.pi * reach**2 / np.maximum(mesh.vertex_areas_mm2()[touched], 1e-12)
+        return float(pulls**2 @ np.maximum(alike, 1.0))
+    tree = KDTree(mesh.vertices_mm[touched])
+    pairs: Int64[np.ndarray, "p 2"] = tree.query_pairs(_REACHES * reach, output_type="ndarray")
+    apart = mesh.vertices_mm[touched][pairs[:, 0]] - mesh.vertices_mm[touched][pairs[:, 1]]
+    alike = np.exp(-np.einsum("ij,ij->i", apart, apart) / reach**2)
+    both = 2 * float(np.sum(alike * pulls[pairs[:, 0]] * pulls[pairs[:, 1]]))
+    return max(float(pulls @ pulls) + both, 0.0)
+
+
+def _local_square(mesh: Mesh, touched: Int64[np.ndarray, " k"]) -> Float64[np.ndarray, " k"]:
+    """Variance of vertices less what they share with all."""
+    if mesh.sigma_mm is None:
+        return np.zeros(len(touched))
+    square = mesh.sigma_mm[touched].astype(np.float64) ** 2
+    if mesh.shared_mm is not None:
+        square -= np.sum(mesh.shared_mm[touched].astype(np.float64) ** 2, axis=1)
+    return np.maximum(square, 0.0)
+
+
+def _filled_variance(
+    mesh: Mesh, gradient: Float64[np.ndarray, " n"], filled: Bool[np.ndarray, " n"]
+) -> float:
+    """Each patch as one piece."""
+    patch, of_vertex = _patches(mesh, filled)
+    pulls = (gradient * filled_sigma_mm(mesh, filled))[filled]
+    return float(np.sum(np.bincount(of_vertex, pulls, patch) ** 2))
+
+
+def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.ndarray, " k"]]:
+    """Number of connected filled patches, and the patch of every filled vertex."""
+    faces = mesh.faces[filled[mesh.faces].any(axis=1)]
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    ends = ends[filled[ends].all(axis=1)]
+    number = np.cumsum(filled) - 1
+    links = coo_array(
+        (np.ones(len(ends)), (number[ends[:, 0]], number[ends[:, 1]])),
+        shape=(int(filled.sum()), int(filled.sum())),
+    )
+    count, of_vertex = connected_components(links, directed=False)
+    return int(count), of_vertex.astype(np.int64)
+
+
+def _bend(mesh: Mesh) -> float:
+    """Typical curvature of the surface, 1/mm."""
+    normals, areas = mesh.vertex_normals(), mesh.vertex_areas_mm2()
+    middle = areas @ mesh.vertices_mm / areas.sum()
+    distance = np.einsum("ij,ij->i", mesh.vertices_mm - middle, normals)
+    return float(areas.sum() / max(float(areas @ np.abs(distance)), 1e-12))

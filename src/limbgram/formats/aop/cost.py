@@ -1,0 +1,162 @@
+"""Cost: what an AOP file holds, against the limb between the same heights.
+
+At the rounded tip slices meet the surface obliquely: a section's girth there changes by many
+millimetres with a little height, and says nothing of the fit. The cap up to where radii grow no
+faster than the height has figures of its own.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.aop.reading import AopReading
+from limbgram.workbench.bodies import Apart, Outside
+from limbgram.workbench.carving.contact import Distance, clipped, distance_to, volume_between_mm3
+from limbgram.workbench.carving.mapping import Mapped
+
+
+@dataclass(frozen=True, kw_only=True)
+class GirthLevel:
+    """One slice above the cap at which every ray crosses the surface once."""
+
+    height_mm: float
+    """In the frame of the file's axis."""
+    limb_mm: float
+    file_mm: float
+
+    @property
+    def change_mm(self) -> float:
+        return self.file_mm - self.limb_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistalCap:
+    """The rounded end, where girths mean little."""
+
+    to_mm: float
+    """Height above the first slice."""
+    max_mm: float
+    """Largest distance from the limb's surface to the file's."""
+    volume_change_ml: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopReport:
+    """What the file holds, against the limb between the same heights."""
+
+    path: Path
+    spokes: int
+    slices: int
+    height_mm: float
+    max_mm: float
+    """Largest distance from the limb's surface to the file's, the cap included."""
+    rms_mm: float
+    volume_ml: float
+    """In the file."""
+    volume_change: float
+    """Fraction of the limb's."""
+    above_cap_max_mm: float
+    girths: tuple[GirthLevel, ...]
+    cap: DistalCap | None
+    """None where the first slice stands upright already."""
+    mapped: Mapped
+    axis_from_limb: Rigid
+    """The motion to the file's axis; none unless another axis was fitted."""
+    bodies_left_out: int
+    """Bodies inside the limb, such as bones, and loose ones beside it."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
+    held: AopReading
+    """The file as it was read back."""
+
+    @property
+    def worst_girth(self) -> GirthLevel | None:
+        return max(self.girths, key=lambda level: abs(level.change_mm), default=None)
+
+    @property
+    def girth_change(self) -> float:
+        """Mean, as a fraction."""
+        changes = [level.change_mm / level.limb_mm for level in self.girths]
+        return float(np.mean(changes)) if changes else 0.0
+
+
+def cost_of(
+    path: Path,
+    mesh: Mesh,
+    mapped: Mapped,
+    held: AopReading,
+    axis_from_limb: Rigid,
+    outside: Outside,
+) -> AopReport:
+    """Compare the file as it was read back with the mesh, which is in the frame of its axis."""
+    found = held.radius_map
+    top_mm = mapped.first_mm + float(found.z_mm[-1])
+    file = found.surface()
+    file = file.with_vertices(file.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
+    begin = _end_of_cap(found.radii_mm, found.z_mm)
+    cap_mm = float(found.z_mm[begin])
+    above, of_limb = _between(mesh, file, mapped.first_mm + cap_mm, top_mm)
+    away, of_file, cap = above, volume_between_mm3(file), None
+    if begin:
+        ends = mapped.first_mm, mapped.first_mm + cap_mm
+        rounded, in_cap = _between(mesh, file, *ends)
+        away, of_limb = above | rounded, of_limb + in_cap
+        cap = DistalCap(
+            to_mm=cap_mm,
+            max_mm=rounded.max_mm,
+            volume_change_ml=(volume_between_mm3(clipped(file, *ends)) - in_cap) / 1000,
+        )
+    return AopReport(
+        path=path,
+        spokes=len(found.thetas_deg),
+        slices=len(found.z_mm),
+        height_mm=float(found.z_mm[-1]),
+        max_mm=away.max_mm,
+        rms_mm=away.rms_mm,
+        volume_ml=of_file / 1000,
+        volume_change=of_file / of_limb - 1,
+        above_cap_max_mm=above.max_mm,
+        girths=_girths(mapped, held, begin),
+        cap=cap,
+        mapped=mapped,
+        axis_from_limb=axis_from_limb,
+        bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
+        held=held,
+    )
+
+
+def _between(mesh: Mesh, file: Mesh, low_mm: float, high_mm: float) -> tuple[Distance, float]:
+    """How far a part of the limb lies from the file's surface, and its volume in mm3."""
+    part = clipped(mesh, low_mm, high_mm)
+    return distance_to(part, file), volume_between_mm3(part)
+
+
+def _end_of_cap(radii_mm: Float64[np.ndarray, "m n"], z_mm: Float64[np.ndarray, " m"]) -> int:
+    """The first slice from which radii grow, on the mean, no faster than the height.
+
+    Only the lower half can be a cap; a slope of 45 degrees further up is the limb's own.
+    """
+    grows = np.diff(radii_mm, axis=0).mean(1) > np.diff(z_mm)
+    lower = np.flatnonzero(grows & (z_mm[1:] < z_mm[-1] / 2))
+    return int(lower[-1]) + 1 if len(lower) else 0
+
+
+def _girths(mapped: Mapped, held: AopReading, begin: int) -> tuple[GirthLevel, ...]:
+    """Of whole slices; the last touches the brim, where a section may be open."""
+    whole: Bool[np.ndarray, " m"] = mapped.whole & (mapped.girths_mm > 0)
+    rows = [row for row in np.flatnonzero(whole[:-1]).tolist() if row >= begin]
+    heights = mapped.first_mm + held.radius_map.z_mm
+    in_file = held.radius_map.girths_mm()
+    return tuple(
+        GirthLevel(
+            height_mm=float(heights[row]),
+            limb_mm=float(mapped.girths_mm[row]),
+            file_mm=float(in_file[row]),
+        )
+        for row in rows
+    )

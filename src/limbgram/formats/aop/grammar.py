@@ -1,0 +1,210 @@
+"""The grammar of AOP: from bytes to numbers, each complaint with its line.
+
+Lines may end in CR, LF or CRLF, mixed. Every count is checked before anything is made of it.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.limb import Side
+
+_LARGEST_BYTES = 64 << 20
+_SPOKES, _SLICES = (3, 3600), (2, 20_000)
+_MOST_RADII = 20_000_000
+_MOST_LANDMARKS, _MOST_POINTS = 1000, 10_000
+_MOST_COMMENTS = 10_000
+_LARGEST = 1e5
+"""No length or angle of a limb is larger, whatever its unit."""
+_SIDES: dict[str, Side] = {"LEFT": "left", "RIGHT": "right", "NONE": "none"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopLandmark:
+    """A point, or a line of several, as it stands in the file."""
+
+    name: str
+    places: Float64[np.ndarray, "k 3"]
+    """Radius (in the file's own unit), theta in degrees, z in mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopFile:
+    """What an AOP file says, nothing interpreted."""
+
+    comments: tuple[str, ...]
+    side: Side
+    landmarks: tuple[AopLandmark, ...]
+    radius_map: RadiusMap
+    spokes_listed: bool
+    """The angles stand one by one, not as a spacing."""
+    slices_listed: bool
+    warnings: tuple[str, ...]
+
+
+def parse_aop(content: bytes, name: str) -> AopFile:
+    """Read the lines of an AOP file.
+
+    Raises:
+        ShapeFileError: with the line, what should stand there, and what does.
+    """
+    if len(content) > _LARGEST_BYTES:
+        raise ShapeFileError(
+            f"{name} is larger than {_LARGEST_BYTES >> 20} MB, which no AOP file is. Check it."
+        )
+    lines = _Lines(re.split(r"\r\n|\r|\n", content.decode("latin-1")), name)
+    if not lines.take("the mark AAOP1").upper().startswith("AAOP"):
+        raise lines.complain("the mark AAOP1")
+    comments: list[str] = []
+    while (comment := lines.take("a comment or END COMMENTS")).upper() != "END COMMENTS":
+        comments.append(comment)
+        if len(comments) > _MOST_COMMENTS:
+            raise lines.complain("END COMMENTS")
+    if lines.take("the system CYLINDRICAL").upper() != "CYLINDRICAL":
+        raise lines.complain("CYLINDRICAL, the only system of coordinates that is known")
+    side = _SIDES.get(lines.take("the side").upper())
+    if side is None:
+        raise lines.complain("LEFT, RIGHT or NONE")
+    landmarks = tuple(
+        _landmark(lines)
+        for _ in range(lines.count("the number of landmarks", (0, _MOST_LANDMARKS)))
+    )
+    spokes = _places(lines, "spokes", _SPOKES)
+    slices = _places(lines, "slices", _SLICES)
+    radii = _radii(lines, len(slices.values), len(spokes.values))
+    found = RadiusMap(thetas_deg=spokes.values, z_mm=slices.values, radii_mm=radii)
+    warnings = [*_turn_warnings(spokes), *lines.rest_warnings()]
+    # The second AAOP1 stands among the comments: it tells nothing.
+    told = tuple(comment for comment in comments if comment.upper() != "AAOP1")
+    return AopFile(
+        comments=told,
+        side=side,
+        landmarks=landmarks,
+        radius_map=found,
+        spokes_listed=spokes.listed,
+        slices_listed=slices.listed,
+        warnings=tuple(warnings),
+    )
+
+
+class _Lines:
+    """The lines still to be read, and where we are."""
+
+    def __init__(self, lines: list[str], name: str) -> None:
+        self._lines, self._name, self._next = lines, name, 0
+
+    def take(self, expected: str) -> str:
+        self._next += 1
+        if self._next > len(self._lines):
+            raise self.complain(expected)
+        return self._lines[self._next - 1].strip()
+
+    def complain(self, expected: str, line: int | None = None) -> ShapeFileError:
+        """line: Number from 1; the one just read if None."""
+        number = self._next if line is None else line
+        over = number > len(self._lines)
+        found = "the end of the file" if over else repr(self._lines[number - 1].strip()[:60])
+        return ShapeFileError(
+            f"{self._name}, line {number}: expected {expected}, found {found}. The file is cut "
+            "off, damaged or of another kind: export it again."
+        )
+
+    def number(self, expected: str) -> float:
+        text = self.take(expected)
+        try:
+            value = float(text)
+        except ValueError as error:
+            raise self.complain(expected) from error
+        if not math.isfinite(value) or abs(value) > _LARGEST:
+            raise self.complain(f"{expected} within {_LARGEST:g}")
+        return value
+
+    def count(self, expected: str, limits: tuple[int, int]) -> int:
+        text = self.take(expected)
+        if not re.fullmatch(r"\d{1,9}", text) or not limits[0] <= int(text) <= limits[1]:
+            raise self.complain(f"{expected}, from {limits[0]} to {limits[1]}")
+        return int(text)
+
+    def block(self, count: int, expected: str) -> list[str]:
+        """The next lines at once; all must be there."""
+        start, self._next = self._next, self._next + count
+        if self._next > len(self._lines):
+            raise self.complain(expected, len(self._lines) + 1)
+        return self._lines[start : self._next]
+
+    def line_of_block(self, count: int, idx: int) -> int:
+        return self._next - count + idx + 1
+
+    def rest_warnings(self) -> list[str]:
+        left = sum(1 for line in self._lines[self._next :] if line.strip())
+        return [f"{left} lines after the last radius were left out"] if left else []
+
+
+def _landmark(lines: _Lines) -> AopLandmark:
+    name = lines.take("a landmark's name")
+    count = lines.count("a landmark's number of points", (1, _MOST_POINTS))
+    wanted = ("a landmark's radius", "a landmark's angle", "a landmark's height")
+    places = [[lines.number(what) for what in wanted] for _ in range(count)]
+    return AopLandmark(name=name, places=np.array(places))
+
+
+@dataclass(frozen=True)
+class _Places:
+    values: Float64[np.ndarray, " n"]
+    listed: bool
+
+
+def _places(lines: _Lines, what: str, limits: tuple[int, int]) -> _Places:
+    """Angles or heights: a spacing, or 0 and then one by one."""
+    count = lines.count(f"the number of {what}", limits)
+    spacing = lines.number(f"the spacing of the {what}")
+    if spacing < 0:
+        raise lines.complain(f"the spacing of the {what}, 0 or more")
+    if spacing > 0:
+        return _Places(spacing * np.arange(count), listed=False)
+    values = [lines.number(f"one of {count} {what}") for _ in range(count)]
+    for idx, (before, after) in enumerate(pairwise(values)):
+        if after <= before:
+            raise lines.complain(f"rising {what}", lines.line_of_block(count, idx + 1))
+    if what == "spokes" and values[-1] - values[0] >= 360:
+        raise lines.complain("angles within one turn")
+    return _Places(np.array(values), listed=True)
+
+
+def _radii(lines: _Lines, slices: int, spokes: int) -> Float64[np.ndarray, "m n"]:
+    """One radius a line; a second number on a line, a value of that point, is left out."""
+    count = slices * spokes
+    expected = f"one of {slices} x {spokes} radii, 0 to {_LARGEST:g} mm"
+    if count > _MOST_RADII:
+        raise lines.complain(f"no more than {_MOST_RADII:,} radii")
+    words = [line.split() for line in lines.block(count, expected)]
+    for idx, of_line in enumerate(words):
+        if len(of_line) not in (1, 2):
+            raise lines.complain(expected, lines.line_of_block(count, idx))
+    radii = np.array([_radius(of_line[0]) for of_line in words])
+    bad = np.flatnonzero(~((radii >= 0) & (radii <= _LARGEST)))
+    if len(bad):
+        raise lines.complain(expected, lines.line_of_block(count, int(bad[0])))
+    return radii.reshape(slices, spokes)
+
+
+def _radius(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
+
+
+def _turn_warnings(spokes: _Places) -> list[str]:
+    count = len(spokes.values)
+    if spokes.listed or abs(spokes.values[1] * count - 360) <= 0.5:
+        return []
+    if spokes.values[-1] >= 360:
+        return [f"{count} spokes of {spokes.values[1]:g} degrees are more than one turn"]
+    return [f"{count} spokes of {spokes.values[1]:g} degrees are not one turn: closed across"]

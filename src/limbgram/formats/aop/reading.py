@@ -1,0 +1,160 @@
+"""Reading AOP: from the numbers of a file to a limb in its own frame."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.formats.aop.grammar import AopFile, AopLandmark, parse_aop
+from limbgram.formats.aop.profiles import (
+    MM_PER_INCH,
+    Profile,
+    from_the_front,
+    landmarks_from_file,
+    profile_of,
+)
+from limbgram.formats.soup import Soup
+from limbgram.workbench.carving.radius_map import Grid, RadiusMap
+from limbgram.workbench.limb import Landmark, LimbFrame, names_apart
+
+_ON_SURFACE_MM = 3.0
+"""A landmark farther than this from the surface in every unit has a radius that means
+something else."""
+_UNIT_COMMENT = "LANDMARK RADIUS UNIT:"
+PLACE_COMMENT = "LIMB FROM FILE:"
+"""Followed by the rows of the motion from the file's axes to the limb's: 12 numbers, mm."""
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class AopReading:
+    """An AOP file understood."""
+
+    radius_map: RadiusMap
+    frame: LimbFrame
+    landmarks: tuple[Landmark, ...]
+    profile: Profile
+    mm_per_landmark_radius: float
+    """25.4 where the landmarks' radii are in inches."""
+    warnings: tuple[str, ...]
+
+
+def read_aop(content: bytes, name: str, profile: Profile | None = None) -> AopReading:
+    """Read an AOP file; None takes the profile that the file speaks for.
+
+    The limb frame is that of the file: z along the carving axis, the front at angle 0; unless a
+    comment of ours says how the carving axis lies in the limb.
+    """
+    file = parse_aop(content, name)
+    profile = profile or profile_of(file)
+    if profile in ("ampscan", "ampscan-early") and file.spokes_listed:
+        raise ShapeFileError(
+            f"{name} was written by ampscan with its angles one by one: that form of its files is "
+            "mirrored in an unknown way. Write it again there with a number of spokes, or as STL."
+        )
+    radius_map = from_the_front(file.radius_map, profile)
+    mm_per_radius = _landmark_unit(file, radius_map, profile)
+    stated = any(_UNIT_COMMENT in line.upper() for line in file.comments)
+    warnings = list(file.warnings)
+    if profile == "ampscan-early":
+        warnings.append(
+            "an early ampscan counted the spokes the other way round: the shape was turned to be "
+            "no mirror image; check the side"
+        )
+    landmarks: list[Landmark] = []
+    for mark in file.landmarks:
+        points = landmarks_from_file(mark.places, profile, mm_per_radius)
+        near = _to_surface(points, radius_map)
+        off_mm = np.abs(np.hypot(*points[:, :2].T) - np.hypot(*near[:, :2].T))
+        if not stated and off_mm.max() > _ON_SURFACE_MM:
+            warnings.append(
+                f"landmark {mark.name}: its radius {mark.places[off_mm.argmax(), 0]:g} fits no "
+                "unit; it was put on the surface"
+            )
+            points = np.where((off_mm > _ON_SURFACE_MM)[:, None], near, points)
+        landmarks += _named(mark, points)
+    landmarks = _apart(landmarks, warnings)
+    return AopReading(
+        radius_map=radius_map,
+        frame=LimbFrame(limb_from_mesh=_place(file.comments, warnings), side=file.side),
+        landmarks=tuple(landmarks),
+        profile="omega" if profile == "mm" and mm_per_radius == MM_PER_INCH else profile,
+        mm_per_landmark_radius=mm_per_radius,
+        warnings=tuple(warnings),
+    )
+
+
+def read_aop_soup(content: bytes, name: str) -> Soup:
+    """The surface with the landmarks, axes and side of the file."""
+    found = read_aop(content, name)
+    return Soup(
+        mesh=found.radius_map.surface(),
+        stated_unit="mm",
+        landmarks=found.landmarks,
+        frame=found.frame,
+        grid=Grid(thetas_deg=found.radius_map.thetas_deg, z_mm=found.radius_map.z_mm),
+        notes=found.warnings,
+    )
+
+
+def _apart(landmarks: list[Landmark], warnings: list[str]) -> list[Landmark]:
+    """Landmarks each of a name of its own: places are told by name ever after."""
+    names = names_apart([mark.name for mark in landmarks])
+    warnings += [
+        f"two landmarks of the file are called {mark.name}: the later one is {name} here"
+        for mark, name in zip(landmarks, names, strict=True)
+        if mark.name != name
+    ]
+    return [replace(mark, name=name) for mark, name in zip(landmarks, names, strict=True)]
+
+
+def _place(comments: tuple[str, ...], warnings: list[str]) -> Rigid:
+    """Where the file's axes lie in the limb."""
+    for line in comments:
+        if not line.upper().startswith(PLACE_COMMENT):
+            continue
+        try:
+            rows = np.array([float(word) for word in line.split(":", 1)[1].split()]).reshape(3, 4)
+        except ValueError:
+            rows = np.zeros((3, 4))
+        turn = rows[:, :3]
+        rigid = np.isfinite(rows).all() and np.abs(turn @ turn.T - np.eye(3)).max() < _ROUNDING
+        if rigid and np.linalg.det(turn) > 0:
+            return Rigid(turn.copy(), rows[:, 3].copy())
+        warnings.append("where its axis lies in the limb cannot be read; its axis is taken")
+    return Rigid.identity()
+
+
+def _landmark_unit(file: AopFile, radius_map: RadiusMap, profile: Profile) -> float:
+    """Millimetres in one unit of the landmarks' radii: what a comment says, or what fits."""
+    for line in file.comments:
+        if _UNIT_COMMENT in line.upper():
+            return MM_PER_INCH if line.upper().split(_UNIT_COMMENT)[1].strip() == "IN" else 1.0
+    if profile != "mm":
+        return MM_PER_INCH if profile == "omega" else 1.0
+    if not file.landmarks:
+        return 1.0
+    radii, thetas, heights = np.concatenate([mark.places for mark in file.landmarks]).T
+    surface = radius_map.radius_at_mm(thetas, heights)
+    as_mm = float(np.median(np.abs(radii - surface)))
+    as_inches = float(np.median(np.abs(MM_PER_INCH * radii - surface)))
+    return MM_PER_INCH if as_inches < min(as_mm, _ON_SURFACE_MM) else 1.0
+
+
+def _to_surface(points: Points3, radius_map: RadiusMap) -> Points3:
+    """The surface's points at the same angles and heights."""
+    angles = np.arctan2(points[:, 0], points[:, 1])
+    radii = radius_map.radius_at_mm(np.degrees(angles), points[:, 2])
+    return np.column_stack([radii * np.sin(angles), radii * np.cos(angles), points[:, 2]])
+
+
+def _named(mark: AopLandmark, points: np.ndarray) -> list[Landmark]:
+    """One landmark a point; those of a line are numbered."""
+    name = "".join(letter for letter in mark.name if letter.isprintable())[:70] or "unnamed"
+    if len(points) == 1:
+        return [Landmark(name=name, position_mm=points[0])]
+    return [
+        Landmark(name=f"{name} {count}", position_mm=point) for count, point in enumerate(points, 1)
+    ]

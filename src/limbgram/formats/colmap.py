@@ -1,0 +1,128 @@
+"""A COLMAP model folder, and poses.json: the cameras for other programs.
+
+COLMAP's pixel centre is +0.5, its poses are camera from world, its lens has no skew: the image
+points are written as a camera without skew would have them. The binary form takes any photo
+name; the text form breaks names at a space.
+"""
+
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from limbgram.core.geometry.lens import without_skew
+from limbgram.formats.writing import require, target, write_file, write_folder
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.scale.metric import MetricScene
+
+_HALF = 0.5
+_GREY = (128, 128, 128)
+_FULL_OPENCV = 6
+_SEEN = np.dtype([("xy", "<f8", 2), ("point", "<i8")])
+
+
+def write_poses(metric: MetricScene, path: Path, *, unscaled: bool = False) -> Path:
+    """Write R and t (camera from world, mm) of every placed photo, and read them back."""
+    path = target(path, metric.scale.unit, unscaled=unscaled)
+    images = [
+        {
+            "name": view.name,
+            "R": view.camera_from_world.rotation.tolist(),
+            "t": view.camera_from_world.translation.tolist(),
+        }
+        for view in metric.scene.views
+    ]
+    poses = {"unit": metric.scale.unit, "images": images}
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(json.dumps(poses, indent=1).encode())
+
+    def check(written: Path) -> None:
+        require(json.loads(written.read_bytes()) == poses, f"{path.name}: other poses")
+
+    return write_file(path, encode, check)
+
+
+def write_colmap(metric: MetricScene, path: Path, *, unscaled: bool = False) -> Path:
+    """Write cameras.bin, images.bin and points3D.bin, and read them back with pycolmap."""
+    path = target(path, metric.scale.unit, unscaled=unscaled)
+    scene = metric.scene
+    files: dict[str, Callable[[BinaryIO], None]] = {
+        "cameras.bin": lambda stream: _write_cameras(stream, scene),
+        "images.bin": lambda stream: _write_images(stream, scene),
+        "points3D.bin": lambda stream: _write_points(stream, scene),
+    }
+    return write_folder(path, files, lambda written: _check(written, scene))
+
+
+def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
+    stream.write(struct.pack("<Q", len(scene.cameras)))
+    for idx, camera in enumerate(scene.cameras, 1):
+        centre = (camera.cx + _HALF, camera.cy + _HALF)
+        lens = (camera.k1, camera.k2, camera.p1, camera.p2, camera.k3, 0.0, 0.0, 0.0)
+        sizes = (camera.width_px, camera.height_px)
+        stream.write(struct.pack("<iiQQ", idx, _FULL_OPENCV, *sizes))
+        stream.write(struct.pack("<12d", camera.fx, camera.fy, *centre, *lens))
+
+
+def _write_images(stream: BinaryIO, scene: Scene) -> None:
+    observed = scene.observations
+    stream.write(struct.pack("<Q", len(scene.placed)))
+    for photo_idx in scene.placed:
+        view = scene.view(photo_idx)
+        pose = view.camera_from_world
+        x, y, z, w = Rotation.from_matrix(pose.rotation).as_quat(canonical=True).tolist()
+        stream.write(struct.pack("<I7d", photo_idx + 1, w, x, y, z, *pose.translation.tolist()))
+        stream.write(struct.pack("<I", scene.camera_idx[photo_idx] + 1))
+        stream.write(view.name.encode() + b"\0")
+        rows = observed.photo_idx == photo_idx
+        seen = np.zeros(int(rows.sum()), _SEEN)
+        seen["xy"] = without_skew(view.camera, observed.xy_px[rows]) + _HALF
+        seen["point"] = observed.point_idx[rows] + 1
+        stream.write(struct.pack("<Q", len(seen)) + seen.tobytes())
+
+
+def _write_points(stream: BinaryIO, scene: Scene) -> None:
+    """Points with their mean residual and the observations, by photo, that each was made from."""
+    observed = scene.observations
+    used = np.flatnonzero(np.isin(observed.photo_idx, scene.placed))
+    errors = np.linalg.norm(scene.residuals_px(), axis=1)
+    tracks = np.zeros(len(used), np.dtype([("image", "<u4"), ("place", "<u4")]))
+    photos = observed.photo_idx[used]
+    tracks["image"] = photos + 1
+    for photo_idx in scene.placed:
+        rows = photos == photo_idx
+        tracks["place"][rows] = np.arange(rows.sum())
+    order = np.argsort(observed.point_idx[used], kind="stable")
+    ids, starts = np.unique(observed.point_idx[used][order], return_index=True)
+    tracks, errors = tracks[order], errors[used][order]
+    stream.write(struct.pack("<Q", len(ids)))
+    for idx, start, end in zip(ids.tolist(), starts, [*starts[1:], len(order)], strict=True):
+        place = scene.points_in_world[idx].tolist()
+        error = float(errors[start:end].mean())
+        stream.write(struct.pack("<Q3d3BdQ", idx + 1, *place, *_GREY, error, end - start))
+        stream.write(tracks[start:end].tobytes())
+
+
+def _check(written: Path, scene: Scene) -> None:
+    """What pycolmap reads projects the points to where our own cameras do."""
+    import pycolmap  # only where photos were placed
+
+    read = pycolmap.Reconstruction(str(written))
+    seen = np.unique(scene.observations.point_idx)
+    require(read.num_reg_images() == len(scene.placed), f"{read.num_reg_images()} photos")
+    require(read.num_points3D() == len(seen), f"{read.num_points3D()} points of {len(seen)}")
+    for photo_idx in scene.placed:
+        view, image = scene.view(photo_idx), read.images[photo_idx + 1]
+        require(image.name == view.name, f"{image.name} in place of {view.name}")
+        rows = np.flatnonzero(scene.observations.photo_idx == photo_idx)[:50]
+        places = scene.points_in_world[scene.observations.point_idx[rows]]
+        ours = without_skew(view.camera, view.project(places)) + _HALF
+        in_camera = image.cam_from_world() * places
+        theirs = np.asarray(read.cameras[image.camera_id].img_from_cam(in_camera))
+        apart = np.abs(ours - theirs)[np.isfinite(ours).all(1)].max(initial=0.0)
+        require(apart < 1e-4, f"{view.name}: projections {apart:.3g} px apart")

@@ -1,0 +1,88 @@
+"""Reading back: the moves of a program as the control that it was written for would make them."""
+
+import math
+import re
+
+import numpy as np
+
+from limbgram.formats.gcode.control import TURN_DEG, Control
+from limbgram.formats.gcode.program import SAFE_START
+from limbgram.formats.writing import require
+from limbgram.workbench.carving.setup import CarveOptions
+from limbgram.workbench.carving.simulation import Moves
+
+_WORD = re.compile(r"([A-Z])(-?\d+\.?\d*)")
+_CODES = {"G0", "G1", "G93", "G94", "M3", "M5", "M6", "M7", "M8", "M9", "M30", *SAFE_START.split()}
+_ASIDE = ("G4", "G43", "G64", "G92")
+"""Codes whose words are no places of a move."""
+
+
+def read_moves(text: str, options: CarveOptions, control: Control) -> Moves:
+    """The moves of a program of this form.
+
+    Raises:
+        ExportError: a word that the writer does not use.
+    """
+    sign = 1.0 if options.a_turns == "tool" else -1.0
+    letter = control.rotary_word
+    cutting = re.compile(rf"G1 X(-?[0-9.]+) {letter}(-?[0-9.]+) Z(-?[0-9.]+) F([0-9.]+)")
+    x, a, z, feed = 0.0, 0.0, math.inf, math.inf
+    off = 0.0
+    rapid, inverse, minutes = True, False, 0.0
+    rows: list[tuple[float, float, float]] = []
+    fast: list[bool] = []
+    for line in text.splitlines():
+        cut = cutting.fullmatch(line)
+        if cut is not None:  # nearly all lines: told by one look what the words below would tell
+            rapid, before = False, (x, a, z)
+            x, z, feed = float(cut[1]), float(cut[3]), float(cut[4])
+            a = (
+                _counted(cut[2], a, control)
+                if control.winding == "rollover"
+                else float(cut[2]) + off
+            )
+        else:
+            words = _WORD.findall(re.sub(r"\(.*?\)", "", line))
+            codes = [f"{name}{value}" for name, value in words]
+            values = {name: value for name, value in words if name not in "GM"}
+            if any(code in _ASIDE for code in codes):
+                if "G92" in codes:
+                    require(set(values) == {letter}, f"the line {line}")
+                    off = a - float(values[letter])
+                continue
+            for name, value in words:
+                known = name in f"XZFSTO{letter}" or f"{name}{value}" in _CODES
+                require(known, f"the word {name}{value}")
+            rapid = "G0" in codes or (rapid and "G1" not in codes)
+            inverse = "G93" in codes or (inverse and "G94" not in codes)
+            before = (x, a, z)
+            feed = float(values.get("F", feed))
+            if not values.keys() & {"X", "Z", letter}:
+                continue
+            x, z = float(values.get("X", x)), float(values.get("Z", z))
+            if letter in values:
+                rolls = control.winding == "rollover"
+                word = values[letter]
+                a = _counted(word, a, control) if rolls else float(word) + off
+        rows.append((x, sign * a, z))
+        fast.append(rapid)
+        if not rapid:
+            way = math.sqrt((x - before[0]) ** 2 + (a - before[1]) ** 2 + (z - before[2]) ** 2)
+            minutes += 1 / feed if inverse else way / feed
+    places = np.array(rows)
+    return Moves(
+        x_mm=places[:, 0],
+        a_deg=places[:, 1],
+        tip_mm=places[:, 2],
+        rapid=np.array(fast),
+        minutes=minutes,
+    )
+
+
+def _counted(word: str, at_deg: float, control: Control) -> float:
+    """Where a word within one turn brings the axis, counted on from where it stands."""
+    within = abs(float(word))
+    way = (within - at_deg) % TURN_DEG
+    if control.habits.rollover == "shortest":
+        return at_deg + (way if way <= TURN_DEG / 2 else way - TURN_DEG)
+    return at_deg + (way - TURN_DEG if word.startswith("-") else way)

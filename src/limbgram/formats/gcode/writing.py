@@ -1,0 +1,174 @@
+"""Writing: the toolpath as a plain program for a four-axis carver, read back and carried out.
+
+In      an aligned limb, how to carve, the control that will read the program.
+Out     the file, and what it leaves of a blank by a simulation that reads the file alone.
+Fails   CarveError: not aligned, A beyond its limit, or a program that would cut into the shape.
+"""
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from limbgram.core.errors import CarveError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.gcode.control import Control, Winding, check_control
+from limbgram.formats.gcode.program import rotary_words, text_of
+from limbgram.formats.gcode.reading import read_moves
+from limbgram.formats.writing import require, write_file
+from limbgram.workbench.bodies import Apart, outer_bodies
+from limbgram.workbench.carving.setup import CarveOptions
+from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
+from limbgram.workbench.carving.toolpath import Toolpath, plan_toolpath
+from limbgram.workbench.limb import Limb
+
+_ROUNDING = 0.0005 + 1e-9
+_ROLLED_DEG = 0.0015
+"""Within one turn a word may be rounded the other way, and nothing is written as a little."""
+_DEEPEST_GOUGE_MM = 0.05
+DEFAULTS = Control()
+_WINDING: dict[Winding, str] = {
+    "unwind": "the rotary axis turns back and stays within its limit",
+    "reset": "G92 takes whole turns off the rotary axis",
+    "rollover": "places within one turn, set the rotary axis to roll over",
+    "continuous": "the rotary axis winds on",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class GcodeReport:
+    """The program, and what it carves by simulation."""
+
+    path: Path
+    toolpath: Toolpath
+    lines: int
+    rotary_deg: tuple[float, float]
+    """Least and largest word of the rotary axis."""
+    check: CarveCheck
+    shape_sha256: str
+    bodies_left_out: int
+    """Bodies inside the limb, such as bones, and loose ones beside it: none were carved."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
+
+
+def write_gcode(
+    limb: Limb, path: Path, options: CarveOptions, control: Control = DEFAULTS
+) -> GcodeReport:
+    """Plan, write, read back, and carve by simulation from what was read.
+
+    Raises:
+        CarveError: not aligned, or the program would cut into the shape.
+    """
+    if limb.frame is None:
+        raise CarveError(
+            "The limb is not aligned, so a carver would have no axis to turn it about. Run "
+            "`limbgram align` first."
+        )
+    check_control(control)
+    if options.pattern == "helix":
+        options = replace(options, most_turns=control.most_turns)
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    whole = Mesh(vertices_mm=points, faces=limb.mesh.faces)
+    outside = outer_bodies(whole)
+    outside.require_one_limb()
+    mesh = outside.mesh
+    toolpath = plan_toolpath(mesh, options)
+    shape_hash = hash_of_shape(whole)
+    text = text_of(toolpath, control, _header(toolpath, control, limb.frame.side, shape_hash))
+    found: list[CarveCheck] = []
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(text.encode("ascii"))
+
+    def check(written: Path) -> None:
+        moves = read_moves(written.read_text("ascii"), options, control)
+        _compare(moves, toolpath, control)
+        carved = check_carving(moves, toolpath.blank, options.ball_mm, mesh)
+        _refuse_if_unsafe(carved, moves, options)
+        found.append(carved)
+
+    write_file(path, encode, check)
+    return GcodeReport(
+        path=path,
+        toolpath=toolpath,
+        lines=text.count("\n"),
+        rotary_deg=rotary_words(text, control),
+        check=found[0],
+        shape_sha256=shape_hash,
+        bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
+    )
+
+
+def hash_of_shape(mesh: Mesh) -> str:
+    """Of the triangles' corners in the limb frame, in single precision."""
+    corners = mesh.vertices_mm[mesh.faces].astype("<f4")
+    return hashlib.sha256(corners.tobytes()).hexdigest()
+
+
+def _header(toolpath: Toolpath, control: Control, side: str, shape_hash: str) -> tuple[str, ...]:
+    options, blank = toolpath.options, toolpath.blank
+    turning = (
+        "the tool round the work counter-clockwise seen from +X, the work clockwise"
+        if options.a_turns == "tool"
+        else "the work counter-clockwise seen from +X"
+    )
+    letter = control.rotary_word
+    tool = f" number {control.tool_number}" if control.tool_number else ""
+    standing = (
+        (f"MANDREL: diameter {options.mandrel_diameter_mm:g} mm through the blank",)
+        if options.mandrel_diameter_mm
+        else ()
+    )
+    return (
+        "limbgram, four-axis carving",
+        f"CONTROL: {control.dialect}, {_WINDING[control.winding]}",
+        f"FEED: {'inverse time, G93' if control.inverse_time else 'per minute, degrees as mm'}",
+        "UNIT: MM, DEGREES",
+        f"SIDE: {side.upper()}",
+        f"SHAPE SHA256: {shape_hash}",
+        "X: along the rotary axis, + proximal, 0 at the origin of the limb",
+        "Z: radius of the tool tip, 0 on the rotary axis",
+        f"{letter}: 0 is the front, + turns {turning}",
+        f"TOOL: ball end {options.tool_diameter_mm:g} mm{tool}, reach {options.tool_reach_mm:g} mm",
+        f"BLANK: diameter {2 * blank.radius_mm:g} mm, free end at X {blank.from_mm:.1f}, "
+        f"chuck not before X {blank.to_mm + options.ball_mm:.1f}",
+        *standing,
+        f"RIDGES: {options.scallop_mm:g} mm",
+    )
+
+
+def _compare(moves: Moves, toolpath: Toolpath, control: Control) -> None:
+    """The cutting moves read are the toolpath's places, within the program's digits."""
+    ball = toolpath.options.ball_mm
+    cutting = ~moves.rapid
+    wanted = np.concatenate(
+        [
+            np.column_stack([strip.x_mm, strip.a_deg, strip.centre_mm - ball])
+            for strip in toolpath.strips
+        ]
+    )
+    found = np.column_stack([moves.x_mm, moves.a_deg, moves.tip_mm])[cutting]
+    require(found.shape == wanted.shape, f"{len(found)} cutting moves of {len(wanted)}")
+    apart = np.abs(found - wanted).max(0)
+    rounding = np.full(3, _ROUNDING)
+    rounding[1] = _ROLLED_DEG if control.winding == "rollover" else _ROUNDING
+    require(bool((apart <= rounding).all()), f"a place {apart.max():.3g} mm or degrees off")
+
+
+def _refuse_if_unsafe(check: CarveCheck, moves: Moves, options: CarveOptions) -> None:
+    mandrel_mm = options.mandrel_diameter_mm / 2
+    if mandrel_mm and float(moves.tip_mm.min()) < mandrel_mm:
+        raise CarveError(
+            "The program was not kept: the tool would come within the mandrel. This should not "
+            "be: report it, and take no mandrel."
+        )
+    if check.gouge_mm > _DEEPEST_GOUGE_MM or check.rapid_hits:
+        raise CarveError(
+            f"The program was not kept: by simulation it cuts {check.gouge_mm:.3f} mm into the "
+            f"shape ({_DEEPEST_GOUGE_MM:g} mm is allowed) and makes {check.rapid_hits} rapid moves "
+            "inside the blank. Take a smaller tolerance or a larger tool."
+        )

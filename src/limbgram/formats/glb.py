@@ -1,0 +1,353 @@
+"""GLB: metres and +Y up by the format's own rule; turned to millimetres and +Z up.
+
+Read here and not by a library: every number of a file that may be damaged is held against what is
+there before it is used. Taken are triangles, strips and fans, vertex colours, and our own sigmas,
+through all nodes of the scene (Khronos, glTF 2.0, 2021). Compressed files are refused by name.
+
+GLB: the surface for viewers, with colour and sigma.
+
+glTF knows one unit, the metre, and calls +Y up. The file holds metres (millimetres / 1000) about
+the same axes; its one node turns +Z to +Y, so that viewers show the limb standing. The attribute
+_SIGMA has each vertex's standard deviation in metres, -1 where it was filled (no NaN in glTF).
+"""
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+from jaxtyping import Float32, Float64, Int64
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import json_of
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.soup import Soup
+from limbgram.formats.writing import (
+    Unit,
+    require,
+    require_same_triangles,
+    single_precision,
+    target,
+    write_file,
+)
+
+_Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+_MAGIC, _JSON, _BIN = b"glTF", 0x4E4F534A, 0x004E4942
+_KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+"""Extensions so named change no triangle."""
+_OF_DRAWING = {"attributes", "indices", "material", "mode", "targets", "extensions", "extras"}
+"""All that the format knows there: with indices misspelt, other triangles would be drawn."""
+_MOST_CORNERS = 60_000_000
+_TURNED = 1e-3
+"""A quaternion's length is 1 within this."""
+
+
+def read_glb(content: bytes, name: str) -> Soup:
+    """All surfaces of the scene as one, in metres."""
+    try:
+        parts, passed_over = _parts(_File.of(content))
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
+        raise ShapeFileError(
+            f"{name} is no GLB file that can be read ({_said(error)}). Export it again, without "
+            "compression, or as STL."
+        ) from error
+    if not parts:
+        raise ShapeFileError(f"{name} holds no surface: none of its nodes has triangles.")
+    starts = np.cumsum([0, *(len(part.places) for part in parts[:-1])])
+    places = np.concatenate([part.places for part in parts]) @ _Z_UP_FROM_Y_UP.T
+    faces = np.concatenate([part.faces + start for part, start in zip(parts, starts)])
+    colours = [part.colours for part in parts if part.colours is not None]
+    sigma = parts[0].sigma if len(parts) == 1 else None
+    mesh = Mesh(
+        vertices_mm=places,
+        faces=faces.astype(np.int32),
+        colours=np.concatenate(colours) if len(colours) == len(parts) else None,
+        sigma_mm=sigma,
+    )
+    notes = (f"{passed_over} drawings of points or lines were left out",) if passed_over else ()
+    return Soup(mesh=mesh, stated_unit="m", notes=notes)
+
+
+@dataclass(frozen=True)
+class _File:
+    """The tree of a file and the numbers that it points into."""
+
+    tree: dict[str, Any]
+    numbers: bytes
+
+    @classmethod
+    def of(cls, content: bytes) -> "_File":
+        if content[:4] != _MAGIC or len(content) < 20:
+            raise ValueError("it does not begin as GLB files do")
+        version, length = struct.unpack_from("<II", content, 4)
+        if version != 2:
+            raise ValueError(f"it is of version {version}, and 2 is known")
+        if length != len(content):
+            raise ValueError(f"it has {len(content):,} bytes of {length:,}")
+        chunks: dict[int, bytes] = {}
+        place = 12
+        while place < length:
+            if place + 8 > length:
+                raise ValueError("it ends in the middle of a part")
+            size, kind = struct.unpack_from("<II", content, place)
+            if place + 8 + size > length:
+                raise ValueError("a part of it reaches beyond its end")
+            if not chunks and kind != _JSON:
+                raise ValueError("its first part is no description")
+            chunks.setdefault(kind, content[place + 8 : place + 8 + size])
+            place += 8 + size
+        tree = json_of(chunks[_JSON].rstrip(b"\0 "))
+        if not str(tree["asset"]["version"]).startswith("2"):
+            raise ValueError("it is of another version of glTF")
+        for needed in tree.get("extensionsRequired", []):
+            if not str(needed).startswith(_OF_LOOKS):
+                raise ValueError(f"it needs {str(needed)[:60]!r}, which is not read")
+        return cls(tree, chunks.get(_BIN, b""))
+
+    def item(self, kind: str, number: Any) -> dict[str, Any]:
+        """One of a list of the tree."""
+        listed = self.tree[kind]
+        if not isinstance(listed, list):
+            raise TypeError(f"{kind} is no list")
+        return cast(list[dict[str, Any]], listed)[_whole(number, kind)]
+
+    def array(self, number: Any, widths: tuple[str, ...]) -> tuple[np.ndarray, bool]:
+        """An accessor's rows, and whether whole numbers stand for shares of one."""
+        accessor = self.item("accessors", number)
+        kind, count = accessor["type"], _whole(accessor["count"], "count")
+        if kind not in widths or "sparse" in accessor:
+            raise ValueError(f"numbers of a form that is not read ({str(kind)[:20]})")
+        view = self.item("bufferViews", accessor["bufferView"])
+        buffer = self.item("buffers", view["buffer"])
+        if "uri" in buffer or view["buffer"] != 0:
+            raise ValueError("its numbers lie in another file")
+        cell = np.dtype(_KINDS[accessor["componentType"]])
+        width = _WIDTHS[kind]
+        start = _whole(view.get("byteOffset", 0), "byteOffset")
+        end = start + _whole(view["byteLength"], "byteLength")
+        first = start + _whole(accessor.get("byteOffset", 0), "byteOffset")
+        step = _whole(view.get("byteStride", 0), "byteStride") or width * cell.itemsize
+        last = first + (count - 1) * step + width * cell.itemsize
+        if not count or step < width * cell.itemsize or last > end or end > len(self.numbers):
+            raise ValueError("its description points beyond its numbers")
+        rows = np.ndarray((count, width), cell, self.numbers, first, strides=(step, cell.itemsize))
+        return rows, bool(accessor.get("normalized", False))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A drawing of triangles in the scene's axes."""
+
+    places: Points3
+    faces: Int64[np.ndarray, "f 3"]
+    colours: np.ndarray | None
+    sigma: np.ndarray | None
+
+
+def _parts(file: _File) -> tuple[list[_Part], int]:
+    """Every surface at every node; and how many drawings of other things there are."""
+    parts: list[_Part] = []
+    passed_over = corners = 0
+    for node, motion in _placed(file):
+        for drawing in file.item("meshes", node["mesh"])["primitives"]:
+            if drawing.get("mode", _TRIANGLES) in (0, 1, 2, 3):
+                passed_over += 1
+                continue
+            part = _part(file, drawing, motion)
+            corners += 3 * len(part.faces) + len(part.places)
+            if corners > _MOST_CORNERS:
+                raise ValueError("it has more triangles than are read")
+            parts.append(part)
+    return parts, passed_over
+
+
+def _placed(file: _File) -> list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"]]]:
+    """The nodes of the scene that have a mesh, with the motion to the scene."""
+    if "scenes" in file.tree:
+        roots = file.item("scenes", file.tree.get("scene", 0)).get("nodes", [])
+    else:
+        nodes: list[dict[str, Any]] = file.tree["nodes"]
+        children = {child for node in nodes for child in node.get("children", [])}
+        roots = [number for number in range(len(nodes)) if number not in children]
+    waiting = [(number, np.eye(4)) for number in reversed(roots)]
+    found: list[tuple[dict[str, Any], Float64[np.ndarray, "4 4"]]] = []
+    seen: set[int] = set()
+    while waiting:
+        number, above = waiting.pop()
+        if _whole(number, "node") in seen:
+            raise ValueError("a node hangs on two others, or on itself")
+        seen.add(number)
+        node = file.item("nodes", number)
+        motion = above @ _motion(node)
+        if "mesh" in node:
+            found.append((node, motion))
+        waiting += [(child, motion) for child in reversed(node.get("children", []))]
+    return found
+
+
+def _motion(node: dict[str, Any]) -> Float64[np.ndarray, "4 4"]:
+    """From a node's axes to those of the one above."""
+    if "matrix" in node:
+        motion = _floats(node["matrix"], 16).reshape(4, 4).T
+        if not np.array_equal(motion[3], [0, 0, 0, 1]):
+            raise ValueError("a node's matrix is no motion")
+    else:
+        x, y, z, w = _floats(node.get("rotation", [0, 0, 0, 1]), 4)
+        if abs(x * x + y * y + z * z + w * w - 1) > 2 * _TURNED:
+            raise ValueError("a node's rotation is none")
+        motion = np.eye(4)
+        motion[:3, :3] = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+        motion[:3, :3] *= _floats(node.get("scale", [1, 1, 1]), 3)
+        motion[:3, 3] = _floats(node.get("translation", [0, 0, 0]), 3)
+    return motion
+
+
+def _part(file: _File, drawing: dict[str, Any], motion: Float64[np.ndarray, "4 4"]) -> _Part:
+    strange = sorted(set(drawing) - _OF_DRAWING)
+    if strange:
+        raise ValueError(f"{strange[0][:40]!r} among what a drawing has")
+    attributes: dict[str, Any] = drawing["attributes"]
+    rows, _ = file.array(attributes["POSITION"], ("VEC3",))
+    if rows.dtype.kind != "f":
+        raise ValueError("its places are no floating-point numbers")
+    count = len(rows)
+    if "indices" in drawing:
+        listed, _ = file.array(drawing["indices"], ("SCALAR",))
+        if listed.dtype.kind != "u":
+            raise ValueError("its corners are no whole numbers from 0")
+        corners = listed[:, 0].astype(np.int64)
+    else:
+        corners = np.arange(count)
+    if corners.max(initial=-1) >= count:
+        raise ValueError(f"a corner names vertex {int(corners.max())} of {count}")
+    faces = _triangles(corners, drawing.get("mode", _TRIANGLES))
+    if np.linalg.det(motion[:3, :3]) < 0:
+        faces = faces[:, ::-1]
+    return _Part(
+        places=rows.astype(np.float64) @ motion[:3, :3].T + motion[:3, 3],
+        faces=faces,
+        colours=_colours(file, attributes, count),
+        sigma=_sigma(file, attributes, count),
+    )
+
+
+def _triangles(corners: Int64[np.ndarray, " k"], mode: Any) -> Int64[np.ndarray, "f 3"]:
+    if mode == _TRIANGLES:
+        if len(corners) % 3:
+            raise ValueError(f"{len(corners)} corners make no whole triangles")
+        return corners.reshape(-1, 3)
+    first, second, third = corners[:-2], corners[1:-1], corners[2:]
+    if mode == _STRIP:
+        faces = np.column_stack([first, second, third])
+        faces[1::2] = faces[1::2, [1, 0, 2]]
+        return faces
+    if mode == _FAN:
+        return np.column_stack([np.full(len(third), corners[0]), second, third])
+    raise ValueError("it is drawn in a way that is not known")
+
+
+def _colours(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
+    if "COLOR_0" not in attributes:
+        return None
+    rows, shares = file.array(attributes["COLOR_0"], ("VEC3", "VEC4"))
+    if len(rows) != count:
+        raise ValueError(f"{len(rows)} colours of {count} vertices")
+    colours = rows[:, :3]
+    if colours.dtype.kind == "f":
+        if not np.isfinite(colours).all():
+            raise ValueError("a colour is no number")
+        return np.rint(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+    if colours.dtype.kind != "u" or colours.dtype.itemsize > 2 or not shares:
+        raise ValueError("its colours are of a form that is not known")
+    return (colours >> 8 if colours.dtype.itemsize == 2 else colours).astype(np.uint8)
+
+
+def _sigma(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
+    """Sigmas of our own files, in metres; -1 there says that there is none."""
+    if "_SIGMA" not in attributes:
+        return None
+    rows, _ = file.array(attributes["_SIGMA"], ("SCALAR",))
+    sigma = rows[:, 0].astype(np.float32)
+    if len(sigma) != count:
+        raise ValueError(f"{len(sigma)} sigmas of {count} vertices")
+    none = sigma == -1
+    if not (none | ((sigma >= 0) & np.isfinite(sigma))).all():
+        raise ValueError("a sigma is negative or no number")
+    return np.where(none, np.nan, sigma).astype(np.float32)
+
+
+def _floats(listed: Any, count: int) -> Float64[np.ndarray, " k"]:
+    numbers = np.array(listed, np.float64)
+    if numbers.shape != (count,):
+        raise ValueError(f"{numbers.size} numbers in place of {count}")
+    return numbers
+
+
+def _whole(number: Any, what: str) -> int:
+    """A whole number from 0: lists are counted, and none has an end that counts backwards."""
+    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+        raise ValueError(f"{what} is {str(number)[:20]!r}, no number from 0")
+    return number
+
+
+def _said(error: Exception) -> str:
+    """What went wrong, in words where there are any."""
+    return f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
+
+
+_METRE = 0.001
+_SIGMA = "_SIGMA"
+_VIEWER_FROM_WORLD = np.array(
+    [[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]], float
+)
+
+
+def write_glb(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write a binary glTF in metres, and read it back in units of the mesh."""
+    import trimesh  # a fifth of a second, which most commands do without
+    from trimesh.exchange.gltf import export_glb
+
+    path = target(path, unit, unscaled=unscaled)
+    sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
+
+    def encode(stream: BinaryIO) -> None:
+        surface = trimesh.Trimesh(
+            mesh.vertices_mm * _METRE, mesh.faces, vertex_colors=mesh.colours, process=False
+        )
+        if sigma is not None:
+            surface.vertex_attributes[_SIGMA] = sigma
+        scene = trimesh.Scene(metadata={"source_unit": unit})
+        scene.add_geometry(surface, node_name="surface", transform=_VIEWER_FROM_WORLD)
+        stream.write(export_glb(scene))
+
+    def check(written: Path) -> None:
+        scene = trimesh.load_scene(written, file_type="glb", process=False)
+        require(len(scene.geometry) == 1, f"{path.name}: {len(scene.geometry)} surfaces")
+        read = scene.to_mesh()
+        world_from_viewer = _VIEWER_FROM_WORLD[:3, :3].T
+        places = np.asarray(read.vertices, np.float64) @ world_from_viewer.T / _METRE
+        tolerance = 2 * single_precision(mesh)
+        require_same_triangles(path.name, places[read.faces], mesh, tolerance)
+        if mesh.colours is not None:
+            colours = np.asarray(read.visual.vertex_colors)[:, :3]
+            require(np.array_equal(colours, mesh.colours), f"{path.name}: other colours")
+        if sigma is not None:
+            (kept,) = scene.geometry.values()
+            again = np.asarray(kept.vertex_attributes.get(_SIGMA, ())).ravel()
+            require(np.array_equal(again, sigma), f"{path.name}: other sigmas")
+
+    return write_file(path, encode, check)
+
+
+def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:
+    """Sigmas in metres; what has none is negative."""
+    return np.where(np.isfinite(sigma_mm), sigma_mm * _METRE, -1.0).astype(np.float32)

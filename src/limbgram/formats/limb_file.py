@@ -1,0 +1,100 @@
+"""A limb on disk: its mesh, and the limb file beside it with landmarks, frame, side and sock."""
+
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from limbgram.core.errors import ExportError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.glb import write_glb
+from limbgram.formats.obj import write_obj
+from limbgram.formats.ply import write_ply
+from limbgram.formats.reading import read_mesh
+from limbgram.formats.sidecar import LimbRecord, encode_record, hash_of, limb_file_for, read_record
+from limbgram.formats.stl import write_stl
+from limbgram.formats.writing import require, write_file
+from limbgram.workbench.limb import Limb
+
+_WRITERS = {".ply": write_ply, ".stl": write_stl, ".obj": write_obj, ".glb": write_glb}
+_SAME_PLACE_MM = 1e-3
+_SAME_VOLUME = 1e-4
+
+
+def write_limb(limb: Limb, path: Path) -> Path:
+    """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it.
+
+    The limb's origins become what the new file was made from.
+    """
+    write = _WRITERS.get(path.suffix.lower())
+    if write is None:
+        known = ", ".join(suffix[1:].upper() for suffix in _WRITERS)
+        raise ExportError(
+            f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
+            "endings; PLY keeps colours and uncertainty."
+        )
+    written = write(limb.mesh, path, "mm")
+    # The mesh first: stopped between the two, an older limb file has another hash and is refused.
+    mm_per_unit = 1000.0 if path.suffix.lower() == ".glb" else 1.0
+    _write_record(limb, written, hash_of(written.read_bytes()), mm_per_unit)
+    return written
+
+
+def write_limb_file(
+    limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0, sha256: str | None = None
+) -> Path:
+    """Write the limb file beside a mesh's file that is there already.
+
+    Args:
+        mm_per_unit: Millimetres in one unit of the mesh's file.
+        sha256: Of that file as the limb's mesh was read of it; spares reading it once more.
+
+    Raises:
+        ExportError: that file does not hold this limb's mesh.
+    """
+    mesh_hash = hash_of(mesh_path.read_bytes())
+    if sha256 is not None and sha256 != mesh_hash:
+        raise ExportError(
+            f"The limb file of {mesh_path.name} was not written: that file has changed since it "
+            "was read. Run the command again, once no other program writes to it."
+        )
+    if sha256 is None and not _same_surface(read_mesh(mesh_path, mm_per_unit), limb.mesh):
+        raise ExportError(
+            f"The limb file of {mesh_path.name} was not written: that file holds another surface "
+            "than the limb, or one in another unit. Write the limb's own mesh first."
+        )
+    return _write_record(limb, mesh_path, mesh_hash, mm_per_unit)
+
+
+def _write_record(limb: Limb, mesh_path: Path, mesh_hash: str, mm_per_unit: float) -> Path:
+    path = limb_file_for(mesh_path)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(encode_record(limb, mesh_path.name, mesh_hash, mm_per_unit))
+
+    def check(written: Path) -> None:
+        record = read_record(written, mesh_path, mesh_hash)
+        again = None
+        if isinstance(record, LimbRecord):
+            read = Limb(
+                mesh=limb.mesh,
+                landmarks=record.landmarks,
+                frame=record.frame,
+                sock_mm=record.sock_mm,
+                kind=record.kind,
+                doubt=record.doubt,
+                origins=record.made_from,
+            )
+            again = encode_record(read, mesh_path.name, mesh_hash, record.mm_per_unit)
+        require(again == written.read_bytes(), f"{path.name}: another record")
+
+    return write_file(path, encode, check)
+
+
+def _same_surface(one: Mesh, other: Mesh) -> bool:
+    """The same extent and volume: the order of vertices is no property of a file."""
+    ends = [np.array([m.vertices_mm.min(0), m.vertices_mm.max(0)]) for m in (one, other)]
+    volumes = [volume_mm3(m) for m in (one, other)]
+    near = np.abs(ends[0] - ends[1]).max() <= _SAME_PLACE_MM
+    return bool(near and abs(volumes[0] - volumes[1]) <= _SAME_VOLUME * abs(volumes[1]) + 1.0)

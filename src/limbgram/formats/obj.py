@@ -1,0 +1,144 @@
+"""OBJ: vertices, with colours where they stand behind the places, and polygons as fans.
+
+A line that begins with no word of the format is damage: passed over, it might have been a face.
+
+OBJ: the surface as text.
+"""
+
+import re
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.geometry.arrays import Faces
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.soup import Soup
+from limbgram.formats.stl import stated_unit
+from limbgram.formats.writing import Unit, require_same_triangles, target, write_file
+
+_CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
+_FACE = re.compile(_CORNER + rb"(?:\s+" + _CORNER + rb"){2,}")
+_BEHIND_SLASH = re.compile(rb"/\S*")
+_PASSED_OVER = frozenset(
+    b"vt vn vp cstype deg bmat step p l curv curv2 surf parm trim hole scrv sp end con g s mg o "
+    b"bevel c_interp d_interp lod usemtl mtllib shadow_obj trace_obj ctech stech usemap maplib "
+    b"call csh".split()
+)
+"""Words of the format (Wavefront, appendix B1) that say nothing of a surface of triangles."""
+
+
+def read_obj(content: bytes, name: str) -> Soup:
+    """The surface of all objects and groups of the file as one."""
+    try:
+        lines = _lines(content)
+        places = _rows(lines)
+        faces = _faces(lines)
+    except ValueError as error:
+        raise ShapeFileError(
+            f"{name} is damaged: {error}. Export it again as OBJ, or as STL."
+        ) from error
+    if not len(places) or not len(faces):
+        raise ShapeFileError(f"{name} holds no surface: no lines that begin with v and f.")
+    colours = None
+    if places.shape[1] in (6, 7):
+        colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
+    mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
+    return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]))
+
+
+_Lines = list[tuple[bytes, bytes]]
+"""The words v and f, each with what stands behind it, in the order of the file."""
+
+
+def _lines(content: bytes) -> _Lines:
+    """The lines that make the surface; a line may go on behind a backslash."""
+    kept: _Lines = []
+    whole = content.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+    for number, line in enumerate(whole.splitlines(), 1):
+        word, _, rest = line.split(b"#", 1)[0].strip().replace(b"\t", b" ").partition(b" ")
+        if word in (b"v", b"f"):
+            kept.append((word, rest.strip()))
+        elif word and word not in _PASSED_OVER:
+            shown = word[:40].decode("ascii", "replace")
+            raise ValueError(f"line {number} begins with {shown!r}, no word of the format")
+    return kept
+
+
+def _rows(lines: _Lines) -> np.ndarray:
+    rows = [rest.split() for word, rest in lines if word == b"v"]
+    if not rows:
+        return np.empty((0, 3))
+    widths = {len(row) for row in rows}
+    if len(widths) > 1 or not 3 <= min(widths) <= 7:
+        raise ValueError("its vertices do not all have the same number of coordinates")
+    numbers = np.array(rows, np.float64)
+    if not np.isfinite(numbers[:, 3:]).all():
+        raise ValueError("a colour is no number")
+    return numbers
+
+
+def _faces(lines: _Lines) -> Faces:
+    """Corner numbers count from 1, or backwards from the last vertex so far."""
+    listed: list[list[int]] = []
+    vertices = 0
+    for word, rest in lines:
+        if word == b"v":
+            vertices += 1
+        else:
+            if not _FACE.fullmatch(rest):
+                shown = rest[:40].decode("ascii", "replace")
+                raise ValueError(f"a face is written {shown!r}, and not as 3 or more corners")
+            corners = [int(corner) for corner in _BEHIND_SLASH.sub(b"", rest).split()]
+            if 0 in corners:
+                raise ValueError("a face names vertex 0, and vertices are counted from 1")
+            listed.append([k - 1 if k > 0 else vertices + k for k in corners])
+    return fans_of(listed)
+
+
+def fans_of(polygons: list[list[int]]) -> Faces:
+    """Triangles of polygons, each a fan round its first corner."""
+    triangles = [
+        (corners[0], corners[k], corners[k + 1])
+        for corners in polygons
+        for k in range(1, len(corners) - 1)
+    ]
+    within = all(0 <= corner < 2**31 for triangle in triangles for corner in triangle)
+    if not within:
+        raise ValueError("a face names a vertex that cannot be")
+    return np.array(triangles, np.int32).reshape(-1, 3)
+
+
+_PRECISION = 1e-6
+_BLOCK = 10_000
+
+
+def write_obj(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write vertices (to a millionth of a unit) and faces, and read them back."""
+    path = target(path, unit, unscaled=unscaled)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(f"# limbgram, unit: {unit}\n".encode("ascii"))
+        for rows in _blocks(mesh.vertices_mm):
+            stream.write(("v %.6f %.6f %.6f\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
+        for rows in _blocks(mesh.faces + 1):
+            stream.write(("f %d %d %d\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
+
+    def check(written: Path) -> None:
+        vertices, faces = _read(written)
+        require_same_triangles(path.name, vertices[faces], mesh, _PRECISION)
+
+    return write_file(path, encode, check)
+
+
+def _blocks(rows: np.ndarray) -> list[np.ndarray]:
+    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
+
+
+def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    lines = path.read_bytes().splitlines()
+    vertices = b" ".join(line[2:] for line in lines if line.startswith(b"v "))
+    faces = b" ".join(line[2:] for line in lines if line.startswith(b"f "))
+    places = np.array(vertices.split(), np.float64).reshape(-1, 3)
+    return places, np.array(faces.split(), np.int64).reshape(-1, 3) - 1

@@ -1,0 +1,391 @@
+"""PLY, text and binary, ours (filled, sigma) and that of other programs.
+
+The header lists elements, each with its properties; only vertices and faces are used. The numbers
+that it promises must be what follows, to the last byte: a reader that took what it found would lose
+faces of a damaged file without a word.
+
+PLY, binary: the surface with colour, filled mark and sigma; and the cloud.
+
+A reader of its own checks the files: positions, colours and the marks that few programs read.
+"""
+
+import math
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from jaxtyping import Shaped
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.formats.obj import fans_of
+from limbgram.formats.soup import Soup
+from limbgram.formats.stl import stated_unit
+from limbgram.formats.writing import (
+    Unit,
+    require,
+    require_same_triangles,
+    single_precision,
+    target,
+    write_file,
+)
+
+_TYPES = {
+    **dict.fromkeys(("char", "int8"), "i1"),
+    **dict.fromkeys(("uchar", "uint8"), "u1"),
+    **dict.fromkeys(("short", "int16"), "i2"),
+    **dict.fromkeys(("ushort", "uint16"), "u2"),
+    **dict.fromkeys(("int", "int32"), "i4"),
+    **dict.fromkeys(("uint", "uint32"), "u4"),
+    **dict.fromkeys(("float", "float32"), "f4"),
+    **dict.fromkeys(("double", "float64"), "f8"),
+}
+_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass
+class _Element:
+    name: str
+    count: int
+    columns: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    """Names and types of single values."""
+    lists: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
+    """Names, count types and value types; of those of faces only one is understood."""
+
+
+@dataclass
+class _Header:
+    order: str
+    elements: list[_Element]
+
+
+def read_ply(content: bytes, name: str) -> Soup:
+    """The surface with colours, filled marks and sigmas where the file has them."""
+    head, mark, body = content.partition(b"end_header")
+    try:
+        if not mark:
+            raise ValueError("its header has no end")
+        header = _header(head)
+        end = re.match(rb"[ \t]*(\r\n|\r|\n)", body)
+        if end is None:
+            raise ValueError("its header has no end")
+        body = body[end.end() :]
+        vertices, polygons = _text(header, body) if not header.order else _binary(header, body)
+        mesh = replace(_mesh(vertices, polygons), correlation_mm=_correlation(head))
+    except (ValueError, KeyError, IndexError) as error:
+        told = f"{error} is no word of the format" if isinstance(error, KeyError) else error
+        raise ShapeFileError(
+            f"{name} is no PLY file that can be read ({told}). It may have been cut off on its "
+            "way: copy it again, or export it as STL."
+        ) from error
+    return Soup(mesh=mesh, stated_unit=stated_unit(head))
+
+
+def _header(head: bytes) -> _Header:
+    order: str | None = None
+    elements: list[_Element] = []
+    lines = head.decode("latin-1").splitlines()
+    if not lines or lines[0].strip() != "ply":
+        raise ValueError("it does not begin with ply")
+    for line in lines[1:]:
+        match line.split():
+            case ["format", kind, "1.0"] if order is None:
+                order = _ORDERS[kind]
+            case ["element", name, number]:
+                elements.append(_Element(name, _counted(number)))
+            case ["property", "list", count, kind, name]:
+                if _TYPES[count][0] == "f":
+                    raise ValueError("a list counts in fractions")
+                elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
+            case ["property", kind, name]:
+                if elements[-1].lists and elements[-1].name == "face":
+                    raise ValueError("values behind a list")
+                elements[-1].columns.append((name, _TYPES[kind]))
+            case [] | ["comment", *_] | ["obj_info", *_]:
+                pass
+            case _:
+                raise ValueError(f"{line[:40]!r} in its header")
+    if order is None:
+        raise ValueError("it does not say in which order its bytes are")
+    if [element.name for element in elements[:2]] != ["vertex", "face"]:
+        raise ValueError("its elements do not begin with vertices and faces")
+    vertex, face = elements[:2]
+    if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
+        raise ValueError("its vertices or faces are not of the usual form")
+    if face.lists[0][2][0] == "f":
+        raise ValueError("its faces name vertices in fractions")
+    return _Header(order, elements)
+
+
+def _counted(word: str) -> int:
+    if not re.fullmatch(r"\d{1,10}", word):
+        raise ValueError(f"{word[:20]!r} in place of a number of elements")
+    return int(word)
+
+
+_Read = tuple[np.ndarray, list[list[int]] | np.ndarray]
+
+
+def _binary(header: _Header, body: bytes) -> _Read:
+    vertex, face, *others = header.elements
+    layout = np.dtype([(name, header.order + kind) for name, kind in vertex.columns])
+    size = vertex.count * layout.itemsize
+    rows = np.frombuffer(body[:size], layout)
+    if len(rows) != vertex.count:
+        raise ValueError("the file ends among the vertices")
+    leading = [(name, header.order + kind) for name, kind in face.columns]
+    (_, count_kind, kind) = face.lists[0]
+    head = np.dtype([*leading, ("count", header.order + count_kind)])
+    of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3)])
+    rest = body[size:]
+    if face.count * head.itemsize > len(rest):
+        raise ValueError("the file ends among the faces")
+    if len(rest) >= face.count * of_three.itemsize:
+        triangles = np.frombuffer(rest, of_three, face.count)
+        if (triangles["count"] == 3).all():
+            _require_end(rest[face.count * of_three.itemsize :], others)
+            return rows, triangles["corners"].astype(np.int64)
+    found = _polygons(rest, face.count, head, np.dtype(header.order + kind))
+    _require_end(rest[found.end :], others)
+    return rows, found.corners
+
+
+def _require_end(left: bytes, others: list[_Element]) -> None:
+    """Refuse a file with more or less behind its faces than its header says."""
+    if any(element.lists for element in others):
+        return  # how long lists are stands in the lists themselves, which nobody uses
+    sizes = (np.dtype([(name, kind) for name, kind in other.columns]).itemsize for other in others)
+    wanted = sum(other.count * size for other, size in zip(others, sizes, strict=True))
+    if len(left) < wanted or left[wanted:].strip():
+        raise ValueError(f"{len(left):,} bytes behind its faces, where {wanted:,} should be")
+
+
+@dataclass(frozen=True)
+class _Polygons:
+    corners: list[list[int]]
+    end: int
+    """Of the last, in the bytes that they stand in."""
+
+
+def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype) -> _Polygons:
+    """Faces of different numbers of corners: each tells where the next begins."""
+    corners: list[list[int]] = []
+    place = 0
+    for _ in range(count):
+        if place + head.itemsize > len(rest):
+            raise ValueError("the file ends among the faces")
+        number = int(np.frombuffer(rest, head, 1, place)["count"][0])
+        place += head.itemsize
+        if number < 3:
+            raise ValueError(f"a face with {number} corners")
+        if place + number * kind.itemsize > len(rest):
+            raise ValueError("the file ends among the faces")
+        corners.append(np.frombuffer(rest, kind, number, place).tolist())
+        place += number * kind.itemsize
+    return _Polygons(corners, place)
+
+
+def _text(header: _Header, body: bytes) -> _Read:
+    vertex, face = header.elements[:2]
+    lines = [line for line in body.splitlines() if line.strip()]
+    wanted = sum(element.count for element in header.elements)
+    if len(lines) != wanted:
+        raise ValueError(f"{len(lines)} lines of {wanted}")
+    words = [line.split() for line in lines[: vertex.count]]
+    if any(len(row) != len(vertex.columns) for row in words):
+        raise ValueError("a vertex with too few or too many numbers")
+    table = np.array(words, np.float64)
+    wide = np.dtype([(name, "f8" if kind[0] == "f" else kind) for name, kind in vertex.columns])
+    rows = np.zeros(vertex.count, wide)
+    for idx, (name, kind) in enumerate(vertex.columns):
+        column = table[:, idx]
+        if kind[0] != "f":
+            _require_whole(column, kind, name)
+        rows[name] = column
+    skipped = len(face.columns)
+    listed = [line.split()[skipped:] for line in lines[vertex.count : vertex.count + face.count]]
+    corners = [[int(word) for word in row] for row in listed]
+    for row in corners:
+        if not row or row[0] != len(row) - 1 or row[0] < 3:
+            raise ValueError("a face that has not the corners that it counts")
+    return rows, [row[1:] for row in corners]
+
+
+def _require_whole(column: np.ndarray, kind: str, name: str) -> None:
+    limits = np.iinfo(kind)
+    within = (column >= limits.min) & (column <= limits.max) & (column == np.floor(column))
+    if not within.all():
+        raise ValueError(f"{name} has a value that its kind does not know")
+
+
+def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
+    names: tuple[str, ...] = rows.dtype.names or ()
+    if isinstance(polygons, list):
+        faces = fans_of(polygons)
+    else:
+        if len(polygons) and not 0 <= polygons.min() <= polygons.max() < 2**31:
+            raise ValueError("a face names a vertex that cannot be")
+        faces = polygons.astype(np.int32)
+    colours = None
+    if {"red", "green", "blue"} <= set(names) and rows.dtype["red"].itemsize == 1:
+        colours = np.column_stack([rows[name] for name in ("red", "green", "blue")])
+    sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
+    if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
+        raise ValueError("a sigma is negative or infinite")
+    filled = rows["filled"] if "filled" in names else None
+    if filled is not None and not np.isin(filled, (0, 1)).all():
+        raise ValueError("a vertex is neither filled nor not")
+    return Mesh(
+        vertices_mm=np.column_stack([rows[axis] for axis in "xyz"]).astype(np.float64),
+        faces=faces,
+        colours=colours,
+        filled=None if filled is None else filled.astype(np.bool_),
+        sigma_mm=sigma,
+        shared_mm=_shared(rows, names),
+        lost_length=_lost(rows, names),
+    )
+
+
+def _shared(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
+    """Columns shared_0, shared_1, ... as our own files have them."""
+    parts = [rows[name] for k in range(len(names)) if (name := f"shared_{k}") in names]
+    if not parts:
+        return None
+    shared = np.column_stack(parts).astype(np.float32)
+    if np.isinf(shared).any():
+        raise ValueError("a shared error is infinite")
+    return shared
+
+
+def _lost(rows: np.ndarray, names: tuple[str, ...]) -> np.ndarray | None:
+    """Columns lost and lost_sigma, as our own files have them."""
+    if not {"lost", "lost_sigma"} <= set(names):
+        return None
+    lost = np.column_stack([rows["lost"], rows["lost_sigma"]]).astype(np.float32)
+    if not np.isfinite(lost).all() or (lost[:, 1] < 0).any():
+        raise ValueError("a lost length is not finite, or its sigma is negative")
+    return lost
+
+
+def _correlation(head: bytes) -> float | None:
+    """What the comment of our own files says."""
+    for line in head.decode("latin-1").splitlines():
+        match line.split():
+            case ["comment", "sigma", "is", "alike", "over:", length]:
+                value = float(length)
+                if not (math.isfinite(value) and value > 0):
+                    raise ValueError(f"sigma is alike over {length[:20]}")
+                return value
+            case _:
+                pass
+    return None
+
+
+_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+_NAMES = {"<f4": "float", "|u1": "uchar"}
+_PLY_TYPES = {name: code for code, name in _NAMES.items()}
+_COLOUR = ("red", "green", "blue")
+
+
+def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write the mesh with all that is known of its vertices, and read it back."""
+    columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
+    if mesh.colours is not None:
+        columns |= dict(zip(_COLOUR, mesh.colours.T))
+    if mesh.filled is not None:
+        columns["filled"] = mesh.filled.astype(np.uint8)
+    if mesh.sigma_mm is not None:
+        columns["sigma"] = mesh.sigma_mm.astype("<f4")
+    if mesh.shared_mm is not None:
+        columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
+    if mesh.lost_length is not None:
+        columns |= dict(zip(("lost", "lost_sigma"), mesh.lost_length.T.astype("<f4")))
+    path = target(path, unit, unscaled=unscaled)
+    rows, faces = _rows(columns), _face_rows(mesh)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(_ply_header(rows, len(faces), unit, mesh.correlation_mm))
+        stream.write(rows.tobytes() + faces.tobytes())
+
+    def check(written: Path) -> None:
+        read_rows, corners = _read(written)
+        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other vertices")
+        places = np.column_stack([read_rows[axis] for axis in "xyz"]).astype(np.float64)
+        require_same_triangles(path.name, places[corners], mesh, single_precision(mesh))
+
+    return write_file(path, encode, check)
+
+
+def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write the points with normal, colour and number of photos, and read them back."""
+    columns = dict(zip("xyz", cloud.points_mm.T.astype("<f4")))
+    columns |= dict(zip(("nx", "ny", "nz"), cloud.normals.T.astype("<f4")))
+    columns |= dict(zip(_COLOUR, cloud.colours.T)) | {"views": cloud.views}
+    path = target(path, unit, unscaled=unscaled)
+    rows = _rows(columns)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(_ply_header(rows, 0, unit))
+        stream.write(rows.tobytes())
+
+    def check(written: Path) -> None:
+        read_rows, _ = _read(written)
+        require(read_rows.dtype == rows.dtype, f"{path.name}: other columns")
+        require(len(read_rows) == len(cloud), f"{path.name}: {len(read_rows)} of {len(cloud)}")
+        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other points")
+
+    return write_file(path, encode, check)
+
+
+def _rows(columns: dict[str, np.ndarray]) -> Shaped[np.ndarray, " n"]:
+    """One record a vertex."""
+    layout = np.dtype([(name, values.dtype.str) for name, values in columns.items()])
+    rows = np.zeros(len(columns["x"]), layout)
+    for name, values in columns.items():
+        rows[name] = values
+    return rows
+
+
+def _face_rows(mesh: Mesh) -> Shaped[np.ndarray, " f"]:
+    rows = np.zeros(len(mesh.faces), _FACE)
+    rows["count"] = 3
+    rows["corners"] = mesh.faces
+    return rows
+
+
+def _ply_header(
+    rows: Shaped[np.ndarray, " n"], faces: int, unit: str, correlation: float | None = None
+) -> bytes:
+    names: tuple[str, ...] = rows.dtype.names or ()
+    lines = ["ply", "format binary_little_endian 1.0", f"comment limbgram, unit: {unit}"]
+    if correlation is not None:
+        lines.append(f"comment sigma is alike over: {correlation!r}")
+    lines.append(f"element vertex {len(rows)}")
+    lines += [f"property {_NAMES[rows.dtype[name].str]} {name}" for name in names]
+    if faces:
+        lines += [f"element face {faces}", "property list uchar int vertex_indices"]
+    return "\n".join([*lines, "end_header\n"]).encode("ascii")
+
+
+def _read(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
+    """Vertex records and face corners of a file of this form, by what its header says."""
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    count, faces = 0, 0
+    layout: list[tuple[str, str]] = []
+    for words in (line.split() for line in head.decode("ascii").splitlines()):
+        match words:
+            case ["element", "vertex", number]:
+                count = int(number)
+            case ["element", "face", number]:
+                faces = int(number)
+            case ["property", kind, name]:
+                layout.append((name, _PLY_TYPES[kind]))
+            case _:
+                pass
+    size = count * np.dtype(layout).itemsize
+    complete = len(body) == size + faces * _FACE.itemsize
+    require(complete, f"{path.name}: {len(body)} bytes after the header")
+    rows = np.frombuffer(body[:size], layout)
+    return rows, np.frombuffer(body[size:], _FACE)["corners"]

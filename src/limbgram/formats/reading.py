@@ -1,0 +1,193 @@
+"""Reading a limb: a mesh from any of the shop's formats, and its limb file.
+
+In      the path of an STL, PLY, OBJ, GLB or AOP file.
+Out     a Limb in millimetres: one sound mesh, outward; landmarks, frame, side and sock from the
+        limb file beside it.
+Fails   ShapeFileError: unreadable, damaged, of a size that no limb has, or the limb file of
+        another shape.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import read_content
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.aop.reading import read_aop_soup
+from limbgram.formats.glb import read_glb
+from limbgram.formats.obj import read_obj
+from limbgram.formats.ply import read_ply
+from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
+from limbgram.formats.soup import Sound, Soup, check_size, sound_mesh
+from limbgram.formats.stl import read_stl
+from limbgram.workbench.carving.radius_map import Grid
+from limbgram.workbench.limb import Limb, LimbFrame, Origin, doubt_of_name
+from limbgram.workbench.strays import without_strays
+
+_LARGEST_BYTES = 1 << 30
+_MM_PER_STATED = {"mm": 1.0, "m": 1000.0}
+_READERS: dict[str, Callable[[bytes, str], Soup]] = {
+    ".stl": read_stl,
+    ".ply": read_ply,
+    ".obj": read_obj,
+    ".glb": read_glb,
+    ".aop": read_aop_soup,
+}
+SUFFIXES = tuple(_READERS)
+"""Endings of the files that can be read, small letters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeFile:
+    """A limb, and the very bytes that it was read of."""
+
+    limb: Limb
+    sha256: str
+    mm_per_unit: float
+    """Millimetres in one unit of the file."""
+    declared: LimbFrame | None = None
+    """What the shape's own file says of side, front and proximal end, as an AOP does; not what its
+    limb file says."""
+    grid: Grid | None = None
+    """Where its radii stand, if it holds radii, as an AOP does."""
+
+
+def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
+    """Read a shape and what is known of it.
+
+    Args:
+        mm_per_unit: Millimetres in one unit of the file; None takes what the limb file or the
+            file itself says, and otherwise millimetres if the size is that of a limb.
+    """
+    return read_shape(path, mm_per_unit).limb
+
+
+def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
+    """Read a shape as `read_limb` does, and tell its file's hash and unit."""
+    content = _content(path)
+    sha256 = hash_of(content)
+    found = read_record(limb_file_beside(path), path, sha256)
+    record = None if isinstance(found, OfAnother) else found
+    soup = _soup(path, content)
+    factor = _factor(soup, record, mm_per_unit, path.name)
+    _require_one_side(soup.frame, record, path)
+    limb = _limb(path, soup, record, factor)
+    own = Origin(sha256=sha256, mm_per_unit=factor or 1.0, mesh_from_origin=Rigid.identity())
+    doubt = (record.doubt if record is not None else "") or doubt_of_name(path.name)
+    if doubt:
+        limb = replace(limb, doubt=doubt, notes=(doubt, *limb.notes))
+    limb = replace(limb, origins=(own, *(() if record is None else record.made_from)))
+    if isinstance(found, OfAnother):
+        limb = replace(limb, notes=(*limb.notes, _unused(path, found)))
+    return ShapeFile(
+        limb=limb,
+        sha256=sha256,
+        mm_per_unit=factor or 1.0,
+        declared=soup.frame,
+        grid=soup.grid if factor in (None, 1.0) else None,
+    )
+
+
+def _limb(path: Path, soup: Soup, record: LimbRecord | None, factor: float | None) -> Limb:
+    sound = _measured(soup, factor, path.name)
+    limb = Limb(mesh=sound.mesh, name=path.name, notes=(*soup.notes, *sound.notes))
+    if record is None:
+        marks = tuple(
+            replace(mark, position_mm=mark.position_mm * (factor or 1.0)) for mark in soup.landmarks
+        )
+        return replace(limb, landmarks=marks, frame=soup.frame)
+    return replace(
+        limb,
+        landmarks=record.landmarks,
+        frame=record.frame,
+        sock_mm=record.sock_mm,
+        kind=record.kind,
+    )
+
+
+def _require_one_side(declared: LimbFrame | None, record: LimbRecord | None, path: Path) -> None:
+    """Refuse a limb file that makes the other limb of a shape whose own file names its side."""
+    if declared is None or record is None or record.frame is None:
+        return
+    sides = {declared.side, record.frame.side}
+    if sides == {"left", "right"}:
+        raise ShapeFileError(
+            f"{path.name} says that it is a {declared.side} limb and its limb file "
+            f"{limb_file_beside(path).name} says {record.frame.side}: one is wrong. Check it on "
+            "the patient. If it is the limb file, move it away and align again; if it is the "
+            "shape's own, have it corrected where it came from."
+        )
+
+
+def _unused(path: Path, record: OfAnother) -> str:
+    return (
+        f"the limb file {limb_file_beside(path).name} belongs to {record.mesh_name} and was not "
+        f"used: what it says of the sock, side, axes and landmarks is not known of {path.name}"
+    )
+
+
+def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
+    """The surface alone, whatever lies beside it."""
+    return _measured(_soup(path, _content(path)), mm_per_unit, path.name).mesh
+
+
+def _soup(path: Path, content: bytes) -> Soup:
+    read = _READERS.get(path.suffix.lower())
+    if read is None:
+        known = ", ".join(suffix[1:].upper() for suffix in SUFFIXES)
+        raise ShapeFileError(
+            f"{path.name} is of a kind that is not read. Export the shape as one of {known}."
+        )
+    return read(content, path.name)
+
+
+def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
+    sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
+    check_size(sound.mesh, name, asked=mm_per_unit is not None)
+    strays = without_strays(sound.mesh)
+    return Sound(strays.mesh, (*sound.notes, *strays.told()))
+
+
+def _content(path: Path) -> bytes:
+    return read_content(
+        path,
+        _LARGEST_BYTES,
+        ShapeFileError,
+        "Name the file that the scanner or program exported; a larger scan is reduced there.",
+    )
+
+
+def _factor(soup: Soup, record: LimbRecord | None, asked: float | None, name: str) -> float | None:
+    """Millimetres in one unit of the file; None where nothing and nobody says it."""
+    if asked is not None:
+        if record is not None and abs(record.mm_per_unit / asked - 1) > 1e-9:
+            raise ShapeFileError(
+                f"The limb file of {name} was made with {record.mm_per_unit:g} mm to a unit and "
+                f"{asked:g} is asked for now: its landmarks would lie elsewhere. Leave --unit "
+                "out, or move the limb file away and align again."
+            )
+        return asked
+    if record is not None:
+        return record.mm_per_unit
+    if soup.stated_unit == "unitless":
+        raise ShapeFileError(
+            f"{name} says that it has no scale: it was written from photos without a scale board "
+            "or known distance. Say what one unit is by --unit, if you measured it."
+        )
+    return _MM_PER_STATED.get(soup.stated_unit or "")
+
+
+def _scaled(mesh: Mesh, factor: float) -> Mesh:
+    if factor == 1.0:
+        return mesh
+    sigma = None if mesh.sigma_mm is None else (mesh.sigma_mm * factor).astype("f4")
+    shared = None if mesh.shared_mm is None else (mesh.shared_mm * factor).astype("f4")
+    return replace(
+        mesh,
+        vertices_mm=mesh.vertices_mm * factor,
+        sigma_mm=sigma,
+        shared_mm=shared,
+        correlation_mm=None if mesh.correlation_mm is None else mesh.correlation_mm * factor,
+    )

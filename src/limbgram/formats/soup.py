@@ -1,0 +1,217 @@
+"""Units: what one unit of a file is in millimetres, and whether a limb can be that large.
+
+Soup: what a file gives before anything is known to be right about it.
+
+A soup becomes a Mesh here: finite, faces that point at vertices, one winding, outward, and
+edge-manifold. No triangle moves: where sheets meet at an edge, vertices are doubled.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from limbgram.core.errors import OptionsError, ShapeFileError
+from limbgram.core.geometry.arrays import Faces
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import (
+    corner_fans,
+    find_edges,
+    half_edges,
+    is_edge_manifold,
+    is_vertex_manifold,
+    taking_vertices,
+    volume_mm3,
+    with_faces,
+)
+from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
+from limbgram.workbench.carving.radius_map import Grid
+from limbgram.workbench.limb import Landmark, LimbFrame
+
+_MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "in": 25.4}
+LIKELY_MM = (60.0, 1500.0)
+"""Extents that pass unasked: from a child's forearm to a whole leg or a torso."""
+_POSSIBLE_MM = (5.0, 5000.0)
+
+
+def mm_per_unit_of(text: str) -> float:
+    """Millimetres in a unit: mm, cm, m, inch, or a number for a file with a unit of its own."""
+    if text in _MM_PER:
+        return _MM_PER[text]
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise OptionsError(
+            f"{text!r} is no unit of length. Write mm, cm, m or inch, or how many millimetres one "
+            "unit of the file is, such as 383."
+        )
+    return value
+
+
+def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
+    """Refuse a limb of a size that limbs do not have.
+
+    asked: Somebody said what the unit is, so only the impossible is refused.
+
+    Raises:
+        ShapeFileError: too small or too large, with the units in which it would be right.
+    """
+    extent_mm = float((mesh.vertices_mm.max(0) - mesh.vertices_mm.min(0)).max())
+    low, high = _POSSIBLE_MM if asked else LIKELY_MM
+    if low <= extent_mm <= high:
+        return
+    size = "across in the unit that was given" if asked else "across if its unit is millimetres"
+    fitting = [unit for unit in ("mm", "cm", "inch", "m") if _fits(extent_mm * _MM_PER[unit])]
+    guess = f" It would be a limb in {' or '.join(fitting)}." if fitting and not asked else ""
+    raise ShapeFileError(
+        f"{name} is {extent_mm:.3g} mm {size}: no limb has that size.{guess} Say what one unit "
+        "of the file is: --unit mm, cm, m or inch, or a number of millimetres."
+    )
+
+
+def _fits(extent_mm: float) -> bool:
+    return LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]
+
+
+_MOST_FACES = 20_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soup:
+    """Triangles as they stand in a file."""
+
+    mesh: Mesh
+    """In the file's own unit, nothing checked yet."""
+    stated_unit: str | None = None
+    """What the file says of its unit: "mm", "m", "unitless", or nothing."""
+    landmarks: tuple[Landmark, ...] = ()
+    frame: LimbFrame | None = None
+    grid: Grid | None = None
+    """Where the radii stand, if the file holds radii."""
+    notes: tuple[str, ...] = ()
+    """What was odd about the file and how it was taken."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A mesh to trust, and what had to be done for it."""
+
+    mesh: Mesh
+    notes: tuple[str, ...]
+
+
+def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
+    """A mesh of loose triangles; corners at exactly one place become one vertex."""
+    places = corners.reshape(-1, 3) + 0.0  # takes the sign off zero
+    order = np.lexsort(places.T)
+    apart = np.ones(len(places), np.bool_)
+    apart[1:] = (places[order[1:]] != places[order[:-1]]).any(1)
+    vertex_of = np.empty(len(places), np.int32)
+    vertex_of[order] = np.cumsum(apart) - 1
+    return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
+
+
+def sound_mesh(mesh: Mesh, name: str) -> Sound:
+    """The same surface as a mesh that later stages can trust.
+
+    Raises:
+        ShapeFileError: no surface, numbers that are none, or faces without their vertices.
+    """
+    _check(mesh, name)
+    faces = drop_flat_and_double(mesh.vertices_mm, mesh.faces)
+    if not len(faces):
+        raise ShapeFileError(
+            f"{name} holds no triangle with an area: it is a drawing or a cloud of points, or "
+            "the file is damaged. Export the surface as triangles."
+        )
+    wound = _wound_alike(faces)
+    turned = int((wound != faces).any(1).sum())
+    whole = _sheets_apart(replace(mesh, faces=wound))
+    kept = whole.faces
+    if not is_edge_manifold(kept):
+        kept = make_manifold(kept)
+        whole = _sheets_apart(with_faces(whole, kept))
+    else:
+        whole = with_faces(whole, kept)
+    if volume_mm3(whole) < 0:
+        whole = replace(whole, faces=whole.faces[:, ::-1].copy())
+    told = {
+        "triangles without area or there twice were left out": len(mesh.faces) - len(faces),
+        "triangles were turned to agree with their neighbours on what is outside": turned,
+        "triangles that share edges with several others were left out": len(faces) - len(kept),
+    }
+    return Sound(whole, tuple(f"{count:,} {what}" for what, count in told.items() if count))
+
+
+def _check(mesh: Mesh, name: str) -> None:
+    if len(mesh.faces) > _MOST_FACES:
+        raise ShapeFileError(
+            f"{name} has {len(mesh.faces):,} triangles; {_MOST_FACES:,} is the most that is read. "
+            "Reduce the scan in the program it comes from."
+        )
+    used = mesh.faces.ravel()
+    if len(used) and (used.min() < 0 or used.max() >= len(mesh.vertices_mm)):
+        raise ShapeFileError(
+            f"{name} is damaged: a face names vertex {int(used.max())} and there are "
+            f"{len(mesh.vertices_mm)}. Export it again."
+        )
+    bad = int((~np.isfinite(mesh.vertices_mm)).any(1).sum())
+    if bad or np.abs(mesh.vertices_mm).max(initial=0.0) > 1e9:
+        raise ShapeFileError(
+            f"{name} is damaged: {bad or 'some'} of its {len(mesh.vertices_mm)} vertices have no "
+            "usable place. Export it again."
+        )
+
+
+def _wound_alike(faces: Faces) -> Faces:
+    """Turn the fewest faces so that neighbours agree on what is outside.
+
+    Each face stands in the graph twice, as it is and turned; a component of the graph is one
+    way to wind a part of the surface.
+    """
+    pairs = _neighbours(faces)
+    if not pairs.contrary.any():
+        return faces
+    count = len(faces)
+    here, there = pairs.faces[:, 0], pairs.faces[:, 1]
+    other = np.where(pairs.contrary, count, 0)
+    rows = np.concatenate([here, here + count])
+    columns = np.concatenate([there + other, there + count - other])
+    graph = coo_array((np.ones(len(rows), np.int8), (rows, columns)), shape=(2 * count,) * 2)
+    labels = connected_components(graph, directed=False)[1]
+    way = np.minimum(labels[:count], labels[count:])
+    as_way = labels[:count] == way
+    in_favour = np.bincount(way, np.where(as_way, 1, -1), minlength=int(labels.max()) + 1)
+    turned = as_way != (in_favour[way] >= 0)
+    return np.where(turned[:, None], faces[:, ::-1], faces)
+
+
+@dataclass(frozen=True)
+class _Neighbours:
+    faces: Int64[np.ndarray, "p 2"]
+    contrary: Bool[np.ndarray, " p"]
+    """Both run along their edge in one direction: one of them is wound wrongly."""
+
+
+def _neighbours(faces: Faces) -> _Neighbours:
+    edges = find_edges(faces)
+    order = edges.half_edges
+    first = (np.cumsum(edges.uses) - edges.uses)[edges.uses == 2]
+    one, two = order[first], order[first + 1]
+    tails = half_edges(faces)[:, 0]
+    return _Neighbours(np.column_stack([one, two]) // 3, tails[one] == tails[two])
+
+
+def _sheets_apart(mesh: Mesh) -> Mesh:
+    """Double the vertices at which several sheets meet."""
+    if is_vertex_manifold(mesh.faces):
+        return mesh
+    fans = corner_fans(mesh.faces)
+    first = np.unique(fans, return_index=True)[1]
+    vertex_of_fan = mesh.faces.ravel()[first].astype(np.int64)
+    return replace(taking_vertices(mesh, vertex_of_fan), faces=fans)

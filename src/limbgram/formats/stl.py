@@ -1,0 +1,115 @@
+"""STL, binary and text. A binary file may begin with "solid": its length tells what it is.
+
+A text is taken whole or not at all: what is left between its triangles but the names of solids is
+damage, and a reader that passed over it would lose triangles without a word.
+
+STL, binary: the triangles alone, in millimetres by what the header says.
+"""
+
+import re
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.soup import Soup, triangles_merged
+from limbgram.formats.writing import (
+    Unit,
+    require_same_triangles,
+    single_precision,
+    target,
+    write_file,
+)
+
+_HEADER = 84
+_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_NUMBER = rb"\s+([-+.\deE]{1,40})"
+_VERTEX = rb"\s+vertex" + 3 * _NUMBER
+_FACET = re.compile(
+    rb"facet\s+normal"
+    + 3 * rb"\s+\S{1,40}"
+    + rb"\s+outer\s+loop"
+    + 3 * _VERTEX
+    + rb"\s+endloop\s+endfacet(?=\s)",
+    re.IGNORECASE,
+)
+_SOLID = re.compile(rb"(end)?solid\b.*", re.IGNORECASE)
+
+
+def read_stl(content: bytes, name: str) -> Soup:
+    """The triangles, corners at one place merged; normals are left out, the winding holds."""
+    count = int.from_bytes(content[80:_HEADER], "little") if len(content) >= _HEADER else -1
+    if count >= 0 and len(content) == _HEADER + count * _RECORD.itemsize:
+        records = np.frombuffer(content, _RECORD, offset=_HEADER)
+        corners = records["corners"].astype(np.float64)
+        return Soup(mesh=triangles_merged(corners), stated_unit=stated_unit(content[:80]))
+    if content[:512].lstrip()[:5].lower() == b"solid":
+        return Soup(mesh=triangles_merged(_text(content, name)))
+    if len(content) < _HEADER or b"\0" not in content:
+        kind = "it is empty" if not content else f"{len(content):,} bytes of something else"
+        raise ShapeFileError(
+            f"{name} is no STL file, whatever its name says: {kind}. Choose the file that the "
+            "scanner or program exported, or export it again."
+        )
+    have = (len(content) - _HEADER) // _RECORD.itemsize
+    raise ShapeFileError(
+        f"{name} is no whole STL file: its header promises {max(count, 0):,} triangles and there "
+        f"is room for {max(have, 0):,}. It was probably cut off on its way: copy it again."
+    )
+
+
+def stated_unit(header: bytes) -> str | None:
+    """What a header of ours says of the unit."""
+    found = re.search(rb"limbgram.*unit: (\w+)", header)
+    return found[1].decode("ascii") if found else None
+
+
+def _text(content: bytes, name: str) -> np.ndarray:
+    """Corners of the triangles; between them stand only the names of solids."""
+    found = _FACET.findall(content)
+    rest = [line.strip() for line in _FACET.sub(b"\n", content).splitlines()]
+    ended = rest and any(line.lower().startswith(b"endsolid") for line in rest[-5:])
+    strange = next((line for line in rest if line and not _SOLID.fullmatch(line)), None)
+    if not found or (strange is None and not ended):
+        raise ShapeFileError(
+            f"{name} is no whole STL file: it ends after {len(found)} triangles without saying "
+            "that this is the end. It was probably cut off on its way: copy it again."
+        )
+    if strange is not None:
+        shown = strange[:40].decode("ascii", "replace")
+        raise ShapeFileError(
+            f"{name} is damaged: {shown!r} stands where a triangle should. A surface with "
+            "triangles missing would be read of it. Copy the file again, or export it again."
+        )
+    try:
+        return np.array(found).astype(np.float64).reshape(-1, 3, 3)
+    except ValueError as error:
+        raise ShapeFileError(
+            f"{name} is damaged: a corner is no number ({error}). Export it again."
+        ) from error
+
+
+def write_stl(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write a binary STL and read it back."""
+    path = target(path, unit, unscaled=unscaled)
+    # A header that began with "solid" would be taken for the text form.
+    header = f"limbgram binary STL, unit: {unit}".encode().ljust(80)
+
+    def encode(stream: BinaryIO) -> None:
+        normals = mesh.face_normals()
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        records = np.zeros(len(mesh.faces), _RECORD)
+        records["normal"] = normals / np.maximum(lengths, 1e-30)
+        records["corners"] = mesh.vertices_mm[mesh.faces]
+        stream.write(header + np.uint32(len(mesh.faces)).astype("<u4").tobytes())
+        stream.write(records.tobytes())
+
+    def check(written: Path) -> None:
+        import trimesh  # a fifth of a second, which most commands do without
+
+        read = trimesh.load_mesh(written, file_type="stl", process=False)
+        require_same_triangles(path.name, np.asarray(read.triangles), mesh, single_precision(mesh))
+
+    return write_file(path, encode, check)

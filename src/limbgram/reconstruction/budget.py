@@ -1,0 +1,167 @@
+"""Budget: at what size the work is done, so that it keeps to the memory it may use.
+
+In      the photos, the scene and the surface found in it; the memory that may be used.
+Out     how many pixels depth is measured at, and the Resolution of the surface.
+Method  peaks told beforehand from counts and pixels, by sums that were measured on captures of 8 to
+        60 photos of 1 to 48 MP (docs/method/speed.md). How much is worked on at a time follows the
+        budget by itself (`run.in_parallel`) and changes nothing; what is decided here changes the
+        result, so it depends on nothing but the options, the capture and the budget, and is told.
+Fails   BudgetError: the smallest size, too, needs more. It is raised before the work.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int32
+
+from limbgram.core.errors import BudgetError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.run import PROGRAM_MB
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.measuring.imagery import imagery_mb
+from limbgram.reconstruction.photos.decoding import in_flight_mb
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.targets.finding import SEARCH_BYTES
+
+_EQUILATERAL = 3**0.5 / 4
+"""Area of an equilateral triangle over its squared side."""
+_PAIR_BYTES = 4 * 4 / 3
+"""A pixel while a pair is matched: both photos' pyramids, and one more as it is made (twice)."""
+_PLACED_MB, _KEPT_MB = 16.0, 8.0
+"""A photo while all are placed, and of its products afterwards."""
+_DEPTH_BYTES = 76.0
+"""A pixel of all depth maps together, while they are measured and fused: 66 of 20 photos of 13 MP
+that their object fills, 75 of 15 of 15 MP, less where the object is small."""
+_LEAST_DEPTH = 0.25
+"""Share of the depth maps' pixels below which is not gone."""
+_TRIANGLE_BYTES = 1100.0
+"""A triangle of the mesh that is measured."""
+_MOST_HALVINGS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolution:
+    """How finely a surface is measured, and what keeps it from being finer."""
+
+    edge_mm: float
+    """Edges of the measured mesh, in the scene's unit."""
+    face_parts: int
+    """Parts in which a face's edge is sampled, so that all pixels serve the measurement."""
+    photo_halvings: int
+    """How often the photos were halved for the measurement."""
+    depth_share: float
+    """Pixels of the depth maps over what the options ask for."""
+    notes: tuple[str, ...]
+    """What was done at a lower size than the photos allow, and why; empty where nothing was."""
+
+
+def refuse_beyond(photos: PhotoSet, memory_mb: float) -> None:
+    """Raise BudgetError where no size would do."""
+    count = len(photos.photos)
+    needs_mb = {
+        "comparing two photos": PROGRAM_MB
+        + _KEPT_MB * count
+        + in_flight_mb(photos.photos, _PAIR_BYTES),
+        "placing all photos": PROGRAM_MB + _PLACED_MB * count,
+        "looking for the board": PROGRAM_MB
+        + _KEPT_MB * count
+        + in_flight_mb(photos.photos, SEARCH_BYTES),
+    }
+    worst = max(needs_mb, key=lambda what: needs_mb[what])
+    if needs_mb[worst] > memory_mb:
+        largest = max(photo.width_px * photo.height_px for photo in photos.photos)
+        raise BudgetError(
+            f"These {count} photos of up to {largest / 1e6:.0f} megapixels need "
+            f"{needs_mb[worst] / 1024:.1f} GB of memory for {worst} alone, and "
+            f"{memory_mb / 1024:.1f} GB may be used. Allow more with --memory, on a machine that "
+            "has it, or give fewer or smaller photos."
+        )
+
+
+def depth_share(photos: PhotoSet, most_px: int, memory_mb: float) -> float:
+    """Share of `most_px`, or of all pixels where they are fewer, at which depth maps fit."""
+    there_px = min(most_px, sum(photo.width_px * photo.height_px for photo in photos.photos))
+    free_mb = memory_mb - PROGRAM_MB - _KEPT_MB * len(photos.photos)
+    fitting_px = max(free_mb, 0.0) * 2**20 / _DEPTH_BYTES
+    return 1.0 if fitting_px >= there_px else max(_LEAST_DEPTH, fitting_px / most_px)
+
+
+def resolution_for(
+    metric: MetricScene,
+    surface: Mesh,
+    *,
+    edge_px: float,
+    most_triangles: int,
+    depth_share: float,
+    memory_mb: float,
+) -> Resolution:
+    """How finely to measure a surface: by its pixels, unless triangles or memory run out.
+
+    Args:
+        edge_px: Edges that the pixels of the photos allow.
+        most_triangles: Edges grow until the surface has no more than these.
+    """
+    pixel = pixel_on_object(metric)
+    area = 0.5 * float(np.linalg.norm(surface.face_normals(), axis=1).sum())
+    shortest = float(np.sqrt(area / (_EQUILATERAL * most_triangles)))
+    views = metric.scene.views
+    kept_mb = PROGRAM_MB + _KEPT_MB * len(metric.scene.names)
+    needs_mb: list[float] = []
+    for halvings in range(_MOST_HALVINGS + 1):
+        edge = max(edge_px * pixel * 2**halvings, shortest)
+        triangles = area / (_EQUILATERAL * edge**2)
+        mesh_mb = triangles * _TRIANGLE_BYTES / 2**20
+        needs_mb.append(kept_mb + mesh_mb + imagery_mb(views, surface.vertices_mm, halvings))
+        if needs_mb[-1] <= memory_mb:
+            break
+    halvings = len(needs_mb) - 1
+    if needs_mb[-1] > memory_mb:
+        raise BudgetError(
+            f"Measuring this surface needs {needs_mb[-1] / 1024:.1f} GB of memory even in photos "
+            f"reduced to an eighth, and {memory_mb / 1024:.1f} GB may be used. Allow more with "
+            "--memory, or ask for fewer --triangles."
+        )
+    notes: list[str] = []
+    if depth_share < 1.0:
+        notes.append(
+            f"Depth was measured at {depth_share:.0%} of the usual pixels, because "
+            f"{memory_mb / 1024:.1f} GB of memory may be used: --memory allows more."
+        )
+    if halvings:
+        notes.append(
+            f"The surface was measured in photos reduced to 1/{2**halvings} of their width: at "
+            f"full size this takes about {needs_mb[0] / 1024:.1f} GB of memory, and "
+            f"{memory_mb / 1024:.1f} GB may be used (--memory)."
+        )
+    if shortest > edge_px * pixel * 2**halvings:
+        unit = "mm" if metric.scale.unit == "mm" else "units"
+        notes.append(
+            f"Edges are {shortest:.2f} {unit} long, so that there are about {most_triangles:,} "
+            f"triangles; the photos would allow {edge_px * pixel:.2f} {unit} (--triangles). Their "
+            "pixels all serve the measurement."
+        )
+    by_pixels = edge_px * pixel * 2**halvings
+    return Resolution(
+        edge_mm=max(by_pixels, shortest),
+        face_parts=max(1, round(shortest / by_pixels)),
+        photo_halvings=halvings,
+        depth_share=depth_share,
+        notes=tuple(notes),
+    )
+
+
+def pixel_on_object(metric: MetricScene) -> float:
+    """Size of a photo's pixel on the object: the median over all observations."""
+    scene = metric.scene
+    sizes = [
+        scene.view(k).camera_from_world.apply(scene.points_in_world[_seen_by(scene, k)])[:, 2]
+        / scene.view(k).camera.fx
+        for k in scene.placed
+    ]
+    return float(np.median(np.concatenate(sizes)))
+
+
+def _seen_by(scene: Scene, photo_idx: int) -> Int32[np.ndarray, " k"]:
+    observed = scene.observations
+    return observed.point_idx[observed.photo_idx == photo_idx]

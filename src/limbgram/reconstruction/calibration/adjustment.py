@@ -1,0 +1,336 @@
+"""Projection of board corners into one photo, with its derivatives.
+
+The unknowns that all photos share are the lens (geometry.camera.PARAMETERS) followed by the
+board's shape (BOARD_TERMS); each photo adds a pose of six: a small rotation applied after the
+present one, and a translation in millimetres.
+
+Adjustment: lens, shape of the board and all poses at once, by least squares.
+
+In      corners of one board in many photos, a start, and which shared unknowns are free.
+Out     the solution with residuals and the covariance of the shared unknowns.
+Method  damped Gauss-Newton (Levenberg and Marquardt); poses are eliminated photo by photo
+        (Schur complement), so the system to solve has the size of the lens alone.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int32
+
+from limbgram.core.errors import CalibrationError
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS
+
+BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
+"""How a print differs from its drawing, as fractions of half the board's long side: y grows by
+`stretch` of itself, x leans by `shear` of y, and z is a quadratic form of x and y."""
+
+LENS = len(PARAMETERS)
+SHARED = LENS + len(BOARD_TERMS)
+POSE = 6
+
+
+class Projection(NamedTuple):
+    """Pixels, and their derivatives by the shared unknowns and by the photo's pose."""
+
+    xy_px: Points2
+    by_shared: Float64[np.ndarray, "n 2 15"]
+    by_pose: Float64[np.ndarray, "n 2 6"]
+
+
+def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], plate: Points3) -> Points3:
+    """Corners of the board as printed and bent, for the whole `plate` they belong to."""
+    return corners_mm + np.einsum("nit,t->ni", _board_slopes(corners_mm, plate), terms)
+
+
+def project_board(
+    corners_mm: Points3, plate: Points3, shared: Float64[np.ndarray, "15"], pose: Rigid
+) -> Projection:
+    """Corners in pixels, with derivatives.
+
+    Args:
+        plate: All corners of the board: they set the origin and size of its shape's terms.
+        pose: camera_from_board.
+    """
+    slopes = _board_slopes(corners_mm, plate)
+    on_board = corners_mm + slopes @ shared[LENS:]
+    turned = on_board @ pose.rotation.T
+    in_camera = turned + pose.translation
+    inverse = 1.0 / in_camera[:, 2]
+    x, y = in_camera[:, 0] * inverse, in_camera[:, 1] * inverse
+    xy_px, by_ideal, by_lens = lens_slopes(x, y, shared[:LENS])
+
+    by_point = np.empty((len(x), 2, 3))
+    by_point[:, :, 0] = by_ideal[:, :, 0] * inverse[:, None]
+    by_point[:, :, 1] = by_ideal[:, :, 1] * inverse[:, None]
+    by_point[:, :, 2] = -(by_point[:, :, 0] * x[:, None] + by_point[:, :, 1] * y[:, None])
+
+    by_pose = np.empty((len(x), 2, POSE))
+    by_pose[:, :, :3] = np.cross(turned[:, None, :], by_point)
+    by_pose[:, :, 3:] = by_point
+    by_board = np.einsum("nij,jk,nkt->nit", by_point, pose.rotation, slopes)
+    return Projection(xy_px, np.concatenate([by_lens, by_board], axis=2), by_pose)
+
+
+def moved(pose: Rigid, step: Float64[np.ndarray, "6"]) -> Rigid:
+    """A pose after a step of its six unknowns."""
+    turn = Rigid.from_rotation_vector(step[:3], np.zeros(3))
+    return Rigid(turn.rotation @ pose.rotation, pose.translation + step[3:])
+
+
+def _board_slopes(corners_mm: Points3, plate: Points3) -> Float64[np.ndarray, "n 3 5"]:
+    """Derivatives of the corners by the board's terms; its shape is linear in them."""
+    middle = 0.5 * (plate.min(axis=0) + plate.max(axis=0))
+    half_mm = 0.5 * float(np.ptp(plate, axis=0).max())
+    u, v = ((corners_mm - middle)[:, :2] / half_mm).T
+    slopes = np.zeros((len(corners_mm), 3, len(BOARD_TERMS)))
+    slopes[:, 1, 0] = v
+    slopes[:, 0, 1] = v
+    slopes[:, 2, 2] = u * u
+    slopes[:, 2, 3] = u * v
+    slopes[:, 2, 4] = v * v
+    return slopes * half_mm
+
+
+class LensSlopes(NamedTuple):
+    """Pixels with their derivatives by the ideal coordinates and by the lens."""
+
+    xy_px: Points2
+    by_ideal: Float64[np.ndarray, "n 2 2"]
+    by_lens: Float64[np.ndarray, "n 2 10"]
+
+
+def lens_slopes(x: np.ndarray, y: np.ndarray, lens: Float64[np.ndarray, "10"]) -> LensSlopes:
+    """geometry.camera.Camera.project with its derivatives by (X/Z, Y/Z) and by the lens."""
+    fx, fy, cx, cy, skew, k1, k2, p1, p2, k3 = lens
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3))
+    xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    yd = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+
+    cross = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    by_ideal = np.empty((len(x), 2, 2))
+    xd_by_x = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+    yd_by_y = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+    by_ideal[:, 0, 0] = fx * xd_by_x + skew * cross
+    by_ideal[:, 0, 1] = fx * cross + skew * yd_by_y
+    by_ideal[:, 1, 0] = fy * cross
+    by_ideal[:, 1, 1] = fy * yd_by_y
+
+    by_lens = np.zeros((len(x), 2, LENS))
+    by_lens[:, 0, 0], by_lens[:, 1, 1] = xd, yd
+    by_lens[:, 0, 2] = by_lens[:, 1, 3] = 1.0
+    by_lens[:, 0, 4] = yd
+    for column, power in ((5, r2), (6, r2**2), (9, r2**3)):
+        by_lens[:, 0, column] = fx * x * power + skew * y * power
+        by_lens[:, 1, column] = fy * y * power
+    tilt_x, tilt_y = r2 + 2.0 * x * x, r2 + 2.0 * y * y
+    by_lens[:, 0, 7] = fx * 2.0 * x * y + skew * tilt_y
+    by_lens[:, 1, 7] = fy * tilt_y
+    by_lens[:, 0, 8] = fx * tilt_x + skew * 2.0 * x * y
+    by_lens[:, 1, 8] = fy * 2.0 * x * y
+    return LensSlopes(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)
+
+
+_STEPS = 50
+_BOARD_SIGMAS = np.array([0.01, 0.01, 0.02, 0.02, 0.02])
+"""What is known beforehand of a print and its mounting (projection.BOARD_TERMS): little."""
+_TYPICAL_PX = 0.1
+"""Sigma of a corner that gives the board's prior its weight against the corners."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """The board's corners in one photo."""
+
+    name: str
+    ids: Int32[np.ndarray, " n"]
+    xy_px: Points2
+
+    def only(self, keep: Bool[np.ndarray, " n"]) -> "Sighting":
+        return replace(self, ids=self.ids[keep], xy_px=self.xy_px[keep])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """An adjusted lens, board and poses."""
+
+    shared: Float64[np.ndarray, "15"]
+    """Lens (geometry.camera.PARAMETERS), then the board's terms (projection.BOARD_TERMS)."""
+    free: Bool[np.ndarray, "15"]
+    poses: tuple[Rigid, ...]
+    """camera_from_board, one a photo."""
+    residuals_px: tuple[Points2, ...]
+    """Seen minus projected, photo by photo."""
+    cofactors: Float64[np.ndarray, "15 15"]
+    """Inverse of the reduced normal matrix; zero where not free."""
+
+    @property
+    def squares(self) -> float:
+        """Sum of the squared residuals, px^2."""
+        return float(sum((residual**2).sum() for residual in self.residuals_px))
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square distance per corner, as OpenCV's calibration reports it."""
+        return float(np.sqrt(self.squares / sum(len(one) for one in self.residuals_px)))
+
+    @property
+    def sigma0_px(self) -> float:
+        """A posteriori standard deviation of one coordinate."""
+        observations = sum(2 * len(one) for one in self.residuals_px)
+        unknowns = int(self.free.sum()) + POSE * len(self.poses)
+        return float(np.sqrt(self.squares / max(1, observations - unknowns)))
+
+    @property
+    def covariance(self) -> Float64[np.ndarray, "15 15"]:
+        return self.cofactors * self.sigma0_px**2
+
+
+@dataclass(frozen=True)
+class _Normals:
+    """The reduced normal equations, and what gives the poses back."""
+
+    cost: float
+    matrix: Float64[np.ndarray, "15 15"]
+    right: Float64[np.ndarray, "15"]
+    mixed: Float64[np.ndarray, "k 15 6"]
+    posed: Float64[np.ndarray, "k 6 6"]
+    pose_right: Float64[np.ndarray, "k 6"]
+
+
+def adjust(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    shared: Float64[np.ndarray, "15"],
+    poses: tuple[Rigid, ...],
+    free: Bool[np.ndarray, "15"],
+) -> Solution:
+    """The least-squares solution from a start near it.
+
+    Raises:
+        CalibrationError: the free unknowns cannot be told apart in these photos.
+    """
+    normals = _normals(sightings, plate, shared, poses)
+    damping = 1e-4
+    for _ in range(_STEPS):
+        step, pose_steps = _step(normals, free, damping)
+        tried = shared + step
+        tried_poses = tuple(moved(pose, one) for pose, one in zip(poses, pose_steps))
+        new = _normals(sightings, plate, tried, tried_poses)
+        if new.cost <= normals.cost and np.isfinite(new.cost):
+            gain = normals.cost - new.cost
+            shared, poses, normals = tried, tried_poses, new
+            damping = max(damping * 0.1, 1e-12)
+            if gain <= 1e-12 * new.cost + 1e-14:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e8:
+                break
+    return Solution(
+        shared=shared,
+        free=free,
+        poses=poses,
+        residuals_px=tuple(
+            one.xy_px - project_board(plate[one.ids], plate, shared, pose).xy_px
+            for one, pose in zip(sightings, poses)
+        ),
+        cofactors=_cofactors(normals, free),
+    )
+
+
+def scatter(sightings: tuple[Sighting, ...], plate: Points3, solution: Solution) -> float:
+    """How much more the lens scatters from photo to photo than its covariance says.
+
+    Delete-one jackknife over photos, linearized (Bell and McCaffrey 2002, CR3): errors that the
+    corners of one photo share, as from a wavy print, show here and not in sigma0. Median over
+    the free lens parameters of jackknife over formal sigma; 1 for independent errors.
+    """
+    free = solution.free
+    whole = np.linalg.pinv(solution.cofactors[np.ix_(free, free)], hermitian=True)
+    shifts: list[np.ndarray] = []
+    for one, pose in zip(sightings, solution.poses):
+        alone = _normals((one,), plate, solution.shared, (pose,), with_prior=False)
+        solved = np.linalg.solve(alone.posed[0], alone.mixed[0].T)
+        reduced = (alone.matrix - alone.mixed[0] @ solved)[np.ix_(free, free)]
+        shifts.append(_inverse(whole - reduced) @ alone.right[free])
+    count = len(shifts)
+    variance = (count - 1) / count * (np.array(shifts) ** 2).sum(axis=0)
+    lens = np.flatnonzero(free) < LENS
+    formal = np.diag(solution.covariance)[free]
+    return float(np.sqrt(np.median((variance / formal)[lens])))
+
+
+def _normals(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    shared: Float64[np.ndarray, "15"],
+    poses: tuple[Rigid, ...],
+    *,
+    with_prior: bool = True,
+) -> _Normals:
+    """Normal equations of all photos, with the weak prior on the board's shape."""
+    matrix, right, cost = np.zeros((SHARED, SHARED)), np.zeros(SHARED), 0.0
+    mixed = np.empty((len(poses), SHARED, POSE))
+    posed = np.empty((len(poses), POSE, POSE))
+    pose_right = np.empty((len(poses), POSE))
+    for row, (one, pose) in enumerate(zip(sightings, poses)):
+        projection = project_board(plate[one.ids], plate, shared, pose)
+        a = projection.by_shared.reshape(-1, SHARED)
+        b = projection.by_pose.reshape(-1, POSE)
+        residual = (one.xy_px - projection.xy_px).ravel()
+        cost += float(residual @ residual)
+        matrix += a.T @ a
+        right += a.T @ residual
+        mixed[row], posed[row], pose_right[row] = a.T @ b, b.T @ b, b.T @ residual
+    weights = np.zeros(SHARED)
+    if with_prior:
+        weights[LENS:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
+    cost += float(weights @ shared**2)
+    return _Normals(
+        cost, matrix + np.diag(weights), right - weights * shared, mixed, posed, pose_right
+    )
+
+
+def _step(
+    normals: _Normals, free: Bool[np.ndarray, "15"], damping: float
+) -> tuple[Float64[np.ndarray, "15"], Float64[np.ndarray, "k 6"]]:
+    grown = 1.0 + damping
+    posed = normals.posed * (1.0 + damping * np.eye(POSE))
+    solved = np.linalg.solve(posed, normals.mixed.transpose(0, 2, 1))
+    poses_alone = np.linalg.solve(posed, normals.pose_right[..., None])[..., 0]
+    reduced = normals.matrix * (1.0 + (grown - 1.0) * np.eye(SHARED)) - np.einsum(
+        "kij,kjl->il", normals.mixed, solved
+    )
+    right = normals.right - np.einsum("kij,kj->i", normals.mixed, poses_alone)
+    step = np.zeros(SHARED)
+    step[free] = _inverse(reduced[np.ix_(free, free)]) @ right[free]
+    return step, poses_alone - np.einsum("kji,i->kj", solved, step)
+
+
+def _cofactors(normals: _Normals, free: Bool[np.ndarray, "15"]) -> Float64[np.ndarray, "15 15"]:
+    solved = np.linalg.solve(normals.posed, normals.mixed.transpose(0, 2, 1))
+    reduced = normals.matrix - np.einsum("kij,kjl->il", normals.mixed, solved)
+    cofactors = np.zeros((SHARED, SHARED))
+    cofactors[np.ix_(free, free)] = _inverse(reduced[np.ix_(free, free)])
+    return cofactors
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse of a symmetric positive matrix whose rows differ much in unit."""
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = matrix * unit[:, None] * unit
+    finite = bool(np.isfinite(scaled).all())
+    values, vectors = np.linalg.eigh(scaled if finite else np.zeros_like(scaled))
+    if not finite or values[0] <= 1e-14 * values[-1]:
+        raise CalibrationError(
+            "These photos do not determine the camera: different lenses explain them equally "
+            "well. The board was probably held parallel to the sensor in all of them. Tilt it "
+            "by 20 to 45 degrees to all sides."
+        )
+    return (vectors / values) @ vectors.T * np.outer(unit, unit)

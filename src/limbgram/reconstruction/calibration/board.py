@@ -1,0 +1,261 @@
+"""Calibration: the lens from photos of a board of known size.
+
+In      a PhotoSet of one camera, and the Board in it.
+Out     a BoardCalibration: the camera with its covariance, and everything needed to judge it.
+Method  plane-based calibration (Zhang 2000) started by OpenCV and finished by our own
+        adjustment, which also tests skew, the sixth-order distortion and the board's flatness.
+Fails   CalibrationError: too few photos, mixed cameras, a board of another size, views that
+        leave the camera open.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64, Int32
+
+from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.reconstruction.calibration.adjustment import (
+    BOARD_TERMS,
+    LENS,
+    Sighting,
+    Solution,
+    scatter,
+)
+from limbgram.reconstruction.calibration.cameras import Calibration, label_of
+from limbgram.reconstruction.calibration.screening import (
+    Estimate,
+    Screened,
+    choose,
+    free_unknowns,
+    screen,
+)
+from limbgram.reconstruction.calibration.verdicts import (
+    Coverage,
+    coverage,
+    doubts,
+    edge_sigmas_px,
+    refuse_contradiction,
+    refuse_few,
+    refuse_mixed,
+    refuse_uncovered,
+    refuse_undetermined,
+)
+from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
+from limbgram.reconstruction.targets.board import Board, BoardDetections
+from limbgram.reconstruction.targets.finding import TargetOptions, find_board
+
+_SKEW = PARAMETERS.index("skew")
+_K3 = PARAMETERS.index("k3")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationOptions:
+    """What is asked of calibration photos, and when a term of the model is kept."""
+
+    targets: TargetOptions = field(default_factory=TargetOptions)
+    """How the board is found."""
+    min_photos: int = 3
+    """Photos of the board without which calibration is refused."""
+    few_photos: int = 6
+    """Photos below which the result is doubted; the board's shape is not tested below it."""
+    photo_factor: float = 3.0
+    """A photo is set aside when its RMS is this many times the median of all photos."""
+    corner_sigmas: float = 5.0
+    """A corner is left out when it is this many robust sigmas off."""
+    significance: float = 5.0
+    """Sigmas from zero beyond which skew or k3 counts as seen."""
+    meaningful_skew_px: float = 0.5
+    """Shift at the picture's edge below which even a significant skew is not delivered."""
+    board_gain: float = 0.03
+    """Fall of the RMS for which the board's print and flatness are estimated too."""
+    max_rms_px: float = 1.0
+    """RMS of the corners beyond which calibration is refused (see `max_rms`)."""
+    max_rms: float = 0.0003
+    """The same over the picture's longer side, for large pictures; the larger of both holds."""
+    max_focal_sigma: float = 0.01
+    """Relative sigma of the focal length beyond which calibration is refused."""
+    min_reach: float = 0.1
+    """How far towards each corner of the picture the board must have come, 0 to 1."""
+    max_edge_sigma_px: float = 5.0
+    """Uncertainty of a ray in a corner of the picture beyond which calibration is refused."""
+    good_reach: float = 0.5
+    """The same without a doubt."""
+
+
+DEFAULTS = CalibrationOptions()
+
+_HOPELESS = 5.0
+"""Times the accepted sigma of the focal length beyond which no choice of model can help."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoFit:
+    """How one photo agrees with the camera."""
+
+    name: str
+    camera_from_board: Rigid
+    ids: Int32[np.ndarray, " n"]
+    xy_px: Points2
+    residuals_px: Points2
+    """Seen minus projected."""
+    dropped: int
+    """Corners left out, here and at detection."""
+
+    @property
+    def rms_px(self) -> float:
+        return float(np.sqrt((self.residuals_px**2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardCalibration:
+    """A camera calibrated from a board, with what is needed to judge it."""
+
+    calibration: Calibration
+    board: Board
+    photos: tuple[PhotoFit, ...]
+    set_aside: tuple[SetAside, ...]
+    sigma0_px: float
+    """Standard deviation of one coordinate of one corner."""
+    inflation: float
+    """Factor on all sigmas for errors that the corners of one photo share; 1 where none show."""
+    correlations: Float64[np.ndarray, "10 10"]
+    """Of the lens (geometry.camera.PARAMETERS); zero rows for what was held fixed."""
+    aspect: Estimate
+    """fy / fx."""
+    skew: Estimate
+    """Estimated for the test against zero, delivered or not."""
+    skew_delivered: bool
+    k3: Estimate
+    """The same for the sixth-order distortion."""
+    k3_delivered: bool
+    board_shape: tuple[Estimate, ...] | None
+    """How the board differs from flat and true (projection.BOARD_TERMS); None: it does not."""
+    coverage: Coverage
+    edge_sigmas_px: Float64[np.ndarray, "4"]
+    """Sigma of a ray's place in the four corners of the picture (order of Coverage.reach)."""
+    doubts: tuple[str, ...]
+
+
+def calibrate(
+    photos: PhotoSet, board: Board, options: CalibrationOptions = DEFAULTS
+) -> BoardCalibration:
+    """Calibrate the one camera that took these photos of a board."""
+    return calibrate_detections(photos, find_board(photos, board, options.targets), options)
+
+
+def calibrate_detections(
+    photos: PhotoSet, detections: BoardDetections, options: CalibrationOptions = DEFAULTS
+) -> BoardCalibration:
+    """The same from corners already found."""
+    seen_by = tuple(photos.photos[one.photo_idx] for one in detections.photos)
+    refuse_few(detections, options.min_photos)
+    refuse_mixed(seen_by)
+    size_px = (seen_by[0].width_px, seen_by[0].height_px)
+    plate = detections.corners_mm
+    sightings = tuple(Sighting(one.name, one.ids, one.xy_px) for one in detections.photos)
+
+    bend = len(sightings) >= options.few_photos and not detections.board.has_quarter_turns
+    screened = screen(
+        sightings,
+        plate,
+        size_px,
+        free_unknowns(k3=len(sightings) >= options.few_photos, skew=False, board=bend),
+        min_photos=options.min_photos,
+        photo_factor=options.photo_factor,
+        corner_sigmas=options.corner_sigmas,
+    )
+    refuse_undetermined(screened.solution, 1.0, _HOPELESS * options.max_focal_sigma)
+    choice = choose(
+        screened,
+        plate,
+        size_px,
+        bend=bend and len(screened.sightings) >= options.few_photos,
+        significance=options.significance,
+        meaningful_skew_px=options.meaningful_skew_px,
+        board_gain=options.board_gain,
+    )
+    solution = choice.solution
+    inflation = max(1.0, scatter(screened.sightings, plate, solution))
+    seen = coverage(np.concatenate([one.xy_px for one in screened.sightings]), size_px)
+    refuse_contradiction(solution, max(options.max_rms_px, options.max_rms * max(size_px)))
+    refuse_undetermined(solution, inflation, options.max_focal_sigma)
+    covariance = solution.covariance * inflation**2
+    lens = Camera(
+        width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0
+    ).with_parameters(solution.shared[:LENS])
+    edges_px = edge_sigmas_px(lens, covariance[:LENS, :LENS])
+    refuse_uncovered(seen, edges_px, options.min_reach, options.max_edge_sigma_px)
+    return BoardCalibration(
+        calibration=Calibration(
+            camera=lens,
+            covariance=covariance[:LENS, :LENS].copy(),
+            source="board",
+            label=label_of(seen_by[0].exif),
+            focal_mm=seen_by[0].exif.focal_mm,
+            rms_px=solution.rms_px,
+        ),
+        board=detections.board,
+        photos=_photo_fits(screened, solution, detections),
+        set_aside=detections.set_aside + screened.set_aside,
+        sigma0_px=solution.sigma0_px,
+        inflation=inflation,
+        correlations=_correlations(covariance[:LENS, :LENS]),
+        aspect=_aspect(solution.shared, covariance),
+        skew=replace(choice.skew, sigma=choice.skew.sigma * inflation),
+        skew_delivered=bool(solution.free[_SKEW]),
+        k3=replace(choice.k3, sigma=choice.k3.sigma * inflation),
+        k3_delivered=bool(solution.free[_K3]),
+        board_shape=_board_shape(solution, covariance),
+        coverage=seen,
+        edge_sigmas_px=edges_px,
+        doubts=doubts(
+            seen,
+            edges_px,
+            solution,
+            inflation,
+            few_photos=options.few_photos,
+            good_reach=options.good_reach,
+        ),
+    )
+
+
+def _aspect(shared: np.ndarray, covariance: np.ndarray) -> Estimate:
+    fx, fy = float(shared[0]), float(shared[1])
+    slope = np.array([-fy / fx**2, 1.0 / fx])
+    return Estimate(fy / fx, float(np.sqrt(slope @ covariance[:2, :2] @ slope)))
+
+
+def _board_shape(solution: Solution, covariance: np.ndarray) -> tuple[Estimate, ...] | None:
+    if not solution.free[LENS:].any():
+        return None
+    return tuple(
+        Estimate(float(solution.shared[row]), float(np.sqrt(covariance[row, row])))
+        for row in range(LENS, LENS + len(BOARD_TERMS))
+    )
+
+
+def _correlations(covariance: np.ndarray) -> Float64[np.ndarray, "10 10"]:
+    sigmas = np.sqrt(np.diag(covariance))
+    scale = np.where(sigmas > 0, 1.0 / np.where(sigmas > 0, sigmas, 1.0), 0.0)
+    return covariance * np.outer(scale, scale)
+
+
+def _photo_fits(
+    screened: Screened, solution: Solution, detections: BoardDetections
+) -> tuple[PhotoFit, ...]:
+    doubtful = {one.name: len(one.doubts) for one in detections.photos}
+    return tuple(
+        PhotoFit(
+            name=one.name,
+            camera_from_board=pose,
+            ids=one.ids,
+            xy_px=one.xy_px,
+            residuals_px=residuals_px,
+            dropped=doubtful[one.name] + screened.dropped[one.name],
+        )
+        for one, pose, residuals_px in zip(
+            screened.sightings, solution.poses, solution.residuals_px
+        )
+    )

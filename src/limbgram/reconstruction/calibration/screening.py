@@ -1,0 +1,217 @@
+"""Screening: a first solution, and what to leave out of it.
+
+In      the board's corners in all photos.
+Out     a solution with only good photos and good corners, and the reasons for the others.
+Method  OpenCV's calibration (Zhang 2000) starts; the worst photo goes while it is far worse
+        than the others, then corners go that lie far outside the spread of all.
+"""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.errors import CalibrationError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS
+from limbgram.reconstruction.calibration.adjustment import (
+    LENS,
+    SHARED,
+    Sighting,
+    Solution,
+    adjust,
+    scatter,
+)
+from limbgram.reconstruction.photos.photo import SetAside
+
+_SKEW = PARAMETERS.index("skew")
+_K3 = PARAMETERS.index("k3")
+_LENIENT_PX = 0.05
+"""Photos and corners better than this are never left out, however good the others are."""
+
+
+@dataclass(frozen=True)
+class Screened:
+    """What remained, its solution, and what was left out."""
+
+    sightings: tuple[Sighting, ...]
+    solution: Solution
+    set_aside: tuple[SetAside, ...] = ()
+    dropped: dict[str, int] = field(default_factory=dict[str, int])
+    """Corners left out, by photo."""
+
+
+def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, "15"]:
+    """Which shared unknowns an adjustment estimates; the others stay as they are."""
+    free = np.ones(SHARED, bool)
+    free[PARAMETERS.index("k3")] = k3
+    free[PARAMETERS.index("skew")] = skew
+    free[LENS:] = board
+    return free
+
+
+def screen(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    size_px: tuple[int, int],
+    free: Bool[np.ndarray, "15"],
+    *,
+    min_photos: int,
+    photo_factor: float,
+    corner_sigmas: float,
+) -> Screened:
+    """Adjust, leaving out photos and corners that contradict the others.
+
+    Args:
+        photo_factor: A photo goes when its RMS is this many times the median of all.
+        corner_sigmas: A corner goes when it is this many robust sigmas off.
+    """
+    solution = _start(sightings, plate, size_px, free)
+    set_aside: list[SetAside] = []
+    while len(sightings) > min_photos:
+        rms_px = np.array([_rms(residual) for residual in solution.residuals_px])
+        worst, limit = int(rms_px.argmax()), photo_factor * float(np.median(rms_px))
+        if rms_px[worst] <= max(limit, _LENIENT_PX):
+            break
+        set_aside.append(
+            SetAside(
+                sightings[worst].name,
+                f"its corners are {rms_px[worst]:.2f} px off, those of the other photos "
+                f"{float(np.median(rms_px)):.2f} px: moved, out of focus, or a bent board",
+            )
+        )
+        sightings = sightings[:worst] + sightings[worst + 1 :]
+        solution = _start(sightings, plate, size_px, free)
+    return _without_bad_corners(sightings, plate, solution, tuple(set_aside), corner_sigmas)
+
+
+def readjust(screened: Screened, plate: Points3, free: Bool[np.ndarray, "15"]) -> Solution:
+    """The same photos and corners with other unknowns; what is no longer free becomes zero."""
+    shared = np.where(free, screened.solution.shared, 0.0)
+    return adjust(screened.sightings, plate, shared, screened.solution.poses, free)
+
+
+def _without_bad_corners(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    solution: Solution,
+    set_aside: tuple[SetAside, ...],
+    corner_sigmas: float,
+) -> Screened:
+    dropped = {one.name: 0 for one in sightings}
+    for _ in range(3):
+        off_px = [np.linalg.norm(residual, axis=1) for residual in solution.residuals_px]
+        sigma_px = float(np.median(np.concatenate(off_px))) / 1.1774
+        limit_px = max(corner_sigmas * sigma_px, _LENIENT_PX)
+        keeps = [one <= limit_px for one in off_px]
+        if all(keep.all() for keep in keeps):
+            break
+        for one, keep in zip(sightings, keeps):
+            dropped[one.name] += int((~keep).sum())
+        sightings = tuple(one.only(keep) for one, keep in zip(sightings, keeps))
+        solution = adjust(sightings, plate, solution.shared, solution.poses, solution.free)
+    return Screened(sightings, solution, set_aside, dropped)
+
+
+def _start(
+    sightings: tuple[Sighting, ...],
+    plate: Points3,
+    size_px: tuple[int, int],
+    free: Bool[np.ndarray, "15"],
+) -> Solution:
+    """OpenCV's solution, adjusted with our unknowns."""
+    flags = cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO
+    guess = np.diag([float(max(size_px)), float(max(size_px)), 1.0])
+    try:
+        _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
+            [plate[one.ids].astype(np.float32) for one in sightings],
+            [one.xy_px.astype(np.float32).reshape(-1, 1, 2) for one in sightings],
+            size_px,
+            guess,
+            np.zeros(5),
+            flags=flags,
+        )
+    except cv2.error as error:
+        raise CalibrationError(
+            "No camera explains these photos of the board. The board was probably held the same "
+            "way in all of them, or its size is wrong. Tilt it by 20 to 45 degrees to all sides."
+        ) from error
+    shared = np.zeros(SHARED)
+    shared[:4] = np.asarray(matrix)[[0, 1, 0, 1], [0, 1, 2, 2]]
+    shared[5:7] = np.asarray(distortion).ravel()[:2]
+    poses = tuple(
+        Rigid.from_rotation_vector(np.ravel(turn), np.ravel(shift))
+        for turn, shift in zip(turns, shifts)
+    )
+    if not np.isfinite(shared).all() or min(shared[:2]) <= 0:
+        raise CalibrationError(
+            "The focal length cannot be told from these photos: the board was held parallel to "
+            "the sensor in all of them. Tilt it by 20 to 45 degrees to all sides."
+        )
+    return adjust(sightings, plate, shared, poses, free)
+
+
+def _rms(residual_px: Float64[np.ndarray, "n 2"]) -> float:
+    return float(np.sqrt((residual_px**2).sum(axis=1).mean()))
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard deviation."""
+
+    value: float
+    sigma: float
+
+    @property
+    def sigmas_from_zero(self) -> float:
+        return abs(self.value) / self.sigma if self.sigma > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The solution that is delivered, and the tests of what it may leave out."""
+
+    solution: Solution
+    skew: Estimate
+    k3: Estimate
+
+
+def choose(
+    screened: Screened,
+    plate: Points3,
+    size_px: tuple[int, int],
+    *,
+    bend: bool,
+    significance: float,
+    meaningful_skew_px: float,
+    board_gain: float,
+) -> Choice:
+    """Keep k3, the board's shape and skew each only where the photos show it.
+
+    Args:
+        bend: Whether the photos are such that the board's shape can be asked for.
+    """
+    if bend:
+        flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
+        bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
+        bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px
+    with_k3 = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=bend))
+    k3 = _estimate(with_k3, _K3)
+    spread = max(1.0, scatter(screened.sightings, plate, with_k3))
+    k3_seen = k3.sigmas_from_zero > significance * spread
+    with_skew = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=True, board=bend))
+    skew = _estimate(with_skew, _SKEW)
+    spread = max(1.0, scatter(screened.sightings, plate, with_skew))
+    shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
+    if skew.sigmas_from_zero > significance * spread and shift_px > meaningful_skew_px:
+        return Choice(with_skew, skew, k3)
+    plain = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=False, board=bend))
+    return Choice(plain, skew, k3)
+
+
+def _estimate(solution: Solution, row: int) -> Estimate:
+    return Estimate(
+        float(solution.shared[row]), float(np.sqrt(max(0.0, solution.covariance[row, row])))
+    )

@@ -1,0 +1,273 @@
+"""Agreement: how many other depth maps have the same point of the surface (compiled).
+
+A pixel's point is taken into another photo, onto the plane that was measured there, and back.
+It agrees if it returns to within a fraction of a pixel, at about the same depth, with a similar
+normal. Matches that are wrong rarely do so twice.
+
+Estimation: depth and normal of every pixel that shows the region, photo by photo.
+
+In      the photos, a MetricScene, a Region.
+Out     one DepthMap a photo, holding only what other photos' maps confirm.
+Method  pinhole crops; PatchMatch at a quarter of their scale; what other photos confirm there,
+        and its surroundings, again at half and whole scale with a sub-pixel polish; then a pixel
+        stays if enough other maps have its point with a similar normal.
+Fails   DenseError: too few photos show the region, or next to nothing could be matched.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, UInt8
+from numba import njit
+
+from limbgram.core.errors import DenseError, OptionsError
+from limbgram.core.run import in_parallel
+from limbgram.reconstruction.dense.crops import HALVINGS, Crop, crop_photo, reduction_for
+from limbgram.reconstruction.dense.depth import DepthMap
+from limbgram.reconstruction.dense.neighbours import NeighbourOptions, choose_neighbours
+from limbgram.reconstruction.dense.patchmatch import MOST_SOURCES
+from limbgram.reconstruction.dense.region import Region
+from limbgram.reconstruction.dense.solving import (
+    DenseOptions,
+    depth_map_of,
+    solve_coarse,
+    solve_fine,
+)
+from limbgram.reconstruction.photos.decoding import in_flight_mb
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.quality import common_fault
+from limbgram.reconstruction.scale.metric import MetricScene
+
+_DEPTH_TOLERANCE = 0.02
+"""Relative; only to keep apart surfaces that a return to the same pixel would not."""
+
+
+def agreeing(
+    depth_map: DepthMap, others: Sequence[DepthMap], agree_px: float, agree_deg: float
+) -> UInt8[np.ndarray, "h w"]:
+    """Number of other maps that agree, by pixel."""
+    votes = np.zeros(depth_map.depth_mm.shape, np.uint8)
+    own = view_row(depth_map)
+    for other in others:
+        _vote(
+            depth_map.depth_mm, depth_map.normal_in_camera, own,
+            other.depth_mm, other.normal_in_camera, view_row(other),
+            agree_px, np.cos(np.radians(agree_deg)), votes,
+        )  # fmt: skip
+    return votes
+
+
+def view_row(depth_map: DepthMap) -> Float64[np.ndarray, "17"]:
+    """Rotation (9), translation (3), fx, fy, cx, cy, skew of the crop's pinhole, for kernels."""
+    camera, pose = depth_map.camera, depth_map.camera_from_world
+    lens = [camera.fx, camera.fy, camera.cx - depth_map.x0, camera.cy - depth_map.y0, camera.skew]
+    return np.concatenate([pose.rotation.ravel(), pose.translation, lens])
+
+
+@njit(inline="always")
+def into_view(view, x, y, z):
+    """World point to pixel and depth."""
+    a = view[0] * x + view[1] * y + view[2] * z + view[9]
+    b = view[3] * x + view[4] * y + view[5] * z + view[10]
+    c = view[6] * x + view[7] * y + view[8] * z + view[11]
+    p, q = a / c, b / c
+    return view[12] * p + view[16] * q + view[14], view[13] * q + view[15], c
+
+
+@njit(inline="always")
+def out_of_view(view, u, v, depth):
+    """Pixel and depth to world point."""
+    q = (v - view[15]) / view[13]
+    p = (u - view[14] - view[16] * q) / view[12]
+    a, b, c = p * depth - view[9], q * depth - view[10], depth - view[11]
+    return (
+        view[0] * a + view[3] * b + view[6] * c,
+        view[1] * a + view[4] * b + view[7] * c,
+        view[2] * a + view[5] * b + view[8] * c,
+    )
+
+
+@njit(inline="always")
+def turned_out(view, nx, ny, nz):
+    """Direction in the camera to direction in the world."""
+    return (
+        view[0] * nx + view[3] * ny + view[6] * nz,
+        view[1] * nx + view[4] * ny + view[7] * nz,
+        view[2] * nx + view[5] * ny + view[8] * nz,
+    )
+
+
+@njit(inline="always")
+def depth_on_plane(view, u, v, column, row, depth, nx, ny, nz):
+    """Depth at (u, v) of the plane measured at a pixel nearby."""
+    q0, q1 = (row - view[15]) / view[13], (v - view[15]) / view[13]
+    p0 = (column - view[14] - view[16] * q0) / view[12]
+    p1 = (u - view[14] - view[16] * q1) / view[12]
+    facing = nx * p1 + ny * q1 + nz
+    if facing > -1e-3:
+        return depth
+    return depth * (nx * p0 + ny * q0 + nz) / facing
+
+
+@njit(cache=True, nogil=True)
+def _vote(
+    depth, normal, view, other_depth, other_normal, other_view, agree_px, least_cosine, votes
+):
+    height, width = depth.shape
+    other_height, other_width = other_depth.shape
+    for row in range(height):
+        for column in range(width):
+            here = depth[row, column]
+            if not here > 0:
+                continue
+            x, y, z = out_of_view(view, column, row, here)
+            u, v, far = into_view(other_view, x, y, z)
+            if not (far > 0 and u > 0 and v > 0 and u < other_width - 1 and v < other_height - 1):
+                continue
+            i, j = int(u + 0.5), int(v + 0.5)
+            measured = other_depth[j, i]
+            if not measured > 0:
+                continue
+            nx, ny, nz = other_normal[j, i]
+            there = depth_on_plane(other_view, u, v, i, j, measured, nx, ny, nz)
+            if abs(there - far) > _DEPTH_TOLERANCE * far:
+                continue
+            ox, oy, oz = turned_out(other_view, nx, ny, nz)
+            mx, my, mz = turned_out(
+                view, normal[row, column, 0], normal[row, column, 1], normal[row, column, 2]
+            )
+            if ox * mx + oy * my + oz * mz < least_cosine:
+                continue
+            x, y, z = out_of_view(other_view, u, v, there)
+            back_u, back_v, _ = into_view(view, x, y, z)
+            if (back_u - column) ** 2 + (back_v - row) ** 2 <= agree_px**2:
+                votes[row, column] += 1
+
+
+DEFAULTS = DenseOptions()
+
+_WIDEST_DEG = 65.0
+"""Photos with this angle between their rays are still compared, if no narrower ones serve."""
+_CROP_BYTES = 2.0
+"""A pixel of a photo, for its mask while it is cropped."""
+_COARSE_AGREE_PX, _COARSE_AGREE_DEG = 1.5, 60.0
+"""How closely a rough map must agree with another one."""
+_UNPAINTED = (
+    "The sock is probably unpainted. Paint it with dense, irregular spots, and photograph again."
+)
+_SURROUNDINGS_PX = 3
+"""Pixels round a confirmed one that are looked at again, at the coarsest level."""
+
+
+def estimate_depth(
+    photos: PhotoSet, metric: MetricScene, region: Region, options: DenseOptions = DEFAULTS
+) -> tuple[DepthMap, ...]:
+    """Depth maps of all placed photos that show the region.
+
+    Raises:
+        DenseError: fewer than two photos show the region, or too little could be matched.
+    """
+    if not 1 <= options.sources <= MOST_SOURCES:
+        raise OptionsError(f"sources must lie between 1 and {MOST_SOURCES}.")
+    crops = _crops(photos, metric, region, options)
+    neighbours = _neighbours(metric, region, crops, options)
+    crops = [crop for crop in crops if neighbours[crop.photo_idx]]
+    if len(crops) < 2:
+        raise DenseError(
+            "No two photos show the limb from directions that suit each other. Photograph all "
+            "round the limb, with 10 to 25 degrees from one photo to the next."
+        )
+    of_photo = {crop.photo_idx: k for k, crop in enumerate(crops)}
+    sources = [[of_photo[photo] for photo in neighbours[crop.photo_idx]] for crop in crops]
+    every = range(len(crops))
+
+    coarse = in_parallel(
+        lambda k: solve_coarse(crops[k], [crops[j] for j in sources[k]], options), every
+    )
+    rough = [depth_map_of(solution, region, options) for solution in coarse]
+    narrowed = [_narrowed(crops[k], rough[k], [rough[j] for j in sources[k]]) for k in every]
+
+    def fine(k: int) -> DepthMap:
+        solution = solve_fine(
+            narrowed[k], [crops[j] for j in sources[k]], coarse[k].planes, options
+        )
+        return depth_map_of(solution, region, options)
+
+    maps = in_parallel(fine, every)
+    witnesses = [sorted({*sources[k], *(j for j in every if k in sources[j])}) for k in every]
+    confirmed = in_parallel(
+        lambda k: _confirmed(maps[k], [maps[j] for j in witnesses[k]], options), every
+    )
+    _refuse_if_bare(photos, crops, confirmed, options)
+    return tuple(confirmed)
+
+
+def _crops(
+    photos: PhotoSet, metric: MetricScene, region: Region, options: DenseOptions
+) -> list[Crop]:
+    scene = metric.scene
+    reduction = reduction_for(region, scene.views, options.most_px)
+    found = in_parallel(
+        lambda k: crop_photo(photos.photos[k], k, scene.view(k), region, reduction),
+        scene.placed,
+        each_mb=in_flight_mb(photos.photos, _CROP_BYTES),
+    )
+    crops = [crop for crop in found if crop is not None]
+    if len(crops) < 2:
+        raise DenseError(
+            f"{len(crops)} of {len(scene.placed)} placed photos show the region; 2 are needed. "
+            "The box or the masks probably miss the limb. Correct them, or leave them out."
+        )
+    return crops
+
+
+def _neighbours(
+    metric: MetricScene, region: Region, crops: Sequence[Crop], options: DenseOptions
+) -> dict[int, list[int]]:
+    """By photo, the photos to compare it with, best first; without own choice, who chose it."""
+    shown = [crop.photo_idx for crop in crops]
+    choice = NeighbourOptions(most=options.sources, most_angle_deg=_WIDEST_DEG)
+    chosen = choose_neighbours(metric, region, choice)
+    own = {photo: [other for other in chosen[photo] if other in shown] for photo in shown}
+    return {
+        photo: own[photo] or [k for k in shown if photo in own[k]][: options.sources]
+        for photo in shown
+    }
+
+
+def _narrowed(crop: Crop, rough: DepthMap, others: Sequence[DepthMap]) -> Crop:
+    """The crop wanting only what another rough map confirms, and the surroundings."""
+    votes = agreeing(rough, others, _COARSE_AGREE_PX, _COARSE_AGREE_DEG)
+    cells = 1 << HALVINGS
+    near = np.zeros((crop.wanted.shape[0] // cells, crop.wanted.shape[1] // cells), np.uint8)
+    top, left = rough.y0 - crop.y0 // cells, rough.x0 - crop.x0 // cells
+    near[top : top + votes.shape[0], left : left + votes.shape[1]] = votes > 0
+    side = 2 * _SURROUNDINGS_PX + 1
+    near = cv2.dilate(near, np.ones((side, side), np.uint8)) > 0
+    return replace(crop, wanted=crop.wanted & np.repeat(np.repeat(near, cells, 0), cells, 1))
+
+
+def _confirmed(depth_map: DepthMap, others: Sequence[DepthMap], options: DenseOptions) -> DepthMap:
+    """Only what enough other maps agree with."""
+    votes = agreeing(depth_map, others, options.agree_px, options.agree_deg)
+    kept = votes >= max(1, min(options.least_agreeing, len(others)))
+    return replace(
+        depth_map,
+        depth_mm=np.where(kept, depth_map.depth_mm, np.float32(np.nan)),
+        confidence=np.where(kept, depth_map.confidence, np.float32(0)),
+    )
+
+
+def _refuse_if_bare(
+    photos: PhotoSet, crops: Sequence[Crop], depth_maps: Sequence[DepthMap], options: DenseOptions
+) -> None:
+    wanted = sum(int(crop.wanted.sum()) for crop in crops)
+    measured = sum(int(np.isfinite(depth_map.depth_mm).sum()) for depth_map in depth_maps)
+    if measured < options.least_measured * wanted:
+        raise DenseError(
+            f"Only {measured / wanted:.1%} of the limb's pixels could be measured; the photos "
+            "show too little there that can be told apart. "
+            + (common_fault(photos.photos) or _UNPAINTED)
+        )

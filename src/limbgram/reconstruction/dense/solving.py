@@ -1,0 +1,183 @@
+"""Solving: one photo's planes from its sources, level by level, and the depth map they make."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float32, Float64, Int64
+
+from limbgram.core.geometry.lens import View
+from limbgram.reconstruction.dense import patchmatch
+from limbgram.reconstruction.dense.crops import HALVINGS, Crop, Level, finer, level_of
+from limbgram.reconstruction.dense.depth import DepthMap
+from limbgram.reconstruction.dense.patchmatch import distance_weights, grey_weights, window_px2
+from limbgram.reconstruction.dense.region import Region
+
+
+@dataclass(frozen=True, kw_only=True)
+class DenseOptions:
+    """How finely and how strictly depth is measured."""
+
+    most_px: int = 8_000_000
+    """Pixels of all depth maps together: photos are reduced until the region has no more."""
+    sources: int = 5
+    """Other photos that each photo is compared with."""
+    sigma_grey: float = 40.0
+    """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
+    sigma_px: float = 3.0
+    """Distance from the window's centre at which a sample's weight falls to 0.6."""
+    sweeps: tuple[int, int, int] = (5, 3, 1)
+    """Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
+    least_correlation: float = 0.5
+    """Places that correlate worse are not measured."""
+    max_incidence_deg: float = 78.0
+    """Places seen more slantingly are not measured."""
+    agree_px: float = 0.75
+    """How close to itself a point must return from another photo's depth map."""
+    agree_deg: float = 35.0
+    """How far the normals of two depth maps may differ."""
+    least_agreeing: int = 2
+    """Other maps that must agree (fewer where there are fewer)."""
+    least_measured: float = 0.05
+    """Refuse if less of the region's pixels than this fraction was measured."""
+    seed: int = 1
+    """Start of the random numbers."""
+
+
+Planes = Float32[np.ndarray, "3 n"]
+"""Inverse depth of each pixel (1/mm; 0 where there is none) and its change per pixel."""
+
+_FIRST_STEP_PX = (8.0, 1.0, 0.5)
+"""First random change of depth by pyramid level, as movement in the sources."""
+_FIRST_TILT = (0.6, 0.2, 0.1)
+"""First random change of the slopes by pyramid level."""
+_FALL = 0.45
+"""Each sweep's random changes are this fraction of the last one's."""
+_POLISH_PX = 0.4
+"""Spacing of the correlations through which the sub-pixel parabola goes, as movement."""
+_LEAST_TRUST = 0.3
+"""Photos that correlate worse take no part in the sub-pixel polish."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The planes of one crop at one pyramid level."""
+
+    crop: Crop
+    halvings: int
+    planes: Planes
+    score: Float32[np.ndarray, " n"]
+
+
+def solve_coarse(crop: Crop, sources: Sequence[Crop], options: DenseOptions) -> Solution:
+    """Planes at the coarsest level, found from nothing but the region's depths."""
+    level = level_of(crop, sources, HALVINGS)
+    planes = np.zeros((3, level.wanted.size), np.float32)
+    pixels = np.concatenate(level.red_and_black)
+    patchmatch.start(pixels, _w_range(crop), level.focal_px, options.seed, planes)
+    return Solution(crop, HALVINGS, planes, _improve(level, 0, crop, planes, options))
+
+
+def solve_fine(
+    crop: Crop, sources: Sequence[Crop], coarse: Planes, options: DenseOptions
+) -> Solution:
+    """Planes of the crop's own pixels, from those of the coarsest level."""
+    planes, score = coarse, np.zeros(0, np.float32)
+    for halvings in range(HALVINGS - 1, -1, -1):
+        level = level_of(crop, sources, halvings)
+        planes = finer(planes, level.wanted)
+        score = _improve(level, HALVINGS - halvings, crop, planes, options)
+    return Solution(crop, 0, planes, score)
+
+
+def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> DepthMap:
+    """What a solution says about the region, without what is plainly wrong."""
+    crop = solution.crop
+    side = 1 << solution.halvings
+    shape = crop.grey.shape[0] // side, crop.grey.shape[1] // side
+    camera, x0, y0 = crop.view.camera.scaled(1 / side), crop.x0 // side, crop.y0 // side
+    good = (solution.score >= options.least_correlation) & (solution.planes[0] > 0)
+    rows, columns = np.nonzero(good.reshape(shape))
+    w, gx, gy = solution.planes.reshape(3, *shape)[:, rows, columns].astype(float)
+    y = (rows + y0 - camera.cy) / camera.fy
+    x = (columns + x0 - camera.cx - camera.skew * y) / camera.fx
+    normal_x, normal_y = gx * camera.fx, gy * camera.fy + gx * camera.skew
+    normal = -np.stack([normal_x, normal_y, w - normal_x * x - normal_y * y], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    ray = np.stack([x, y, np.ones_like(x)], axis=-1)
+    facing = -(normal * ray).sum(-1) / np.linalg.norm(ray, axis=-1)
+    points = crop.view.camera_from_world.inverse.apply(ray / w[:, None])
+    kept = (facing > np.cos(np.radians(options.max_incidence_deg))) & region.contains(points)
+    return _trimmed(
+        crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
+        np.stack([rows[kept] + y0, columns[kept] + x0]),
+        1 / w[kept], normal[kept], solution.score.reshape(shape)[rows, columns][kept],
+        window_px2(distance_weights(options.sigma_px)),
+    )  # fmt: skip
+
+
+def _trimmed(
+    photo_idx: int,
+    view: View,
+    places: Int64[np.ndarray, "2 k"],
+    depths_mm: Float64[np.ndarray, " k"],
+    normals: Float64[np.ndarray, "k 3"],
+    scores: Float32[np.ndarray, " k"],
+    window: float,
+) -> DepthMap:
+    """A map just large enough for its measured pixels, given by row and column of the photo."""
+    corner = places.min(1) if places.size else np.zeros(2, int)
+    rows, columns = places - corner[:, None]
+    shape = (int(rows.max()) + 1, int(columns.max()) + 1) if places.size else (0, 0)
+    depth_mm = np.full(shape, np.nan, np.float32)
+    normal_in_camera = np.zeros((*shape, 3), np.float32)
+    confidence = np.zeros(shape, np.float32)
+    depth_mm[rows, columns] = depths_mm
+    normal_in_camera[rows, columns] = normals
+    confidence[rows, columns] = np.clip(scores, 0, 1)
+    return DepthMap(
+        photo_idx=photo_idx,
+        camera=view.camera,
+        camera_from_world=view.camera_from_world,
+        x0=int(corner[1]),
+        y0=int(corner[0]),
+        depth_mm=depth_mm,
+        normal_in_camera=normal_in_camera,
+        confidence=confidence,
+        window_px2=window,
+    )
+
+
+def _w_range(crop: Crop) -> Float64[np.ndarray, "2"]:
+    """Least and largest inverse depth of the region, 1/mm."""
+    return np.array([1 / crop.far_mm, 1 / crop.near_mm])
+
+
+def _improve(
+    level: Level, step: int, crop: Crop, planes: Planes, options: DenseOptions
+) -> Float32[np.ndarray, " n"]:
+    """Improve the planes of one level in place; returns their scores."""
+    picture = (
+        level.grey, level.width,
+        grey_weights(options.sigma_grey), distance_weights(options.sigma_px),
+    )  # fmt: skip
+    better_half = min(3, (len(level.table) + 1) // 2)
+    sources = (level.words, level.table, level.a, level.b, better_half)
+    red, black = level.red_and_black
+    both = np.concatenate([red, black])
+    w_range = _w_range(crop)
+    score = np.full(level.wanted.size, -2, np.float32)
+    patchmatch.rate(picture, sources, both, w_range, planes, score)
+    for turn in range(options.sweeps[step]):
+        w_step = _FIRST_STEP_PX[step] * _FALL**turn * level.w_per_px
+        tilt_step = _FIRST_TILT[step] * _FALL**turn
+        seed = options.seed + 1000 * (step + 1) + turn
+        for colour in (red, black):
+            patchmatch.sweep(
+                picture, sources, colour, w_range, level.focal_px, w_step, tilt_step, seed,
+                planes, score,
+            )  # fmt: skip
+    if step == HALVINGS:
+        w_step = _POLISH_PX * level.w_per_px
+        patchmatch.polish(picture, sources, both, w_range, w_step, _LEAST_TRUST, planes, score)
+    return score

@@ -1,0 +1,21 @@
+"""Mapping: photos placed in one scene, with its sparse points and a verdict for every photo.
+
+The last step is one adjustment of photos, lenses and points, with the calibration as a prior.
+"""
+
+from limbgram.reconstruction.mapping.body import Body
+from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Ring, Scene
+from limbgram.reconstruction.mapping.solution import Adjusted, adjust
+
+__all__ = [
+    "Adjusted",
+    "Body",
+    "MappingOptions",
+    "Observations",
+    "PhotoVerdict",
+    "Ring",
+    "Scene",
+    "adjust",
+    "place",
+]

@@ -1,0 +1,141 @@
+"""A bundle: placed photos, points and observations as the arrays that the kernels take."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+
+_FEWEST_RAYS = 2
+_SMALLEST_ANGLE_DEG = 1.5
+_MAD_TO_SIGMA = 1.4826
+_TELLING_RAYS = 3
+_SMALLEST_SIGMA_PX = 1e-4
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """Observations are sorted by point; `photo_idx` counts placed photos only."""
+
+    views: Float64[np.ndarray, "p 22"]
+    lens_idx: Int64[np.ndarray, " p"]
+    lenses: int
+    points: Points3
+    photo_idx: Int64[np.ndarray, " m"]
+    point_idx: Int64[np.ndarray, " m"]
+    xy_px: Points2
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Bundle":
+        placed = np.array(scene.placed)
+        place = np.full(len(scene.names), -1)
+        place[placed] = np.arange(len(placed))
+        seen = scene.observations
+        order = np.lexsort((seen.photo_idx, seen.point_idx))
+        order = order[place[seen.photo_idx[order]] >= 0]
+        return cls(
+            np.array([view.packed for view in scene.views]),
+            np.array(scene.camera_idx, np.int64)[placed],
+            len(scene.cameras),
+            scene.points_in_world.copy(),
+            place[seen.photo_idx[order]].astype(np.int64),
+            seen.point_idx[order].astype(np.int64),
+            np.ascontiguousarray(seen.xy_px[order]),
+        )
+
+    @property
+    def bounds(self) -> Int64[np.ndarray, " n"]:
+        """First observation of every point, and the end."""
+        return np.searchsorted(self.point_idx, np.arange(len(self.points) + 1)).astype(np.int64)
+
+    @property
+    def unknowns(self) -> int:
+        """Numbers to solve for, beside the points'."""
+        return POSE_SIZE * len(self.views) + LENS_SIZE * self.lenses
+
+    def moved(self, camera_step: Float64[np.ndarray, " u"], point_step: Points3) -> "Bundle":
+        """The bundle after a step of all unknowns."""
+        poses = camera_step[: POSE_SIZE * len(self.views)].reshape(-1, POSE_SIZE)
+        lenses = camera_step[POSE_SIZE * len(self.views) :].reshape(-1, LENS_SIZE)
+        views = np.array([turned(view, step) for view, step in zip(self.views, poses)])
+        views[:, 12:] += lenses[self.lens_idx]
+        return replace(self, views=views, points=self.points + point_step)
+
+    def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, "10"]:
+        """The lens of one camera; the scene's where no placed photo uses it."""
+        users = np.flatnonzero(self.lens_idx == idx)
+        return self.views[users[0], 12:] if len(users) else scene.cameras[idx].packed
+
+    def scene(self, before: Scene) -> Scene:
+        """`before` with these poses, lenses, points and observations."""
+        placed = np.array(before.placed)
+        poses = list(before.camera_from_world)
+        for photo, view in zip(placed, self.views):
+            poses[photo] = Rigid(view[:9].reshape(3, 3).copy(), view[9:12].copy())
+        lenses = [
+            camera.with_parameters(self.lens(before, idx))
+            for idx, camera in enumerate(before.cameras)
+        ]
+        return replace(
+            before,
+            cameras=tuple(lenses),
+            camera_from_world=tuple(poses),
+            points_in_world=self.points,
+            observations=Observations(
+                placed[self.photo_idx].astype(np.int32), self.point_idx.astype(np.int32), self.xy_px
+            ),
+        )
+
+    def residuals_px(self, scene: Scene) -> Points2:
+        """Measured minus projected; NaN behind a camera."""
+        return self.scene(scene).residuals_px()
+
+    def sigma_px(self, scene: Scene) -> float:
+        """Standard deviation of a measured coordinate, from the median of the residuals.
+
+        A point takes three of the freedoms of its rays, so residuals are smaller than errors;
+        points with two rays are left out where there are others.
+        """
+        rays = np.bincount(self.point_idx, minlength=len(self.points))[self.point_idx]
+        asked = rays >= min(_TELLING_RAYS, int(rays.max()))
+        freedom = np.sqrt((2 * rays[asked] - 3) / (2 * rays[asked]))
+        errors = np.abs(self.residuals_px(scene)[asked]) / freedom[:, None]
+        return max(_MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
+
+    def without_outliers(self, scene: Scene, largest_px: float) -> "Bundle":
+        """Less the observations beyond `largest_px`, then the points that are left too weak."""
+        residuals = self.residuals_px(scene)
+        kept = self._observations(np.linalg.norm(residuals, axis=1) < largest_px)
+        rays = np.bincount(kept.point_idx, minlength=len(self.points))
+        return kept._points(
+            (rays >= _FEWEST_RAYS) & (kept.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
+        )
+
+    def widest_angle_deg(self) -> Float64[np.ndarray, " n"]:
+        """Per point: angle between its first ray and the ray farthest from that."""
+        rotation = self.views[:, :9].reshape(-1, 3, 3)
+        centres = -np.einsum("pji,pj->pi", rotation, self.views[:, 9:12])
+        rays = centres[self.photo_idx] - self.points[self.point_idx]
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        start = np.minimum(self.bounds[:-1], max(len(rays) - 1, 0))
+        cosine = np.einsum("ij,ij->i", rays, rays[start][self.point_idx])
+        widest = np.ones(len(self.points))
+        np.minimum.at(widest, self.point_idx, cosine)
+        return np.degrees(np.arccos(np.clip(widest, -1.0, 1.0)))
+
+    def _observations(self, keep: Bool[np.ndarray, " m"]) -> "Bundle":
+        return replace(
+            self,
+            photo_idx=self.photo_idx[keep],
+            point_idx=self.point_idx[keep],
+            xy_px=self.xy_px[keep],
+        )
+
+    def _points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":
+        kept = self._observations(keep[self.point_idx])
+        number = np.cumsum(keep) - 1
+        return replace(kept, points=self.points[keep], point_idx=number[kept.point_idx])

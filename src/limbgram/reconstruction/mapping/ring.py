@@ -1,0 +1,232 @@
+"""The ring: all photos placed in one scene.
+
+In      keypoints, verified pairs, cameras.
+Out     a Scene: poses, points, lenses, a verdict for every photo, and whether the ring closes.
+Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
+        with the matches that reach farthest; photos that contradict their pairs or hang on too
+        few points lose their pose; tracks from all matches; our own adjustment with the
+        calibration's covariance as a prior.
+Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from limbgram.core.errors import PlacementError
+from limbgram.reconstruction.calibration.cameras import (
+    Cameras,
+    contradicting_exif,
+    foreign_camera,
+    from_exif,
+)
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.scene import Observations, Ring, Scene
+from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
+from limbgram.reconstruction.mapping.verdicts import (
+    agreed_places,
+    contradicted,
+    judge,
+    photo_points,
+)
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.quality import common_fault
+from limbgram.reconstruction.twoview.pairs import Pairs
+
+_BRIDGE_DEG = 60.0
+_FEWEST_BRIDGES = 15
+_SAME_SPOT = (
+    "They were taken from nearly the same spot, or the matches are too few. Walk round the object "
+    "in steps of 20 degrees or less, keep it sharp and filling the frame, and see that its surface "
+    "is covered with painted spots."
+)
+_OTHER_FOCAL = 0.1
+"""Difference of focal length from which photos placed without a calibration contradict it."""
+_ADVICE = (
+    "Walk round the object in steps of 20 degrees or less, keep it sharp and filling the frame, "
+    "and see that its surface is covered with painted spots."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MappingOptions:
+    """How photos are placed, and what a placed photo must show."""
+
+    board_lenses: Literal["refine", "hold"] = "refine"
+    """Whether lenses calibrated with a board move within their covariance or stay as they are."""
+    outlier_sigmas: float = 4.0
+    """Observations beyond this many standard deviations are dropped."""
+    mapper_matches: int = 400
+    """Most matches of a pair that the mapper gets; the final adjustment takes all."""
+    track_px: float = 2.0
+    """Largest distance from the first cameras' geometry of a match that joins the adjustment."""
+    min_photo_points: int = 20
+    """Fewest scene points that hold a photo in place."""
+    max_photo_rms_px: float = 3.0
+    """Largest RMS residual of a placed photo."""
+    min_placed: int = 3
+    """Fewest photos that make a scene."""
+    min_placed_share: float = 0.5
+    """Smallest part of the photos that makes a scene."""
+    seed: int = 0
+    """Seed of the mapper's random samples."""
+
+
+DEFAULTS = MappingOptions()
+
+
+def place(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    options: MappingOptions = DEFAULTS,
+) -> Scene:
+    """Place the photos and their common points in one world frame of arbitrary scale."""
+    try:
+        return _placed(photos, features, pairs, cameras, options)
+    except PlacementError as refusal:
+        cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
+        if cause is None:
+            raise
+        what = str(refusal).removesuffix(_SAME_SPOT).removesuffix(_ADVICE).strip()
+        raise PlacementError(f"{what} {cause}") from refusal
+
+
+def _placed(
+    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
+) -> Scene:
+    if not pairs.verified:
+        raise PlacementError(f"No two photos show the same points. {_ADVICE}")
+    places_px = agreed_places(features, pairs)
+    seeds = farthest_reaching(pairs, options.mapper_matches)
+    from limbgram.reconstruction.mapping.colmap import map_incrementally  # loads pycolmap
+
+    found = map_incrementally(photos, places_px, seeds, cameras, options.seed)
+    if not found:
+        raise PlacementError(
+            f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene. "
+            f"{_SAME_SPOT}"
+        )
+    rough = _adjusted(found[0], cameras, options)
+    dropped = _misplaced(rough, pairs, options)
+    rough = without_photos(rough, set(dropped))
+    _refuse_too_few(rough, options)
+    joined = with_all_tracks(rough, places_px, pairs, options.track_px)
+    scene = _adjusted(joined, cameras, options)
+    verdicts = judge(scene, features, pairs, found[1:], dropped)
+    return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def _foreign(
+    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
+) -> str | None:
+    """Whether photos that cannot be placed with the calibrations given can be placed without.
+
+    Then the camera file is another lens's; None where that is not the cause.
+    """
+    if all(one.source != "board" for one in cameras.calibrations):
+        return None
+    by_exif = contradicting_exif(photos, cameras)
+    if by_exif is not None:
+        return by_exif
+    free = Cameras(tuple(from_exif(group) for group in photos.cameras))
+    try:
+        scene = _placed(photos, features, pairs, free, options)
+    except PlacementError:
+        return None
+    used = sorted({scene.camera_idx[photo] for photo in scene.placed})
+    given = [cameras.calibrations[k].camera.fx for k in used]
+    shown = [scene.cameras[k].fx for k in used]
+    worst = max(range(len(used)), key=lambda k: abs(np.log(given[k] / shown[k])))
+    if abs(given[worst] / shown[worst] - 1.0) < _OTHER_FOCAL:
+        return None
+    return foreign_camera(given[worst], shown[worst], "they are placed with")
+
+
+def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
+    adjusted = adjust(
+        scene,
+        cameras.calibrations,
+        hold_board_lenses=options.board_lenses == "hold",
+        outlier_sigmas=options.outlier_sigmas,
+    )
+    return replace(
+        adjusted.scene,
+        sigma_px=adjusted.sigma_px,
+        lens_covariance=adjusted.lens_covariance,
+        camera_covariance=adjusted.covariance,
+    )
+
+
+def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int, str]:
+    """Placed photos that must not stay, and why."""
+    wrong, figures = contradicted(scene, pairs), photo_points(scene)
+    reasons: dict[int, str] = {}
+    for photo in scene.placed:
+        points, rms_px = figures[photo]
+        if points < options.min_photo_points:
+            reasons[photo] = (
+                f"Only {points:.0f} scene points hold it in place. Take one more photo between it "
+                "and its neighbours."
+            )
+        elif rms_px > options.max_photo_rms_px:
+            reasons[photo] = (
+                f"Its points miss by {rms_px:.1f} px: the object moved, or another lens or focus "
+                "was used. Take it again."
+            )
+        elif wrong[photo]:
+            reasons[photo] = (
+                "Its place in the scene contradicts what its pairs show: repeated patterns or a "
+                "still background may have misled it. Hide the background or mask it."
+            )
+    return reasons
+
+
+def _refuse_too_few(scene: Scene, options: MappingOptions) -> None:
+    placed, count = len(scene.placed), len(scene.names)
+    if placed < options.min_placed or placed < options.min_placed_share * count:
+        missing = [name for name, pose in zip(scene.names, scene.camera_from_world) if pose is None]
+        raise PlacementError(
+            f"Only {placed} of {count} photos could be joined to one scene (not: "
+            f"{', '.join(missing[:10])}{' ...' if len(missing) > 10 else ''}). {_ADVICE}"
+        )
+
+
+def without_photos(scene: Scene, photos: set[int]) -> Scene:
+    """The scene with the poses and observations of some photos taken out."""
+    seen = scene.observations
+    keep = ~np.isin(seen.photo_idx, sorted(photos))
+    poses = [
+        None if photo in photos else pose for photo, pose in enumerate(scene.camera_from_world)
+    ]
+    kept = Observations(seen.photo_idx[keep], seen.point_idx[keep], seen.xy_px[keep])
+    return replace(scene, camera_from_world=tuple(poses), observations=kept)
+
+
+def ring_of(scene: Scene) -> Ring:
+    """Gaps between the photos as seen from the object, and the points that bridge them."""
+    placed = np.array(scene.placed)
+    centres = np.array([view.centre_in_world for view in scene.views])
+    plane = np.linalg.svd(centres - centres.mean(0))[2][:2]
+    outward = (centres - np.median(scene.points_in_world, axis=0)) @ plane.T
+    angles = np.degrees(np.arctan2(outward[:, 1], outward[:, 0])) % 360.0
+    order = np.argsort(angles)
+    gaps = np.diff(angles[order], append=angles[order[0]] + 360.0)
+
+    seen = np.zeros((len(scene.points_in_world), len(scene.names)), bool)
+    seen[scene.observations.point_idx, scene.observations.photo_idx] = True
+    bridges: list[int] = []
+    for start in angles[order]:
+        before, after = (start - angles) % 360.0 < _BRIDGE_DEG, (angles - start) % 360.0 > 0.0
+        after &= (angles - start) % 360.0 < _BRIDGE_DEG
+        both = seen[:, placed[before]].any(1) & seen[:, placed[after]].any(1)
+        bridges.append(int(both.sum()))
+    narrow = float(gaps.max()) < _BRIDGE_DEG
+    return Ring(
+        largest_gap_deg=float(gaps.max()),
+        weakest_bridge=min(bridges),
+        closed=narrow and min(bridges) >= _FEWEST_BRIDGES,
+    )

@@ -1,0 +1,128 @@
+"""The scene: placed photos, sparse points, their observations, and a verdict for every photo."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64, Int32
+
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.geometry.lens import POSE_SIZE, Camera, View
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoVerdict:
+    """What became of one photo, in words a clinician can act on."""
+
+    name: str
+    placed: bool
+    points: int
+    """Scene points seen in it."""
+    rms_px: float
+    reason: str = ""
+    """Why it was not placed and what to do; empty for a placed photo."""
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Measured image points: photo photo_idx[k] sees point point_idx[k] at xy_px[k].
+
+    Pixels are as measured, with lens distortion in them.
+    """
+
+    photo_idx: Int32[np.ndarray, " m"]
+    point_idx: Int32[np.ndarray, " m"]
+    xy_px: Points2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ring:
+    """How the photos stand round the object, in the plane that fits their centres best."""
+
+    largest_gap_deg: float
+    """Widest angle without a photo, seen from the object."""
+    weakest_bridge: int
+    """Fewest scene points that join the photos on both sides of any gap."""
+    closed: bool
+    """Whether every gap, the last to first included, is narrow and bridged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Placed photos and points in a world frame of arbitrary origin, orientation and SCALE."""
+
+    names: tuple[str, ...]
+    """All photos of the capture, placed or not."""
+    cameras: tuple[Camera, ...]
+    """By camera group, refined where the options asked for it."""
+    camera_idx: tuple[int, ...]
+    """Camera group of each photo."""
+    camera_from_world: tuple[Rigid | None, ...]
+    """By photo; None where it could not be placed."""
+    points_in_world: Points3
+    observations: Observations
+    verdicts: tuple[PhotoVerdict, ...]
+    sigma_px: float = float("nan")
+    """Standard deviation of a measured coordinate, robustly from the residuals."""
+    lens_covariance: Float64[np.ndarray, "c 10 10"] | None = None
+    """Of every camera's lens after the adjustment (PARAMETERS); zero where held."""
+    camera_covariance: Float64[np.ndarray, "u u"] | None = None
+    """Of all that was adjusted beside the points: six numbers a placed photo (turn in its own
+    frame, rad; shift of its translation, scene units; see geometry.projection), then ten a lens.
+    The seven directions of the world's own frame carry nothing."""
+    ring: Ring | None = None
+
+    @property
+    def placed(self) -> tuple[int, ...]:
+        """Indices of the placed photos."""
+        return tuple(k for k, pose in enumerate(self.camera_from_world) if pose is not None)
+
+    def view(self, photo_idx: int) -> View:
+        pose = self.camera_from_world[photo_idx]
+        if pose is None:
+            raise KeyError(f"{self.names[photo_idx]} was not placed")
+        return View(self.names[photo_idx], self.cameras[self.camera_idx[photo_idx]], pose)
+
+    @property
+    def views(self) -> tuple[View, ...]:
+        """Views of the placed photos, in the order of `placed`."""
+        return tuple(self.view(k) for k in self.placed)
+
+    def residuals_px(self) -> Float64[np.ndarray, "m 2"]:
+        """Measured minus projected, by observation."""
+        residuals = np.full(self.observations.xy_px.shape, np.nan)
+        points = self.points_in_world[self.observations.point_idx]
+        for photo in self.placed:
+            rows = self.observations.photo_idx == photo
+            residuals[rows] = self.observations.xy_px[rows] - self.view(photo).project(points[rows])
+        return residuals
+
+    def moved(self, new_from_world: Similarity) -> "Scene":
+        """The same scene in another world frame."""
+        return replace(
+            self,
+            camera_from_world=tuple(
+                None if pose is None else new_from_world.move_camera(pose)
+                for pose in self.camera_from_world
+            ),
+            points_in_world=new_from_world.apply(self.points_in_world),
+            camera_covariance=self._moved_covariance(new_from_world),
+        )
+
+    def _moved_covariance(self, new_from_world: Similarity) -> Float64[np.ndarray, "u u"] | None:
+        """The covariance for the same photos in another world frame.
+
+        A photo's turn w pivots on the world's origin. With another origin the same move has
+        another shift: d_new = scale d - w x (R_new translation).
+        """
+        if self.camera_covariance is None:
+            return None
+        step = np.eye(len(self.camera_covariance))
+        for k, view in enumerate(self.views):
+            pose = new_from_world.move_camera(view.camera_from_world)
+            x, y, z = pose.rotation @ new_from_world.translation
+            turns = slice(POSE_SIZE * k, POSE_SIZE * k + 3)
+            shifts = slice(POSE_SIZE * k + 3, POSE_SIZE * (k + 1))
+            step[shifts, shifts] *= new_from_world.scale
+            step[shifts, turns] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        return step @ self.camera_covariance @ step.T

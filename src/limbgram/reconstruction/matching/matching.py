@@ -1,0 +1,372 @@
+"""Matches: which keypoint of one photo is which keypoint of another.
+
+Selection: which pairs of photos are worth matching.
+
+Method  the largest keypoints of every photo, their descriptors compressed to a few
+        principal directions, are matched for all pairs. A pair's score is the number of matches
+        that turn the picture by about the same angle. Each photo keeps its best partners, and
+        its neighbours in the order of names, which is the walk round the limb.
+
+Matching: keypoints of photos to matches between pairs of photos.
+
+In      photos and their Features.
+Out     Matches, the points of the second photo moved to sub-pixel agreement with the first.
+Method  pairs by a coarse comparison; minimum Euclidean distance of descriptors with ratio and
+        mutual tests; correlation of the windows round each pair.
+Fails   MatchingError: the photos show too little, or hardly any pair matches.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int32
+
+from limbgram.core.errors import MatchingError
+from limbgram.core.run import in_parallel, spare_mb, worker_count
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.matching.descriptors import (
+    ScaleBand,
+    Turn,
+    comparable,
+    match_descriptors,
+)
+from limbgram.reconstruction.matching.windows import (
+    Pyramid,
+    WindowOptions,
+    build_pyramid,
+    correlate,
+)
+from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.quality import common_fault
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairMatches:
+    """Matches between photo `first` and photo `second` (indices into PhotoSet.photos).
+
+    `xy_first_px` are the keypoints of the first photo; `xy_second_px` those of the second, moved
+    to sub-pixel agreement with the first by least-squares window matching where that was done.
+    """
+
+    first: int
+    second: int
+    keypoint_idx: Int32[np.ndarray, "m 2"]
+    xy_first_px: Float64[np.ndarray, "m 2"]
+    xy_second_px: Float64[np.ndarray, "m 2"]
+    correlation: Float32[np.ndarray, " m"]
+    """Normalized cross-correlation of the windows after refinement; NaN where not correlated."""
+
+    def __len__(self) -> int:
+        return len(self.keypoint_idx)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matches:
+    """Matches of all pairs that were tried, and how many each test let through."""
+
+    pairs: tuple[PairMatches, ...]
+    pairs_tried: int
+    descriptor_matches: int
+    """Matches that passed ratio and mutual tests, before window correlation."""
+
+
+_DIRECTIONS = 48
+_SECTORS = 18
+"""Sectors of turning angle; three neighbouring ones count together."""
+_FEWEST_FOR_CHANGE = 8
+"""Agreeing matches from which their change of scale is believed,"""
+_SHARE_FOR_TURN = 0.5
+"""and share of all matches from which their turn is: a few agree by chance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelectionOptions:
+    """How many pairs to match."""
+
+    keypoints: int = 1200
+    """Largest keypoints of each photo in the coarse comparison."""
+    max_ratio: float = 0.8
+    """Largest ratio of the best to the second best distance in the coarse comparison."""
+    partners: int = 7
+    """Best partners of each photo."""
+    neighbours: int = 2
+    """Photos before and after in the order of names (the last meets the first): always matched."""
+    min_score: int = 5
+    """Pairs below this score are hopeless."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A pair of photos worth matching, and how much scales change from first to second."""
+
+    first: int
+    second: int
+    score: int
+    scale_change: float | None
+    """None where too few coarse matches tell."""
+    turn_deg: float | None
+    """How far the second photo is turned; None where the coarse matches do not agree."""
+
+
+def select_pairs(features: Features, options: SelectionOptions) -> tuple[Candidate, ...]:
+    """Pairs worth matching, in order of their photos."""
+    largest = [_largest(keypoints, options.keypoints) for keypoints in features.keypoints]
+    compressed = _compress([keypoints.descriptors for keypoints in largest])
+
+    def compare(pair: tuple[int, int]) -> Candidate:
+        first, second = pair
+        matches = match_descriptors(compressed[first], compressed[second], options.max_ratio)
+        return _score(pair, largest[first], largest[second], matches)
+
+    count = len(largest)
+    candidates = in_parallel(compare, list(combinations(range(count), 2)))
+    kept = _neighbours(count, options.neighbours) | _partners(candidates, count, options)
+    return tuple(c for c in candidates if (c.first, c.second) in kept)
+
+
+def _largest(keypoints: Keypoints, count: int) -> Keypoints:
+    return Keypoints(
+        xy_px=keypoints.xy_px[:count],
+        scale_px=keypoints.scale_px[:count],
+        angle_deg=keypoints.angle_deg[:count],
+        descriptors=keypoints.descriptors[:count],
+    )
+
+
+def _compress(descriptors: Sequence[np.ndarray]) -> list[Float32[np.ndarray, "n d"]]:
+    """Descriptors along the directions in which they differ most, at unit length again."""
+    rows = [comparable(part) for part in descriptors]
+    scatter = sum(
+        (part.T.astype(np.float64) @ part.astype(np.float64) for part in rows),
+        np.zeros((128, 128)),
+    )
+    directions = np.linalg.eigh(scatter).eigenvectors[:, -_DIRECTIONS:].astype(np.float32)
+    short = [part @ directions for part in rows]
+    return [part / np.maximum(np.linalg.norm(part, axis=1, keepdims=True), 1e-6) for part in short]
+
+
+def _score(
+    pair: tuple[int, int], first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
+) -> Candidate:
+    """Matches that agree on how far the picture turns, and by how much it grows."""
+    agreeing = matches[turning_alike(first, second, matches)]
+    if len(agreeing) < _FEWEST_FOR_CHANGE:
+        return Candidate(*pair, len(agreeing), scale_change=None, turn_deg=None)
+    ratio = second.scale_px[agreeing[:, 1]] / first.scale_px[agreeing[:, 0]]
+    clear = len(agreeing) > _SHARE_FOR_TURN * len(matches)
+    return Candidate(
+        *pair,
+        len(agreeing),
+        scale_change=float(np.median(ratio)),
+        turn_deg=_mean_turn_deg(first, second, agreeing) if clear else None,
+    )
+
+
+def _mean_turn_deg(first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]) -> float:
+    turn = np.radians(second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]])
+    return float(np.degrees(np.arctan2(np.sin(turn).sum(), np.cos(turn).sum())))
+
+
+def turning_alike(
+    first: Keypoints, second: Keypoints, matches: Int32[np.ndarray, "k 2"]
+) -> Bool[np.ndarray, " k"]:
+    """Matches whose keypoints turn by about the same angle as most: within 60 degrees."""
+    turn = second.angle_deg[matches[:, 1]] - first.angle_deg[matches[:, 0]]
+    sector = (np.mod(turn, 360) * (_SECTORS / 360)).astype(np.int64) % _SECTORS
+    votes = np.bincount(sector, minlength=_SECTORS)
+    together = votes + np.roll(votes, 1) + np.roll(votes, -1)
+    return (sector - int(together.argmax()) + 1) % _SECTORS <= 2
+
+
+def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
+    """Pairs at most `reach` apart in the ring."""
+    pairs = {(i, (i + step) % count) for i in range(count) for step in range(1, reach + 1)}
+    return {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
+
+
+def _partners(
+    candidates: Sequence[Candidate], count: int, options: SelectionOptions
+) -> set[tuple[int, int]]:
+    """Pairs that are among the best of one of their photos."""
+    hopeful = [c for c in candidates if c.score >= options.min_score]
+    kept: set[tuple[int, int]] = set()
+    for photo in range(count):
+        own = [c for c in hopeful if photo in (c.first, c.second)]
+        own.sort(key=lambda c: (-c.score, c.first, c.second))
+        kept |= {(c.first, c.second) for c in own[: options.partners]}
+    return kept
+
+
+_UNKNOWN_CHANGE = 2.0
+"""Factor by which more change of scale is allowed where the pair's own is not known."""
+_NAMED_AT_MOST = 6
+_PYRAMID_BYTES = 4 / 3
+"""All levels of a photo, a pixel."""
+_PLAIN = (
+    "No blur and no wrong exposure was measured, so the sock is probably plain. Paint irregular "
+    "spots of several sizes all over it."
+)
+_APART = (
+    "The photos probably lie too far apart, or the limb has too few marks. Walk round it with 15 "
+    "or more photos a round, so that each shows most of what the one before shows, and paint "
+    "irregular spots all over the sock."
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchingOptions:
+    """Which pairs are matched, and what a match must stand."""
+
+    selection: SelectionOptions = field(default_factory=SelectionOptions)
+    """Which pairs are matched."""
+    windows: WindowOptions = field(default_factory=WindowOptions)
+    """What window correlation accepts."""
+    max_ratio: float = 0.8
+    """Largest ratio of the best to the second best distance."""
+    max_scale_change: float = 1.5
+    """Keypoints whose scales change by a larger factor than the pair does are not compared."""
+    min_matches: int = 16
+    """Pairs with fewer matches that turn the picture by about the same angle are left out."""
+    few_keypoints: int = 200
+    """A photo with fewer shows too little to be matched."""
+    memory_mb: float = 400.0
+    """Memory for the photos of the pairs in hand."""
+
+
+DEFAULTS = MatchingOptions()
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """What pairs need of one photo."""
+
+    keypoints: Keypoints
+    descriptors: Float32[np.ndarray, "n 128"]
+    pyramid: Pyramid
+
+
+def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS) -> Matches:
+    """Match the photos that are likely to show the same places.
+
+    Raises:
+        MatchingError: most photos show too little, or most match no other.
+    """
+    _refuse_bare(photos, features, options)
+    candidates = select_pairs(features, options.selection)
+
+    memory = _memory(photos, features, options.memory_mb)
+
+    @lru_cache(maxsize=memory.photos)
+    def prepared(photo_idx: int) -> _Prepared:
+        keypoints = features.keypoints[photo_idx]
+        return _Prepared(
+            keypoints,
+            comparable(keypoints.descriptors),
+            build_pyramid(load_luma(photos.photos[photo_idx])),
+        )
+
+    def match_one(pair: Candidate) -> _Matched:
+        return _match_pair(pair, prepared(pair.first), prepared(pair.second), options)
+
+    matched = in_parallel(match_one, candidates, memory.workers)
+    pairs = tuple(m.pair for m in matched if m.turning_alike >= options.min_matches)
+    _refuse_strangers(photos, pairs)
+    return Matches(
+        pairs=pairs,
+        pairs_tried=len(candidates),
+        descriptor_matches=sum(m.descriptor_matches for m in matched),
+    )
+
+
+@dataclass(frozen=True)
+class _Matched:
+    pair: PairMatches
+    descriptor_matches: int
+    turning_alike: int
+
+
+def _match_pair(
+    pair: Candidate, first: _Prepared, second: _Prepared, options: MatchingOptions
+) -> _Matched:
+    band = _scale_band(pair, first.keypoints, second.keypoints, options.max_scale_change)
+    turn = _turn(pair, first.keypoints, second.keypoints)
+    found = match_descriptors(first.descriptors, second.descriptors, options.max_ratio, band, turn)
+    windows = correlate(
+        first.pyramid, second.pyramid, first.keypoints, second.keypoints, found, options.windows
+    )
+    kept = found[windows.kept]
+    matches = PairMatches(
+        first=pair.first,
+        second=pair.second,
+        keypoint_idx=kept,
+        xy_first_px=first.keypoints.xy_px[kept[:, 0]].astype(np.float64),
+        xy_second_px=windows.xy_second_px[windows.kept],
+        correlation=windows.correlation[windows.kept],
+    )
+    alike = turning_alike(first.keypoints, second.keypoints, kept)
+    return _Matched(matches, len(found), int(alike.sum()))
+
+
+def _scale_band(
+    pair: Candidate, first: Keypoints, second: Keypoints, max_change: float
+) -> ScaleBand:
+    if pair.scale_change is None:
+        factor = max_change * _UNKNOWN_CHANGE
+        return ScaleBand(first.scale_px, second.scale_px, 1 / factor, factor)
+    usual = pair.scale_change
+    return ScaleBand(first.scale_px, second.scale_px, usual / max_change, usual * max_change)
+
+
+def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> Turn | None:
+    if pair.turn_deg is None:
+        return None
+    return Turn(first.angle_deg, second.angle_deg, pair.turn_deg)
+
+
+@dataclass(frozen=True)
+class _Memory:
+    """What there is room for at a time."""
+
+    workers: int
+    photos: int
+
+
+def _memory(photos: PhotoSet, features: Features, most_mb: float) -> _Memory:
+    """As many pairs at a time as fit, and then as many photos kept for the next ones."""
+    pixels = max((photo.width_px * photo.height_px for photo in photos.photos), default=1)
+    described = max(map(len, features.keypoints), default=0)
+    kept_mb = (pixels * _PYRAMID_BYTES + described * 128 * 4) / 2**20
+    making_mb = in_flight_mb(photos.photos, _PYRAMID_BYTES)  # its levels lie there twice
+    workers = int(np.clip(spare_mb() / (2 * kept_mb + making_mb), 1, worker_count()))
+    room_mb = min(most_mb, spare_mb() - workers * making_mb)
+    return _Memory(workers, max(2 * workers, int(room_mb / kept_mb)))
+
+
+def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions) -> None:
+    counts = [len(keypoints) for keypoints in features.keypoints]
+    bare = [name for name, n in zip(photos.names, counts) if n < options.few_keypoints]
+    if 2 * len(bare) > len(counts):
+        raise MatchingError(
+            f"{len(bare)} of {len(counts)} photos show hardly anything that can be recognised "
+            f"({int(np.median(counts))} keypoints in the middle one): {_named(bare)}. "
+            + (common_fault(photos.photos) or _PLAIN)
+        )
+
+
+def _refuse_strangers(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
+    met = {photo for pair in pairs for photo in (pair.first, pair.second)}
+    strangers = [name for index, name in enumerate(photos.names) if index not in met]
+    if 2 * len(strangers) > len(photos.names):
+        raise MatchingError(
+            f"{len(strangers)} of {len(photos.names)} photos show nothing that another photo shows "
+            f"too: {_named(strangers)}. " + (common_fault(photos.photos) or _APART)
+        )
+
+
+def _named(names: Sequence[str]) -> str:
+    more = len(names) - _NAMED_AT_MOST
+    return ", ".join(names[:_NAMED_AT_MOST]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,425 @@
+"""Pyramid: a photo's luma at full, half, quarter and eighth size in one flat array for kernels.
+
+A level is the 2 x 2 mean of the one before, a last odd row or column left out, so that pixel
+centres are kept: x_level = (x + 0.5) / 2^level - 0.5. Windows are sampled with the cubic B-spline,
+which is smooth to the second derivative and smooths both photos alike.
+
+Least-squares matching of windows: the compiled part of window correlation.
+
+Inverse compositional Gauss-Newton (Baker and Matthews 2004) on a local affine map; gain and
+offset are taken out by giving both windows zero mean and unit deviation.
+
+Window correlation: matched points moved to sub-pixel agreement, false ones dropped.
+
+The window round the first keypoint is compared with the second photo through a local affine map,
+which starts as the similarity between the two keypoints (their scales and orientations) and is
+improved by least-squares matching with gain and offset (Grün 1985), in its inverse compositional
+form (Baker and Matthews 2004): the normal matrix belongs to the first window and is computed once.
+
+Windows are sampled with the cubic B-spline, which smooths both photos alike. Each keypoint is
+looked at in the pyramid level that suits its scale.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numba as nb
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
+
+from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.features.detection import Keypoints
+
+LEVELS = 4
+RADIUS = 6
+"""Windows are squares of 2 RADIUS + 1 samples."""
+SAMPLES = (2 * RADIUS + 1) ** 2
+_SIDE = 2 * RADIUS + 1
+
+
+@dataclass(frozen=True)
+class Pyramid:
+    """All levels one after the other; per level where it starts, its height and its width."""
+
+    pixels: UInt8[np.ndarray, " p"]
+    layout: Int64[np.ndarray, "levels 3"]
+
+
+def build_pyramid(luma: GreyImage) -> Pyramid:
+    levels: list[GreyImage] = [np.ascontiguousarray(luma)]
+    while len(levels) < LEVELS and min(levels[-1].shape) >= 2:
+        levels.append(_halved(levels[-1]))
+    return Pyramid(np.concatenate([level.ravel() for level in levels]), _layout(levels))
+
+
+@nb.njit(cache=True, nogil=True)
+def sample_window(pixels: np.ndarray, x: float, y: float, window: np.ndarray) -> bool:
+    """Luma and its slopes along x and y, pixel by pixel round a place; False outside."""
+    height, width = pixels.shape
+    if not (RADIUS + 1 <= x < width - RADIUS - 2 and RADIUS + 1 <= y < height - RADIUS - 2):
+        return False
+    left, top = int(x) - RADIUS - 1, int(y) - RADIUS - 1
+    weights_x, weights_y = _weights(x - int(x)), _weights(y - int(y))
+    slopes_x, slopes_y = _slope_weights(x - int(x)), _slope_weights(y - int(y))
+    for row in range(_SIDE):
+        for column in range(_SIDE):
+            luma = across = down = 0.0
+            for j in range(4):
+                line = slope = 0.0
+                for i in range(4):
+                    value = float(pixels[top + row + j, left + column + i])
+                    line += weights_x[i] * value
+                    slope += slopes_x[i] * value
+                luma += weights_y[j] * line
+                across += weights_y[j] * slope
+                down += slopes_y[j] * line
+            sample = row * _SIDE + column
+            window[0, sample], window[1, sample], window[2, sample] = luma, across, down
+    return True
+
+
+@nb.njit(cache=True, nogil=True)
+def sample_warped(pixels: np.ndarray, place: np.ndarray, values: np.ndarray) -> bool:
+    """Luma of a window under an affine map (x, dx/du, dx/dv, y, dy/du, dy/dv); False outside."""
+    height, width = pixels.shape
+    reach_x = RADIUS * (abs(place[1]) + abs(place[2]))
+    reach_y = RADIUS * (abs(place[4]) + abs(place[5]))
+    if not (reach_x + 1 <= place[0] < width - 2 - reach_x):
+        return False
+    if not (reach_y + 1 <= place[3] < height - 2 - reach_y):
+        return False
+    for sample in range(SAMPLES):
+        u, v = sample % _SIDE - RADIUS, sample // _SIDE - RADIUS
+        x = place[0] + place[1] * u + place[2] * v
+        y = place[3] + place[4] * u + place[5] * v
+        column, row = int(x), int(y)
+        x0, x1, x2, x3 = _weights(x - column)
+        weights_y = _weights(y - row)
+        luma = 0.0
+        for j in range(4):
+            line = pixels[row - 1 + j]
+            luma += weights_y[j] * (
+                x0 * line[column - 1]
+                + x1 * line[column]
+                + x2 * line[column + 1]
+                + x3 * line[column + 2]
+            )
+        values[sample] = luma
+    return True
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _weights(t: float) -> tuple[float, float, float, float]:
+    s = 1 - t
+    return (
+        s * s * s / 6,
+        2 / 3 - t * t * (2 - t) / 2,
+        2 / 3 - s * s * (2 - s) / 2,
+        t * t * t / 6,
+    )
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def _slope_weights(t: float) -> tuple[float, float, float, float]:
+    s = 1 - t
+    return -s * s / 2, -2 * t + 1.5 * t * t, 2 * s - 1.5 * s * s, t * t / 2
+
+
+def _halved(luma: GreyImage) -> GreyImage:
+    height_px, width_px = luma.shape[0] // 2, luma.shape[1] // 2
+    even = luma[: 2 * height_px, : 2 * width_px]
+    return cv2.resize(even, (width_px, height_px), interpolation=cv2.INTER_AREA).astype(
+        np.uint8, copy=False
+    )
+
+
+def _layout(levels: Sequence[GreyImage]) -> Int64[np.ndarray, "levels 3"]:
+    ends = np.cumsum([level.size for level in levels])
+    return np.array(
+        [
+            (end - level.size, level.shape[0], level.shape[1])
+            for level, end in zip(levels, ends, strict=True)
+        ],
+        np.int64,
+    )
+
+
+_SIGMA_AT_LEVEL_PX = 2.0
+"""Scale of the keypoints that a level suits."""
+_STEPS = 15
+_STILL_PX = 0.005
+_LEAST_CONTRAST = 2.0
+"""Standard deviation of luma below which a window shows nothing."""
+_RIDGE = 1e-3
+_FINER = 2
+"""Levels down, where a window settled in a reduced photo is compared once more."""
+_AGREEMENT_WHEN_FINER = 0.9
+"""Correlation from which that second comparison counts."""
+
+
+@nb.njit(cache=True, nogil=True)
+def correlate_all(
+    pixels_first: np.ndarray,
+    layout_first: np.ndarray,
+    pixels_second: np.ndarray,
+    layout_second: np.ndarray,
+    rows_first: np.ndarray,
+    rows_second: np.ndarray,
+    max_shift: float,
+    result: np.ndarray,
+) -> None:
+    """Per match x, y and correlation; NaN where a window leaves the photo or does not settle.
+
+    Rows are x, y, scale and angle (radians). A match is compared in the level that suits its
+    scale, and large ones then in a finer level too.
+    """
+    scratch = np.empty((10, SAMPLES))
+    for row in range(rows_first.shape[0]):
+        x, y, sigma, angle = rows_first[row]
+        x2, y2, sigma2, angle2 = rows_second[row]
+        change = sigma2 / sigma
+        cosine, sine = math.cos(angle2 - angle) * change, math.sin(angle2 - angle) * change
+        place = np.array([x2, cosine, -sine, y2, sine, cosine])
+        level = _level_for(sigma, layout_first.shape[0])
+        correlation = np.nan
+        for shown in (level, level - _FINER):
+            level2 = _level_for(2.0**shown * change * _SIGMA_AT_LEVEL_PX, layout_second.shape[0])
+            offset, height, width = layout_first[shown]
+            first = pixels_first[offset : offset + height * width]
+            offset2, height2, width2 = layout_second[level2]
+            second = pixels_second[offset2 : offset2 + height2 * width2]
+            attempt = place.copy()
+            agreement = _compare(
+                first.reshape(height, width),
+                second.reshape(height2, width2),
+                2.0**shown,
+                2.0**level2,
+                x,
+                y,
+                attempt,
+                max_shift,
+                scratch,
+            )
+            if math.isnan(correlation) or agreement >= _AGREEMENT_WHEN_FINER:
+                place, correlation = attempt, agreement
+            if level < _FINER or math.isnan(correlation):
+                break
+        result[row, 0], result[row, 1], result[row, 2] = place[0], place[3], correlation
+
+
+@nb.njit(cache=True, nogil=True)
+def _compare(
+    first: np.ndarray,
+    second: np.ndarray,
+    size: float,
+    size2: float,
+    x: float,
+    y: float,
+    place: np.ndarray,
+    max_shift: float,
+    scratch: np.ndarray,
+) -> float:
+    """Improve the affine map `place` (full-size pixels) in two levels; the correlation, or NaN."""
+    window, slopes, other = scratch[:3], scratch[3:9], scratch[9]
+    if not sample_window(first, (x + 0.5) / size - 0.5, (y + 0.5) / size - 0.5, window):
+        return np.nan
+    contrast = _normalize(window[0])
+    if contrast < _LEAST_CONTRAST:
+        return np.nan
+    normal = _normal_matrix(window, contrast, slopes)
+    place[0], place[3] = (place[0] + 0.5) / size2 - 0.5, (place[3] + 0.5) / size2 - 0.5
+    for k in (1, 2, 4, 5):
+        place[k] *= size / size2
+    correlation = _settle(second, window[0], slopes, normal, place, other, max_shift)
+    place[0], place[3] = (place[0] + 0.5) * size2 - 0.5, (place[3] + 0.5) * size2 - 0.5
+    for k in (1, 2, 4, 5):
+        place[k] *= size2 / size
+    return correlation
+
+
+@nb.njit(cache=True, nogil=True)
+def _level_for(sigma: float, levels: int) -> int:
+    level = round(math.log2(sigma / _SIGMA_AT_LEVEL_PX))
+    return min(max(level, 0), levels - 1)
+
+
+@nb.njit(cache=True, nogil=True)
+def _settle(
+    pixels: np.ndarray,
+    window: np.ndarray,
+    slopes: np.ndarray,
+    inverse_normal: np.ndarray,
+    place: np.ndarray,
+    other: np.ndarray,
+    max_shift: float,
+) -> float:
+    """Gauss-Newton on the six parameters in `place`, changed in place; the final correlation."""
+    start_x, start_y = place[0], place[3]
+    step = np.empty(6)
+    pull = np.empty(6)
+    for _ in range(_STEPS):
+        if not sample_warped(pixels, place, other):
+            return np.nan
+        if _normalize(other) < _LEAST_CONTRAST:
+            return np.nan
+        pull[:] = 0.0
+        for sample in range(SAMPLES):
+            difference = other[sample] - window[sample]
+            for k in range(6):
+                pull[k] += slopes[k, sample] * difference
+        for k in range(6):
+            step[k] = 0.0
+            for other_k in range(6):
+                step[k] += inverse_normal[k, other_k] * pull[other_k]
+        before_x, before_y = place[0], place[3]
+        if not _undo(place, step):
+            return np.nan
+        if math.hypot(place[0] - start_x, place[3] - start_y) > max_shift:
+            return np.nan
+        if math.hypot(place[0] - before_x, place[3] - before_y) < _STILL_PX:
+            break
+    if not sample_warped(pixels, place, other):
+        return np.nan
+    if _normalize(other) < _LEAST_CONTRAST:
+        return np.nan
+    product = 0.0
+    for sample in range(SAMPLES):
+        product += window[sample] * other[sample]
+    return product / SAMPLES
+
+
+@nb.njit(cache=True, nogil=True)
+def _undo(place: np.ndarray, step: np.ndarray) -> bool:
+    """Compose the map with the inverse of a small affine step; False where the map collapses."""
+    a, b = 1 + step[1] / RADIUS, step[2] / RADIUS
+    c, d = step[4] / RADIUS, 1 + step[5] / RADIUS
+    determinant = a * d - b * c
+    if not 0.25 < determinant < 4:
+        return False
+    ia, ib, ic, id_ = d / determinant, -b / determinant, -c / determinant, a / determinant
+    shift_u = -(ia * step[0] + ib * step[3])
+    shift_v = -(ic * step[0] + id_ * step[3])
+    p1, p2, p4, p5 = place[1], place[2], place[4], place[5]
+    place[0] += p1 * shift_u + p2 * shift_v
+    place[3] += p4 * shift_u + p5 * shift_v
+    place[1], place[2] = p1 * ia + p2 * ic, p1 * ib + p2 * id_
+    place[4], place[5] = p4 * ia + p5 * ic, p4 * ib + p5 * id_
+    area = abs(place[1] * place[5] - place[2] * place[4])
+    return 0.1 < area < 10
+
+
+@nb.njit(cache=True, nogil=True)
+def _normal_matrix(window: np.ndarray, contrast: float, slopes: np.ndarray) -> np.ndarray:
+    """Fill the window's slopes by the six parameters; the inverse of their normal matrix."""
+    normal = np.zeros((6, 6))
+    for sample in range(SAMPLES):
+        u = (sample % (2 * RADIUS + 1) - RADIUS) / RADIUS
+        v = (sample // (2 * RADIUS + 1) - RADIUS) / RADIUS
+        across, down = window[1, sample] / contrast, window[2, sample] / contrast
+        slopes[0, sample], slopes[1, sample], slopes[2, sample] = across, across * u, across * v
+        slopes[3, sample], slopes[4, sample], slopes[5, sample] = down, down * u, down * v
+    for i in range(6):
+        for j in range(i + 1):
+            total = 0.0
+            for sample in range(SAMPLES):
+                total += slopes[i, sample] * slopes[j, sample]
+            normal[i, j] = normal[j, i] = total
+    for i in range(6):
+        normal[i, i] += _RIDGE
+    return _inverse(normal)
+
+
+@nb.njit(cache=True, nogil=True)
+def _normalize(values: np.ndarray) -> float:
+    """Take off the mean and divide by the standard deviation, which is returned."""
+    mean = values.mean()
+    deviation = 0.0
+    for value in values:
+        deviation += (value - mean) ** 2
+    deviation = math.sqrt(deviation / values.size)
+    if deviation > 0:
+        for index in range(values.size):
+            values[index] = (values[index] - mean) / deviation
+    return deviation
+
+
+@nb.njit(cache=True, nogil=True)
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Inverse of a small positive definite matrix, which is destroyed (Gauss and Jordan)."""
+    size = matrix.shape[0]
+    inverse = np.eye(size)
+    for pivot in range(size):
+        scale = 1 / matrix[pivot, pivot]
+        for k in range(size):
+            matrix[pivot, k] *= scale
+            inverse[pivot, k] *= scale
+        for row in range(size):
+            if row != pivot:
+                factor = matrix[row, pivot]
+                for k in range(size):
+                    matrix[row, k] -= factor * matrix[pivot, k]
+                    inverse[row, k] -= factor * inverse[pivot, k]
+    return inverse
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowOptions:
+    """Which windows count as the same place."""
+
+    min_correlation: float = 0.8
+    """Normalized cross-correlation after refinement."""
+    max_shift: float = 3.0
+    """Farthest accepted move, in pixels of the level compared."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Correlated:
+    """Refined places in the second photo, and which matches to keep."""
+
+    xy_second_px: Float64[np.ndarray, "m 2"]
+    correlation: Float32[np.ndarray, " m"]
+    kept: Bool[np.ndarray, " m"]
+
+
+def correlate(
+    first: Pyramid,
+    second: Pyramid,
+    keypoints_first: Keypoints,
+    keypoints_second: Keypoints,
+    keypoint_idx: Int32[np.ndarray, "m 2"],
+    options: WindowOptions,
+) -> Correlated:
+    """Move the second point of each match to where its window agrees with the first's."""
+    rows_first = _rows(keypoints_first, keypoint_idx[:, 0])
+    rows_second = _rows(keypoints_second, keypoint_idx[:, 1])
+    result = np.empty((len(keypoint_idx), 3))
+    correlate_all(
+        first.pixels,
+        first.layout,
+        second.pixels,
+        second.layout,
+        rows_first,
+        rows_second,
+        options.max_shift,
+        result,
+    )
+    with np.errstate(invalid="ignore"):
+        kept = result[:, 2] >= options.min_correlation
+    return Correlated(
+        xy_second_px=np.ascontiguousarray(result[:, :2]),
+        correlation=result[:, 2].astype(np.float32),
+        kept=kept,
+    )
+
+
+def _rows(keypoints: Keypoints, which: Int32[np.ndarray, " m"]) -> Float64[np.ndarray, "m 4"]:
+    """x, y, scale, angle in radians."""
+    return np.column_stack(
+        [
+            keypoints.xy_px[which],
+            keypoints.scale_px[which],
+            np.radians(keypoints.angle_deg[which]),
+        ]
+    ).astype(np.float64)

@@ -1,0 +1,194 @@
+"""Measurement: every vertex of the surface measured again in the photos that see it.
+
+In      photos, a metric scene and a mesh within about two pixels of the truth.
+Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
+        given as filled and those that fewer than two photos see; where the photos show too little
+        to match, a vertex stays as the depth maps measured it.
+Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
+        all vertices at once; the surface is held together as a thin plate (docs/method).
+Fails   SurfaceError: hardly a vertex looks alike in two photos.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int32
+
+from limbgram.core.geometry.arrays import Faces
+from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
+from limbgram.core.run import track
+from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
+from limbgram.reconstruction.measuring.rounds import (
+    JointEquations,
+    MatchingOptions,
+    Sight,
+    joint_equations,
+    look,
+    match_guessed,
+    match_jointly,
+    match_patches,
+)
+from limbgram.reconstruction.measuring.uncertainty import with_sigma
+from limbgram.reconstruction.measuring.visibility import best_views, incidences
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
+from limbgram.reconstruction.surface.cleaning import cut_back
+
+_RINGS_ROUND = 6
+"""Rings round a fill whose bend it goes on with."""
+_GRAZING_DEG = 85.0
+"""A photo that looks along the surface more closely than this does not see it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureOptions:
+    """Which rounds are made."""
+
+    photo_halvings: int = 0
+    """Reductions of the photos for the whole measurement, which then holds 1 / 4^n of the pixels;
+    every size below is relative to it."""
+
+    patch_halvings: tuple[int, ...] = (1,)
+    """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
+
+    joint_rounds: int = 2
+    """Rounds at full size in which all vertices are measured at once."""
+
+    rim_rings: int = 8
+    """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
+
+    brim: BrimOptions = field(default_factory=BrimOptions)
+    """What counts as a notch of the open end, to be closed."""
+
+    brim_rounds: int = 2
+    """Rounds at each size, half and full, in which a closed notch is measured from its rim
+    inwards."""
+
+    matching: MatchingOptions = field(default_factory=MatchingOptions)
+
+
+DEFAULTS = MeasureOptions()
+
+
+def measure(
+    photos: PhotoSet, metric: MetricScene, mesh: Mesh, options: MeasureOptions = DEFAULTS
+) -> Mesh:
+    """Measure the surface in the photos, at their full size unless the options reduce them."""
+    scene = metric.scene
+    views = scene.views
+    matching = options.matching
+    placed = [photos.photos[k] for k in scene.placed]
+    crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
+    seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
+    for halvings in track(options.patch_halvings):
+        mesh, _ = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
+    imagery = prepare(crops, views, 0)
+    mesh, believed = _by_patches(mesh, imagery, views, seen_by, matching)
+    mesh = cut_back(mesh, ~believed, options.rim_rings)
+    mesh = _with_even_brim(mesh, crops, imagery, views, options)
+    del crops  # all photos are in them a second time
+    seen_by, unseen = _seen_by(mesh, views, matching)
+    found: tuple[Sight, JointEquations] | None = None
+    for _ in track(range(options.joint_rounds)):
+        found = None  # two rounds' equations never lie side by side
+        mesh, found = _jointly(mesh, imagery, views, seen_by, matching)
+    mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
+    return mesh if found is None else with_sigma(mesh, *found, metric)
+
+
+def _by_patches(
+    mesh: Mesh,
+    imagery: Imagery,
+    views: Sequence[View],
+    seen_by: Int32[np.ndarray, "n c"],
+    options: MatchingOptions,
+) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
+    """The mesh moved by a patch per vertex, and whose patch is believed."""
+    sight = look(mesh, imagery, views, seen_by)
+    moves, believed = match_patches(mesh, imagery, sight, options)
+    return _moved(mesh, moves, sight, options), believed
+
+
+def _jointly(
+    mesh: Mesh,
+    imagery: Imagery,
+    views: Sequence[View],
+    seen_by: Int32[np.ndarray, "n c"],
+    options: MatchingOptions,
+) -> tuple[Mesh, tuple[Sight, JointEquations]]:
+    """The mesh moved by all vertices at once, and what moved it."""
+    sight = look(mesh, imagery, views, seen_by)
+    equations = joint_equations(mesh, imagery, sight, options)
+    return _moved(mesh, match_jointly(mesh, sight, equations), sight, options), (sight, equations)
+
+
+def _seen_by(
+    mesh: Mesh, views: Sequence[View], options: MatchingOptions
+) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
+    """The photos that measure each vertex, and which vertices fewer than two photos see."""
+    best: list[Int32[np.ndarray, "b c"]] = []
+    unseen: list[Bool[np.ndarray, " b"]] = []
+    for cosines in incidences(mesh, views, _GRAZING_DEG):
+        unseen.append((cosines > 0).sum(axis=1) < 2)
+        squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
+        few = squarely.sum(axis=1, keepdims=True) < options.least_views
+        steeply = few & (cosines >= np.cos(np.radians(options.steep_incidence_deg)))
+        cosines[~(squarely | steeply)] = 0
+        best.append(best_views(cosines, options.max_views))
+    return np.concatenate(best), np.concatenate(unseen)
+
+
+def _with_even_brim(
+    mesh: Mesh,
+    crops: Sequence[Crop],
+    full: Imagery,
+    views: Sequence[View],
+    options: MeasureOptions,
+) -> Mesh:
+    """The brim's notches closed, and of what closes them measured what the photos show.
+
+    A closed notch starts pixels off: photos of half size lead to it, those of full size measure.
+    """
+    whole = level_brim(mesh, options.brim)
+    if whole is mesh or whole.filled is None:
+        return mesh
+    matching, guessed = options.matching, whole.filled
+    faces = whole.faces[_near(guessed, whole.faces)[whole.faces].all(axis=1)]
+    chosen = np.unique(faces)
+    part = with_faces(whole, faces)
+    good = np.zeros(len(part), bool)
+    for imagery in (prepare(crops, views, 1), full):
+        for _ in track(range(options.brim_rounds)):
+            seen_by, _ = _seen_by(whole, views, matching)
+            sight = look(part, imagery, views, seen_by[chosen])
+            moves, good = match_guessed(part, imagery, sight, guessed[chosen], matching)
+            part = _moved(part, moves, sight, matching)
+            whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
+    return replace(whole, filled=_put(guessed, chosen[good], np.False_))
+
+
+def _near(chosen: Bool[np.ndarray, " n"], faces: Faces) -> Bool[np.ndarray, " n"]:
+    """The chosen vertices and some rings round them."""
+    near = chosen.copy()
+    for _ in range(_RINGS_ROUND):
+        near[faces[near[faces].any(axis=1)]] = True
+    return near
+
+
+def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.ndarray:
+    changed = values.copy()
+    changed[idx] = new
+    return changed
+
+
+def _moved(
+    mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], sight: Sight, options: MatchingOptions
+) -> Mesh:
+    """The vertices moved along their normals, no further than is believed."""
+    limit = options.max_move_px * sight.pixel_mm
+    moves_mm = np.clip(moves_mm, -limit, limit)
+    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * sight.axes[:, 2])

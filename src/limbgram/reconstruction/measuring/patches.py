@@ -1,0 +1,208 @@
+"""Multi-photo least-squares matching of one small surface patch per vertex (compiled).
+
+Unknown per patch: offset d along the normal and two slopes. Every photo that sees the patch
+shows the same unknown texture with its own gain and mean; texture, gains and means are
+eliminated (the texture is the leading left singular vector of the photos' windows, derivative
+after Kaufman 1975), so that no photo is the reference. The patch is curved by a given quadric:
+without it the surface sinks.
+Gruen and Baltsavias 1988 (geometrically constrained matching); Furukawa and Ponce 2010.
+"""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from limbgram.reconstruction.measuring.sampling import (
+    HALF,
+    SAMPLES,
+    agreeing,
+    gram_of,
+    sample_windows,
+    window_weights,
+)
+
+f4 = np.float32
+
+_LEAST_VARIANCE = 4.0
+"""Windows of less grey variance carry no texture."""
+_MAX_SLOPE = 1.2
+_SLOPE_PRIOR = 0.3
+
+MEASURED, UNSEEN, UNLIKE, SINGULAR, STRAYED, STEEP = 1, 0, -1, -2, -3, -4
+"""Outcome of a patch; every value but MEASURED is a failure."""
+
+
+@njit(parallel=True, fastmath=True, cache=True, nogil=True)
+def measure_patches(
+    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, rounds, state
+):
+    """Measure every patch.
+
+    seen_by   (n, c) int32, photos of each patch, -1 = none
+    axes      (n, 3, 3): two tangents and the normal, rows
+    quadric   (n, 3): height = (q0 u^2 + 2 q1 u v + q2 v^2) / 2, 1/mm
+    step_mm   (n,) sample distance
+    state     (n, 3) start values, mm and slopes; changed in place
+    Returns (n, 5) float32: outcome, formal sigma of d (mm), noise (grey levels), mean
+    correlation (less for photos left out), photos used.
+    """
+    count, most = seen_by.shape
+    report = np.zeros((count, 5), np.float32)
+    blocks = (count + 63) // 64
+    for block in prange(blocks):
+        value = np.empty((most, SAMPLES), np.float32)
+        slope = np.empty((most, SAMPLES), np.float32)
+        texture = np.empty(SAMPLES, np.float32)
+        texture_slope = np.empty(SAMPLES, np.float32)
+        weights = window_weights()
+        effective = f4(0)
+        for k in range(SAMPLES):
+            effective += weights[k] * weights[k]
+        effective = f4(1) / effective
+        gains = np.empty(most)
+        gram = np.empty((most, most))
+        scratch = np.empty(most)
+        mean = np.empty(most)
+        photo_of = np.empty(most, np.int64)
+        normal = np.empty(9)
+        for p in range(block * 64, min(count, block * 64 + 64)):
+            for turn in range(rounds + 1):
+                used, per_mm = sample_windows(
+                    coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
+                    quadric[p], step_mm[p], state[p], weights, value, slope, mean, photo_of,
+                    _LEAST_VARIANCE,
+                )  # fmt: skip
+                if used < 2:
+                    report[p, 0] = UNSEEN
+                    break
+                gram_of(value, weights, used, gram)
+                seen = used
+                used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
+                if used == 0:
+                    report[p, 0] = UNLIKE
+                    break
+                total = 0.0
+                for i in range(used):
+                    total += gram[i, i]
+                energy = _mean_texture(value, slope, weights, gains, used, texture, texture_slope)
+                _normal_equations(
+                    value, slope, weights, gains, used, texture, texture_slope, energy,
+                    step_mm[p], normal,
+                )  # fmt: skip
+                freedom = (used - 1) * (effective - 2) - 3
+                noise2 = max((total - energy) * effective / max(freedom, 1.0), 0.0)
+                prior = max(noise2, 0.5) / (effective * _SLOPE_PRIOR**2)
+                step_d, step_a, step_b, cofactor = _solve(normal, prior, state[p])
+                if not cofactor > 0:
+                    report[p, 0] = SINGULAR
+                    break
+                report[p, 1] = math.sqrt(noise2 / effective * cofactor)
+                report[p, 2] = math.sqrt(noise2)
+                alike = (energy / total * used - 1) / (used - 1)
+                report[p, 3] = alike * used / seen
+                report[p, 4] = used
+                report[p, 0] = MEASURED
+                if turn == rounds:
+                    break
+                if not abs(step_d) * per_mm < 6:
+                    report[p, 0] = STRAYED
+                    break
+                damping = 1.0 / max(1.0, abs(step_d) * per_mm / 1.5)
+                state[p, 0] += damping * step_d
+                state[p, 1] += damping * step_a
+                state[p, 2] += damping * step_b
+                if abs(state[p, 1]) > _MAX_SLOPE or abs(state[p, 2]) > _MAX_SLOPE:
+                    report[p, 0] = STEEP
+                    break
+                reach = (abs(step_a) + abs(step_b)) * HALF * step_mm[p]
+                if abs(step_d) * per_mm < 0.01 and reach * per_mm < 0.03:
+                    break
+    return report
+
+
+@njit(fastmath=True, cache=True)
+def _mean_texture(value, slope, weights, gains, used, texture, texture_slope):
+    """The common texture and its change with d; returns the texture's weighted energy."""
+    energy = f4(0)
+    for k in range(SAMPLES):
+        grey, change = f4(0), f4(0)
+        for i in range(used):
+            grey += f4(gains[i]) * value[i, k]
+            change += f4(gains[i]) * slope[i, k]
+        texture[k], texture_slope[k] = grey, change
+        energy += weights[k] * grey * grey
+    return energy
+
+
+@njit(fastmath=True, cache=True)
+def _normal_equations(
+    value, slope, weights, gains, used, texture, texture_slope, energy, step, normal
+):
+    """Upper triangle (6) and right side (3) for d and the slopes.
+
+    With windows G = gains texture^T, H_j their change by parameter j, a and t the unit gains and
+    texture: texture and gains are eliminated by (I - a a^T) H_j (I - t t^T), means by weighted
+    centring. The residual is orthogonal to both, so the right side needs no projection.
+    """
+    side = 2 * HALF + 1
+    for k in range(9):
+        normal[k] = 0.0
+    per_energy = f4(1) / energy
+    for i in range(used + 1):
+        common = i == used
+        sign = -1.0 if common else 1.0
+        gain = f4(0) if common else f4(gains[i])
+        c0 = c1 = c2 = f4(0)
+        t0 = t1 = t2 = f4(0)
+        r0 = r1 = r2 = f4(0)
+        m00 = m01 = m02 = m11 = m12 = m22 = f4(0)
+        for k in range(SAMPLES):
+            u, v = f4((k % side - HALF) * step), f4((k // side - HALF) * step)
+            change = texture_slope[k] if common else slope[i, k]
+            residual = f4(0) if common else value[i, k] - gain * texture[k]
+            w0 = weights[k] * change
+            w1, w2 = w0 * u, w0 * v
+            c0 += w0
+            c1 += w1
+            c2 += w2
+            t0 += w0 * texture[k]
+            t1 += w1 * texture[k]
+            t2 += w2 * texture[k]
+            r0 += w0 * residual
+            r1 += w1 * residual
+            r2 += w2 * residual
+            m00 += w0 * change
+            m01 += w1 * change
+            m02 += w2 * change
+            m11 += w1 * change * u
+            m12 += w1 * change * v
+            m22 += w2 * change * v
+        normal[0] += sign * (m00 - c0 * c0 - t0 * t0 * per_energy)
+        normal[1] += sign * (m01 - c0 * c1 - t0 * t1 * per_energy)
+        normal[2] += sign * (m02 - c0 * c2 - t0 * t2 * per_energy)
+        normal[3] += sign * (m11 - c1 * c1 - t1 * t1 * per_energy)
+        normal[4] += sign * (m12 - c1 * c2 - t1 * t2 * per_energy)
+        normal[5] += sign * (m22 - c2 * c2 - t2 * t2 * per_energy)
+        normal[6] -= r0
+        normal[7] -= r1
+        normal[8] -= r2
+
+
+@njit(cache=True)
+def _solve(normal, prior, state):
+    """Steps of d and the slopes, and the cofactor of d; slopes are held by a weak prior."""
+    m00, m01, m02 = normal[0], normal[1], normal[2]
+    m11, m12, m22 = normal[3] + prior, normal[4], normal[5] + prior
+    r0, r1, r2 = normal[6], normal[7] - prior * state[1], normal[8] - prior * state[2]
+    q00, q01, q02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
+    determinant = m00 * q00 + m01 * q01 + m02 * q02
+    if not determinant > 1e-12 * m00 * m11 * m22:
+        return 0.0, 0.0, 0.0, 0.0
+    q11, q12, q22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
+    return (
+        (q00 * r0 + q01 * r1 + q02 * r2) / determinant,
+        (q01 * r0 + q11 * r1 + q12 * r2) / determinant,
+        (q02 * r0 + q12 * r1 + q22 * r2) / determinant,
+        q00 / determinant,
+    )

@@ -1,0 +1,316 @@
+"""One round of measurement over the whole surface: patches one by one, or all vertices at once.
+
+In      a mesh, the photos' crops and what each vertex is seen by.
+Out     moves along the normals.
+Fails   SurfaceError: hardly a vertex looks alike in two photos.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Bool, Float32, Float64, Int32, Int64
+
+from limbgram.core.errors import SurfaceError
+from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
+from limbgram.reconstruction.measuring.joint import GAIN, LIFT, assemble, local_gains
+from limbgram.reconstruction.measuring.patches import MEASURED, measure_patches
+from limbgram.reconstruction.measuring.thin_plate import (
+    Plate,
+    plate_of,
+    quadrics,
+    settle,
+    tangent_axes,
+)
+
+_UNMEASURED_PX = 1.0
+"""What is believed of the given surface where nothing was measured: one pixel, in sigma."""
+_HELD_PX, _LOOSE_PX = 0.02, 20.0
+"""The same where the surface stays as it is, and where it was only guessed."""
+_GAIN_STEP_PX = 0.73
+"""Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
+_OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
+_FACE_POINTS = np.array(
+    [
+        np.roll([first, (1 - first) / 2, (1 - first) / 2], turn)
+        for first in (_OUTER, _INNER)
+        for turn in range(3)
+    ]
+)
+"""Samples of a face, barycentric. The mean of ab + bc + ca is 1/4, as over the whole face, so that
+a flat face on a round surface is neither lifted nor sunk by where its samples lie."""
+
+
+@cache
+def face_points(parts: int) -> Float64[np.ndarray, "s 3"]:
+    """Samples of a face whose edges are parted so many times, barycentric.
+
+    They serve all pixels where edges are longer than pixels ask for.
+    """
+    steps = [(i, j) for i in range(parts) for j in range(parts - i)]
+    upright = [[(i + 1, j), (i, j + 1), (i, j)] for i, j in steps]
+    turned = [[(i + 1, j + 1), (i, j + 1), (i + 1, j)] for i, j in steps if i + j <= parts - 2]
+    corners = np.array([*upright, *turned], float) / parts
+    whole = np.concatenate([corners, 1.0 - corners.sum(axis=2, keepdims=True)], axis=2)
+    return (_FACE_POINTS @ whole).reshape(-1, 3) if parts > 1 else _FACE_POINTS
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchingOptions:
+    """How windows are compared and how stiff the surface is."""
+
+    max_views: int = 6
+    """Photos per vertex, the most frontal ones."""
+
+    max_incidence_deg: float = 65.0
+    """Photos that see a vertex at a flatter angle than this are left out, unless"""
+
+    least_views: int = 3
+    """fewer photos than this see it so squarely: then steeper ones are taken, up to"""
+
+    steep_incidence_deg: float = 82.0
+    """this angle."""
+
+    min_correlation: float = 0.6
+    """Mean correlation between the photos below which a patch is not believed."""
+
+    max_move_px: float = 4.0
+    """A vertex that wants to move further, in pixels of the round's photos, is not believed."""
+
+    patch_plate_px: float = 2.5
+    """Patches: below this length the surface bends like a plate rather than follow the data."""
+
+    joint_plate_px: float = 3.0
+    """All vertices at once: the same length."""
+
+    noise_grey: float = 1.5
+    """Noise of a pixel, grey levels."""
+
+    noise_px: float = 0.02
+    """What the model leaves unexplained, as a shift of the photos, px."""
+
+    robust_sigmas: float = 1.5
+    """Residuals beyond this count less and less."""
+
+    face_parts: int = 1
+    """Parts of a face's edge that are sampled each for itself: more where edges are longer than
+    the pixels would allow."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """The surface as the photos see it, before a round."""
+
+    plate: Plate
+    axes: Float64[np.ndarray, "n 3 3"]
+    """Two tangents and the normal."""
+    quadric: Float64[np.ndarray, "n 3"]
+    seen_by: Int32[np.ndarray, "n c"]
+    pixel_mm: Float64[np.ndarray, " n"]
+    """Size of a pixel of the round's photos on the object."""
+
+
+def look(
+    mesh: Mesh, imagery: Imagery, views: Sequence[View], seen_by: Int32[np.ndarray, "n c"]
+) -> Sight:
+    """Frames and curvature of every vertex, and the size of a pixel on it."""
+    plate = plate_of(mesh)
+    axes = tangent_axes(mesh.vertex_normals())
+    return Sight(
+        plate=plate,
+        axes=axes,
+        quadric=quadrics(mesh, plate, axes),
+        seen_by=seen_by,
+        pixel_mm=_pixel_mm(mesh, views, seen_by[:, 0]) / imagery.factor,
+    )
+
+
+def match_patches(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """A patch per vertex, each on its own, then the plate through all of them.
+
+    Also tells which patches were believed.
+    """
+    offsets_mm, formal_mm, good = _patches(mesh, imagery, sight, options)
+    if good.mean() < 0.05:
+        raise SurfaceError(
+            f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
+            "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
+            "of the placed photos; paint more densely and photograph again."
+        )
+    sigma_mm = np.where(good, formal_mm, _UNMEASURED_PX * sight.pixel_mm)
+    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+
+
+def match_guessed(
+    mesh: Mesh,
+    imagery: Imagery,
+    sight: Sight,
+    guessed: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """A patch for each guessed vertex; the rest of the surface stays where it is.
+
+    Guessed vertices without a believed patch follow the plate through their neighbours, so that
+    a fill is measured from its rim inwards round by round.
+    """
+    only = replace(sight, seen_by=np.where(guessed[:, None], sight.seen_by, np.int32(-1)))
+    offsets_mm, formal_mm, good = _patches(mesh, imagery, only, options)
+    believed_px = np.where(guessed, _LOOSE_PX, _HELD_PX)
+    sigma_mm = np.where(good, formal_mm, believed_px * sight.pixel_mm)
+    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+
+
+def _patches(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Offset of every vertex's patch, its formal sigma, and whether it is believed."""
+    state = np.zeros((len(mesh), 3))
+    report = measure_patches(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        sight.seen_by,
+        mesh.vertices_mm,
+        sight.axes,
+        sight.quadric,
+        sight.pixel_mm,
+        8,
+        state,
+    )
+    good = _believed(report, state[:, 0], sight.pixel_mm, options)
+    return state[:, 0], np.maximum(report[:, 1], _HELD_PX * sight.pixel_mm), good
+
+
+def _through(
+    mesh: Mesh,
+    sight: Sight,
+    offsets_mm: Float64[np.ndarray, " n"],
+    sigma_mm: Float64[np.ndarray, " n"],
+    good: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> Float64[np.ndarray, " n"]:
+    """Moves of the plate through the believed offsets."""
+    length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
+    right = np.where(good, offsets_mm, 0.0) / sigma_mm**2
+    weights = 1 / sigma_mm**2
+    return settle(mesh, sight.plate, weights, sp.csr_matrix(sp.diags(weights)), right, length_mm)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointEquations:
+    """The normal equations of all vertices at once, without the plate."""
+
+    weights: Float64[np.ndarray, " n"]
+    """1/mm^2, as the robust weights have it: how much the photos say about each vertex."""
+    soft: sp.csr_matrix
+    """(n, n), 1/mm^2, as the robust cost really bends: what steps and errors are solved with."""
+    right: Float64[np.ndarray, " n"]
+    """1/mm."""
+    pull: Float32[np.ndarray, "f c"]
+    """What each photo that sees a face's first vertex adds to the right side."""
+    photos: Int64[np.ndarray, " n"]
+    """Photos that measured each vertex."""
+    length_mm: float
+    """Below this length the plate rules."""
+
+
+def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+    """Moves of all vertices at once."""
+    return settle(
+        mesh,
+        sight.plate,
+        equations.weights,
+        equations.soft,
+        equations.right,
+        equations.length_mm,
+    )
+
+
+def joint_equations(
+    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+) -> JointEquations:
+    """What the photos say about all vertices at once, by samples on the faces."""
+    at_vertex = np.zeros((*sight.seen_by.shape, 4), np.float32)
+    at_vertex[..., LIFT] = apparent_lift_mm(
+        mesh.vertices_mm, sight.axes, sight.quadric, imagery.views, sight.seen_by
+    )
+    local_gains(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        sight.seen_by,
+        mesh.vertices_mm,
+        sight.axes,
+        sight.quadric,
+        _GAIN_STEP_PX * sight.pixel_mm,
+        at_vertex,
+    )
+    matrix, right, pull, curvature = assemble(
+        imagery.coefficients,
+        imagery.crops,
+        imagery.factor,
+        imagery.views,
+        sight.seen_by,
+        at_vertex,
+        mesh.vertices_mm,
+        np.ascontiguousarray(sight.axes[:, 2]),
+        mesh.faces,
+        face_points(options.face_parts),
+        options.noise_grey,
+        options.noise_px,
+        options.robust_sigmas,
+    )
+    anchor = sp.diags(1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2)
+    data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor)
+    less = _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
+    return JointEquations(
+        weights=data.diagonal(),
+        soft=sp.csr_matrix(data - less),
+        right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
+        pull=pull,
+        photos=(at_vertex[..., GAIN] > 0).sum(1),
+        length_mm=options.joint_plate_px * float(np.median(sight.pixel_mm)),
+    )
+
+
+def _sparse(matrix: Float64[np.ndarray, "f 6"], faces: np.ndarray, count: int) -> sp.csr_matrix:
+    """The faces' 3 x 3 blocks as one symmetric matrix."""
+    rows, columns = faces[:, [0, 0, 0, 1, 1, 2]], faces[:, [0, 1, 2, 1, 2, 2]]
+    upper = sp.csr_matrix((matrix.ravel(), (rows.ravel(), columns.ravel())), (count, count))
+    off = matrix[:, [1, 2, 4]].ravel()
+    mirrored = sp.csr_matrix(
+        (off, (columns[:, [1, 2, 4]].ravel(), rows[:, [1, 2, 4]].ravel())), (count, count)
+    )
+    return sp.csr_matrix(upper + mirrored)
+
+
+def _believed(
+    report: Float32[np.ndarray, "n 5"],
+    offsets_mm: Float64[np.ndarray, " n"],
+    pixel_mm: Float64[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> Bool[np.ndarray, " n"]:
+    """Patches that converged, correlate and stayed near."""
+    return (
+        (report[:, 0] == MEASURED)
+        & (report[:, 3] >= options.min_correlation)
+        & (np.abs(offsets_mm) < options.max_move_px * pixel_mm)
+    )
+
+
+def _pixel_mm(mesh: Mesh, views: Sequence[View], photo: np.ndarray) -> Float64[np.ndarray, " n"]:
+    """Size of a full-size pixel on the object, in each vertex's most frontal photo."""
+    sizes = np.full(len(mesh), np.nan)
+    for k, view in enumerate(views):
+        rows = photo == k
+        depth = view.camera_from_world.apply(mesh.vertices_mm[rows])[:, 2]
+        sizes[rows] = depth / np.sqrt(view.camera.fx * view.camera.fy)
+    return np.where(np.isfinite(sizes), sizes, np.nanmedian(sizes))

@@ -1,0 +1,289 @@
+"""Conjugate gradients for sparse symmetric systems (compiled).
+
+Hestenes and Stiefel 1952, with diagonal preconditioning. One pass over the matrix a step, one
+thread: the same bytes on every run.
+
+The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
+
+Cotangent Laplacian (Pinkall and Polthier 1993); the bending energy acts on the whole surface,
+not on the correction, so that noise does not stay from round to round. Folds are let be: the
+edge of a thin part is no noise.
+
+Quadrics: how the surface bends round each vertex, by least squares over two rings (compiled).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float64
+from numba import njit
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh
+
+_TOLERANCE = 1e-3
+_MOST_STEPS = 200
+
+
+def solve(
+    system: sp.csr_matrix, right: Float64[np.ndarray, " n"], start: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " n"]:
+    """Solution of a positive definite system, to a thousandth of the right side."""
+    solution = np.array(start, np.float64)
+    _iterate(
+        system.data,
+        system.indices.astype(np.int32),
+        system.indptr.astype(np.int32),
+        1.0 / system.diagonal().astype(np.float64),
+        np.ascontiguousarray(right, np.float64),
+        solution,
+        _TOLERANCE,
+        _MOST_STEPS,
+    )
+    return solution
+
+
+@njit(cache=True, nogil=True)
+def _iterate(data, indices, starts, preconditioner, right, solution, tolerance, steps):
+    count = len(right)
+    residual, direction, image = np.empty(count), np.empty(count), np.empty(count)
+    size = 0.0
+    energy = 0.0
+    for i in range(count):
+        total = 0.0
+        for k in range(starts[i], starts[i + 1]):
+            total += data[k] * solution[indices[k]]
+        residual[i] = right[i] - total
+        direction[i] = preconditioner[i] * residual[i]
+        energy += residual[i] * direction[i]
+        size += right[i] * right[i]
+    goal = tolerance * tolerance * size
+    for _ in range(steps):
+        left = 0.0
+        for i in range(count):
+            left += residual[i] * residual[i]
+        if left <= goal:
+            return
+        curvature = 0.0
+        for i in range(count):
+            total = 0.0
+            for k in range(starts[i], starts[i + 1]):
+                total += data[k] * direction[indices[k]]
+            image[i] = total
+            curvature += total * direction[i]
+        step = energy / curvature
+        renewed = 0.0
+        for i in range(count):
+            solution[i] += step * direction[i]
+            residual[i] -= step * image[i]
+            renewed += preconditioner[i] * residual[i] * residual[i]
+        ratio = renewed / energy
+        energy = renewed
+        for i in range(count):
+            direction[i] = preconditioner[i] * residual[i] + ratio * direction[i]
+
+
+_LEAST_COTANGENT, _MOST_COTANGENT = 0.05, 5.0
+_RIM_WEIGHT = 8.0
+"""How strongly a rim vertex moves with its neighbours, in weights of a usual vertex."""
+_FOLD = 0.25
+"""Twice the mean curvature times the plate's length from which the surface is a fold."""
+_FOLD_RINGS, _LOOSE_RINGS = 2, 3
+"""Rings over which a fold is averaged, and round rims and fills that have none: nothing there
+tells a fold from an error."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """Operators of one mesh."""
+
+    laplacian: sp.csr_matrix
+    """(n, n), 1/mm^2: mean curvature normal times two."""
+    area_mm2: Float64[np.ndarray, " n"]
+    """A third of the area of the faces round each vertex."""
+    neighbours: sp.csr_matrix
+    """(n, n) 1 where two vertices share an edge."""
+    is_boundary: np.ndarray
+    fold: Float64[np.ndarray, " n"]
+    """Twice the mean curvature, 1/mm, averaged over rings: folds stay, noise cancels out."""
+
+
+def plate_of(mesh: Mesh) -> Plate:
+    """Laplacian, areas and adjacency of a mesh."""
+    vertices, faces = mesh.vertices_mm, mesh.faces
+    count = len(vertices)
+    rows: list[np.ndarray] = []
+    columns: list[np.ndarray] = []
+    weights: list[np.ndarray] = []
+    doubled = np.linalg.norm(mesh.face_normals(), axis=1)
+    area = np.bincount(faces.ravel(), np.repeat(doubled / 6, 3), count)
+    for corner in range(3):
+        i, j, k = (faces[:, (corner + turn) % 3] for turn in range(3))
+        to_i, to_j = vertices[i] - vertices[k], vertices[j] - vertices[k]
+        cotangent = np.einsum("ij,ij->i", to_i, to_j) / np.maximum(doubled, 1e-12)
+        half = 0.5 * np.clip(cotangent, _LEAST_COTANGENT, _MOST_COTANGENT)
+        rows += [i, j]
+        columns += [j, i]
+        weights += [half, half]
+    area = np.maximum(area, 0.02 * np.median(area))
+    graph = sp.csr_matrix(
+        (np.concatenate(weights), (np.concatenate(rows), np.concatenate(columns))), (count, count)
+    )
+    laplacian = sp.diags(1 / area) @ (graph - sp.diags(np.asarray(graph.sum(1)).ravel()))
+    laplacian, neighbours = sp.csr_matrix(laplacian), _pattern(graph)
+    is_boundary = _on_boundary(faces, count)
+    loose = is_boundary if mesh.filled is None else is_boundary | mesh.filled
+    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
+    return Plate(
+        laplacian=laplacian,
+        area_mm2=area,
+        neighbours=neighbours,
+        is_boundary=is_boundary,
+        fold=_fold(bend, area, neighbours, loose),
+    )
+
+
+def _fold(
+    bend: Float64[np.ndarray, " n"],
+    area: Float64[np.ndarray, " n"],
+    neighbours: sp.csr_matrix,
+    loose: np.ndarray,
+) -> Float64[np.ndarray, " n"]:
+    """Mean of the curvature over rings, by area; 0 near what is `loose`."""
+    ring = neighbours + sp.eye(len(bend))
+    total, mass, near = bend * area, area, loose.astype(np.float64)
+    for _ in range(_FOLD_RINGS):
+        total, mass = ring @ total, ring @ mass
+    for _ in range(_LOOSE_RINGS):
+        near = ring @ near
+    return np.where(near > 0, 0.0, total / mass)
+
+
+def settle(
+    mesh: Mesh,
+    plate: Plate,
+    weights: Float64[np.ndarray, " n"],
+    data: sp.csr_matrix,
+    right: Float64[np.ndarray, " n"],
+    length_mm: float,
+) -> Float64[np.ndarray, " n"]:
+    """Moves along the normals that balance the data against bending.
+
+    Minimises x'(data)x - 2 right'x + stiffness * area * (curvature after the move)^2, where
+    stiffness = length^4 * (typical data weight per area): over distances shorter than
+    `length_mm` the plate rules, over longer ones the data. A rim, which has no bending of its
+    own, moves as its neighbours do.
+
+    Args:
+        weights: how much is known of each vertex, 1/mm^2: what the stiffness is set by.
+        data: (n, n) normal matrix of the measurements, 1/mm^2: the step's.
+        right: its right side, 1/mm.
+    """
+    bending = bending_of(plate, weights, length_mm)
+    system = (data + bending @ plate.laplacian + _rim(plate, weights)).tocsr()
+    force = bending @ curvature_of(mesh, plate, length_mm)
+    return solve(system, right - force, right / np.maximum(weights, 1e-12))
+
+
+def _rim(plate: Plate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) what draws the moves of rim vertices to the mean of their neighbours'."""
+    rim = np.flatnonzero(plate.is_boundary)
+    beside = plate.neighbours[rim]
+    mean = sp.diags(1 / np.asarray(beside.sum(1)).ravel()) @ beside
+    own = sp.csr_matrix((np.ones(len(rim)), (np.arange(len(rim)), rim)), beside.shape)
+    apart = sp.csr_matrix(own - mean)
+    return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (apart.T @ apart))
+
+
+def bending_of(plate: Plate, weights: Float64[np.ndarray, " n"], length_mm: float) -> sp.csr_matrix:
+    """(n, n) force on each vertex by the curvature of the surface; see `settle`."""
+    density = float(np.median(weights / plate.area_mm2))
+    stiffness = np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
+    return sp.csr_matrix(plate.laplacian.T @ sp.diags(stiffness))
+
+
+def curvature_of(mesh: Mesh, plate: Plate, length_mm: float) -> Float64[np.ndarray, " n"]:
+    """Twice the mean curvature along the normal that a plate of this length would take off, 1/mm.
+
+    Negative where the surface is convex; next to nothing in folds.
+    """
+    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), plate.laplacian @ mesh.vertices_mm)
+    return bend / (1 + (plate.fold * length_mm / _FOLD) ** 4)
+
+
+def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:
+    """Two tangents and the normal of each vertex, rows, right-handed."""
+    helper = np.where(np.abs(normals[:, 2:3]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    first = np.cross(helper, normals)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(normals, first), normals], axis=1)
+
+
+def _pattern(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """1 where the matrix has an entry."""
+    return sp.csr_matrix(
+        (np.ones_like(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape
+    )
+
+
+def _on_boundary(faces: np.ndarray, count: int) -> np.ndarray:
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    keys, uses = np.unique(edges[:, 0].astype(np.int64) * count + edges[:, 1], return_counts=True)
+    single = keys[uses == 1]
+    boundary = np.zeros(count, bool)
+    boundary[single // count] = True
+    boundary[single % count] = True
+    return boundary
+
+
+def quadrics(
+    mesh: Mesh, plate: Plate, axes: Float64[np.ndarray, "n 3 3"]
+) -> Float64[np.ndarray, "n 3"]:
+    """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
+    count = len(mesh)
+    normal, right = np.zeros((count, 5, 5)), np.zeros((count, 5))
+    _add_up(
+        plate.neighbours.indptr.astype(np.int32),
+        plate.neighbours.indices.astype(np.int32),
+        mesh.vertices_mm,
+        axes,
+        normal,
+        right,
+    )
+    diagonal = np.einsum("nii->ni", normal)
+    diagonal *= 1.0 + 1e-4
+    diagonal += 1e-9
+    return np.linalg.solve(normal, right[..., None])[:, 2:, 0]
+
+
+@njit(cache=True, nogil=True)
+def _add_up(starts, others, vertices, axes, normal, right):
+    """Normal equations of slopes (2) and curvatures (3) over the neighbours' neighbours."""
+    count = len(vertices)
+    seen = np.full(count, -1, np.int32)
+    terms = np.empty(5)
+    for centre in range(count):
+        seen[centre] = centre
+        for near in range(starts[centre], starts[centre + 1]):
+            ring = others[near]
+            for far in range(starts[ring], starts[ring + 1]):
+                other = others[far]
+                if seen[other] == centre:
+                    continue
+                seen[other] = centre
+                u = v = height = 0.0
+                for k in range(3):
+                    step = vertices[other, k] - vertices[centre, k]
+                    u += axes[centre, 0, k] * step
+                    v += axes[centre, 1, k] * step
+                    height += axes[centre, 2, k] * step
+                terms[0], terms[1] = u, v
+                terms[2], terms[3], terms[4] = 0.5 * u * u, u * v, 0.5 * v * v
+                for a in range(5):
+                    right[centre, a] += terms[a] * height
+                    for b in range(a, 5):
+                        normal[centre, a, b] += terms[a] * terms[b]
+        for a in range(5):
+            for b in range(a):
+                normal[centre, a, b] = normal[centre, b, a]

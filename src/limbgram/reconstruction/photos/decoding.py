@@ -1,0 +1,335 @@
+"""Deep pictures: sixteen bits a sample in the file, of which a camera may fill fewer.
+
+In      an opened picture of sixteen bits a sample.
+Out     how many bits it uses, and its pixels in eight.
+Method  converters write the 12 or 14 bits of a sensor at the lower end of sixteen. The largest
+        sample of a capture tells how many there are, rounded up to a depth that sensors have. Of
+        16-bit colours Pillow keeps the upper byte; decoded once more with the bytes swapped it
+        keeps the lower one.
+
+Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
+
+Only JPEG, PNG and TIFF are tried (HEIF too where pillow-heif is installed), so that no rarely
+used decoder meets a foreign file. Pillow decodes; a JPEG's luma comes without its colours. Deep
+pictures come in eight bits, by the depth that their capture uses (`photos.deep`).
+
+EXIF: the few fields that say something about the camera; everything else is left unread.
+
+Focal-plane resolution tags are not used: they are wrong once a picture was reduced. The focal
+length is nominal; focused near, the true principal distance is a few per cent longer.
+"""
+
+import math
+import os
+import struct
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+from PIL.ExifTags import IFD, Base
+from PIL.ImageFile import ImageFile
+
+from limbgram.core.errors import PhotoError
+from limbgram.core.geometry.arrays import ColourImage, GreyImage
+from limbgram.reconstruction.photos.photo import Exif, Photo
+
+_DEPTHS = (8, 10, 12, 14, 16)
+_LARGEST_TAGS = (341, 281)
+"""SMaxSampleValue and MaxSampleValue of TIFF 6.0."""
+_OTHER = "B" if sys.byteorder == "little" else "L"
+_SWAPPED = {"L": "B", "B": "L", "N": _OTHER}
+_COLOURS = ("RGB;16", "RGBA;16", "RGBX;16")
+
+
+def is_deep(picture: ImageFile) -> bool:
+    """Whether a file, whose pixels are not decoded yet, holds sixteen bits a sample."""
+    return _is_grey(picture) or bool(picture.tile and _raw_mode(picture)[:-1] in _COLOURS)
+
+
+def bits_used(picture: ImageFile) -> int:
+    """Depth, 8 to 16, that holds the largest sample, and the largest one that the file claims."""
+    if _is_grey(picture):
+        largest = int(_grey(picture).max(initial=0))
+    else:
+        upper = np.asarray(picture)[:, :, :3]
+        largest = (int(upper.max(initial=0)) << 8) | 0xFF
+    claimed = _claimed(picture)
+    largest = max(largest, claimed if claimed < 0xFFFF else 0)
+    return next(depth for depth in _DEPTHS if largest < 1 << depth)
+
+
+def grey_of(picture: ImageFile, bits: int) -> GreyImage | None:
+    """Eight bits of a grey picture whose capture uses so many; None of one in colours."""
+    if not _is_grey(picture):
+        return None
+    return np.minimum(_grey(picture) >> (bits - 8), 255).astype(np.uint8)
+
+
+def colours_of(picture: ImageFile, bits: int, again: Callable[[], ImageFile]) -> ColourImage:
+    """Eight bits of a picture in colours whose capture uses so many.
+
+    Args:
+        again: Opens the same picture once more.
+    """
+    upper = np.asarray(picture.convert("RGB"))
+    if bits == 16:
+        return upper
+    with again() as other:
+        other.tile = [tile._replace(args=_swapped(tile.args)) for tile in other.tile]
+        value = np.asarray(other.convert("RGB")).astype(np.uint16)
+    value |= upper.astype(np.uint16) << 8
+    value >>= bits - 8
+    return np.minimum(value, 255).astype(np.uint8)
+
+
+def _is_grey(picture: ImageFile) -> bool:
+    return picture.mode.startswith("I")
+
+
+def _grey(picture: ImageFile) -> np.ndarray:
+    return np.clip(np.asarray(picture), 0, 0xFFFF).astype(np.uint16)
+
+
+def _raw_mode(picture: ImageFile) -> str:
+    """How the file's samples lie, such as RGB;16L: 16 bits, the lower byte first."""
+    args = picture.tile[0].args
+    return str(args[0] if isinstance(args, tuple) and args else args)
+
+
+def _swapped(args: object) -> object:
+    """A decoder's arguments with the other byte first."""
+    first, *rest = args if isinstance(args, tuple) else (args,)
+    raw = str(first)[:-1] + _SWAPPED[str(first)[-1]]
+    return (raw, *rest) if isinstance(args, tuple) else raw
+
+
+def _claimed(picture: ImageFile) -> int:
+    """Largest sample by the file's own word; 0 where it says nothing."""
+    tags = getattr(picture, "tag_v2", {})
+    for tag in _LARGEST_TAGS:
+        said = tags.get(tag)
+        values = said if isinstance(said, tuple) else (said,)
+        whole = [value for value in values if isinstance(value, int) and 0 < value <= 0xFFFF]
+        if whole:
+            return max(whole)
+    return 0
+
+
+HAS_HEIF = find_spec("pillow_heif") is not None
+if HAS_HEIF:
+    import_module("pillow_heif").register_heif_opener()
+
+FORMATS = ("JPEG", "PNG", "TIFF", *(("HEIF",) if HAS_HEIF else ()))
+FORMATS_FOR_PEOPLE = "JPEG, PNG or TIFF" + (" or HEIF" if HAS_HEIF else "")
+
+MEGAPIXELS_DECODER = 178
+"""Pillow refuses larger pictures as decompression bombs."""
+
+_BAND_PX = 4_000_000
+"""Pixels that are turned into an array at a time: whole copies would double what decoding takes."""
+_JPEG_SUFFIXES = (".jpg", ".jpeg")
+_LUMA_BYTES, _LUMA_BYTES_JPEG, _COLOUR_BYTES, _DEEP_BYTES = 6.5, 2.7, 9.5, 29.0
+"""Bytes a pixel while a photo is decoded, with the array that is handed on. Measured on 24 MP:
+luma 2.7 of a JPEG, 6.3 of a PNG; colour 9.3; 6 of 16 bits grey, 29 of 16 bits in colours."""
+
+_SRGB = np.arange(256) / 255
+LINEAR_OF_SRGB = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+"""Linear light of the 256 values that a pixel's red, green or blue may have."""
+
+DECODING_FAULTS = (
+    OSError,
+    SyntaxError,
+    ValueError,
+    TypeError,
+    LookupError,
+    ArithmeticError,
+    EOFError,
+    MemoryError,
+    NotImplementedError,
+    struct.error,
+    Image.DecompressionBombError,
+)
+"""What Pillow's decoders raise on broken files."""
+
+# Large pictures are refused by our own limit, with a reason; Pillow's warning would add noise.
+warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
+
+
+def load_luma(photo: Photo) -> GreyImage:
+    """Brightness of a photo, in the sensor's orientation.
+
+    Raises:
+        PhotoError: the file changed or vanished since it was read first.
+    """
+    try:
+        with open_picture(photo.path) as picture:
+            bits = photo.bits or (16 if is_deep(picture) else None)
+            return _of_size(photo, luma_of(picture, bits))
+    except DECODING_FAULTS as fault:
+        raise _gone(photo) from fault
+
+
+def load_colour(photo: Photo) -> ColourImage:
+    """Red, green, blue of a photo, in the sensor's orientation.
+
+    Raises:
+        PhotoError: the file changed or vanished since it was read first.
+    """
+    try:
+        with open_picture(photo.path) as picture:
+            if is_deep(picture):
+                return _of_size(photo, _deep_colour(picture, photo.bits or 16))
+            return _of_size(photo, _as_array(picture, "RGB"))
+    except DECODING_FAULTS as fault:
+        raise _gone(photo) from fault
+
+
+def open_picture(path: Path) -> ImageFile:
+    """The picture's header; pixels decode on demand. Raises one of DECODING_FAULTS."""
+    return Image.open(path, formats=FORMATS)
+
+
+def depth_of(picture: ImageFile) -> int | None:
+    """Bits a sample that a deep picture uses; None of one that has eight."""
+    return bits_used(picture) if is_deep(picture) else None
+
+
+def luma_of(picture: ImageFile, bits: int | None) -> GreyImage:
+    """Brightness of an opened picture: a JPEG's own Y, else 0.299 R + 0.587 G + 0.114 B."""
+    if bits is not None:
+        grey = grey_of(picture, bits)
+        if grey is not None:
+            return grey
+        return np.asarray(Image.fromarray(_deep_colour(picture, bits)).convert("L"))
+    picture.draft("L", picture.size)
+    return _as_array(picture, "L")
+
+
+def decoding_mb(path: Path, pixels: int, *, colour: bool = False, deep: bool = False) -> float:
+    """Memory that a photo takes while it is decoded and looked at.
+
+    deep: it holds sixteen bits a sample (`photos.deep`).
+    """
+    if deep:
+        return pixels * _DEEP_BYTES / 2**20
+    is_jpeg = path.suffix.lower() in _JPEG_SUFFIXES
+    luma_bytes = _LUMA_BYTES_JPEG if is_jpeg else _LUMA_BYTES
+    return pixels * (_COLOUR_BYTES if colour else luma_bytes) / 2**20
+
+
+def in_flight_mb(
+    photos: Sequence[Photo], bytes_a_pixel: float = 0.0, *, colour: bool = False
+) -> float:
+    """Memory for the largest of these photos while it is decoded and worked on."""
+
+    def each(photo: Photo) -> float:
+        pixels = photo.width_px * photo.height_px
+        deep = photo.bits is not None
+        decoding = decoding_mb(photo.path, pixels, colour=colour, deep=deep)
+        return decoding + pixels * bytes_a_pixel / 2**20
+
+    return max(map(each, photos), default=0.0)
+
+
+def fault_for_people(path: Path, fault: BaseException) -> str:
+    """Why a file could not be decoded, in plain words."""
+    if isinstance(fault, Image.DecompressionBombError):
+        return f"it claims more than {MEGAPIXELS_DECODER} megapixels"
+    if isinstance(fault, PermissionError):
+        return "no permission to read it"
+    if isinstance(fault, UnidentifiedImageError):
+        if path.suffix.lower() in (".heic", ".heif"):
+            return "a HEIF picture: install limbgram[heif], or export it as JPEG"
+        return f"not a {FORMATS_FOR_PEOPLE} picture, or its beginning is broken"
+    if isinstance(fault, MemoryError):
+        return "too little memory to decode it"
+    if "truncated" in str(fault).lower():
+        return "the file is cut off: copy it again from the camera"
+    return "the file is broken: copy it again from the camera"
+
+
+def _deep_colour(picture: ImageFile, bits: int) -> ColourImage:
+    grey = grey_of(picture, bits)
+    if grey is not None:
+        return np.repeat(grey[:, :, None], 3, axis=2)
+    return colours_of(picture, bits, lambda: open_picture(Path(os.fsdecode(picture.filename))))
+
+
+def _as_array(picture: Image.Image, mode: Literal["L", "RGB"]) -> np.ndarray:
+    """All pixels in a mode, converted band by band."""
+    picture.load()
+    width, height = picture.size
+    pixels = np.empty((height, width) if mode == "L" else (height, width, 3), np.uint8)
+    rows = max(1, _BAND_PX // max(width, 1))
+    for top in range(0, height, rows):
+        band = picture.crop((0, top, width, min(top + rows, height)))
+        pixels[top : top + rows] = np.asarray(band.convert(mode))
+    return pixels
+
+
+def _of_size(photo: Photo, pixels: np.ndarray) -> np.ndarray:
+    if pixels.shape[:2] != (photo.height_px, photo.width_px):
+        raise _gone(photo)
+    return pixels
+
+
+def _gone(photo: Photo) -> PhotoError:
+    return PhotoError(
+        f"The photo {photo.name} could be read before and no longer can. It was probably moved, "
+        f"replaced or altered. Put it back at {photo.path}, or start again with the photos there."
+    )
+
+
+_LONGEST_TEXT = 64
+
+_UPRIGHT = {2: (0, True), 3: (2, False), 4: (2, True), 5: (3, True), 6: (1, False)} | {
+    7: (1, True),
+    8: (3, False),
+}
+"""EXIF orientation to clockwise quarter turns after, where so, a swap of left and right."""
+
+
+def read_exif(picture: Image.Image) -> Exif:
+    """What an opened picture says about its camera; unreadable fields count as absent."""
+    try:
+        tags = picture.getexif()
+        details: Mapping[int, object] = tags.get_ifd(IFD.Exif)
+    except DECODING_FAULTS:
+        return Exif()
+    turns, mirrored = _UPRIGHT.get(_whole(tags.get(Base.Orientation)), (0, False))
+    return Exif(
+        make=_text(tags.get(Base.Make)),
+        model=_text(tags.get(Base.Model)),
+        lens=_text(details.get(Base.LensModel)),
+        focal_mm=_positive(details.get(Base.FocalLength)),
+        focal_35mm=_positive(details.get(Base.FocalLengthIn35mmFilm)),
+        aperture=_positive(details.get(Base.FNumber)),
+        subject_m=_positive(details.get(Base.SubjectDistance)),
+        quarter_turns=turns,
+        mirrored=mirrored,
+    )
+
+
+def _text(value: object) -> str | None:
+    if not isinstance(value, str):
+        return None
+    readable = "".join(letter if letter.isprintable() else " " for letter in value)
+    return " ".join(readable.split())[:_LONGEST_TEXT] or None
+
+
+def _positive(value: object) -> float | None:
+    try:
+        number = float(value)  # pyright: ignore[reportArgumentType]
+    except (TypeError, ValueError, ArithmeticError):
+        return None
+    return number if math.isfinite(number) and 0 < number < 1e5 else None
+
+
+def _whole(value: object) -> int:
+    return value if isinstance(value, int) else 1

@@ -1,0 +1,118 @@
+"""Masks: pictures beside the photos that say which pixels to use (white) and which not (black).
+
+A photo's mask is NAME.png or NAME.jpg.png beside it or in a subfolder `masks`. It has the size
+of the stored photo, or of the photo held upright, and is then turned back to the sensor's frame.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from limbgram.core.errors import PhotoError
+from limbgram.core.geometry.arrays import Mask
+from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, fault_for_people
+from limbgram.reconstruction.photos.photo import Exif, Photo
+
+MASKS_FOLDER = "masks"
+_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".heic", ".heif")
+_COLOURED = 24
+"""Difference of two colour channels that no mask has."""
+
+
+def load_mask(photo: Photo) -> Mask | None:
+    """Pixels of a photo to be used, in the sensor's frame; None where no mask was given.
+
+    Raises:
+        PhotoError: the mask changed or vanished since the photos were read.
+    """
+    if photo.mask_path is None:
+        return None
+    try:
+        mask = read_mask(photo.mask_path, photo.width_px, photo.height_px, photo.exif)
+    except DECODING_FAULTS as fault:
+        raise _gone(photo) from fault
+    if isinstance(mask, str):
+        raise _gone(photo)
+    return mask
+
+
+def masks_among(files: Sequence[Path]) -> set[Path]:
+    """The files that are named as the mask of another."""
+    photos = [file for file in files if file.suffix.lower() in (*_PHOTO_SUFFIXES, ".png")]
+    return {mask for photo in photos if (mask := find_mask(photo)) is not None}
+
+
+def find_mask(photo: Path) -> Path | None:
+    """The mask of a photo, beside it or in the subfolder."""
+    for folder in (photo.parent, photo.parent / MASKS_FOLDER):
+        for name in (photo.name, photo.stem):
+            candidate = _png_named(folder / name)
+            if candidate is not None and candidate != photo:
+                return candidate
+    return None
+
+
+def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | str:
+    """A mask in the sensor's frame, or why the file is none. Raises one of DECODING_FAULTS."""
+    with Image.open(path, formats=("PNG",)) as picture:
+        upright = exif.quarter_turns % 2 == 1 and picture.size == (height_px, width_px)
+        if picture.size != (width_px, height_px) and not upright:
+            return (
+                f"its size {picture.width} x {picture.height} is not that of its photo, "
+                f"{width_px} x {height_px}"
+            )
+        levels = _levels(picture)
+    if isinstance(levels, str):
+        return levels
+    mask = levels > levels.max() / 2
+    if not mask.any():
+        return "it is black everywhere and would hide the whole photo"
+    return np.ascontiguousarray(_turned_back(mask, exif) if upright else mask)
+
+
+def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> str | None:
+    """Why a mask cannot be used; None where it can."""
+    try:
+        mask = read_mask(path, width_px, height_px, exif)
+    except DECODING_FAULTS as fault:
+        return fault_for_people(path, fault)
+    return mask if isinstance(mask, str) else None
+
+
+def _png_named(base: Path) -> Path | None:
+    for suffix in (".png", ".PNG"):
+        candidate = base.parent / (base.name + suffix)
+        try:
+            if candidate.is_file():
+                return candidate
+        except OSError:  # with the suffix its name is too long to be there
+            return None
+    return None
+
+
+def _levels(picture: Image.Image) -> np.ndarray | str:
+    """Brightness, or opacity of a picture cut out on transparent ground."""
+    if picture.mode in ("LA", "RGBA", "PA") or "transparency" in picture.info:
+        opacity = np.asarray(picture.convert("RGBA"))[:, :, 3]
+        if opacity.min() < 255:
+            return opacity
+    if picture.mode.startswith("I"):
+        return np.asarray(picture)
+    colour = np.asarray(picture.convert("RGB"))
+    if np.ptp(colour.astype(np.int16), axis=2).max() > _COLOURED:
+        return "it is a coloured picture, not a mask in black and white"
+    return colour[:, :, 1]
+
+
+def _turned_back(upright: Mask, exif: Exif) -> Mask:
+    stored = np.rot90(upright, exif.quarter_turns)
+    return stored[:, ::-1] if exif.mirrored else stored
+
+
+def _gone(photo: Photo) -> PhotoError:
+    return PhotoError(
+        f"The mask of {photo.name} could be read before and no longer can. It was probably moved, "
+        f"replaced or altered. Put it back at {photo.mask_path}, or start again."
+    )

@@ -1,0 +1,287 @@
+"""Quality: is a photo sharp, and is it lit so that its surface can be measured?
+
+Sharpness is the width of the sharpest edges, which depends little on what the photo shows: an
+edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)). Motion
+blurs one direction only, so edges across it are taken: the worse of four directions counts.
+Exposure is the share of pixels at either end of the scale.
+
+Where the photos of a capture cannot be used together, `common_fault` tells whether they are to
+blame, so that nobody looks for the cause in the board or in the paint.
+
+Sifting: which files can be photos or masks, and what is said about the others.
+
+In      files, or what lies in a folder; sub-folders are no candidates.
+Out     the candidates, by their ending or by their first bytes, and what was set aside and why.
+Method  nothing is decoded; of many files of other kinds a few are named and the rest counted.
+"""
+
+import stat
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from limbgram.core.errors import printable
+from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
+
+_FINE_PX, _COARSE_PX = 1.0, 2.5
+_SIDE_PX = 1800
+"""Side of the middle part that is looked at."""
+_EDGES = 0.05
+"""Share of the pixels that slope in one direction, the steepest ones, that count as edges."""
+_LEAST_SLOPE = 3.0
+"""Luma over two pixels, beyond what noise shows."""
+_SHARPEST = 80.0
+"""Percentile: parts out of focus before and behind the limb do not count."""
+_BINS = 4
+_FEWEST_EDGES = 50
+_BURNT_LUMA = 252
+
+
+@dataclass(frozen=True, kw_only=True)
+class QualityOptions:
+    """When a photo is worth a remark."""
+
+    max_blur_ratio: float = 2.0
+    """Edges this many times wider than those of the set's middle photo count as blurred."""
+    min_blur_px: float = 1.5
+    """Narrower edges never count as blurred."""
+    max_burnt: float = 0.3
+    """Share of burnt-out pixels."""
+    min_brightest: float = 60.0
+    """Photos whose brightest hundredth is darker than this luma count as underexposed."""
+    fault_blur_px: float = 1.8
+    """Edges in most photos from which blur explains why they fail. Edges of 1.4 to 1.95 px (skull,
+    1.6 in the middle one), 0.8 to 1.5 (flowerpot) and below 1 (rendered) worked; a rendered
+    capture of 800 px blurred to 1.9 px could not be placed any more."""
+    fault_burnt: float = 0.05
+    """Burnt-out share in most photos from which overexposure does: of the captures that worked
+    none had 0.001, a rendered one had 0.08 to 0.1 when it failed, all of it on the limb."""
+    seen_megapixels: float = 6.0
+    """Blur is judged as in photos reduced to this size, which is where keypoints are found."""
+
+
+DEFAULTS = QualityOptions()
+
+
+@dataclass(frozen=True)
+class Remark:
+    """What is wrong with a photo that is used all the same."""
+
+    name: str
+    text: str
+
+
+def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remark, ...]:
+    """Photos that are blurred, too bright or too dark, compared with the rest of the set."""
+    widths = np.array([photo.sharpness for photo in photos.photos])
+    usual_px = float(np.nanmedian(widths)) if np.isfinite(widths).any() else float("nan")
+    limit_px = max(options.min_blur_px, options.max_blur_ratio * usual_px)
+    found: list[Remark] = []
+    for photo in photos.photos:
+        if photo.sharpness > limit_px:
+            text = (
+                f"blurred: edges {photo.sharpness:.1f} px wide, {usual_px:.1f} px in the other "
+                "photos. Hold the camera still, or take a shorter exposure"
+            )
+            found.append(Remark(photo.name, text))
+        if photo.burnt > options.max_burnt:
+            text = f"overexposed: {photo.burnt:.0%} of it is burnt out"
+            found.append(Remark(photo.name, text))
+        if photo.brightest < options.min_brightest:
+            found.append(Remark(photo.name, "underexposed: nearly everything in it is dark"))
+        if photo.exif.mirrored:
+            text = (
+                "stored mirrored, as its file says: a shape made of mirrored photos is the mirror "
+                "image of the limb. Use the rear camera, and the photos as they come from it"
+            )
+            found.append(Remark(photo.name, text))
+    return tuple(found)
+
+
+def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> str | None:
+    """What spoils most of these photos, with the remedy; None where their pixels show nothing.
+
+    For photos that already failed together: a fault here is no reason to refuse them.
+    """
+    burnt = [photo for photo in photos if photo.burnt > options.fault_burnt]
+    if 2 * len(burnt) > len(photos):
+        share = float(np.median([photo.burnt for photo in burnt]))
+        return (
+            f"{len(burnt)} of {len(photos)} photos are overexposed: {share:.0%} of the picture is "
+            "burnt out to white, and nothing can be measured there. Expose shorter or use less "
+            "light, until even the brightest places show their pattern, and photograph again."
+        )
+    dark = [photo for photo in photos if photo.brightest < options.min_brightest]
+    if 2 * len(dark) > len(photos):
+        return (
+            f"{len(dark)} of {len(photos)} photos are underexposed: nearly everything in them is "
+            "dark. Use more light or expose longer, and photograph again."
+        )
+    widths_px = np.array([_seen_width_px(photo, options) for photo in photos])
+    bare = np.isinf(widths_px)
+    if 2 * bare.sum() > len(photos):
+        return (
+            f"{bare.sum()} of {len(photos)} photos show no edge at all: they are out of focus, or "
+            "what they show is plain. Focus on the object, with its outline in the picture. "
+            "Paint irregular spots all over a plain surface."
+        )
+    blurred = widths_px > options.fault_blur_px
+    if 2 * blurred.sum() > len(photos):
+        return (
+            f"{blurred.sum()} of {len(photos)} photos are blurred: their edges are "
+            f"{float(np.median(widths_px[blurred])):.1f} px wide, where 1 px is usual. Focus on "
+            "the object, hold the camera still, with more light or a shorter exposure, and "
+            "photograph again."
+        )
+    return None
+
+
+def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
+    """Width of the edges once the photo is reduced to what keypoints are found in.
+
+    Infinite where a photo was looked at and no edge was found: even a plain object has an outline.
+    """
+    if np.isnan(photo.sharpness) and not np.isnan(photo.brightest):
+        return float("inf")
+    megapixels = photo.width_px * photo.height_px / 1e6
+    return photo.sharpness * min(1.0, (options.seen_megapixels / megapixels) ** 0.5)
+
+
+def edge_width_px(luma: GreyImage) -> float:
+    """Gaussian sigma, px, of the sharpest edges in the worst of four directions.
+
+    Slopes at two scales t and T over a blurred step compare as sqrt((s^2 + T^2) / (s^2 + t^2)).
+    NaN where the photo shows no edges.
+    """
+    middle = _middle(luma)
+    fine_x, fine_y = _slopes(middle, _FINE_PX)
+    coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
+    coarse = np.hypot(coarse_x, coarse_y)
+    seen = coarse > _LEAST_SLOPE
+    coarse, turn = coarse[seen], np.arctan2(coarse_y[seen], coarse_x[seen])
+    ratio = np.hypot(fine_x[seen], fine_y[seen]) / coarse
+    bins = np.round(turn * (_BINS / np.pi)).astype(np.int64) % _BINS
+    widths = [_width_px(ratio[bins == index], coarse[bins == index]) for index in range(_BINS)]
+    known = [width for width in widths if not np.isnan(width)]
+    return max(known, default=float("nan"))
+
+
+def burnt_share(luma: GreyImage) -> float:
+    """Share of pixels at the upper end of the scale."""
+    return float(np.mean(luma[::2, ::2] >= _BURNT_LUMA))
+
+
+def brightest_luma(luma: GreyImage) -> float:
+    """Luma that one pixel in a hundred exceeds."""
+    return float(np.percentile(luma[::4, ::4], 99))
+
+
+def _middle(luma: GreyImage) -> GreyImage:
+    top, left = (max(0, (side - _SIDE_PX) // 2) for side in luma.shape)
+    return luma[top : top + _SIDE_PX, left : left + _SIDE_PX]
+
+
+def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
+    """Differences over two pixels, at every other pixel both ways."""
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), scale_px)
+    across = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1)[::2, ::2]
+    return across, cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)[::2, ::2]
+
+
+def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
+    """Edge width from the slopes at two scales, at the steepest places of one direction."""
+    if _EDGES * len(ratios) < _FEWEST_EDGES:
+        return float("nan")
+    steepest = ratios[slopes >= np.quantile(slopes, 1 - _EDGES)]
+    squared = float(np.percentile(steepest, _SHARPEST)) ** 2
+    if squared <= 1:
+        return float("inf")
+    return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))
+
+
+RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
+_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".heic", ".heif", *RAW_SUFFIXES)
+_BEGINNINGS = (
+    b"\xff\xd8\xff",  # JPEG
+    b"\x89PNG\r\n\x1a\n",
+    b"II*\0",  # TIFF, and most raw files
+    b"MM\0*",
+    b"II+\0",  # TIFF for files beyond 4 GB
+    b"MM\0+",
+)
+_HEIF_BRANDS = (b"heic", b"heix", b"hevc", b"mif1", b"msf1")
+_NAMED_AT_MOST = 5
+
+
+@dataclass(frozen=True)
+class Sifted:
+    """Candidates in the order in which they were given, and the rest."""
+
+    pictures: tuple[Path, ...]
+    set_aside: tuple[SetAside, ...]
+
+
+def sifted(files: Iterable[Path]) -> Sifted:
+    """Part what can be a picture from what cannot."""
+    pictures: list[Path] = []
+    others: list[Path] = []
+    set_aside: list[SetAside] = []
+    for file in files:
+        fault = _fault(file)
+        if fault is not None:
+            set_aside.append(SetAside(name_for_people(file), fault))
+        elif file.suffix.lower() in _SUFFIXES or _begins_as_picture(file):
+            pictures.append(file)
+        elif not file.is_dir():
+            others.append(file)
+    return Sifted(tuple(pictures), (*set_aside, *_summed_up(others)))
+
+
+def name_for_people(path: Path) -> str:
+    """A file's name without what a terminal would obey."""
+    return printable(path.name or str(path), keep="")
+
+
+def name_fault(path: Path) -> str | None:
+    """Why a file's name cannot stand in results; None where it can."""
+    if name_for_people(path) == path.name:
+        return None
+    return "its name is not valid text, or holds characters that are not shown: rename it"
+
+
+def _fault(path: Path) -> str | None:
+    """Why what is named as a picture is none that can be opened."""
+    try:
+        mode = path.stat().st_mode
+    except PermissionError:
+        return "no permission to read it"
+    except OSError:
+        return "not a file, or a link that leads nowhere"
+    if stat.S_ISREG(mode):
+        return name_fault(path)
+    if path.suffix.lower() not in _SUFFIXES:
+        return None
+    return "a folder, not a file" if stat.S_ISDIR(mode) else "not a file"
+
+
+def _begins_as_picture(path: Path) -> bool:
+    """Cameras and programs leave endings out, or add one."""
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as stream:
+            first = stream.read(12)
+    except OSError:
+        return False
+    return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in _HEIF_BRANDS)
+
+
+def _summed_up(others: list[Path]) -> list[SetAside]:
+    if len(others) <= _NAMED_AT_MOST:
+        return [SetAside(name_for_people(file), "not a picture") for file in others]
+    some = ", ".join(name_for_people(file) for file in others[:_NAMED_AT_MOST])
+    return [SetAside(f"{len(others):,} other files", f"not pictures: {some} and so on")]

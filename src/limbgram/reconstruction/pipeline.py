@@ -1,0 +1,207 @@
+"""The pipeline: photos to a mesh in millimetres, one line a stage.
+
+In      photos, calibrated cameras (or none: EXIF), a scale board or known distances.
+Out     a Reconstruction: every product, for export and report.
+Method  the stages, called through a Run; a Run that keeps products makes it resumable.
+Fails   with the refusal of the stage that cannot go on.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from limbgram.core.errors import BudgetError, SurfaceError
+from limbgram.core.mesh.mesh import Cloud, Mesh, Part
+from limbgram.core.run import Run
+from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    CameraOptions,
+    Cameras,
+    cameras_for,
+)
+from limbgram.reconstruction.dense.estimation import estimate_depth
+from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
+from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
+from limbgram.reconstruction.dense.solving import DenseOptions
+from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
+from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
+from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
+from limbgram.reconstruction.scale.distances import KnownDistance
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitnesses, hold_tapes
+from limbgram.reconstruction.surface.parts import PartOptions, tell_parts
+from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
+from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
+from limbgram.reconstruction.surface.repair import RepairOptions, repair
+from limbgram.reconstruction.surface.resampling import refine
+from limbgram.reconstruction.targets.board import Board, BoardDetections
+from limbgram.reconstruction.targets.finding import TargetOptions, find_board
+from limbgram.reconstruction.twoview.pairs import Pairs
+from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
+
+
+@dataclass(frozen=True, kw_only=True)
+class Capture:
+    """What the user gives: photos, and what is known about camera and scale."""
+
+    sources: tuple[Path, ...]
+    """Photo files, or folders of them."""
+    calibrations: tuple[Calibration, ...] = ()
+    """One for each camera; none: focal length from EXIF, refined in the adjustment."""
+    board: Board | None = None
+    """The scale board in the scene."""
+    distances: tuple[KnownDistance, ...] = ()
+    tapes: tuple[TapedGirth, ...] = ()
+    """Girths taped on the limb: they set nothing and test the size of all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PipelineOptions:
+    """Options of every stage."""
+
+    photos: PhotoOptions = field(default_factory=PhotoOptions)
+    cameras: CameraOptions = field(default_factory=CameraOptions)
+    features: FeatureOptions = field(default_factory=FeatureOptions)
+    matching: MatchingOptions = field(default_factory=MatchingOptions)
+    twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
+    mapping: MappingOptions = field(default_factory=MappingOptions)
+    targets: TargetOptions = field(default_factory=TargetOptions)
+    scale: ScaleOptions = field(default_factory=ScaleOptions)
+    region: RegionOptions = field(default_factory=RegionOptions)
+    dense: DenseOptions = field(default_factory=DenseOptions)
+    fusion: FusionOptions = field(default_factory=FusionOptions)
+    surface: PivotOptions | PoissonOptions = field(default_factory=PivotOptions)
+    """How points become a surface: Ball Pivoting or Poisson."""
+    parts: PartOptions = field(default_factory=PartOptions)
+    repair: RepairOptions = field(default_factory=RepairOptions)
+    edge_px: float = 4.5
+    """Edges of the mesh that is measured, in pixels of the photos."""
+    most_triangles: int = 400_000
+    """Its triangles at most: edges of 0.7 mm on a limb of 900 cm2. Where the pixels allow more,
+    edges grow, and all pixels still serve the measurement."""
+    measuring: MeasureOptions = field(default_factory=MeasureOptions)
+
+
+DEFAULTS = PipelineOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherPart:
+    """A sizeable body beside the one that was meant."""
+
+    part: Part
+    mesh: Mesh | None
+    """Measured in the same way; None where it could not be."""
+    reason: str = ""
+    """Why it could not be."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reconstruction:
+    """Every product on the way, the mesh last."""
+
+    photos: PhotoSet
+    cameras: Cameras
+    features: Features
+    matches: Matches
+    pairs: Pairs
+    detections: BoardDetections | None
+    metric: MetricScene
+    region: Region
+    cloud: Cloud
+    resolution: Resolution
+    mesh: Mesh
+    """The part that was meant, measured."""
+    tapes: TapeWitnesses
+    others: tuple[OtherPart, ...] = ()
+
+
+def reconstruct(
+    capture: Capture, options: PipelineOptions = DEFAULTS, run: Run | None = None
+) -> Reconstruction:
+    """A surface in millimetres from photos taken round a limb."""
+    run = run or Run()
+    photos = run(read_photos, capture.sources, options.photos)
+    refuse_beyond(photos, run.memory_mb)
+    cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
+    features = run(detect, photos, options.features)
+    matches = run(match, photos, features, options.matching)
+    pairs = run(verify, photos, matches, cameras, options.twoview)
+    scene = run(place, photos, features, pairs, cameras, options.mapping)
+    board = capture.board
+    found = None if board is None else run(find_board, photos, board, options.targets)
+    metric = run(to_millimetres, scene, found, capture.distances, options.scale, cameras)
+    region = run(find_region, photos, metric, options.region)
+    share = depth_share(photos, options.dense.most_px, run.memory_mb)
+    dense = replace(options.dense, most_px=round(share * options.dense.most_px))
+    depths = run(estimate_depth, photos, metric, region, dense)
+    cloud = run(fuse, photos, metric, depths, region, options.fusion)
+    del depths  # the largest product, and nobody asks for it any more
+    wrapped = wrap(cloud, options.surface, run)
+    parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
+
+    def finest(coarse: Mesh) -> Resolution:
+        return resolution_for(
+            metric,
+            coarse,
+            edge_px=options.edge_px,
+            most_triangles=options.most_triangles,
+            depth_share=share,
+            memory_mb=run.memory_mb,
+        )
+
+    def measured(coarse: Mesh, resolution: Resolution) -> Mesh:
+        even = run(refine, coarse, resolution.edge_mm)
+        measuring = replace(
+            options.measuring,
+            photo_halvings=resolution.photo_halvings,
+            matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
+        )
+        return run(measure, photos, metric, even, measuring)
+
+    def beside(number: int) -> Mesh:
+        coarse = run(repair, parts, cloud, options.repair, number)
+        return measured(coarse, finest(coarse))
+
+    coarse = run(repair, parts, cloud, options.repair, parts.chosen)
+    resolution = finest(coarse)
+    mesh = measured(coarse, resolution)
+    others = tuple(_if_it_can_be(part, beside) for part in parts.others)
+    tapes = run(hold_tapes, mesh, metric.floor_z_mm, capture.tapes)
+    return Reconstruction(
+        photos=photos,
+        cameras=cameras,
+        features=features,
+        matches=matches,
+        pairs=pairs,
+        detections=found,
+        metric=metric,
+        region=region,
+        cloud=cloud,
+        resolution=resolution,
+        mesh=mesh,
+        tapes=tapes,
+        others=others,
+    )
+
+
+def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:
+    """A part beside the meant one, measured; what it refuses does not stop the meant one."""
+    try:
+        return OtherPart(part=part, mesh=measured(part.number))
+    except (SurfaceError, BudgetError) as refusal:
+        return OtherPart(part=part, mesh=None, reason=str(refusal))
+
+
+def wrap(cloud: Cloud, options: PivotOptions | PoissonOptions, run: Run) -> Mesh:
+    """The surface through the points, by the chosen method."""
+    match options:
+        case PivotOptions():
+            return run(pivot, cloud, options)
+        case PoissonOptions():
+            return run(poisson, cloud, options)

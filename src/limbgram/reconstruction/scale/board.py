@@ -1,0 +1,467 @@
+"""Corners: a board's corners as points of the scene, from all photos that see them.
+
+Corners that contradict the others are dropped: where the limb's silhouette cuts the board, a
+detector puts some of them a pixel and more beside the truth. How far the errors of single photos
+(their poses above all) move the corners is told by leaving out one photo after the other.
+
+Lengths: a handful of long distances between a board's corners, for people to judge by.
+
+Plate: a board of known size as a ruler in the scene.
+
+The corners are split like the colours of a checkerboard: one half sets the scale, the other half,
+which shares no corner with it, checks it. The board is taken to be printed as described; that x
+and y agree is tested, that both are wrong alike only another length can tell.
+
+Joining: the board takes part in one last adjustment of photos, lenses and points.
+
+A board's corners are seen in more photos, and more sharply, than any spot of the skin. Those that
+set the scale join all scene points as a body of known shape and free size; those that check it stay
+out, so that they go on checking. How far a print is from its shape is read off the corners as they
+were located before, so a bent board still ties photos together but does not bend them.
+
+Lens: the focal length that a board shows in the photos of a scene, to tell whose fault it is.
+
+Corners that miss each other blame the board, but a camera file of another lens does the same. The
+board is a calibration target too: seen from three sides it tells the focal length by itself.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int32
+
+from limbgram.core.errors import CalibrationError, ScaleError
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.frames import Similarity, fit_similarity
+from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.triangulation import triangulate
+from limbgram.reconstruction.calibration.adjustment import Sighting
+from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
+from limbgram.reconstruction.calibration.screening import free_unknowns, screen
+from limbgram.reconstruction.mapping.body import Body
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.ruler import Ruler, RulerLength, jackknife_sigma
+from limbgram.reconstruction.targets.board import BoardDetections
+
+_LEAST_SIGHTINGS = 3
+_ROUNDS = 20
+_LEAST_LIMIT_PX = 0.3
+_LIMIT_SIGMAS = 4.0
+_RAYLEIGH_MEDIAN = 1.1774
+_MOST_RESIDUAL = 0.001
+"""Typical residual above which the board cannot have lain still, as a share of the width."""
+_LEAST_TRUST = 0.5
+"""A photo of whose corners fewer agree with the other photos is left out."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneCorners:
+    """Corners of the board, located in the scene."""
+
+    ids: Int32[np.ndarray, " n"]
+    points_in_world: Points3
+    without_photo: Float64[np.ndarray, "p n 3"]
+    """The same points, each time without one of the p photos."""
+    sightings: "Sightings"
+    """Those that were believed, of corners located or not."""
+    sigma_px: float
+    """Standard deviation of one measured coordinate, from the residuals."""
+    set_aside: tuple[SetAside, ...]
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """Corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
+
+    views: tuple[View, ...]
+    view_idx: Int32[np.ndarray, " m"]
+    point_idx: Int32[np.ndarray, " m"]
+    xy_px: Points2
+    count: int
+
+    def only(self, kept: np.ndarray) -> "Sightings":
+        return Sightings(
+            self.views, self.view_idx[kept], self.point_idx[kept], self.xy_px[kept], self.count
+        )
+
+    def points(self) -> Points3:
+        """The corners; NaN where they are not seen enough."""
+        if not self.views:
+            return np.full((self.count, 3), np.nan)
+        located = triangulate(self.views, self.view_idx, self.point_idx, self.xy_px, self.count)
+        return located.points_in_world
+
+    def residuals_px(self, points: Points3) -> Float64[np.ndarray, " m"]:
+        """Distance between measured and projected pixels; NaN where the point is unknown."""
+        distances = np.full(len(self.xy_px), np.nan)
+        for idx, view in enumerate(self.views):
+            rows = self.view_idx == idx
+            projected = view.project(points[self.point_idx[rows]])
+            distances[rows] = np.linalg.norm(self.xy_px[rows] - projected, axis=1)
+        return distances
+
+
+def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
+    """Triangulate the corners that at least three placed photos see.
+
+    Raises:
+        ScaleError: the board's corners contradict each other in all photos.
+    """
+    sightings = _sightings(scene, detections)
+    believed = _consistent(sightings)
+    _check_still(believed, sightings)
+    trusted, doubted = _without_strangers(believed, sightings)
+    points = trusted.points()
+    seen = np.bincount(trusted.point_idx, minlength=trusted.count)
+    known = np.isfinite(points).all(1) & (seen >= _LEAST_SIGHTINGS)
+    replicates = _leave_one_out(trusted, points)
+    return SceneCorners(
+        ids=np.flatnonzero(known).astype(np.int32),
+        points_in_world=points[known],
+        without_photo=replicates[:, known],
+        sightings=trusted,
+        sigma_px=_sigma_px(trusted.residuals_px(points)),
+        set_aside=doubted,
+    )
+
+
+def _sightings(scene: Scene, detections: BoardDetections) -> Sightings:
+    index = {scene.names[k]: k for k in scene.placed}
+    seen = [photo for photo in detections.photos if photo.name in index]
+    views = tuple(scene.view(index[photo.name]) for photo in seen)
+    lengths = [len(photo.ids) for photo in seen]
+    return Sightings(
+        views,
+        np.repeat(np.arange(len(seen), dtype=np.int32), lengths),
+        np.concatenate([photo.ids for photo in seen] or [np.zeros(0, np.int32)]),
+        np.concatenate([photo.xy_px for photo in seen] or [np.zeros((0, 2))]),
+        len(detections.corners_mm),
+    )
+
+
+def _consistent(sightings: Sightings) -> Sightings:
+    """Drop each corner's worst sighting while it is far beyond the usual residual."""
+    for _ in range(_ROUNDS):
+        residuals = sightings.residuals_px(sightings.points())
+        limit = max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * _sigma_px(residuals))
+        worst = np.zeros(sightings.count)
+        np.maximum.at(worst, sightings.point_idx, np.nan_to_num(residuals))
+        dropped = (residuals > limit) & (residuals == worst[sightings.point_idx])
+        if not dropped.any():
+            break
+        sightings = sightings.only(~dropped)
+    return sightings
+
+
+def _check_still(believed: Sightings, sightings: Sightings) -> None:
+    if not len(believed.xy_px):
+        return
+    sigma_px = _sigma_px(sightings.residuals_px(believed.points()))
+    if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in sightings.views):
+        raise ScaleError(
+            f"The board's corners miss each other by {sigma_px:.1f} px in the "
+            f"{len(sightings.views)} photos that show it. The board moved against the limb, or "
+            "it is another board than the one described. Fix it beside the limb, or leave it "
+            "out and give a known distance."
+        )
+
+
+def _without_strangers(
+    believed: Sightings, sightings: Sightings
+) -> tuple[Sightings, tuple[SetAside, ...]]:
+    """Leave out photos in which most corners contradict the other photos."""
+    before = np.bincount(sightings.view_idx, minlength=len(sightings.views))
+    after = np.bincount(believed.view_idx, minlength=len(sightings.views))
+    strange = after < _LEAST_TRUST * before
+    doubted = tuple(
+        SetAside(
+            sightings.views[k].name,
+            f"{before[k] - after[k]} of its {before[k]} board corners contradict the other "
+            "photos; it was not used for the scale",
+        )
+        for k in np.flatnonzero(strange)
+    )
+    return believed.only(~strange[believed.view_idx]), doubted
+
+
+def _leave_one_out(sightings: Sightings, points: Points3) -> Float64[np.ndarray, "p n 3"]:
+    """The points without each photo in turn; a point that needs the photo stays where it is."""
+    replicates = [
+        sightings.only(sightings.view_idx != photo).points()
+        for photo in np.unique(sightings.view_idx)
+    ]
+    stack = np.array(replicates).reshape(-1, *points.shape)
+    return np.where(np.isfinite(stack), stack, points)
+
+
+def _sigma_px(residuals: Float64[np.ndarray, " m"]) -> float:
+    """Robust sigma of one coordinate from distances in two."""
+    known = residuals[np.isfinite(residuals)]
+    return float(np.median(known)) / _RAYLEIGH_MEDIAN if len(known) else 0.0
+
+
+_DIRECTIONS = ("along x", "along y", "diagonal", "other diagonal")
+
+
+def long_lengths(
+    board_mm: Points3,
+    points_in_world: Points3,
+    without_photo: Float64[np.ndarray, "p n 3"],
+    chosen: Bool[np.ndarray, " n"],
+    role: Literal["control", "check"],
+) -> tuple[RulerLength, ...]:
+    """The longest length in each direction between chosen corners; none where none lies so."""
+    rows = np.flatnonzero(chosen)
+    return tuple(
+        RulerLength(
+            label=f"board, {direction}",
+            known_mm=float(np.linalg.norm(board_mm[first] - board_mm[second])),
+            measured=float(np.linalg.norm(points_in_world[first] - points_in_world[second])),
+            sigma=jackknife_sigma(
+                np.linalg.norm(without_photo[:, first] - without_photo[:, second], axis=1)
+            ),
+            role=role,
+        )
+        for direction, first, second in _longest(board_mm, rows)
+    )
+
+
+def _longest(board_mm: Points3, rows: np.ndarray) -> Iterator[tuple[str, int, int]]:
+    """The farthest pair in each direction: direction, first row, second row."""
+    first, second = (rows[side] for side in np.triu_indices(len(rows), 1))
+    across, down = (board_mm[second] - board_mm[first])[:, :2].T
+    length = np.hypot(across, down)
+    slant = np.minimum(np.abs(across), np.abs(down)) > 0.3 * length
+    cases = (down == 0, across == 0, slant & (across * down > 0), slant & (across * down < 0))
+    for direction, among in zip(_DIRECTIONS, cases, strict=True):
+        if among.any():
+            best = int(np.argmax(np.where(among, length, 0.0)))
+            yield direction, int(first[best]), int(second[best])
+
+
+_LEAST_CORNERS = 8
+_LEAST_HALF = 3
+_OUTLIER_SIGMAS = 5.0
+_LEAST_OUTLIER = 0.001
+"""Corners nearer to the flat board than this share of its size are never outliers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """A board found in the scene: where it is, and what it says about the scale."""
+
+    scene_from_board: Similarity
+    """Board frame in millimetres (z into the plate) to the scene's world and unit."""
+    outline_mm: Points3
+    """Outer corners of the squares in the board frame."""
+    corners: SceneCorners
+    control_ids: Int32[np.ndarray, " c"]
+    """Corners that set the scale: rows of the board's corners."""
+    ruler: Ruler
+    check_error: float
+    """Scale by the checking half over scale by the other half, less one."""
+    stretch: float
+    """How much longer x is than y in the scene, as a fraction; 0 on a board printed true."""
+    stretch_sigma: float
+
+
+def find_plate(scene: Scene, detections: BoardDetections) -> Plate:
+    """The board as a ruler.
+
+    Raises:
+        ScaleError: too few of its corners could be located, or they contradict each other.
+    """
+    located = locate_corners(scene, detections)
+    control = _control_half(located.ids, detections)
+    _check_enough(control, detections)
+    flat = _flat(detections.corners_mm[located.ids], located.points_in_world)
+    control = control[flat]
+    _check_enough(control, detections)
+    board_mm = detections.corners_mm[located.ids[flat]]
+    points, replicates = located.points_in_world[flat], located.without_photo[:, flat]
+
+    pose = fit_similarity(board_mm, points)
+    _check_facing(pose, scene)
+    width, height = (n * detections.board.square_mm for n in detections.board.squares)
+    scale = fit_similarity(board_mm[control], points[control]).scale
+    scales = [fit_similarity(board_mm[control], one[control]).scale for one in replicates]
+    return Plate(
+        scene_from_board=pose,
+        outline_mm=np.array([(0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)], float),
+        corners=located,
+        control_ids=located.ids[flat][control],
+        ruler=Ruler(
+            units_per_mm=scale,
+            relative_sigma=jackknife_sigma(np.array(scales)) / scale,
+            lengths=(
+                *long_lengths(board_mm, points, replicates, control, "control"),
+                *long_lengths(board_mm, points, replicates, ~control, "check"),
+            ),
+            set_aside=located.set_aside + _off_plane(int((~flat).sum())),
+        ),
+        check_error=fit_similarity(board_mm[~control], points[~control]).scale / scale - 1,
+        stretch=_stretch(board_mm, points),
+        stretch_sigma=jackknife_sigma(np.array([_stretch(board_mm, one) for one in replicates])),
+    )
+
+
+def _control_half(ids: np.ndarray, detections: BoardDetections) -> Bool[np.ndarray, " n"]:
+    across = detections.board.inner[0]
+    return (ids // across + ids % across) % 2 == 0
+
+
+def _check_enough(control: Bool[np.ndarray, " n"], detections: BoardDetections) -> None:
+    enough = len(control) >= _LEAST_CORNERS
+    if not enough or min(control.sum(), (~control).sum()) < _LEAST_HALF:
+        if detections.cause:
+            raise ScaleError(
+                f"{len(detections.photos)} photos show the {detections.board}. {detections.cause}"
+            )
+        raise ScaleError(
+            f"Only {len(control)} corners of the {detections.board} could be located in the "
+            f"scene; {_LEAST_CORNERS} are needed, each in three placed photos "
+            f"({len(detections.photos)} photos show the board). Lay the whole board flat where "
+            "most photos see it, check that its size and dictionary are given as printed, or "
+            "give a known distance."
+        )
+
+
+def _flat(board_mm: Points3, points: Points3) -> Bool[np.ndarray, " n"]:
+    """Corners that lie where a flat board of the right proportions has them."""
+    kept = np.ones(len(points), bool)
+    for _ in range(len(points)):
+        pose = fit_similarity(board_mm[kept], points[kept])
+        off = np.linalg.norm(points - pose.apply(board_mm), axis=1)
+        size = pose.scale * float(np.ptp(board_mm, axis=0).max())
+        limit = max(_LEAST_OUTLIER * size, _OUTLIER_SIGMAS * float(np.median(off[kept])))
+        worst = int(np.argmax(np.where(kept, off, 0.0)))
+        if off[worst] <= limit or kept.sum() <= _LEAST_CORNERS:
+            break
+        kept[worst] = False
+    return kept
+
+
+def _off_plane(count: int) -> tuple[SetAside, ...]:
+    if not count:
+        return ()
+    return (SetAside("board", f"{count} corners lie off the flat board and were not used"),)
+
+
+def _check_facing(pose: Similarity, scene: Scene) -> None:
+    """The printed side must face the cameras, or the scene is inside out."""
+    toward = np.array([view.centre_in_world - pose.translation for view in scene.views])
+    if np.mean(toward @ pose.rotation[:, 2] < 0) < 0.5:
+        raise ScaleError(
+            "The board shows its back to the cameras: the scene is inside out, or the board was "
+            "printed mirrored. Print the board unmirrored; if it is, photograph with more "
+            "overlap."
+        )
+
+
+def _stretch(board_mm: Points3, points: Points3) -> float:
+    """Length of the board's x over the length of its y in the scene, less one."""
+    plane = board_mm[:, :2] - board_mm[:, :2].mean(0)
+    axes = np.linalg.lstsq(plane, points - points.mean(0), rcond=None)[0]
+    along_x, along_y = np.linalg.norm(axes, axis=1)
+    return float(along_x / along_y) - 1
+
+
+_MAD_TO_SIGMA = 1.4826
+_LEAST_SHAPE_SIGMA = 1e-6
+"""In sizes of the board."""
+_LEAST_SIGMA_PX = 1e-3
+
+
+def adjusted_with_board(
+    scene: Scene, plate: Plate, detections: BoardDetections, cameras: Cameras
+) -> Scene:
+    """The scene adjusted once more, with its new covariance; unit and observations stay.
+
+    Lenses that the scene holds (no variance left) are held again.
+    """
+    held = scene.lens_covariance is not None and not scene.lens_covariance.any()
+    adjusted = adjust(
+        scene,
+        cameras.calibrations,
+        hold_board_lenses=held,
+        outlier_sigmas=np.inf,
+        rounds=1,
+        body=_body_of(scene, plate, detections),
+    )
+    return replace(
+        adjusted.scene,
+        sigma_px=adjusted.sigma_px,
+        lens_covariance=adjusted.lens_covariance,
+        camera_covariance=adjusted.covariance,
+    )
+
+
+def _body_of(scene: Scene, plate: Plate, detections: BoardDetections) -> Body:
+    seen = plate.corners.sightings
+    used = np.flatnonzero(np.isin(seen.point_idx, plate.control_ids))
+    used = used[np.lexsort((seen.view_idx[used], seen.point_idx[used]))]
+    place = {view.name: k for k, view in enumerate(scene.views)}
+    photo_of_view = np.array([place[view.name] for view in seen.views], np.int64)
+    shape_mm = detections.corners_mm[plate.control_ids]
+    return Body(
+        shape=shape_mm,
+        world_from_body=plate.scene_from_board,
+        offsets=np.zeros_like(shape_mm),
+        shape_sigma=_shape_sigma(plate, detections),
+        photo_idx=photo_of_view[seen.view_idx[used]],
+        corner_idx=np.searchsorted(plate.control_ids, seen.point_idx[used]).astype(np.int64),
+        xy_px=np.ascontiguousarray(seen.xy_px[used]),
+        sigma_px=max(plate.corners.sigma_px, _LEAST_SIGMA_PX),
+        camera=scene.cameras[0],
+    )
+
+
+def _shape_sigma(plate: Plate, detections: BoardDetections) -> float:
+    """How far one coordinate of a located corner lies from the board as described."""
+    printed = plate.scene_from_board.apply(detections.corners_mm[plate.corners.ids])
+    off = float(np.median(np.abs(plate.corners.points_in_world - printed)))
+    size = plate.scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
+    return max(_MAD_TO_SIGMA * off, _LEAST_SHAPE_SIGMA * size)
+
+
+_LEAST_PHOTOS, _LENS_LEAST_CORNERS = 3, 10
+_LEAST_DIFFERENCE = 0.05
+"""A focal length nearer than this to the calibration's is the same lens's: focus moves it by a few
+per cent."""
+_SURE_SIGMAS = 5.0
+_PHOTO_FACTOR, _CORNER_SIGMAS = 3.0, 5.0
+"""What is left out of a calibration (calibration.screening), as there."""
+
+
+def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) -> str | None:
+    """Why a calibration given is not that of the photos, by the board in them; None where it is."""
+    for idx, calibration in enumerate(cameras.calibrations):
+        sightings = tuple(
+            Sighting(one.name, one.ids, one.xy_px)
+            for one in detections.photos
+            if scene.camera_idx[one.photo_idx] == idx and len(one.ids) >= _LENS_LEAST_CORNERS
+        )
+        if calibration.source != "board" or len(sightings) < _LEAST_PHOTOS:
+            continue
+        camera = calibration.camera
+        try:
+            solution = screen(
+                sightings,
+                detections.corners_mm,
+                (camera.width_px, camera.height_px),
+                free_unknowns(k3=False, skew=False, board=False),
+                min_photos=_LEAST_PHOTOS,
+                photo_factor=_PHOTO_FACTOR,
+                corner_sigmas=_CORNER_SIGMAS,
+            ).solution
+        except CalibrationError:
+            continue  # these views leave the lens open: the board cannot tell
+        shown_px, sigma_px = float(solution.shared[0]), float(solution.covariance[0, 0]) ** 0.5
+        limit_px = max(_LEAST_DIFFERENCE * camera.fx, _SURE_SIGMAS * sigma_px)
+        if abs(shown_px - camera.fx) > limit_px:
+            return foreign_camera(camera.fx, shown_px, "the board in them shows")
+    return None

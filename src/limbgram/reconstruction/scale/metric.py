@@ -1,0 +1,70 @@
+"""The metric scene: millimetres, and the proof that they are."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.photo import SetAside
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthCheck:
+    """One known length against the length in the scaled scene."""
+
+    label: str
+    known_mm: float
+    measured_mm: float
+    sigma_mm: float
+    role: Literal["control", "check"]
+    """control: it helped to set the scale; check: it did not, so it tests it."""
+
+    @property
+    def error(self) -> float:
+        """Fraction of the known length; positive where the scene is too large."""
+        return self.measured_mm / self.known_mm - 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """How the scale was found and how well it holds on lengths that did not set it."""
+
+    unit: Literal["mm", "unitless"]
+    source: Literal["board", "distances", "none"]
+    relative_sigma: float
+    """One standard deviation of the scale factor, as a fraction; NaN without scale.
+
+    It holds the measurement of corners and picks and the errors of single photos; not what all
+    photos share (the lens), nor an error of the board's print or of a typed length, which only
+    another length can tell.
+    """
+    by_cameras: Float64[np.ndarray, " u"] | None = None
+    """How much larger, as a fraction, the scene would be for one unit of each number of
+    `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""
+    lengths: tuple[LengthCheck, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    """Boards, markers or distances that were not used, and why."""
+
+    @property
+    def checked(self) -> bool:
+        """Whether a length that did not set the scale confirms it."""
+        return any(one.role == "check" for one in self.lengths)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MetricScene:
+    """A scene whose unit is one millimetre (or says that it has none).
+
+    World frame: right-handed, +Z away from the plane the object stands on where that plane is
+    known (`floor_z_mm`), otherwise along the cameras' common up direction.
+    """
+
+    scene: Scene
+    scale: Scale
+    floor_z_mm: float | None = None
+    """Height of the board's plane: nothing below it belongs to the limb. None: no plane known."""
+    board_corners_mm: tuple[Vector3, ...] = ()
+    """Outline of the scale board in the world: for pictures, and to keep it out of the region."""

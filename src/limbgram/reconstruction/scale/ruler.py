@@ -1,0 +1,100 @@
+"""Rulers: known lengths, measured in the unit of the scene.
+
+Sensitivity: how the size of a board in the scene hangs on the cameras that measured it.
+
+A lens too long or a photo turned moves every triangulated corner. To first order a corner moves by
+-(sum A'A)^-1 (sum A'B p): A and B are the derivatives of its pixels by the corner and by the
+cameras' numbers p (order of `Scene.camera_covariance`).
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64, Int64
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.targets.board import BoardDetections
+
+
+@dataclass(frozen=True, kw_only=True)
+class RulerLength:
+    """One known length, as it is in the scene."""
+
+    label: str
+    known_mm: float
+    measured: float
+    """In scene units."""
+    sigma: float
+    """In scene units: one standard deviation of the measured length."""
+    role: Literal["control", "check"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ruler:
+    """What one source of known lengths says about the scale."""
+
+    units_per_mm: float
+    relative_sigma: float
+    lengths: tuple[RulerLength, ...]
+    set_aside: tuple[SetAside, ...]
+
+
+def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:
+    """Standard deviation of a figure from its values without each photo in turn (Tukey 1958).
+
+    It holds whatever a photo's errors have in common, such as its pose.
+    """
+    count = len(replicates)
+    return float(np.sqrt((count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)))
+
+
+_LEAST_SIGHTINGS = 3
+
+
+def scale_by_cameras(
+    scene: Scene, detections: BoardDetections, corners_in_world: Points3
+) -> Float64[np.ndarray, " u"]:
+    """Relative change of the scene's size in millimetres for one unit of each camera number.
+
+    A board that would come out larger makes the scale, and so the scene, smaller.
+    """
+    moves, seen = _moves_by_cameras(scene, detections, corners_in_world)
+    located = seen >= _LEAST_SIGHTINGS
+    arms = corners_in_world[located] - corners_in_world[located].mean(0)
+    return -np.einsum("ni,niu->u", arms, moves[located]) / float((arms**2).sum())
+
+
+def _moves_by_cameras(
+    scene: Scene, detections: BoardDetections, corners: Points3
+) -> tuple[Float64[np.ndarray, "n 3 u"], Int64[np.ndarray, " n"]]:
+    """Derivative of each triangulated corner by the cameras' numbers, and its sightings."""
+    placed = scene.placed
+    lenses = POSE_SIZE * len(placed)
+    unknowns = lenses + LENS_SIZE * len(scene.cameras)
+    normal = np.zeros((len(corners), 3, 3))
+    right = np.zeros((len(corners), 3, unknowns))
+    seen = np.zeros(len(corners), np.int64)
+    place = {scene.names[photo]: k for k, photo in enumerate(placed)}
+    for photo in detections.photos:
+        if photo.name not in place:
+            continue
+        k = place[photo.name]
+        ids = photo.ids
+        by_point, by_pose = np.zeros((len(ids), 2, 3)), np.zeros((len(ids), 2, POSE_SIZE))
+        by_lens = np.zeros((len(ids), 2, LENS_SIZE))
+        view = scene.view(placed[k]).packed
+        differentiate_all(view, np.ascontiguousarray(corners[ids]), by_point, by_pose, by_lens)
+        lens = lenses + LENS_SIZE * scene.camera_idx[placed[k]]
+        normal[ids] += np.einsum("nai,naj->nij", by_point, by_point)
+        right[ids, :, POSE_SIZE * k : POSE_SIZE * (k + 1)] += np.einsum(
+            "nai,nap->nip", by_point, by_pose
+        )
+        right[ids, :, lens : lens + LENS_SIZE] += np.einsum("nai,nap->nip", by_point, by_lens)
+        seen[ids] += 1
+    enough = seen >= _LEAST_SIGHTINGS
+    normal[~enough] = np.eye(3)
+    return -np.linalg.solve(normal, right), seen

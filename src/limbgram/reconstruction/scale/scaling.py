@@ -1,0 +1,245 @@
+"""Verdict: whether the known lengths agree well enough to be believed.
+
+Scale: scene units to millimetres, and the world's frame.
+
+In      a Scene; a board of known size lying in it, known distances, both or neither.
+Out     a MetricScene, the only scene that the dense stages accept.
+Method  a part of the known lengths sets the scale, the rest checks it. A board's corners of the
+        first part also join photos, lenses and points in a last adjustment. Without any length the
+        scene is made unitless on purpose: the cameras are 1000 units from what they look at.
+Fails   ScaleError: a source that cannot be measured, or lengths that contradict each other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from limbgram.core.errors import ScaleError
+from limbgram.core.geometry.arrays import Matrix3, Vector3
+from limbgram.core.geometry.frames import Similarity, fit_similarity
+from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.scale.board import Plate, adjusted_with_board, find_plate, foreign_lens
+from limbgram.reconstruction.scale.distances import KnownDistance, measure_distances
+from limbgram.reconstruction.scale.floor import (
+    centre_of_object,
+    common_up,
+    find_floor,
+    rotation_to_z,
+)
+from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
+from limbgram.reconstruction.scale.sight import Aim, aim_of
+from limbgram.reconstruction.targets.board import BoardDetections
+
+_SURE_SIGMAS = 3.0
+"""A stretch within this many standard deviations of none is noise."""
+
+
+def check_plate(plate: Plate, max_disagreement: float) -> None:
+    """Refuse a board that is seen too poorly, is stretched, or whose halves disagree."""
+    sigma = plate.ruler.relative_sigma
+    if not sigma <= max_disagreement:
+        raise ScaleError(
+            f"The board gives the scale only to {sigma:.2%} (one standard deviation); "
+            f"{max_disagreement:.2%} is allowed. It is too small, too far away or seen in too "
+            "few photos. Lay it close beside the limb, flat and in view of most photos."
+        )
+    if abs(plate.stretch) > max(max_disagreement, _SURE_SIGMAS * plate.stretch_sigma):
+        longer, shorter = ("x", "y") if plate.stretch > 0 else ("y", "x")
+        raise ScaleError(
+            f"The board is {abs(plate.stretch):.2%} longer along its {longer} than along its "
+            f"{shorter}; {max_disagreement:.2%} is allowed. It was printed at different scales "
+            "across and along the paper, or it is bent. Print it at 100 %, without fitting to "
+            "the page, glue it to a flat plate and measure both ways; or give a known distance."
+        )
+    if abs(plate.check_error) > max_disagreement:
+        raise ScaleError(
+            f"The corners that check the board disagree with those that set the scale by "
+            f"{plate.check_error:+.2%}; {max_disagreement:.2%} is allowed. The board is bent or "
+            "moved, or few of its corners are seen well. Glue it to a flat plate beside the limb."
+        )
+
+
+def check_lengths(scale: Scale, max_disagreement: float) -> None:
+    """Refuse where a length, whether it set the scale or checks it, contradicts the scale."""
+    wrong = [one for one in scale.lengths if not abs(one.error) <= max_disagreement]
+    if wrong:
+        worst = max(wrong, key=lambda one: abs(one.error))
+        others = ", ".join(one.label for one in scale.lengths if one.role == "control")
+        raise ScaleError(
+            f"{worst.label} is {worst.known_mm:g} mm long but measures {worst.measured_mm:.2f} mm "
+            f"({worst.error:+.2%}, sigma {worst.sigma_mm:.2f} mm) where the scale is set by "
+            f"{others}; {max_disagreement:.2%} is allowed. {_advice(scale, worst)}"
+        )
+
+
+def _advice(scale: Scale, worst: LengthCheck) -> str:
+    if worst.sigma_mm > abs(worst.measured_mm - worst.known_mm) / 2:
+        return "It is measured too poorly: pick its ends in more photos, from more sides."
+    if scale.source == "distances":
+        return (
+            "A length was mistyped, a mark moved, or a wrong point was picked. Check the lengths "
+            "and the picks, or leave out the odd one."
+        )
+    return (
+        "The board's squares are not as large as given, or the typed length is wrong. Measure a "
+        "long row of squares and the length again; the board may have been printed fitted to "
+        "the page."
+    )
+
+
+_UNITLESS_DISTANCE = 1000.0
+_MOST_BELOW = 0.02
+"""Share of the points near the aim that may lie below a board which is the floor."""
+_BELOW = 0.03
+"""How far below, in half frames."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScaleOptions:
+    """How closely known lengths must agree."""
+
+    max_disagreement: float = 0.003
+    """Accepted difference between a checked length and the scale, as a fraction."""
+    pick_sigma_px: float = 0.5
+    """Standard deviation of one coordinate of a point picked by hand."""
+    seed: int = 0
+    """For finding the floor's plane."""
+
+
+DEFAULTS = ScaleOptions()
+
+
+def to_millimetres(
+    scene: Scene,
+    detections: BoardDetections | None = None,
+    distances: Sequence[KnownDistance] = (),
+    options: ScaleOptions = DEFAULTS,
+    cameras: Cameras | None = None,
+) -> MetricScene:
+    """Scale and turn a scene so that one unit is one millimetre and +Z is up.
+
+    With `cameras`, the calibrations that the scene's lenses started from, a board takes part in one
+    more adjustment of the scene. Without them the scene keeps its form.
+    With a board the origin is its centre, x runs along its columns and z = 0 is the floor.
+    Otherwise the origin is the object's centre, and the floor is known where points show it.
+    """
+    try:
+        return _scaled(scene, detections, distances, options, cameras)
+    except ScaleError as refusal:
+        if detections is None or cameras is None:
+            raise
+        cause = foreign_lens(scene, detections, cameras)
+        if cause is None:
+            raise
+        raise ScaleError(f"The board cannot be measured in these photos. {cause}") from refusal
+
+
+def _scaled(
+    scene: Scene,
+    detections: BoardDetections | None,
+    distances: Sequence[KnownDistance],
+    options: ScaleOptions,
+    cameras: Cameras | None,
+) -> MetricScene:
+    plate = find_plate(scene, detections) if detections is not None else None
+    if plate is not None and detections is not None and cameras is not None:
+        scene = adjusted_with_board(scene, plate, detections, cameras)
+        plate = find_plate(scene, detections)
+    aim = aim_of(scene.views, scene.points_in_world)
+    rulers = [] if plate is None else [plate.ruler]
+    if distances:
+        typed = measure_distances(
+            scene, distances, options.pick_sigma_px, all_check=plate is not None
+        )
+        rulers.append(typed)
+    if not rulers:
+        return _unitless(scene, aim, options)
+    scale = _scale(rulers, "distances" if plate is None else "board")
+    if plate is not None:
+        check_plate(plate, options.max_disagreement)
+    check_lengths(scale, options.max_disagreement)
+    mm_per_unit = 1 / rulers[0].units_per_mm
+    if plate is not None:
+        metric = _on_plate(scene, aim, plate, mm_per_unit, scale)
+        return _with_sensitivity(metric, plate, detections)
+    return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
+
+
+def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Scale:
+    """The first ruler's scale, with the lengths of all."""
+    units_per_mm = rulers[0].units_per_mm
+    return Scale(
+        unit="mm",
+        source=source,
+        relative_sigma=rulers[0].relative_sigma,
+        lengths=tuple(
+            LengthCheck(
+                label=one.label,
+                known_mm=one.known_mm,
+                measured_mm=one.measured / units_per_mm,
+                sigma_mm=one.sigma / units_per_mm,
+                role=one.role,
+            )
+            for ruler in rulers
+            for one in ruler.lengths
+        ),
+        set_aside=tuple(one for ruler in rulers for one in ruler.set_aside),
+    )
+
+
+def _with_sensitivity(
+    metric: MetricScene, plate: Plate, detections: BoardDetections | None
+) -> MetricScene:
+    """The same scene, knowing how its scale hangs on its cameras."""
+    if detections is None:
+        return metric
+    outline = np.array(metric.board_corners_mm)
+    world_from_board = fit_similarity(plate.outline_mm, outline, with_scale=False)
+    by_cameras = scale_by_cameras(
+        metric.scene, detections, world_from_board.apply(detections.corners_mm)
+    )
+    return replace(metric, scale=replace(metric.scale, by_cameras=by_cameras))
+
+
+def _on_plate(
+    scene: Scene, aim: Aim, plate: Plate, mm_per_unit: float, scale: Scale
+) -> MetricScene:
+    """World axes along the board; it is the floor unless much of the object lies behind it."""
+    centre = plate.scene_from_board.apply(plate.outline_mm).mean(0)
+    x, y, z = plate.scene_from_board.rotation.T
+    world_from_scene = _moved_to(centre, np.array([x, -y, -z]), mm_per_unit)
+    moved = scene.moved(world_from_scene)
+    near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < aim.reach
+    heights = moved.points_in_world[near, 2]
+    is_floor = np.mean(heights < -_BELOW * aim.reach * mm_per_unit) <= _MOST_BELOW
+    outline = world_from_scene.apply(plate.scene_from_board.apply(plate.outline_mm))
+    return MetricScene(
+        scene=moved,
+        scale=scale,
+        floor_z_mm=0.0 if is_floor else None,
+        board_corners_mm=tuple(outline),
+    )
+
+
+def _on_floor(scene: Scene, aim: Aim, mm_per_unit: float, scale: Scale, seed: int) -> MetricScene:
+    """World axes by the floor's plane, or by how the photos were held."""
+    floor = find_floor(scene.views, scene.points_in_world, aim, seed)
+    up = common_up(scene.views, aim) if floor is None else floor.normal
+    origin = centre_of_object(scene.points_in_world, aim)
+    moved = scene.moved(_moved_to(origin, rotation_to_z(up), mm_per_unit))
+    height = None if floor is None else -float(floor.above(origin[None])[0]) * mm_per_unit
+    return MetricScene(scene=moved, scale=scale, floor_z_mm=height)
+
+
+def _unitless(scene: Scene, aim: Aim, options: ScaleOptions) -> MetricScene:
+    scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+    return _on_floor(scene, aim, _UNITLESS_DISTANCE / aim.distance, scale, options.seed)
+
+
+def _moved_to(origin: Vector3, axes: Matrix3, scale: float) -> Similarity:
+    """The similarity that makes `origin` the origin and the rows of `axes` the axes."""
+    return Similarity(scale, axes, -scale * axes @ origin)

@@ -1,0 +1,27 @@
+"""Surface: from oriented points to one whole mesh."""
+
+from limbgram.core.mesh.mesh import Mesh, Part, Repairs
+from limbgram.core.mesh.sections import Section, cut
+from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
+from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
+from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
+from limbgram.reconstruction.surface.repair import RepairOptions, repair
+from limbgram.reconstruction.surface.resampling import refine
+
+__all__ = [
+    "Mesh",
+    "Part",
+    "PartOptions",
+    "Parts",
+    "PivotOptions",
+    "PoissonOptions",
+    "RepairOptions",
+    "Repairs",
+    "Section",
+    "cut",
+    "pivot",
+    "poisson",
+    "refine",
+    "repair",
+    "tell_parts",
+]

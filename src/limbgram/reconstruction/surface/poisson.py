@@ -1,0 +1,85 @@
+"""Poisson: a smooth closed surface that follows the points' normals, cut back to where points are.
+
+In      a Cloud: merged points with outward normals.
+Out     a Mesh: manifold, even, open where there were no points (`repair` closes holes).
+Method  screened Poisson reconstruction (Kazhdan and Hoppe 2013) by pycolmap, on files in a
+        temporary folder; then faces far from every point are taken away.
+Fails   SurfaceError: no surface came out.
+"""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import SurfaceError
+from limbgram.core.mesh.mesh import Cloud, Mesh
+from limbgram.core.mesh.topology import with_faces
+from limbgram.reconstruction.surface.pivoting import measure_spacing_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoissonOptions:
+    """How fine, and how far from the points the surface is believed."""
+
+    cell_in_spacings: float = 1.0
+    """Finest cell, in typical distances between neighbours."""
+    max_depth: int = 10
+    """Halvings of the box at most: each quadruples time and memory."""
+    support_in_spacings: float = 3.0
+    """Surface farther than this from every point is taken away."""
+    point_weight: float = 1.0
+    """Pull towards the points themselves, beside their normals."""
+
+
+DEFAULTS = PoissonOptions()
+_BOX = 1.1
+"""Side of the solver's box over the cloud's extent."""
+
+
+def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
+    """The surface whose inside has the points' normals as its gradient, where points support it."""
+    import pycolmap  # a quarter of a second together, which most commands do without
+    import trimesh
+
+    spacing_mm = measure_spacing_mm(cloud)
+    extent = float(np.ptp(cloud.points_mm, axis=0).max())
+    finest = np.log2(_BOX * extent / (options.cell_in_spacings * spacing_mm))
+    settings = pycolmap.PoissonMeshingOptions()
+    settings.depth = int(np.clip(round(float(finest)), 4, options.max_depth))
+    settings.point_weight = options.point_weight
+    settings.trim = 0.0
+    settings.color = False
+    settings.num_threads = 1
+    pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
+    with tempfile.TemporaryDirectory(prefix="limbgram-") as name:
+        points, surface = Path(name, "points.ply"), Path(name, "surface.ply")
+        _write_points(points, cloud)
+        pycolmap.poisson_meshing(points, surface, settings)
+        solved = trimesh.load(surface, file_type="ply", process=False)
+    if not isinstance(solved, trimesh.Trimesh) or not len(solved.faces):
+        raise SurfaceError(
+            f"No Poisson surface came out of {len(cloud)} points. Their normals are probably "
+            "wrong: try Ball Pivoting, and look at the cloud."
+        )
+    vertices = np.asarray(solved.vertices, np.float64)
+    faces = np.asarray(solved.faces, np.int32)
+    apart, nearest = KDTree(cloud.points_mm).query(vertices)
+    supported = apart <= options.support_in_spacings * spacing_mm
+    mesh = Mesh(vertices_mm=vertices, faces=faces, colours=cloud.colours[nearest])
+    return with_faces(mesh, faces[supported[faces].all(1)])
+
+
+def _write_points(path: Path, cloud: Cloud) -> None:
+    names = ("x", "y", "z", "nx", "ny", "nz")
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(cloud)}",
+        *(f"property float {name}" for name in names),
+        "end_header\n",
+    ]
+    rows = np.concatenate([cloud.points_mm, cloud.normals], axis=1).astype("<f4")
+    path.write_bytes("\n".join(header).encode() + rows.tobytes())

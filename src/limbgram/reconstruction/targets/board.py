@@ -1,0 +1,215 @@
+"""Boards: flat plates of known size that detection finds and calibration and scale rely on.
+
+Board frame: millimetres, origin at the outer corner of the first square, x right and y down as
+printed, z into the plate.
+
+Board detections: where the inner corners of a board appear in each photo.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import cv2
+import numpy as np
+from jaxtyping import Float64, Int32
+
+from limbgram.core.errors import OptionsError
+from limbgram.reconstruction.photos.photo import SetAside
+
+BoardKind = Literal["checkerboard", "charuco"]
+
+DICTIONARIES: dict[str, int] = {
+    name.removeprefix("DICT_").upper(): getattr(cv2.aruco, name)
+    for name in dir(cv2.aruco)
+    if name.startswith("DICT_")
+}
+"""Marker dictionaries by name, without the DICT_ that OpenCV puts before them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Board:
+    """A checkerboard, or a ChArUco board (a checkerboard with a marker in each white square)."""
+
+    kind: BoardKind
+    columns: int
+    """Inner corners across for a checkerboard; SQUARES across for ChArUco."""
+    rows: int
+    """Inner corners down for a checkerboard; SQUARES down for ChArUco."""
+    square_mm: float
+    marker_mm: float = 0.0
+    """Side of the coded markers; 0 for a checkerboard."""
+    dictionary: str = ""
+    """Name in DICTIONARIES, such as 4X4_50 or APRILTAG_36H11; empty for a checkerboard."""
+    legacy: bool = False
+    """ChArUco with an even number of rows, printed by OpenCV before 4.6: a marker comes first."""
+
+    def __post_init__(self) -> None:
+        _check_size(self)
+        if self.kind == "charuco":
+            _check_markers(self)
+
+    @classmethod
+    def checkerboard(cls, size: str, square_mm: float) -> Self:
+        """A checkerboard from its INNER CORNERS across and down, such as "14x10"."""
+        columns, rows = parse_size(size)
+        return cls(kind="checkerboard", columns=columns, rows=rows, square_mm=square_mm)
+
+    @classmethod
+    def charuco(
+        cls,
+        size: str,
+        square_mm: float,
+        marker_mm: float,
+        dictionary: str,
+        *,
+        legacy: bool = False,
+    ) -> Self:
+        """A ChArUco board from its SQUARES across and down, such as "7x5"."""
+        columns, rows = parse_size(size)
+        return cls(
+            kind="charuco",
+            columns=columns,
+            rows=rows,
+            square_mm=square_mm,
+            marker_mm=marker_mm,
+            dictionary=parse_dictionary(dictionary),
+            legacy=legacy,
+        )
+
+    @property
+    def squares(self) -> tuple[int, int]:
+        """Squares across and down."""
+        extra = 1 if self.kind == "checkerboard" else 0
+        return self.columns + extra, self.rows + extra
+
+    @property
+    def inner(self) -> tuple[int, int]:
+        """Inner corners across and down."""
+        across, down = self.squares
+        return across - 1, down - 1
+
+    @property
+    def has_quarter_turns(self) -> bool:
+        """Whether corners cannot tell x from y: a checkerboard with as many rows as columns."""
+        return self.kind == "checkerboard" and self.columns == self.rows
+
+    @property
+    def corners_mm(self) -> Float64[np.ndarray, "n 3"]:
+        """Inner corners in the board frame, row by row; a corner's id is its row here."""
+        across, down = self.inner
+        y, x = np.mgrid[1 : down + 1, 1 : across + 1].reshape(2, -1)
+        return np.stack([x, y, np.zeros_like(x)], axis=1) * float(self.square_mm)
+
+    def opencv(self) -> cv2.aruco.CharucoBoard:
+        """The same ChArUco board as OpenCV has it."""
+        markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
+        board = cv2.aruco.CharucoBoard(self.squares, self.square_mm, self.marker_mm, markers)
+        board.setLegacyPattern(self.legacy)
+        return board
+
+    def __str__(self) -> str:
+        if self.kind == "checkerboard":
+            return (
+                f"checkerboard of {self.columns} x {self.rows} inner corners, "
+                f"squares of {self.square_mm:g} mm"
+            )
+        return (
+            f"ChArUco board of {self.columns} x {self.rows} squares of {self.square_mm:g} mm, "
+            f"markers of {self.marker_mm:g} mm from {self.dictionary}"
+        )
+
+
+def parse_size(size: str) -> tuple[int, int]:
+    """Columns and rows of "14x10"."""
+    match = re.fullmatch(r"\s*(\d{1,3})\s*[xX×]\s*(\d{1,3})\s*", size)
+    if match is None:
+        raise OptionsError(
+            f"{size!r} is no board size. Write columns x rows, such as 14x10: inner corners for "
+            "a checkerboard, squares for a ChArUco board."
+        )
+    return int(match[1]), int(match[2])
+
+
+def parse_dictionary(name: str) -> str:
+    """A name in DICTIONARIES, however it is spelled: dict_4x4_50, tag36h11, AprilTag 36h11."""
+    plain = re.sub(r"[\s_-]", "", name.upper()).removeprefix("DICT")
+    plain = re.sub(r"^(APRIL)?TAG", "APRILTAG", plain)
+    for known in DICTIONARIES:
+        if known.replace("_", "") == plain:
+            return known
+    raise OptionsError(
+        f"{name!r} is no marker dictionary. Known are {', '.join(sorted(DICTIONARIES))}."
+    )
+
+
+def _check_size(board: Board) -> None:
+    if min(board.inner) < 2 or max(board.inner) > 100:
+        raise OptionsError(
+            f"A board of {board.inner[0]} x {board.inner[1]} inner corners cannot be used; "
+            "2 to 100 each way can."
+        )
+    if not 0.1 <= board.square_mm <= 2000:
+        raise OptionsError(
+            f"Squares of {board.square_mm:g} mm cannot be used; give the side of one square in "
+            "millimetres, as measured on the print."
+        )
+
+
+def _check_markers(board: Board) -> None:
+    if board.dictionary not in DICTIONARIES:
+        parse_dictionary(board.dictionary)
+        raise OptionsError(f"Write the dictionary as {parse_dictionary(board.dictionary)}.")
+    if not 0 < board.marker_mm < board.square_mm:
+        raise OptionsError(
+            f"Markers of {board.marker_mm:g} mm do not fit into squares of "
+            f"{board.square_mm:g} mm; give both sides in millimetres."
+        )
+    across, down = board.squares
+    there = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary]).bytesList)
+    if across * down // 2 > there:
+        raise OptionsError(
+            f"{board.dictionary} has {there} markers; a board of {across} x {down} squares "
+            f"needs {across * down // 2}. Give the dictionary that the board was printed with."
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoCorners:
+    """The corners of the board seen in one photo."""
+
+    name: str
+    photo_idx: int
+    """Place in the PhotoSet."""
+    ids: Int32[np.ndarray, " n"]
+    """Rows of `BoardDetections.corners_mm`, ascending."""
+    xy_px: Float64[np.ndarray, "n 2"]
+    sigmas_px: Float64[np.ndarray, " n"]
+    """Formal sigma of one coordinate from the fit to the pixels; a relative weight, no promise."""
+    blur_px: float
+    """Median sigma of the edges' Gaussian blur."""
+    step_px: float
+    """Median side of a square in this photo."""
+    doubtful_ids: Int32[np.ndarray, " m"]
+    """Corners that were found but not believed."""
+    doubtful_xy_px: Float64[np.ndarray, "m 2"]
+    doubts: tuple[str, ...]
+    """Why, for each doubtful corner."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardDetections:
+    """One board in all photos that show it; the others are set aside with their reason."""
+
+    board: Board
+    corners_mm: Float64[np.ndarray, "n 3"]
+    """All inner corners in the board frame (`Board.corners_mm`)."""
+    photos: tuple[PhotoCorners, ...]
+    set_aside: tuple[SetAside, ...]
+    cause: str = ""
+    """What is wrong with the photos, and the remedy: why, should too few show the board."""
+
+    @property
+    def corner_count(self) -> int:
+        """Believed corners in all photos together."""
+        return sum(len(photo.ids) for photo in self.photos)

@@ -1,0 +1,317 @@
+"""The fundamental matrix: linear estimate, robust estimate, and minimum of the Sampson distance.
+
+All pixels are freed of lens distortion; x2^T F x1 = 0 and F has unit Frobenius norm.
+Method  normalized 8-point algorithm (Hartley 1997); RANSAC with MAGSAC scores and local
+        optimisation (Barath et al. 2020, OpenCV's USAC); Levenberg-Marquardt on the signed
+        Sampson distances over the orthonormal representation F = U diag(cos s, sin s, 0) V^T,
+        which has exactly the 7 degrees of freedom (Bartoli and Sturm 2004).
+
+The Gold Standard estimate of F: maximum likelihood under Gaussian noise of the pixels.
+
+Hartley and Zisserman, algorithm 11.3: cameras P = [I | 0] and P' = [M | t], one point per match,
+X = (x, y, 1, w); minimise sum d(x, x^)^2 + d(x', x'^)^2 over the 12 numbers of P' and the 3 of
+every point, by Levenberg-Marquardt with the points eliminated (appendix A6.3). F = [t]_x M.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.spatial.transform import Rotation
+
+from limbgram.core.geometry.arrays import Matrix3, Points2
+from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
+from limbgram.reconstruction.twoview.pairs import fit_sampson
+
+FEWEST_MATCHES = 8
+_SELECTIONS = 10
+
+
+@dataclass(frozen=True)
+class Framing:
+    """Shifts and one scale that bring both photos' pixels to the order of one."""
+
+    to_first: Matrix3
+    to_second: Matrix3
+    scale: float
+    """Normalized units per pixel."""
+
+    @classmethod
+    def around(cls, xy_first: Points2, xy_second: Points2) -> "Framing":
+        middles = xy_first.mean(0), xy_second.mean(0)
+        spread = np.mean([np.std(xy_first - middles[0]), np.std(xy_second - middles[1])])
+        scale = float(1.0 / max(spread, 1e-9))
+        shifts = [
+            np.array([[scale, 0, -scale * x], [0, scale, -scale * y], [0, 0, 1.0]])
+            for x, y in middles
+        ]
+        return cls(shifts[0], shifts[1], scale)
+
+    def first(self, xy_px: Points2) -> Points2:
+        return xy_px * self.scale + self.to_first[:2, 2]
+
+    def second(self, xy_px: Points2) -> Points2:
+        return xy_px * self.scale + self.to_second[:2, 2]
+
+    def inward(self, fundamental_px: Matrix3) -> Matrix3:
+        """F between normalized coordinates from F between pixels."""
+        back = np.linalg.inv(self.to_second).T @ fundamental_px @ np.linalg.inv(self.to_first)
+        return back / np.linalg.norm(back)
+
+    def outward(self, fundamental: Matrix3) -> Matrix3:
+        """F between pixels from F between normalized coordinates."""
+        pixels = self.to_second.T @ fundamental @ self.to_first
+        return pixels / np.linalg.norm(pixels)
+
+
+@dataclass(frozen=True)
+class RobustFundamental:
+    """F from matches with wrong ones among them; `fundamental` is None where none was found."""
+
+    fundamental: Matrix3 | None
+    inliers: Bool[np.ndarray, " n"]
+
+
+def estimate_fundamental_linear(xy_first: Points2, xy_second: Points2) -> Matrix3:
+    """The normalized 8-point algorithm; needs 8 matches and trusts them all."""
+    framing = Framing.around(xy_first, xy_second)
+    first, second = framing.first(xy_first), framing.second(xy_second)
+    ones = np.ones((len(first), 1))
+    rows = np.einsum("ni,nj->nij", np.hstack([second, ones]), np.hstack([first, ones]))
+    solution = np.linalg.eigh(rows.reshape(-1, 9).T @ rows.reshape(-1, 9))[1][:, 0]
+    u, singular, vt = np.linalg.svd(solution.reshape(3, 3))
+    return framing.outward((u * (singular * [1, 1, 0])) @ vt)
+
+
+def estimate_fundamental(
+    xy_first: Points2, xy_second: Points2, *, threshold_px: float = 1.5, seed: int = 0
+) -> RobustFundamental:
+    """F by RANSAC, then the least Sampson distances of its inliers until these stay the same."""
+    none = RobustFundamental(None, np.zeros(len(xy_first), bool))
+    if len(xy_first) < FEWEST_MATCHES:
+        return none
+    found, _ = cv2.findFundamentalMat(xy_first, xy_second, ransac(threshold_px, seed))
+    fundamental = np.asarray(found, float)
+    if fundamental.shape != (3, 3) or not np.isfinite(fundamental).all():
+        return none
+    fundamental /= np.linalg.norm(fundamental)
+    inliers = agreeing(fundamental, xy_first, xy_second, threshold_px)
+    for _ in range(_SELECTIONS):
+        if inliers.sum() < FEWEST_MATCHES:
+            return none
+        fundamental = refine_fundamental_sampson(fundamental, xy_first[inliers], xy_second[inliers])
+        before, inliers = (
+            inliers,
+            agreeing(fundamental, xy_first, xy_second, threshold_px),
+        )
+        if np.array_equal(before, inliers):
+            break
+    return RobustFundamental(fundamental, inliers)
+
+
+def agreeing(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2, threshold_px: float
+) -> Bool[np.ndarray, " n"]:
+    """Whether matches lie within `threshold_px` of F by the Sampson distance."""
+    return np.abs(sampson_px(fundamental, xy_first, xy_second)) < threshold_px
+
+
+def ransac(threshold: float, seed: int) -> cv2.UsacParams:
+    """Settings that all robust estimates here share."""
+    settings = cv2.UsacParams()
+    settings.threshold = threshold
+    settings.confidence = 0.9999
+    settings.maxIterations = 5_000
+    settings.score = cv2.SCORE_METHOD_MAGSAC
+    settings.loMethod = cv2.LOCAL_OPTIM_SIGMA
+    settings.sampler = cv2.SAMPLING_UNIFORM
+    settings.final_polisher = cv2.MAGSAC
+    settings.randomGeneratorState = seed
+    return settings
+
+
+def refine_fundamental_sampson(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> Matrix3:
+    """F of the least sum of squared Sampson distances, from a start nearby."""
+    framing = Framing.around(xy_first, xy_second)
+    u, singular, vt = np.linalg.svd(framing.inward(fundamental))
+    start = _Orthonormal(u, vt.T, float(np.arctan2(singular[1], singular[0])))
+    best = fit_sampson(start, framing.first(xy_first), framing.second(xy_second))
+    return framing.outward(best.matrix)
+
+
+@dataclass(frozen=True)
+class _Orthonormal:
+    """F = U diag(cos s, sin s, 0) V^T."""
+
+    u: Matrix3
+    v: Matrix3
+    angle: float
+
+    @property
+    def size(self) -> int:
+        return 7
+
+    @property
+    def matrix(self) -> Matrix3:
+        return (self.u * [np.cos(self.angle), np.sin(self.angle), 0.0]) @ self.v.T
+
+    def moved(self, step: Float64[np.ndarray, "7"]) -> "_Orthonormal":
+        turn_u = Rotation.from_rotvec(step[:3]).as_matrix()
+        turn_v = Rotation.from_rotvec(step[3:6]).as_matrix()
+        return _Orthonormal(self.u @ turn_u, self.v @ turn_v, self.angle + float(step[6]))
+
+
+_ITERATIONS = 30
+_SILENT = 1e-12
+_SMALLEST_GAIN = 1e-9
+
+Projection = Float64[np.ndarray, "3 4"]
+Structure = Float64[np.ndarray, "n 3"]
+"""x, y and w of X = (x, y, 1, w)."""
+
+
+@dataclass(frozen=True)
+class GoldStandard:
+    """F, the exact matches nearest to the measured ones, and the paper's residuals."""
+
+    fundamental: Matrix3
+    exact: Float64[np.ndarray, "n 4"]
+    """x^, y^, x'^, y'^ in pixels."""
+    residual_px: Float64[np.ndarray, " n"]
+    """sqrt((d(x, x^)^2 + d(x', x'^)^2) / 4) of every match: what its histogram shows."""
+
+    @property
+    def rms_px(self) -> float:
+        """The paper's residual error: sqrt((sum d(x, x^)^2 + sum d(x', x'^)^2) / 4n)."""
+        return float(np.sqrt(np.mean(self.residual_px**2)))
+
+
+def refine_fundamental_gold_standard(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> GoldStandard:
+    """The maximum-likelihood F from a start nearby, such as the minimum of the Sampson distance."""
+    framing = Framing.around(xy_first, xy_second)
+    first, second = framing.first(xy_first), framing.second(xy_second)
+    projection = canonical_projection(framing.inward(fundamental))
+    points = _structure(framing.inward(fundamental), projection, first, second)
+    projection, points = _adjust(projection, points, first, second)
+
+    exact = np.hstack([points[:, :2], _project(projection, points)])
+    residual = np.linalg.norm(np.hstack([first, second]) - exact, axis=1) / (2 * framing.scale)
+    shift = np.concatenate([framing.to_first[:2, 2], framing.to_second[:2, 2]])
+    matrix = _cross(projection[:, 3]) @ projection[:, :3]
+    return GoldStandard(framing.outward(matrix), (exact - shift) / framing.scale, residual)
+
+
+def canonical_projection(fundamental: Matrix3) -> Projection:
+    """P' = [[e']_x F | e'] of P = [I | 0]; e' is F's left null vector (H and Z, result 9.14)."""
+    epipole = np.linalg.svd(fundamental)[0][:, 2]
+    return np.column_stack([_cross(epipole) @ fundamental, epipole])
+
+
+def _cross(vector: Float64[np.ndarray, "3"]) -> Matrix3:
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _structure(
+    fundamental: Matrix3, projection: Projection, first: Points2, second: Points2
+) -> Structure:
+    exact = nearest_matches(fundamental, first, second)
+    far = np.hstack([exact[:, :2], np.ones((len(first), 1))]) @ projection[:, :3].T
+    epipole = projection[:, 3]
+    # x' (m3 X + w e3) = m1 X + w e1, and the same for y': two equations in w, least squares
+    factor = exact[:, 2:] * epipole[2] - epipole[:2]
+    constant = far[:, :2] - exact[:, 2:] * far[:, 2:]
+    w = (factor * constant).sum(1) / np.maximum((factor**2).sum(1), 1e-18)
+    return np.column_stack([exact[:, :2], w])
+
+
+def _project(projection: Projection, points: Structure) -> Points2:
+    image = points[:, :2] @ projection[:, :2].T + projection[:, 2]
+    image += points[:, 2:] * projection[:, 3]
+    return image[:, :2] / image[:, 2:]
+
+
+def _adjust(
+    projection: Projection, points: Structure, first: Points2, second: Points2
+) -> tuple[Projection, Structure]:
+    damping, residuals = 1e-3, _residuals(projection, points, first, second)
+    cost = float((residuals**2).sum())
+    for _ in range(_ITERATIONS):
+        equations = Equations.at(projection, points, residuals)
+        while damping < 1e8:
+            try:
+                by_projection, by_point = equations.step(damping)
+            except np.linalg.LinAlgError:  # too few matches tell too little: hold them harder
+                damping *= 10.0
+                continue
+            trial = projection + by_projection, points + by_point
+            tried = _residuals(*trial, first, second)
+            if float((tried**2).sum()) <= cost:
+                break
+            damping *= 10.0
+        else:
+            break
+        gain = cost - float((tried**2).sum())
+        cost, residuals, damping = cost - gain, tried, max(damping / 10.0, 1e-9)
+        projection, points = trial
+        if gain <= _SMALLEST_GAIN * cost:
+            break
+    return projection, points
+
+
+def _residuals(
+    projection: Projection, points: Structure, first: Points2, second: Points2
+) -> Float64[np.ndarray, "n 4"]:
+    return np.hstack([first - points[:, :2], second - _project(projection, points)])
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Normal equations, ordered as projection (12) and points (3 each)."""
+
+    u: Float64[np.ndarray, "12 12"]
+    v: Float64[np.ndarray, "n 3 3"]
+    w: Float64[np.ndarray, "n 12 3"]
+    by_projection: Float64[np.ndarray, "12"]
+    by_point: Float64[np.ndarray, "n 3"]
+
+    @classmethod
+    def at(
+        cls, projection: Projection, points: Structure, residuals: Float64[np.ndarray, "n 4"]
+    ) -> "Equations":
+        count = len(points)
+        whole = np.column_stack([points[:, :2], np.ones(count), points[:, 2]])
+        image = whole @ projection.T
+        by_image = np.zeros((count, 2, 3))
+        by_image[:, 0, 0] = by_image[:, 1, 1] = 1.0 / image[:, 2]
+        by_image[:, :, 2] = -image[:, :2] / image[:, 2:] ** 2
+        a = (by_image[:, :, :, None] * whole[:, None, None, :]).reshape(count, 2, 12)
+        b = by_image @ projection[:, [0, 1, 3]]
+        v = b.transpose(0, 2, 1) @ b
+        v[:, [0, 1], [0, 1]] += 1.0
+        by_point = np.einsum("nij,ni->nj", b, residuals[:, 2:])
+        by_point[:, :2] += residuals[:, :2]
+        flat = a.reshape(-1, 12)
+        w = a.transpose(0, 2, 1) @ b
+        return cls(flat.T @ flat, v, w, flat.T @ residuals[:, 2:].ravel(), by_point)
+
+    def step(self, damping: float) -> tuple[Projection, Structure]:
+        """Solve the damped equations: first the projection, then every point by itself."""
+        u = self.u + damping * np.diag(np.diag(self.u) + 1e-12)
+        v = self.v * (1.0 + damping * np.eye(3))
+        # At the epipole, or infinitely near, a match says nothing of its depth: that stays.
+        v[:, 2, 2] += damping * _SILENT
+        eliminated = np.linalg.solve(v, self.w.transpose(0, 2, 1))
+        flat = self.w.transpose(0, 2, 1).reshape(-1, 12)
+        reduced = u - flat.T @ eliminated.reshape(-1, 12)
+        right = self.by_projection - eliminated.reshape(-1, 12).T @ self.by_point.ravel()
+        by_projection = np.linalg.solve(reduced, right)
+        by_point = np.linalg.solve(
+            v, (self.by_point - self.w.transpose(0, 2, 1) @ by_projection)[..., None]
+        )
+        return by_projection.reshape(3, 4), by_point[..., 0]

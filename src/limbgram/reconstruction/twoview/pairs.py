@@ -1,0 +1,137 @@
+"""Verified pairs: the epipolar geometry of two photos and the matches that obey it.
+
+Least squares of Sampson distances over any parametrised epipolar geometry.
+
+Levenberg-Marquardt on the signed distances, whose derivative by F is exact; F's derivative by
+its few parameters is a central difference of 3 x 3 matrices.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal, Protocol, Self, TypeVar
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.geometry.arrays import Matrix3, Points2
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.triangulation import sampson_px
+from limbgram.reconstruction.matching.matching import PairMatches
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerifiedPair:
+    """Two photos whose matches share one epipolar geometry.
+
+    `fundamental` obeys x2^T F x1 = 0 in pixels freed of lens distortion (ideal pixels: K times
+    normalized coordinates). `second_from_first` has a translation of unit length; it is None
+    where the pair is a pure rotation, and one of two possible poses where it shows a plane.
+    """
+
+    matches: PairMatches
+    """Only the inliers."""
+    fundamental: Matrix3
+    second_from_first: Rigid | None
+    kind: Literal["general", "planar", "rotation"]
+    residual_px: Float64[np.ndarray, " m"]
+    """Per match: sqrt((d(x, x^)^2 + d(x', x'^)^2) / 4), the paper's residual of one point."""
+    median_angle_deg: float
+    """Median intersection angle of the rays."""
+
+    @property
+    def rms_residual_px(self) -> float:
+        """The paper's residual error function over all inliers."""
+        return float(np.sqrt(np.mean(self.residual_px**2)))
+
+    def chosen(self, keep: Bool[np.ndarray, " m"]) -> "VerifiedPair":
+        """The pair with some of its matches."""
+        return replace(
+            self, matches=some_of(self.matches, keep), residual_px=self.residual_px[keep]
+        )
+
+
+def some_of(matches: PairMatches, keep: Bool[np.ndarray, " m"]) -> PairMatches:
+    """Some of the matches, in their order."""
+    return replace(
+        matches,
+        keypoint_idx=matches.keypoint_idx[keep],
+        xy_first_px=matches.xy_first_px[keep],
+        xy_second_px=matches.xy_second_px[keep],
+        correlation=matches.correlation[keep],
+    )
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """All verified pairs, and the number of tried ones that had no common geometry."""
+
+    verified: tuple[VerifiedPair, ...]
+    rejected: int
+
+
+_ITERATIONS = 30
+_SMALLEST_GAIN = 1e-7
+_DIFFERENCE = 1e-6
+
+
+class EpipolarModel(Protocol):
+    """Epipolar geometry with `size` parameters; `moved` takes a small step from it."""
+
+    @property
+    def size(self) -> int: ...
+    @property
+    def matrix(self) -> Matrix3: ...
+    def moved(self, step: Float64[np.ndarray, " k"]) -> Self: ...
+
+
+Model = TypeVar("Model", bound=EpipolarModel)
+
+
+def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
+    """The model nearby with the least sum of squared Sampson distances."""
+    model, damping = start, 1e-3
+    residuals = sampson_px(model.matrix, xy_first, xy_second)
+    cost = float(residuals @ residuals)
+    for _ in range(_ITERATIONS):
+        by_step = _by_matrix(model.matrix, xy_first, xy_second) @ _matrix_by_step(model)
+        normal, gradient = by_step.T @ by_step, by_step.T @ residuals
+        while damping < 1e8:
+            lifted = normal + damping * np.diag(np.diag(normal) + 1e-12)
+            trial = model.moved(-np.linalg.solve(lifted, gradient))
+            tried = sampson_px(trial.matrix, xy_first, xy_second)
+            if float(tried @ tried) <= cost:
+                break
+            damping *= 10.0
+        else:
+            break
+        gain = cost - float(tried @ tried)
+        model, residuals, damping = trial, tried, max(damping / 10.0, 1e-9)
+        cost -= gain
+        if gain <= _SMALLEST_GAIN * cost:
+            break
+    return model
+
+
+def _matrix_by_step(model: EpipolarModel) -> Float64[np.ndarray, "9 k"]:
+    columns: list[np.ndarray] = []
+    for step in np.eye(model.size) * _DIFFERENCE:
+        change = model.moved(step).matrix - model.moved(-step).matrix
+        columns.append(change.ravel() / (2 * _DIFFERENCE))
+    return np.column_stack(columns)
+
+
+def _by_matrix(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> Float64[np.ndarray, "n 9"]:
+    """Derivative of the signed Sampson distances by the entries of F, row by row."""
+    ones = np.ones((len(xy_first), 1))
+    first, second = np.hstack([xy_first, ones]), np.hstack([xy_second, ones])
+    in_second, in_first = first @ fundamental.T, second @ fundamental
+    error = np.einsum("ni,ni->n", second, in_second)
+    square = (in_second[:, :2] ** 2).sum(1) + (in_first[:, :2] ** 2).sum(1)
+    square = np.maximum(square, np.finfo(float).tiny)
+    half_square = np.zeros((len(first), 3, 3))
+    half_square[:, :2] += in_second[:, :2, None] * first[:, None, :]
+    half_square[:, :, :2] += second[:, :, None] * in_first[:, None, :2]
+    numerator = second[:, :, None] * first[:, None, :]
+    numerator -= half_square * (error / square)[:, None, None]
+    return numerator.reshape(-1, 9) / np.sqrt(square)[:, None]

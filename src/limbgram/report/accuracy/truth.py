@@ -1,0 +1,167 @@
+"""Against the truth: signed distances, girths, volume, and whether the sigmas say what is so."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.interval import COVER
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.accuracy.evidence import Json
+from limbgram.report.accuracy.figures import measured_vertices
+from limbgram.report.alignment import (
+    Truth,
+    by_cameras,
+    by_surface,
+    from_anywhere,
+    measured_samples,
+    signed_mm,
+)
+from limbgram.report.comparison import sections
+
+Alignment = Literal["surface", "cameras", "frame"]
+"""surface: rigid fit of the surface; cameras: of the camera places alone; frame: none at all."""
+
+_FEWEST_CAMERAS = 3
+_NEAR_MM = (0.1, 0.25, 0.5, 1.0)
+_BINS = 61
+_SHOWN_QUANTILE = 0.995
+_MAD_TO_SIGMA = 1.4826
+_SIGMA_BINS = 10
+_WORDS = {
+    "surface": "rigid fit of the measured surface (point to plane, six degrees of freedom, no "
+    "scale)",
+    "cameras": "rigid fit of the camera centres alone; the surface takes no part",
+    "frame": "none: both are taken to lie in one frame already",
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Figures, and each vertex's signed distance from the truth; NaN where there is none."""
+
+    figures: Json
+    off_mm: Float64[np.ndarray, " n"]
+
+
+def truth_figures(
+    mesh: Mesh, centres_mm: Points3, truth: Truth, alignment: Alignment = "surface"
+) -> Compared:
+    """Compare with the truth; `centres_mm` are the cameras in the truth's order, or none."""
+    samples = mesh.vertices_mm[measured_samples(mesh)]
+    if alignment == "surface" and len(centres_mm) < _FEWEST_CAMERAS:
+        # Sections are cut across our own vertical: the truth's frame may lie anyhow.
+        truth = truth.moved(from_anywhere(samples, truth).inverse)
+    pose, scale_error = _aligned(samples, centres_mm, truth, alignment)
+    placed = mesh.with_vertices(pose.apply(mesh.vertices_mm))
+    all_mm, seen = signed_mm(placed.vertices_mm, truth)
+    compared = seen & measured_vertices(mesh)
+    if not compared.any():
+        raise MeasureError(
+            "No part of the measured surface lies near the truth. Is it the truth of this limb, "
+            "in millimetres? Without cameras in common the alignment starts from the shapes alone."
+        )
+    off_mm = all_mm[compared]
+    missed_mm = (
+        TriangleTree.of(placed.vertices_mm, placed.faces)
+        .closest(truth.vertices_mm[truth.seen])
+        .distances_mm
+    )
+    girths, volume_error = sections(placed, truth)
+    centres_off = (pose.apply(centres_mm) - truth.centres_mm) if len(centres_mm) else None
+    low, high = np.quantile(off_mm, [0.25, 0.75])
+    figures: Json = {
+        "alignment": _WORDS[alignment],
+        "vertices": len(off_mm),
+        "rms_mm": _rms(off_mm),
+        "p95_mm": float(np.quantile(np.abs(off_mm), 0.95)),
+        "mean_mm": float(off_mm.mean()),
+        "median_mm": float(np.median(off_mm)),
+        "iqr_mm": float(high - low),
+        "largest_mm": float(np.abs(off_mm).max()),
+        "within": {f"{near} mm": float(np.mean(np.abs(off_mm) <= near)) for near in _NEAR_MM},
+        "covered": {f"{near} mm": float(np.mean(missed_mm <= near)) for near in _NEAR_MM},
+        "scale_error": scale_error,
+        "girths": [
+            {
+                "height_mm": one.height_mm,
+                "measured_mm": one.measured_mm,
+                "true_mm": one.true_mm,
+                "error_mm": one.error_mm,
+            }
+            for one in girths
+            if np.isfinite(one.error_mm)
+        ],
+        "volume_error": volume_error,
+        "camera_rms_mm": float("nan")
+        if centres_off is None
+        else float(np.sqrt(np.mean((centres_off**2).sum(1)))),
+        "histogram": _histogram(off_mm),
+        "sigma": None if mesh.sigma_mm is None else sigma_test(off_mm, mesh.sigma_mm[compared]),
+    }
+    return Compared(figures, np.where(compared, all_mm, np.nan))
+
+
+def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
+    """Error over sigma: its robust spread is 1 where sigmas are honest, above 1 where too small."""
+    known = np.isfinite(sigma_mm) & (sigma_mm > 0)
+    error, sigma = off_mm[known], sigma_mm[known].astype(np.float64)
+    ratio = error / sigma
+    order = np.argsort(sigma, kind="stable")
+    parts = [part for part in np.array_split(order, _SIGMA_BINS) if len(part)]
+    return {
+        "vertices": len(error),
+        "robust_spread": float(_MAD_TO_SIGMA * np.median(np.abs(ratio))),
+        "rms_spread": _rms(ratio),
+        "within_sigma_share": float(np.mean(np.abs(ratio) <= 1)),
+        "within_95_share": float(np.mean(np.abs(ratio) <= COVER)),
+        "rank_correlation": _rank_correlation(np.abs(error), sigma),
+        "by_sigma": [
+            {"sigma_mm": float(np.median(sigma[part])), "rms_error_mm": _rms(error[part])}
+            for part in parts
+        ],
+    }
+
+
+def _aligned(
+    samples: Points3, centres_mm: Points3, truth: Truth, alignment: Alignment
+) -> tuple[Rigid, float]:
+    """truth_from_world and the scale error that a similarity would take away."""
+    match alignment:
+        case "frame":
+            pose = Rigid.identity()
+        case "cameras":
+            pose = by_cameras(centres_mm, truth)
+        case "surface":
+            known = len(centres_mm) >= _FEWEST_CAMERAS
+            start = by_cameras(centres_mm, truth) if known else Rigid.identity()
+            fit = by_surface(samples, truth, start)
+            return fit.truth_from_world, fit.scale_error
+    return pose, by_surface(samples, truth, pose).scale_error
+
+
+def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]) -> float:
+    """Spearman's; NaN where one of the two does not vary."""
+    if np.ptp(first) == 0 or np.ptp(second) == 0:
+        return float("nan")
+    from scipy.stats import rankdata  # all of scipy.stats takes a quarter of a second to import
+
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
+
+
+def _rms(values: Float64[np.ndarray, " n"]) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _histogram(off_mm: Float64[np.ndarray, " n"]) -> Json:
+    reach = max(float(np.quantile(np.abs(off_mm), _SHOWN_QUANTILE)), 1e-6)
+    edges = np.linspace(-reach, reach, _BINS + 1)
+    return {
+        "edges_mm": edges.tolist(),
+        "vertices": np.histogram(np.clip(off_mm, -reach, reach), edges)[0].tolist(),
+    }

@@ -1,0 +1,170 @@
+"""Advice: what a professional should check or know before anything is made from the shape."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from limbgram.report.record.sources import SAME_MM
+from limbgram.workbench.edits.pressing import PRESSES_MM
+from limbgram.workbench.edits.solids import LEAST_WALL_MM
+from limbgram.workbench.measures.measuring import Measures
+
+_FILLED_SHARE = 0.01
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One thing to check or to know."""
+
+    topic: Literal["recipe", "case", "surface", "tape", "comparison", "file"]
+    what: str
+    remedy: str
+    gravity: Literal["serious", "mild"] = "mild"
+
+
+def findings(tree: Json, measures: Measures) -> tuple[Finding, ...]:
+    """The grave ones first."""
+    found = (
+        *_about_recipe(tree["recipe"]),
+        *_about_case(tree["case"]),
+        *_about_surface(measures),
+        *_by_tape(tree),
+        *_about_comparison(tree["comparison"]),
+        *(
+            Finding(topic="file", what=f"{note}.", remedy="Look at the pictures.")
+            for note in tree["notes"]
+        ),
+    )
+    return tuple(sorted(found, key=lambda one: one.gravity != "serious"))
+
+
+def tape_checks(tree: Json) -> tuple[tuple[float, float], ...]:
+    """Three heights from the reference and the tape girths there, lowest first."""
+    rows = [row for row in tree["measures"]["levels"] if row["tape_mm"] is not None]
+    picked = {round(share * (len(rows) - 1)) for share in (0.25, 0.5, 0.75)} if rows else set()
+    return tuple(
+        (rows[idx]["from_reference_mm"], rows[idx]["tape_mm"]["value"]) for idx in sorted(picked)
+    )
+
+
+def _by_tape(tree: Json) -> Iterator[Finding]:
+    checks = tape_checks(tree)
+    if checks:
+        girths = ", ".join(f"{girth:.0f} mm at {height:g} mm" for height, girth in checks)
+        reference = tree["measures"]["reference"]
+        yield Finding(
+            topic="tape",
+            what="No tape reading has been compared with this shape here.",
+            remedy=f"Read by tape before fabrication: {girths} (heights count from: {reference}). "
+            "More than 1 mm or 1 % apart: find out why first.",
+        )
+
+
+def _about_surface(measures: Measures) -> Iterator[Finding]:
+    limb = measures.limb
+    if not limb.sock_mm:
+        yield Finding(
+            topic="surface",
+            what="No sock is recorded as taken off this shape.",
+            remedy="If one was worn in the scan, its thickness is in every radius. Take it off "
+            "with the edit `sock`, or with `measure --sock` for the figures alone.",
+        )
+    if limb.mesh.sigma_mm is None:
+        yield Finding(
+            topic="surface",
+            what="The shape carries no uncertainty, so no figure has a ±.",
+            remedy="PLY files of `limbgram reconstruct` carry it.",
+        )
+    wall = measures.wall
+    if wall is not None:
+        told = wall.told("the limb's")
+        yield Finding(
+            topic="surface",
+            what=f"{told[0].upper()}{told[1:]}.",
+            remedy=f"Less than {LEAST_WALL_MM:g} mm is not made by printers of every kind; look at "
+            "the map of the wall.",
+            gravity="serious" if wall.thinnest_mm < LEAST_WALL_MM else "mild",
+        )
+    filled = 0.0 if limb.mesh.filled is None else float(limb.mesh.filled.mean())
+    if filled > _FILLED_SHARE:
+        yield Finding(
+            topic="surface",
+            what=f"{filled:.1%} of the surface was filled in, not measured.",
+            remedy="It is orange in the pictures: rely on nothing there.",
+            gravity="serious",
+        )
+    missing = sum(row.level is None for row in measures.rows)
+    if missing:
+        yield Finding(
+            topic="surface",
+            what=f"{missing} of {len(measures.rows)} levels have no girth.",
+            remedy="The table says why.",
+        )
+
+
+def _about_recipe(recipe: Json | None) -> Iterator[Finding]:
+    if recipe is None:
+        return
+    yield from _about_pressure(recipe)
+    for note in recipe["notes"]:
+        what = f"{note[0].upper()}{note[1:]}."
+        yield Finding(topic="recipe", what=what, remedy="Check it against what you meant.")
+    if recipe["apart_mm"] is not None and recipe["apart_mm"] > SAME_MM:
+        yield Finding(
+            topic="recipe",
+            what=f"The shape is not what the recipe makes of the scan: they are up to "
+            f"{recipe['apart_mm']:.2f} mm apart.",
+            remedy="Apply the recipe again (`limbgram edit apply`), or name the recipe that made "
+            "it; the ledger below is not this shape's.",
+            gravity="serious",
+        )
+
+
+def _about_pressure(recipe: Json) -> Iterator[Finding]:
+    """Loads on what bears no pressure, great depths, and what all edits together leave there."""
+    for line in recipe["lines"]:
+        for concern in line["concerns"]:
+            if not concern["word"]:
+                continue
+            said = "accepted in the recipe" if concern["accepted"] else "NOT accepted in the recipe"
+            yield Finding(
+                topic="recipe",
+                what=f"Edit {line['number']}: {concern['what']} ({said}: {concern['word']}).",
+                remedy="Look whether it is meant: what is made over the shape presses there. For "
+                "room use the edit relieve.",
+                gravity="serious",
+            )
+    pressed = {name: -moved for name, moved in recipe["places_mm"].items() if moved < -PRESSES_MM}
+    if pressed:
+        places = ", ".join(f"{name} {depth:.1f} mm" for name, depth in pressed.items())
+        yield Finding(
+            topic="recipe",
+            what=f"All edits together press on places that bear no pressure: {places}.",
+            remedy="Give room there by the edit relieve, or know that it is meant.",
+        )
+
+
+def _about_case(case: Json | None) -> Iterator[Finding]:
+    if case is None:
+        return
+    if not case["delivered"]:
+        yield Finding(
+            topic="case",
+            what="None of the shapes is a file of the case that is named.",
+            remedy="Scale and surface of the table of biases hold only if the shape came from it.",
+            gravity="serious",
+        )
+    if case["light"] != "green":
+        yield Finding(
+            topic="case",
+            what=f"The capture's own assessment is {case['light'].upper()}.",
+            remedy="Read the case's accuracy page: it says what limits it.",
+            gravity="serious" if case["light"] == "red" else "mild",
+        )
+
+
+def _about_comparison(comparison: Json | None) -> Iterator[Finding]:
+    for note in () if comparison is None else comparison["notes"]:
+        yield Finding(topic="comparison", what=note, remedy="Read the comparison with it in mind.")

@@ -1,0 +1,196 @@
+"""Bias: what each step on the way adds to a radius, in millimetres.
+
+A bias shifts all radii one way (positive: outwards); what is typical and what is largest goes both
+ways. 0.25 mm of radius is what a socket's fit can show. None stands for what nobody knows, and the
+line says why.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from limbgram.core.errors import CarveError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
+from limbgram.report.record.sources import CaseSource
+from limbgram.workbench.carving.contact import clipped, distance_to, volume_between_mm3
+from limbgram.workbench.carving.mapping import MapOptions, map_radii
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.measuring import Measures
+from limbgram.workbench.recipe.ledger import Ledger
+
+_KEEPS_SHAPE = "smoothing"
+"""The edit that is meant to change nothing but wrinkles."""
+_FLAT_MM = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bias:
+    """One step's line."""
+
+    step: str
+    bias_mm: float | None
+    """Mean shift of the surface."""
+    typical_mm: float | None
+    """Root mean square of what single places go, one way or the other."""
+    largest_mm: float | None
+    """The farthest that a place goes."""
+    volume_share: float | None
+    """Change of volume that goes with it, as a fraction."""
+    basis: str
+    """Where the figures come from, or why there are none."""
+
+
+def biases(
+    measures: Measures, mesh_in_limb: Mesh, case: CaseSource | None, ledger: Ledger | None
+) -> tuple[Bias, ...]:
+    """Scale, surface, sock, smoothing, and the formats in which the shape may leave."""
+    radius_mm = mean_radius_mm(measures)
+    return (
+        _scale(case, radius_mm),
+        _surface(measures.limb.mesh, case),
+        _sock(measures.limb, radius_mm),
+        *_smoothing(ledger),
+        _stl(mesh_in_limb),
+        _aop(mesh_in_limb),
+        _unknown("carving", "`limbgram export --to gcode` carves its file by simulation and tells"),
+    )
+
+
+def mean_radius_mm(measures: Measures) -> float:
+    """Of the circles that have the areas of the sections; NaN without a section."""
+    radii = [row.figures["radius_mm"] for row in measures.rows]
+    found = [figure.value for figure in radii if figure is not None]
+    return float(np.mean(found)) if found else math.nan
+
+
+def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
+    if case is None:
+        return _unknown("scale", "no case is named: --case tells how it was checked")
+    lengths = case.accuracy["lengths"]
+    if not lengths["check"]:
+        return _unknown("scale", "no length checked it that had not set it")
+    worst, rms = abs(lengths["check_worst"]), lengths["check_rms"]
+    return Bias(
+        step="scale",
+        bias_mm=None,
+        typical_mm=rms * radius_mm,
+        largest_mm=worst * radius_mm,
+        volume_share=None,
+        basis=f"worst of {len(lengths['check'])} check lengths off by {100 * worst:.3f} %, at the "
+        f"mean radius of {radius_mm:.0f} mm",
+    )
+
+
+def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
+    if case is not None:
+        expected = case.accuracy["expected"]
+        return Bias(
+            step="surface",
+            bias_mm=None,
+            typical_mm=expected["rms_mm"],
+            largest_mm=None,
+            volume_share=None,
+            basis=f"expected, from the {expected['basis']}; without a truth no bias is known",
+        )
+    known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
+    if known is None or not len(known):
+        return _unknown("surface", "the shape carries no uncertainty and no case is named")
+    return Bias(
+        step="surface",
+        bias_mm=None,
+        typical_mm=float(np.sqrt(np.mean(known.astype(np.float64) ** 2))),
+        largest_mm=None,
+        volume_share=None,
+        basis="the vertices' own standard deviations",
+    )
+
+
+def _sock(limb: Limb, radius_mm: float) -> Bias:
+    tenth = f"{100 * 2 * 0.1 / radius_mm:.1f} % of volume"
+    if limb.sock_mm:
+        return Bias(
+            step="sock taken off",
+            bias_mm=-limb.sock_mm,
+            typical_mm=None,
+            largest_mm=None,
+            volume_share=None,
+            basis=f"meant; 0.1 mm of wrong thickness is 0.1 mm of radius, {tenth}",
+        )
+    return Bias(
+        step="sock taken off",
+        bias_mm=0.0,
+        typical_mm=None,
+        largest_mm=None,
+        volume_share=None,
+        basis=f"none recorded; each 0.1 mm that was worn adds {tenth}",
+    )
+
+
+def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
+    for line in () if ledger is None else ledger.lines:
+        if not line.edit.startswith(_KEEPS_SHAPE) or line.displacement is None:
+            continue
+        before = line.before.volume_ml
+        yield Bias(
+            step=f"smoothing (edit {line.number})",
+            bias_mm=line.displacement.mean_mm,
+            typical_mm=None,
+            largest_mm=abs(line.displacement.largest_mm),
+            volume_share=line.after.volume_ml / before - 1 if before else None,
+            basis=f"moves of the surface; {line.displacement.mean_size_mm:.3f} mm on average",
+        )
+
+
+def _stl(mesh: Mesh) -> Bias:
+    rounding = float(np.spacing(np.float32(np.abs(mesh.vertices_mm).max(initial=1.0)))) / 2
+    return Bias(
+        step="leaving as STL",
+        bias_mm=0.0,
+        typical_mm=None,
+        largest_mm=rounding,
+        volume_share=None,
+        basis="rounding of its 32-bit numbers",
+    )
+
+
+def _aop(mesh: Mesh) -> Bias:
+    options = MapOptions()
+    step = "leaving as AOP"
+    try:
+        mapped = map_radii(mesh, options)
+    except CarveError as error:
+        return _unknown(step, f"it cannot: {error}")
+    found = mapped.radius_map
+    ends_mm = mapped.first_mm, mapped.first_mm + float(found.z_mm[-1])
+    part = _without_lids(clipped(mesh, *ends_mm), ends_mm)
+    surface = found.surface()
+    held = surface.with_vertices(surface.vertices_mm + np.array([0.0, 0.0, mapped.first_mm]))
+    away = distance_to(part, held)
+    of_limb, of_file = volume_between_mm3(part), volume_between_mm3(held)
+    normals = part.face_normals()
+    upright_mm2 = float(np.hypot(normals[:, 0], normals[:, 1]).sum()) / 2
+    return Bias(
+        step=step,
+        bias_mm=(of_file - of_limb) / upright_mm2,
+        typical_mm=away.rms_mm,
+        largest_mm=away.max_mm,
+        volume_share=of_file / of_limb - 1,
+        basis=f"{options.spokes} spokes every {options.spacing_mm:g} mm, between the first slice "
+        "and the last",
+    )
+
+
+def _without_lids(part: Mesh, ends_mm: tuple[float, float]) -> Mesh:
+    """The part without what lies flat in its end planes: a radius map ends there."""
+    heights = part.vertices_mm[part.faces][:, :, 2]
+    lids = [(np.abs(heights - end) < _FLAT_MM).all(1) for end in ends_mm]
+    return with_faces(part, part.faces[~(lids[0] | lids[1])])
+
+
+def _unknown(step: str, why: str) -> Bias:
+    return Bias(
+        step=step, bias_mm=None, typical_mm=None, largest_mm=None, volume_share=None, basis=why
+    )

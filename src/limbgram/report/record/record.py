@@ -1,0 +1,236 @@
+"""The record: everything that is kept of a shape, as one JSON tree and pictures.
+
+In      an aligned shape; another one to compare it with, the recipe it was made by, the case of
+        its scan, as far as there are any.
+Out     a Record: a tree (SCHEMA) in mm and mL, and pictures. No name of a file, folder, recipe or
+        person is in it: see sources.
+Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs to neither shape.
+"""
+
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.document.page import finite
+from limbgram.report.drawings.differences import difference_pictures
+from limbgram.report.drawings.drawing import Drawing, Picture, png
+from limbgram.report.drawings.sections import sections_drawing
+from limbgram.report.drawings.walls import wall_map
+from limbgram.report.record.advice import findings
+from limbgram.report.record.bias import biases
+from limbgram.report.record.sources import (
+    CaseSource,
+    RecipeSource,
+    Replaying,
+    ShapeSource,
+    in_print,
+    nameless,
+    printed_names,
+    replayed_on,
+)
+from limbgram.report.record.views import four_sides_of_limb
+from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
+from limbgram.workbench.compare.messages import comparison_tree
+from limbgram.workbench.compare.registration import RegistrationOptions, Way
+from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
+from limbgram.workbench.limb import Landmark
+from limbgram.workbench.measures.measuring import MeasureOptions, Measures, measure, measure_inside
+from limbgram.workbench.measures.table import tree as measures_tree
+
+SCHEMA = "limbgram-report/1"
+INTENDED_USE = (
+    "Shape capture and computer-aided shaping of casts and limbs by qualified prosthetic and "
+    "orthotic professionals. Not for diagnosis. A professional must verify dimensions before "
+    "fabrication. Not a cleared medical device."
+)
+NAMES_NOTE = (
+    "No name is printed here: files are told by the first digits of their SHA-256, landmarks "
+    "with names of their own by numbers in the order of the limb file."
+)
+_LIBRARIES = ("limbgram", "numpy", "scipy", "numba", "trimesh")
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordOptions:
+    """What a record shows."""
+
+    spacing_mm: float = 20.0
+    """Of the levels."""
+    reference: str | None = None
+    """Landmark from which heights count; None for the distal end."""
+    way: Way | None = None
+    """How the other shape is laid on; None: limb frame on limb frame if the recipe is for it, else
+    by shape."""
+
+
+DEFAULTS = RecordOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What page and PDF are made of."""
+
+    tree: Json
+    pictures: tuple[Picture, ...]
+    """The four sides first, then the differences, or the sections where nothing was compared."""
+
+
+def record_of(
+    shape: ShapeSource,
+    against: ShapeSource | None = None,
+    recipe: RecipeSource | None = None,
+    case: CaseSource | None = None,
+    options: RecordOptions = DEFAULTS,
+) -> Record:
+    """Measure, compare and replay what is named, and put it together."""
+    frame = frame_of(shape.limb)
+    printed = printed_names(shape, against)
+    told = nameless(shape, printed)
+    told = replace(told, limb=outside_of(told.limb))
+    other = None if against is None else nameless(against, printed)
+    reference = options.reference and printed.get(options.reference, options.reference)
+    options_of_levels = MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
+    measures = measure(told.limb, options_of_levels)
+    done = None if recipe is None else replayed_on(recipe, shape, against)
+    inside = None if measures.skin != "outside" else measure_inside(told.limb, options_of_levels)
+    compared = None if other is None else _compare(told, other, done, options)
+    mesh = in_limb_frame(told.limb)
+    marks = tuple(
+        Landmark(name=mark.name, position_mm=place)
+        for mark, place in zip(
+            told.limb.landmarks, _places(told.limb.landmarks, frame.limb_from_mesh.apply)
+        )
+    )
+    ledger = None if done is None else done.ledger
+    with ThreadPoolExecutor(1) as beside:  # both are loops outside the interpreter, for the most
+        steps = beside.submit(biases, measures, mesh, case, ledger)
+        pictures = _pictures(mesh, marks, measures, compared)
+        lines = steps.result()
+    tree: Json = {
+        "schema": SCHEMA,
+        "id": told.id,
+        "side": frame.side,
+        "unit": "mm",
+        "intended_use": INTENDED_USE,
+        "names": NAMES_NOTE,
+        "size_mm": np.ptp(mesh.vertices_mm, axis=0).tolist(),
+        "triangles": len(mesh.faces),
+        "notes": list(told.limb.notes),
+        "measures": measures_tree(measures),
+        "inside": None if inside is None else measures_tree(inside),
+        "landmarks": [
+            {"name": mark.name, "in_limb_mm": mark.position_mm.tolist()} for mark in marks
+        ],
+        "comparison": None if compared is None else comparison_tree(compared),
+        "recipe": None if done is None else _recipe(done, printed),
+        "case": None if case is None else _case(case, shape, against),
+        "bias": [asdict(line) for line in lines],
+        "files": _files(shape, against, recipe, case),
+        "versions": {
+            **{name: version(name) for name in _LIBRARIES},
+            "python": platform.python_version(),
+        },
+    }
+    tree["findings"] = [asdict(found) for found in findings(tree, measures)]
+    return Record(tree=finite(tree), pictures=pictures)
+
+
+def _compare(
+    shape: ShapeSource, other: ShapeSource, done: Replaying | None, options: RecordOptions
+) -> Comparison:
+    """The shape less the other one."""
+    way: Way = "as-is" if done is not None and done.apart_mm is not None else "auto"
+    return compare(
+        other.limb,
+        shape.limb,
+        CompareOptions(
+            registration=RegistrationOptions(way=options.way or way),
+            spacing_mm=options.spacing_mm,
+        ),
+    )
+
+
+def _pictures(
+    mesh: Mesh, marks: Sequence[Landmark], measures: Measures, compared: Comparison | None
+) -> tuple[Picture, ...]:
+    side = frame_of(measures.limb).side
+    drawings = [("sides", "The shape from four sides", four_sides_of_limb(mesh, marks, side))]
+    if compared is not None:
+        drawings.append(("differences", "What differs", difference_pictures(compared)))
+    elif any(row.level is not None for row in measures.rows):
+        drawings.append(("sections", "Sections at the levels", sections_drawing(measures)))
+    if measures.wall is not None:
+        drawings.append(("wall", "How thick the wall is", wall_map(mesh, measures.wall)))
+    return tuple(_picture(*drawing) for drawing in drawings)
+
+
+def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) -> Points3:
+    if not marks:
+        return np.empty((0, 3))
+    return to_limb(np.stack([mark.position_mm for mark in marks]))
+
+
+def _recipe(done: Replaying, printed: Mapping[str, str]) -> Json:
+    """The ledger; its edits name landmarks as the record does."""
+    return {
+        "id": done.recipe.id,
+        "scan": done.scan.id,
+        "apart_mm": done.apart_mm,
+        "notes": list(done.recipe.recipe.notes),
+        "levels_mm": list(done.ledger.levels_mm),
+        "places_mm": dict(done.ledger.places_mm),
+        "lines": [
+            {**asdict(line), "edit": in_print(line.edit, printed)} for line in done.ledger.lines
+        ],
+    }
+
+
+def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> Json:
+    hashes = {source.sha256 for source in (shape, against) if source is not None}
+    lengths = case.accuracy["lengths"]
+    return {
+        "id": case.id,
+        "light": case.accuracy["light"],
+        "delivered": bool(hashes & case.files),
+        "check_lengths": len(lengths["check"]),
+        "check_worst": lengths["check_worst"],
+        "expected_p95_mm": case.accuracy["expected"]["p95_mm"],
+    }
+
+
+def _files(
+    shape: ShapeSource,
+    against: ShapeSource | None,
+    recipe: RecipeSource | None,
+    case: CaseSource | None,
+) -> list[Json]:
+    """Every file the record stands on, by hash."""
+    listed: list[Json] = []
+    for what, source in (("shape", shape), ("compared with", against)):
+        if source is None:
+            continue
+        listed.append({"what": what, "id": source.id, "kind": source.kind, "sha256": source.sha256})
+        if source.limb_file_sha256 is not None:
+            sha256 = source.limb_file_sha256
+            listed.append(
+                {"what": "its limb file", "id": source.id, "kind": "JSON", "sha256": sha256}
+            )
+    if recipe is not None:
+        listed.append({"what": "recipe", "id": recipe.id, "kind": "TOML", "sha256": recipe.sha256})
+    if case is not None:
+        listed.append({"what": "case", "id": case.id, "kind": "JSON", "sha256": case.sha256})
+    return listed
+
+
+def _picture(name: str, title: str, drawing: Drawing) -> Picture:
+    return Picture(name, title, drawing.caption, png(drawing.figure))

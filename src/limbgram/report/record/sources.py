@@ -1,0 +1,161 @@
+"""Sources: the files a record stands on, and what is printed instead of their names.
+
+File names, folder names and landmarks' own names are often patients' names. A record prints none
+of them: a file is told by the first digits of its SHA-256, a landmark whose name no template knows
+by its number.
+
+Replaying: a recipe done again, so that a record's ledger is computed and not copied.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from limbgram.core.errors import OptionsError
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.frame.landmarks import NAMES
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.ledger import Ledger
+from limbgram.workbench.recipe.recipe import Recipe, replay_as_it_is
+
+_DIGITS = 8
+_KNOWN = {row.name for rows in NAMES.values() for row in rows}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeSource:
+    """A shape and the file it was read from."""
+
+    limb: Limb
+    sha256: str
+    kind: str
+    """Ending of the file, such as PLY."""
+    limb_file_sha256: str | None
+    """Of the limb file beside it; None without one."""
+
+    @property
+    def id(self) -> str:
+        return f"shape {self.sha256[:_DIGITS]}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipeSource:
+    """A recipe and the hash of its file."""
+
+    recipe: Recipe
+    sha256: str
+
+    @property
+    def id(self) -> str:
+        return f"recipe {self.sha256[:_DIGITS]}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseSource:
+    """What a finished case says of its own accuracy."""
+
+    sha256: str
+    """Of its case.json."""
+    accuracy: dict[str, Any]
+    """The tree of its accuracy.json."""
+    files: frozenset[str]
+    """SHA-256 of every file that it delivered."""
+
+    @property
+    def id(self) -> str:
+        return f"case {self.sha256[:_DIGITS]}"
+
+
+def printed_names(*shapes: ShapeSource | None) -> dict[str, str]:
+    """What is printed for each landmark's name: a template's name as it is, others numbered."""
+    printed: dict[str, str] = {}
+    own = 0
+    for shape in shapes:
+        for mark in () if shape is None else shape.limb.landmarks:
+            if mark.name in printed:
+                continue
+            own += mark.name not in _KNOWN
+            printed[mark.name] = mark.name if mark.name in _KNOWN else f"own landmark {own}"
+    return printed
+
+
+def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
+    """The shape under its id, with landmarks under the names that are printed."""
+    limb = source.limb
+    return replace(
+        source,
+        limb=replace(
+            limb,
+            name=source.id,
+            landmarks=tuple(
+                replace(mark, name=printed.get(mark.name, mark.name)) for mark in limb.landmarks
+            ),
+            notes=tuple(_without(note, limb.name, source.id) for note in limb.notes),
+        ),
+    )
+
+
+def in_print(text: str, printed: Mapping[str, str]) -> str:
+    """An edit in words, its landmarks under the names that are printed."""
+    for name, told in printed.items():
+        text = text.replace(f'"{name}"', f'"{told}"')
+    return text
+
+
+def _without(note: str, name: str, told: str) -> str:
+    return note.replace(name, told) if name else note
+
+
+SAME_MM = 0.01
+"""A shape nearer than this to what the recipe makes is what the recipe made."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replaying:
+    """What a recipe does to the scan it is for."""
+
+    recipe: RecipeSource
+    scan: ShapeSource
+    ledger: Ledger
+    apart_mm: float | None
+    """Largest distance between what it makes of the scan and the shape of the record; None where
+    the record is of the scan itself."""
+
+
+def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> Replaying:
+    """Do a recipe to the scan it is for: the other shape or, if it is for that, the shape itself.
+
+    Raises:
+        OptionsError: it is for neither of them.
+    """
+    scan = _scan(recipe, shape, against)
+    done = replay_as_it_is(recipe.recipe, scan.limb)
+    apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
+    return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart)
+
+
+def _scan(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> ShapeSource:
+    wanted = recipe.recipe.scan_sha256
+    others = [source for source in (against, shape) if source is not None]
+    for source in others:
+        if wanted in ("", source.sha256):
+            return source
+    raise OptionsError(
+        "The recipe was made for another scan than "
+        + " and ".join(source.limb.name for source in others)
+        + ". Name the scan it was made for by --against, or leave the recipe out."
+    )
+
+
+def _apart_mm(one: Mesh, other: Mesh) -> float:
+    """Largest distance between two surfaces, at their vertices."""
+    if one.vertices_mm.shape == other.vertices_mm.shape:
+        direct = float(np.abs(one.vertices_mm - other.vertices_mm).max())
+        if direct <= SAME_MM:
+            return direct
+    trees = (TriangleTree.of(mesh.vertices_mm, mesh.faces) for mesh in (other, one))
+    both = zip(trees, (one, other), strict=True)
+    return max(float(tree.closest(mesh.vertices_mm).distances_mm.max()) for tree, mesh in both)

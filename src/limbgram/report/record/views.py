@@ -1,0 +1,57 @@
+"""Views: a limb from its four sides, named as clinicians name them, landmarks numbered."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.drawings.drawing import BELOW_PX, FAINT, Drawing, axes_at, bare, scale_bar
+from limbgram.report.drawings.shading import shade_all
+from limbgram.report.drawings.views import limb_frames, normals_at, number_landmarks
+from limbgram.workbench.limb import Landmark, Side
+
+_WIDTH_IN = 10.5
+_GAP_IN = 0.05
+_TITLE_IN = 0.32
+
+
+def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: Side) -> Drawing:
+    """Anterior, lateral, posterior and medial of a shape in its limb frame."""
+    sides = _sides(side)
+    frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg in sides])
+    across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
+    along_in = across_in * (frames[0].height_px + BELOW_PX) / frames[0].width_px
+    figure = bare(_WIDTH_IN, _TITLE_IN + along_in + _GAP_IN)
+    normals = normals_at(mesh_in_limb, landmarks)
+    shaded = shade_all(mesh_in_limb, frames)
+    lefts_in = _GAP_IN + (across_in + _GAP_IN) * np.arange(4)
+    for left_in, (title, _), frame, picture in zip(lefts_in, sides, frames, shaded, strict=True):
+        axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
+        axes.imshow(picture)
+        axes.set_axis_off()
+        axes.set_title(title, fontsize=10, color=FAINT, y=1.0)
+        number_landmarks(axes, frame, landmarks, normals)
+        scale_bar(axes, frame)
+    filled = mesh_in_limb.filled
+    share = 0.0 if filled is None else float(filled.mean())
+    return Drawing(figure, _caption(bool(landmarks), share))
+
+
+def _sides(side: Side) -> tuple[tuple[str, int], ...]:
+    """Titles and where one looks from, degrees from the patient's right towards the front."""
+    right, left = ("patient's right", 0), ("patient's left", 180)
+    if side == "right":
+        right, left = ("lateral (patient's right)", 0), ("medial", 180)
+    elif side == "left":
+        right, left = ("medial", 0), ("lateral (patient's left)", 180)
+    outer, inner = (left, right) if side == "left" else (right, left)
+    return ("anterior", 90), outer, ("posterior", 270), inner
+
+
+def _caption(numbered: bool, filled: float) -> str:
+    parts = ["Parallel views along the limb's own axes, all at one scale; proximal is up."]
+    if numbered:
+        parts.append("Numbers are the landmarks of the table.")
+    if filled:
+        parts.append(f"Orange ({filled:.1%} of the vertices) was filled in, not measured.")
+    return " ".join(parts)

@@ -1,1 +1,0 @@
-"""Report of the workbench: pictures of a shape for the record."""

@@ -1,5 +1,0 @@
-"""Shape: the limb aligned, measured, compared and adjusted."""
-
-from limbgram.shape.limb import Landmark, Limb, LimbFrame, Side
-
-__all__ = ["Landmark", "Limb", "LimbFrame", "Side"]

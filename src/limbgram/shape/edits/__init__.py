@@ -1,6 +1,0 @@
-"""Edits: the shape adjusted; each is a function that takes a Limb and its parameters."""
-
-from limbgram.shape.edits.editing import EDITS, Edit, do_edit, name_of
-from limbgram.shape.edits.offset import offset
-
-__all__ = ["EDITS", "Edit", "do_edit", "name_of", "offset"]

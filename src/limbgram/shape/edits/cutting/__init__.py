@@ -1,1 +1,0 @@
-"""Cutting: triangles really split along a plane or a curve."""

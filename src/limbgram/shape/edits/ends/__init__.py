@@ -1,1 +1,0 @@
-"""Ends: the proximal and the distal end of the limb."""

@@ -1,1 +1,0 @@
-"""Solids: holes filled, walls given, sides swapped."""

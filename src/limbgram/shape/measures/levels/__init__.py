@@ -1,1 +1,0 @@
-"""Levels: what is measured at one height, and between two."""

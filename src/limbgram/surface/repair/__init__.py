@@ -1,1 +1,0 @@
-"""Repair: one piece, no hole but the brim."""

@@ -1,1 +1,0 @@
-"""Resampling: other triangles on the same surface."""

@@ -1,1 +1,0 @@
-"""From oriented points to triangles: Ball Pivoting, or Poisson."""

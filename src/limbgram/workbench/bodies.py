@@ -1,0 +1,284 @@
+"""Bodies: which pieces of a shape are the limb, and which are left out of all that is made of it.
+
+Left out  what lies inside another body, such as bones inside the skin; and loose bodies, far
+          smaller than the limb and apart from it, such as a crumb of a scan.
+Refused   by whoever needs one limb: bodies of comparable size apart from each other, such as two
+          legs in one file.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int64
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Faces, Vector3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.workbench.limb import Limb
+
+_MOST_TESTED = 64
+"""Pieces of a shape that are held against each other, the largest first; the rest are scraps."""
+_LOOSE_SHARE = 0.2
+"""Of the limb's area: what lies apart and is smaller is loose, what is larger a limb of its own."""
+_TOUCHING_MM = 0.1
+_PATCH_MM = 10.0
+"""An open piece that lies as near is a patch of a limb with gaps, not a loose body."""
+_MOST_NAMED = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Apart:
+    """A body that lies apart from the limb."""
+
+    place_mm: Vector3
+    """Middle of its box, in the frame of the mesh that was looked at."""
+    size_mm: float
+    """Longest side of its box."""
+    area_share: float
+    """Of the limb's."""
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A shape without what is left out."""
+
+    mesh: Mesh
+    inside: int = 0
+    """Number of bodies inside others."""
+    loose: tuple[Apart, ...] = ()
+    rivals: tuple[Apart, ...] = ()
+    """Bodies of comparable size, which stay in the mesh."""
+
+    @property
+    def bodies_left_out(self) -> int:
+        return self.inside + len(self.loose)
+
+    def require_one_limb(self) -> None:
+        """Refuse what is to be measured or made of one limb where there are several.
+
+        Raises:
+            MeasureError: bodies of comparable size lie apart from each other.
+        """
+        if self.rivals:
+            raise MeasureError(
+                f"{_rivals(self)}, such as two legs in one file. A tape round all of them is "
+                "nobody's girth. Write each limb to a file of its own."
+            )
+
+
+def outer_bodies(mesh: Mesh) -> Outside:
+    """The mesh without loose bodies, and without pieces inside others that face the same way.
+
+    The walls of hollows face the other way, and stay.
+    """
+    told = _told_apart(mesh)
+    return told.without(mesh, told.inner | told.gone)
+
+
+def without_loose(mesh: Mesh) -> Outside:
+    """The mesh without loose bodies; bodies inside the limb are counted, and stay."""
+    told = _told_apart(mesh)
+    left = told.without(mesh, told.gone)
+    if not (left.loose and left.inside):
+        return left
+    # What lay inside a loose body is loose itself, now that this one is gone.
+    rest = without_loose(left.mesh)
+    return replace(rest, loose=left.loose + rest.loose)
+
+
+def outside_of(
+    limb: Limb, place: str = "the limb", *, as_bones: bool = False, stop: str = ""
+) -> Limb:
+    """The limb without what is left out, and notes of it."""
+    found = outer_bodies(limb.mesh)
+    told = list(left_out(found.bodies_left_out, found.loose, place, as_bones=as_bones))
+    if found.rivals:
+        told.append(f"{_rivals(found)}: figures mix them")
+    if not told:
+        return limb
+    notes = (*limb.notes, *(note + stop for note in told))
+    return replace(limb, mesh=found.mesh, notes=notes)
+
+
+def left_out(
+    bodies: int,
+    loose: tuple[Apart, ...],
+    place: str = "the limb",
+    *,
+    frame: str = "in the file",
+    done: str = "left out",
+    as_bones: bool = False,
+) -> tuple[str, ...]:
+    """Sentences about the bodies left out, without a full stop; none where there are none.
+
+    Args:
+        bodies: All of them, the loose ones too.
+        frame: In which the loose ones' places are told.
+    """
+    sentences: list[str] = []
+    if inside := bodies - len(loose):
+        sentences.append(f"{bodies_inside(inside, place, as_bones=as_bones)} {done}")
+    if loose:
+        several = "1 loose body" if len(loose) == 1 else f"{len(loose)} loose bodies"
+        verb = "was" if len(loose) == 1 else "were"
+        named = "; ".join(_told(body) for body in loose[:_MOST_NAMED])
+        rest = "; and smaller ones" if len(loose) > _MOST_NAMED else ""
+        sentences.append(f"{several} apart from {place} ({named} {frame}{rest}) {verb} {done}")
+    return tuple(sentences)
+
+
+def kept(found: Outside, place: str = "the limb", *, done: str = "written too") -> tuple[str, ...]:
+    """Sentences about what stays although it is not one limb's surface, without a full stop."""
+    told = (f"{bodies_inside(found.inside, place, as_bones=True)} {done}",)
+    rivals = (f"{_rivals(found)}: all were {done.removesuffix(' too')}",)
+    return (told if found.inside else ()) + (rivals if found.rivals else ())
+
+
+def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False) -> str:
+    """How a sentence about them begins: `2 bodies inside the limb were`."""
+    one, several = (", such as a bone,", ", such as bones,") if as_bones else ("", "")
+    if count == 1:
+        return f"1 body inside {place}{one} was"
+    return f"{count} bodies inside {place}{several} were"
+
+
+def _told(body: Apart) -> str:
+    x, y, z = body.place_mm
+    return f"{body.size_mm:.1f} mm across at x {x:.0f}, y {y:.0f}, z {z:.0f} mm"
+
+
+def _rivals(found: Outside) -> str:
+    shares = ", ".join(f"{body.area_share:.0%}" for body in found.rivals[:_MOST_NAMED])
+    return (
+        f"{len(found.rivals) + 1} bodies of comparable size lie apart from each other (the others "
+        f"have {shares} of the largest one's surface)"
+    )
+
+
+def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:
+    sizes = np.bincount(pieces)
+    largest = np.argsort(-sizes, kind="stable")[:_MOST_TESTED]
+    by_piece = np.argsort(pieces, kind="stable")
+    starts = np.cumsum(sizes) - sizes
+    bodies = [_Body.of(mesh, by_piece[starts[k] : starts[k] + sizes[k]]) for k in largest]
+    inner = [_is_inside_another(mesh, body, bodies) for body in bodies]
+    return [int(k) for k, is_inner in zip(largest, inner) if is_inner]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _ToldApart:
+    """What there is beyond the limb itself, and its faces."""
+
+    inner: Bool[np.ndarray, " f"]
+    gone: Bool[np.ndarray, " f"]
+    """Those of loose bodies."""
+    inside: int = 0
+    loose: tuple[Apart, ...] = ()
+    rivals: tuple[Apart, ...] = ()
+
+    def without(self, mesh: Mesh, faces: Bool[np.ndarray, " f"]) -> Outside:
+        kept = mesh if not faces.any() else with_faces(mesh, mesh.faces[~faces])
+        return Outside(kept, inside=self.inside, loose=self.loose, rivals=self.rivals)
+
+
+def _told_apart(mesh: Mesh) -> _ToldApart:
+    """Bodies inside others; and what lies apart from the largest one and from all that joins it."""
+    none = np.zeros(len(mesh.faces), np.bool_)
+    pieces = face_components(mesh.faces)
+    if not pieces.max(initial=0):
+        return _ToldApart(inner=none, gone=none)
+    inside = _inner_bodies(mesh, pieces)
+    inner = np.isin(pieces, inside)
+    outer = mesh if not inside else with_faces(mesh, mesh.faces[~inner])
+    pieces = np.unique(pieces[~inner], return_inverse=True)[1]
+    found = _ToldApart(inner=inner, gone=none, inside=len(inside))
+    if not pieces.max(initial=0):
+        return found
+    areas = np.bincount(pieces, np.linalg.norm(outer.face_normals(), axis=1))
+    apart = np.flatnonzero(_apart(outer, pieces, int(areas.argmax())))
+    apart = apart[np.argsort(-areas[apart], kind="stable")]
+    shares = areas[apart] / areas.max()
+    bodies = [
+        _described(outer, outer.faces[pieces == piece], float(share))
+        for piece, share in zip(apart, shares)
+    ]
+    gone = none.copy()
+    gone[~inner] = np.isin(pieces, apart[shares < _LOOSE_SHARE])
+    return replace(
+        found,
+        gone=gone,
+        loose=tuple(body for body in bodies if body.area_share < _LOOSE_SHARE),
+        rivals=tuple(body for body in bodies if body.area_share >= _LOOSE_SHARE),
+    )
+
+
+def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
+    """Pieces that lie outside the limb and clear of it: of the main one, and what joins it."""
+    count = int(pieces.max()) + 1
+    piece_of = np.full(len(mesh.vertices_mm), main)
+    piece_of[mesh.faces.ravel()] = np.repeat(pieces, 3)
+    reach_mm = np.full(count, _TOUCHING_MM)
+    reach_mm[piece_of[boundary_half_edges(mesh.faces).ravel()]] = _PATCH_MM
+    free = np.arange(count) != main
+    joining = ~free
+    while joining.any() and free.any():
+        # All of it, not what joined last: from the wall of a hollow alone, outside is inside.
+        surface = with_faces(mesh, mesh.faces[~free[pieces]])
+        ids = np.flatnonzero(free[piece_of])
+        near = TriangleTree.of(surface.vertices_mm, surface.faces).closest(mesh.vertices_mm[ids])
+        away = mesh.vertices_mm[ids] - near.points_mm
+        beyond = (away * surface.face_normals()[near.faces]).sum(1) > 0
+        nearest = np.full(count, np.inf)
+        np.minimum.at(nearest, piece_of[ids], near.distances_mm)
+        votes = np.bincount(piece_of[ids], np.where(beyond, 1.0, -1.0), count)
+        joining = free & ((nearest <= reach_mm) | (votes <= 0))
+        free &= ~joining
+    return free
+
+
+def _described(mesh: Mesh, faces: Faces, share: float) -> Apart:
+    corners = mesh.vertices_mm[faces.ravel()]
+    low, high = corners.min(0), corners.max(0)
+    return Apart(place_mm=(low + high) / 2, size_mm=float((high - low).max()), area_share=share)
+
+
+@dataclass(frozen=True)
+class _Body:
+    face_ids: Int64[np.ndarray, " k"]
+    low_mm: Vector3
+    high_mm: Vector3
+
+    @classmethod
+    def of(cls, mesh: Mesh, face_ids: Int64[np.ndarray, " k"]) -> "_Body":
+        corners = mesh.vertices_mm[mesh.faces[face_ids].ravel()]
+        return cls(face_ids, corners.min(0), corners.max(0))
+
+
+def _is_inside_another(mesh: Mesh, body: _Body, others: list[_Body]) -> bool:
+    own = mesh.faces[body.face_ids]
+    if _signed_volume(mesh, own) <= 0:
+        return False
+    place_mm = mesh.vertices_mm[own[0, 0]]
+    return any(
+        (body.low_mm >= other.low_mm).all()
+        and (body.high_mm <= other.high_mm).all()
+        and _winding(mesh, mesh.faces[other.face_ids], place_mm) > 0.5
+        for other in others
+        if other is not body
+    )
+
+
+def _signed_volume(mesh: Mesh, faces: Faces) -> float:
+    a, b, c = (mesh.vertices_mm[faces[:, k]] - mesh.vertices_mm[faces[0, 0]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)))
+
+
+def _winding(mesh: Mesh, faces: Faces, place_mm: Vector3) -> float:
+    """How often a surface goes round a place: solid angles (Van Oosterom and Strackee 1983)."""
+    a, b, c = (mesh.vertices_mm[faces[:, k]] - place_mm for k in range(3))
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    over = np.einsum("ij,ij->i", a, np.cross(b, c))
+    under = la * lb * lc + lc * (a * b).sum(1) + la * (b * c).sum(1) + lb * (c * a).sum(1)
+    return float(np.arctan2(over, under).sum() / (2 * np.pi))

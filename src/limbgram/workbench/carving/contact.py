@@ -1,0 +1,208 @@
+"""Contact: how near to the axis a ball may come before it touches the surface.
+
+In      a surface, closely sampled; places along and round the z axis.
+Out     the radius at which the ball's centre stops, coming from outside along the tool's axis.
+Method  every sample stops the ball at its own radius; the largest counts. This is the surface's
+        true offset, not a radial one, and a ball that comes from outside keeps its shank clear.
+
+Angles are counted from +Y, counter-clockwise seen from +Z (the tool's direction is
+(-sin A, cos A)).
+
+The part of a surface between two heights, its volume, and how far it lies from another.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import find_edges
+from limbgram.core.run import in_parallel
+from limbgram.workbench.edits.cutting import keep_positive
+
+_BIN_MM = 1.5
+_BINS_ROUND = 180
+_BLOCK = 20_000
+
+
+@dataclass(frozen=True)
+class ContactField:
+    """Samples of a surface in bins along and round the axis."""
+
+    points: Float64[np.ndarray, "n 3"]
+    starts: Int64[np.ndarray, " b"]
+    nearest_mm: Float64[np.ndarray, " x"]
+    """Least radius in each ring of bins."""
+    farthest_mm: Float64[np.ndarray, " b"]
+    """Largest radius in each bin."""
+    low_mm: float
+
+    @classmethod
+    def of(cls, points_mm: Points3) -> "ContactField":
+        x, y, z = points_mm.T
+        low = float(z.min())
+        along = ((z - low) / _BIN_MM).astype(np.int64)
+        angle = np.arctan2(-x, y) % (2 * np.pi)
+        around = np.minimum((angle / (2 * np.pi) * _BINS_ROUND).astype(np.int64), _BINS_ROUND - 1)
+        bins = along * _BINS_ROUND + around
+        rings = int(along.max()) + 1
+        order = np.argsort(bins, kind="stable")
+        starts = np.searchsorted(bins[order], np.arange(rings * _BINS_ROUND + 1))
+        radii = np.hypot(x, y)
+        nearest = np.full(rings, np.inf)
+        np.minimum.at(nearest, along, radii)
+        farthest = np.zeros(rings * _BINS_ROUND)
+        np.maximum.at(farthest, bins, radii)
+        return cls(np.ascontiguousarray(points_mm[order]), starts, nearest, farthest, low)
+
+    def stops_mm(
+        self,
+        z_mm: Float64[np.ndarray, " k"],
+        angles_rad: Float64[np.ndarray, " k"],
+        ball_mm: float,
+        floor_mm: float,
+    ) -> Float64[np.ndarray, " k"]:
+        """Radius of the ball's centre at each place; the floor where nothing stops it."""
+        stops = np.full(len(z_mm), floor_mm)
+
+        def work(start: int) -> None:
+            part = slice(start, start + _BLOCK)
+            _stop(
+                self.points,
+                self.starts,
+                self.nearest_mm,
+                self.farthest_mm,
+                self.low_mm,
+                z_mm[part],
+                angles_rad[part],
+                ball_mm,
+                stops[part],
+            )
+
+        in_parallel(work, range(0, len(z_mm), _BLOCK))
+        return stops
+
+
+def sampled(mesh: Mesh, spacing_mm: float) -> Points3:
+    """Vertices, and points on edges and in faces, so that none is farther from its neighbours."""
+    edges = find_edges(mesh.faces)
+    lengths = np.linalg.norm(np.diff(mesh.vertices_mm[edges.ends], axis=1)[:, 0], axis=1)
+    parts = np.maximum(np.ceil(lengths / spacing_mm).astype(np.int64), 1)
+    inner = parts - 1
+    edge = np.repeat(np.arange(len(parts)), inner)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(inner) - inner, inner) + 1
+    share = (step / parts[edge])[:, None]
+    ends = mesh.vertices_mm[edges.ends[edge]]
+    on_edges = (1 - share) * ends[:, 0] + share * ends[:, 1]
+    of_face = parts[edges.of_half_edge].reshape(-1, 3).max(1)
+    in_faces = [_inside(mesh, of_face == count, count) for count in np.unique(of_face).tolist()]
+    return np.concatenate([mesh.vertices_mm, on_edges, *in_faces])
+
+
+def _inside(mesh: Mesh, chosen: np.ndarray, count: int) -> Points3:
+    """Lattice points inside faces whose edges are in so many parts."""
+    i, j = np.meshgrid(np.arange(1, count), np.arange(1, count), indexing="ij")
+    kept = i + j < count
+    u, v = i[kept] / count, j[kept] / count
+    weights = np.column_stack([1 - u - v, u, v])
+    return np.einsum("kc,fcd->fkd", weights, mesh.vertices_mm[mesh.faces[chosen]]).reshape(-1, 3)
+
+
+@njit(cache=True, nogil=True)
+def _stop(points, starts, nearest, farthest, low, z_mm, angles, ball, stops):
+    rings = nearest.shape[0]
+    around = _BINS_ROUND
+    bin_rad = 2 * math.pi / around
+    ball2 = ball * ball
+    for q in range(z_mm.shape[0]):
+        z, angle = z_mm[q], angles[q] % (2 * math.pi)
+        towards_x, towards_y = -math.sin(angle), math.cos(angle)
+        best = stops[q]
+        middle = int((z - low) / _BIN_MM)
+        first = max(0, int(math.floor((z - ball - low) / _BIN_MM)))
+        last = min(rings - 1, int(math.floor((z + ball - low) / _BIN_MM)))
+        here = int(angle / bin_rad)
+        for turn in range(2 * (last - first + 1) + 2 * abs(middle) + 2):
+            # From the middle outwards, so that the far bins are passed over.
+            ring = middle + (turn + 1) // 2 * (1 if turn % 2 else -1)
+            if ring < first or ring > last:
+                continue
+            off = 0.0
+            if ring != middle:
+                edge = low + (ring if ring > middle else ring + 1) * _BIN_MM
+                off = abs(edge - z)
+            if off >= ball:
+                continue
+            rise = math.sqrt(ball2 - off * off)
+            wide = around // 2
+            if nearest[ring] > ball:
+                wide = min(wide, int(math.asin(ball / nearest[ring]) / bin_rad) + 1)
+            for side in range(-wide, wide + 1):
+                cell = ring * around + (here + side) % around
+                if farthest[cell] + rise <= best:
+                    continue
+                for p in range(starts[cell], starts[cell + 1]):
+                    x, y = points[p, 0], points[p, 1]
+                    across = x * towards_y - y * towards_x
+                    away = points[p, 2] - z
+                    free2 = ball2 - across * across - away * away
+                    if free2 > 0:
+                        stop = x * towards_x + y * towards_y + math.sqrt(free2)
+                        if stop > best:
+                            best = stop
+        stops[q] = best
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distance:
+    """How far a surface lies from another; signless, weighted by area."""
+
+    max_mm: float
+    rms_mm: float
+    area_mm2: float
+
+    def __or__(self, other: "Distance") -> "Distance":
+        """Of both parts of a surface together."""
+        area = self.area_mm2 + other.area_mm2
+        squares = self.rms_mm**2 * self.area_mm2 + other.rms_mm**2 * other.area_mm2
+        return Distance(
+            max_mm=max(self.max_mm, other.max_mm),
+            rms_mm=float(np.sqrt(squares / area)),
+            area_mm2=area,
+        )
+
+
+def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
+    """The surface between two heights, its triangles cut; open where it is cut."""
+    for height_mm, up in ((low_mm, 1.0), (high_mm, -1.0)):
+        mesh = keep_positive(mesh, up * (mesh.vertices_mm[:, 2] - height_mm)).mesh
+    return mesh
+
+
+def volume_between_mm3(part: Mesh) -> float:
+    """Volume of a clipped surface closed by level planes.
+
+    The flux of (x, 0, 0) through a level plane is nothing, so the planes need not be there.
+    """
+    corners = part.vertices_mm[part.faces]
+    return float((corners[:, :, 0].mean(1) * part.face_normals()[:, 0]).sum() / 2)
+
+
+def distance_to(part: Mesh, target: Mesh) -> Distance:
+    """How far a surface lies from another, taken at its vertices and the middles of its faces."""
+    tree = TriangleTree.of(target.vertices_mm, target.faces)
+    at_vertices = tree.closest(part.vertices_mm).distances_mm
+    at_middles = tree.closest(part.vertices_mm[part.faces].mean(1)).distances_mm
+    areas = np.linalg.norm(part.face_normals(), axis=1) / 2
+    # Exact for quadrics: 1/12 of the area at each corner, 3/4 in the middle.
+    squares = (at_vertices[part.faces] ** 2).sum(1) / 12 + 0.75 * at_middles**2
+    return Distance(
+        max_mm=float(max(at_vertices.max(), at_middles.max())),
+        rms_mm=float(np.sqrt((squares * areas).sum() / areas.sum())),
+        area_mm2=float(areas.sum()),
+    )

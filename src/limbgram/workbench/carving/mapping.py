@@ -1,0 +1,261 @@
+"""Mapping: a surface as a radius map, or the reason why it is none.
+
+In      a mesh in the limb frame; spokes, spacing of slices, from where to where.
+Out     a Mapped: the radius map with heights from its first slice, and what was left out.
+Fails   CarveError: rays cross the surface twice or not at all (undercuts, folds, an axis outside
+        the section), too much would be lost at an end, or a height that is not there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.carving.casting import Cast, axis_heights_mm, cast_radii
+from limbgram.workbench.carving.radius_map import Grid, RadiusMap
+
+_ABOVE_DISC_MM = 1e-6
+"""A flat distal disc is cut this far above it."""
+_POINT_MM = 0.05
+"""Nearer than this the axis has only just come in: the first slice is the point where it does."""
+_STEP_MM = 0.001
+"""Heights are multiples of this, as files hold them."""
+_FINE_STEPS = 101
+_AT_ONCE = 25
+"""Heights cast together: the one sought is mostly among the first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOptions:
+    """How fine the map is, and where it begins and ends."""
+
+    spokes: int = 120
+    spacing_mm: float = 2.0
+    """Of the slices; made a little less so that they end at the top."""
+    distal_slices: int = 0
+    """More slices within the first spacing, closer towards the tip: a dome is round there."""
+    from_mm: float | None = None
+    """Height of the first slice in the limb frame; None: where the axis pierces the distal end."""
+    to_mm: float | None = None
+    """Height of the last; None: the highest that goes all round."""
+    most_mended: float = 0.01
+    """Part of the rays that may miss or cross several times; they take their neighbours' radii."""
+    most_lost_mm: float = 10.0
+    """Surface below the first slice that may be left out unasked."""
+
+
+DEFAULTS = MapOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mapped:
+    """The map, and where it stands in the limb."""
+
+    radius_map: RadiusMap
+    """Heights from its first slice, or those of the grid that was given."""
+    first_mm: float
+    """Height of the map's zero in the limb frame."""
+    girths_mm: Float64[np.ndarray, " m"]
+    """Of the mesh itself at every slice; 0 at a distal point."""
+    whole: Bool[np.ndarray, " m"]
+    """Slices that every ray meets once: nothing there was mended."""
+    rays: int
+    rays_mended: int
+    distal_cut_mm: float
+    """What reaches below the first slice."""
+    proximal_cut_mm: float
+    """What reaches above the last."""
+
+
+def map_radii(mesh: Mesh, options: MapOptions = DEFAULTS) -> Mapped:
+    """Express a surface by its radii round the z axis."""
+    _check(options)
+    thetas = 360.0 / options.spokes * np.arange(options.spokes)
+    first_mm = _first(mesh, thetas, options)
+    last_mm = _last(mesh, thetas, first_mm, options)
+    return _mapped(mesh, thetas, first_mm, _rises(last_mm - first_mm, options), options)
+
+
+def map_radii_on(mesh: Mesh, grid: Grid, options: MapOptions = DEFAULTS) -> Mapped:
+    """The same at given angles and heights, as the file has them that the surface came from."""
+    return _mapped(mesh, grid.thetas_deg, 0.0, grid.z_mm, options, within_mm=_ABOVE_DISC_MM)
+
+
+def _mapped(
+    mesh: Mesh,
+    thetas: Float64[np.ndarray, " n"],
+    first_mm: float,
+    rises: Float64[np.ndarray, " m"],
+    options: MapOptions,
+    within_mm: float = 0.0,
+) -> Mapped:
+    """within_mm: How far below the top the last slice is cut, where a motion's rounding may have
+
+    moved the top's corners."""
+    low_mm, high_mm = float(mesh.vertices_mm[:, 2].min()), float(mesh.vertices_mm[:, 2].max())
+    cut_at = np.minimum(first_mm + rises, high_mm - within_mm)
+    cut_at[0] += _ABOVE_DISC_MM
+    cast = cast_radii(mesh, thetas, cut_at)
+    radii = cast.radii_mm.copy()
+    pointed = float(cast.outermost_mm[0].min()) < _POINT_MM
+    if pointed and options.from_mm is None:
+        radii[0] = 0.0
+    bad = np.isnan(radii)
+    _refuse_if_many(cast, bad, first_mm + rises, options)
+    return Mapped(
+        radius_map=RadiusMap(thetas_deg=thetas, z_mm=rises, radii_mm=_mended(radii, bad)),
+        first_mm=first_mm,
+        girths_mm=np.where(radii[:, 0] == 0, 0.0, cast.girths_mm),
+        whole=np.asarray(~bad.any(1)),
+        rays=radii.size,
+        rays_mended=int(bad.sum()),
+        distal_cut_mm=max(0.0, first_mm + float(rises[0]) - low_mm),
+        proximal_cut_mm=max(0.0, high_mm - (first_mm + float(rises[-1]))),
+    )
+
+
+def highest_whole_mm(mesh: Mesh) -> float:
+    """The highest level at which the surface goes all round the z axis.
+
+    Raises:
+        CarveError: there is none, or the limb leaves the axis above it.
+    """
+    thetas = 360.0 / DEFAULTS.spokes * np.arange(DEFAULTS.spokes)
+    low_mm = float(mesh.vertices_mm[:, 2].min())
+    return _last(mesh, thetas, low_mm, DEFAULTS)
+
+
+def _check(options: MapOptions) -> None:
+    if not (3 <= options.spokes <= 3600 and 0 <= options.distal_slices <= 100):
+        raise OptionsError(
+            f"{options.spokes} spokes and {options.distal_slices} distal slices cannot be: take 3 "
+            "to 3600 spokes (120 is usual) and 0 to 100 distal slices."
+        )
+    if not 0.05 <= options.spacing_mm <= 50:
+        raise OptionsError(
+            f"Slices {options.spacing_mm:g} mm apart cannot be: take 0.05 to 50 mm (2 is usual)."
+        )
+
+
+def _first(mesh: Mesh, thetas: np.ndarray, options: MapOptions) -> float:
+    heights = mesh.vertices_mm[:, 2]
+    low_mm, high_mm = float(heights.min()), float(heights.max())
+    if options.from_mm is not None:
+        if not low_mm <= options.from_mm < high_mm:
+            raise _no_height(options.from_mm, low_mm, high_mm)
+        return options.from_mm
+    pierced = axis_heights_mm(mesh)
+    if len(pierced) and pierced[0] < (low_mm + high_mm) / 2:
+        first_mm = float(pierced[0])
+    else:
+        first_mm = _outermost(mesh, thetas, low_mm, high_mm, options)
+    if first_mm - low_mm > options.most_lost_mm:
+        raise CarveError(
+            f"The long axis meets the distal end {first_mm - low_mm:.1f} mm above its lowest "
+            "point, and all below would be lost. Align the limb so that the axis leaves through "
+            "the distal tip, or say from which height to begin."
+        )
+    return first_mm
+
+
+def _last(mesh: Mesh, thetas: np.ndarray, first_mm: float, options: MapOptions) -> float:
+    high_mm = float(mesh.vertices_mm[:, 2].max())
+    if options.to_mm is None:
+        last_mm = _outermost(mesh, thetas, high_mm, first_mm, options)
+        _refuse_if_bent(mesh, thetas, last_mm, options)
+        return last_mm
+    if not first_mm + _STEP_MM < options.to_mm <= high_mm:
+        raise _no_height(options.to_mm, first_mm, high_mm)
+    return options.to_mm
+
+
+def _no_height(asked_mm: float, low_mm: float, high_mm: float) -> OptionsError:
+    return OptionsError(
+        f"The limb has no slice at {asked_mm:g} mm: it reaches from {low_mm:.1f} to "
+        f"{high_mm:.1f} mm in its own frame. Choose a height between."
+    )
+
+
+def _outermost(
+    mesh: Mesh, thetas: np.ndarray, end_mm: float, inner_mm: float, options: MapOptions
+) -> float:
+    """The height nearest to an end at which every ray meets the surface."""
+    outwards = 1.0 if end_mm > inner_mm else -1.0
+    count = int(abs(end_mm - inner_mm) / options.spacing_mm) + 1
+    coarse = end_mm - outwards * options.spacing_mm * np.arange(count)
+    coarse[0] += 0.0 if outwards > 0 else _ABOVE_DISC_MM
+    found = _first_whole(mesh, thetas, coarse)
+    outer = min(options.spacing_mm, abs(end_mm - found))
+    return _first_whole(mesh, thetas, found + outwards * np.linspace(outer, 0, _FINE_STEPS))
+
+
+def _first_whole(mesh: Mesh, thetas: np.ndarray, tried_mm: np.ndarray) -> float:
+    """The first of some heights, rising or falling, at which every ray meets the surface."""
+    for some_mm in np.split(tried_mm, range(_AT_ONCE, len(tried_mm), _AT_ONCE)):
+        order = np.argsort(some_mm)
+        whole = np.empty(len(order), np.bool_)
+        whole[order] = (cast_radii(mesh, thetas, some_mm[order]).crossings > 0).all(1)
+        if whole.any():
+            return float(some_mm[whole.argmax()])
+    raise CarveError(
+        "At no height does the surface go all round the long axis: the axis lies outside the "
+        "limb, or a side is open. Align the limb, or close its holes first."
+    )
+
+
+def _refuse_if_bent(mesh: Mesh, thetas: np.ndarray, last_mm: float, options: MapOptions) -> None:
+    """A brim ends the map; a limb that leaves its axis must not be cut off there unasked."""
+    high_mm = float(mesh.vertices_mm[:, 2].max())
+    if high_mm - last_mm <= options.most_lost_mm:
+        return
+    above = np.arange(last_mm + options.spacing_mm, high_mm, options.spacing_mm)
+    crossings = cast_radii(mesh, thetas, above).crossings
+    several = int((crossings > 1).sum())
+    if several > (crossings == 1).sum():
+        raise CarveError(
+            f"Above {last_mm:.0f} mm the long axis leaves the limb, or its wall is double: "
+            f"{several:,} of "
+            f"{int((crossings > 0).sum()):,} rays that meet the surface there cross it several "
+            "times. Align the limb so that the axis stays inside, or say at which height to end."
+        )
+
+
+def _rises(height_mm: float, options: MapOptions) -> Float64[np.ndarray, " m"]:
+    """Heights over the first slice: even, but for what is put in at the tip."""
+    count = max(1, round(height_mm / options.spacing_mm))
+    step = np.floor(height_mm / count / _STEP_MM + 1e-6) * _STEP_MM
+    even = np.round(step * np.arange(count + 1), 3)
+    shares = np.arange(1, options.distal_slices + 1) / (options.distal_slices + 1)
+    return np.unique(np.round(np.concatenate([even, step * shares**2]), 3))
+
+
+def _refuse_if_many(
+    cast: Cast, bad: Bool[np.ndarray, "m n"], heights_mm: np.ndarray, options: MapOptions
+) -> None:
+    if bad.mean() <= options.most_mended and bad.mean(1).max() <= 0.5:
+        return
+    rows = heights_mm[bad.any(1)]
+    missed = int((bad & (cast.crossings == 0)).sum())
+    raise CarveError(
+        f"{int(bad.sum()):,} of {bad.size:,} rays from the long axis ({bad.mean():.1%}) do not "
+        f"meet the surface once: {missed:,} miss it and {int(bad.sum()) - missed:,} cross it "
+        f"several times, between {rows.min():.0f} and {rows.max():.0f} mm. No radius map can hold "
+        "undercuts, double walls or a limb that bends away from its axis. Align the limb, trim "
+        "it, or send STL."
+    )
+
+
+def _mended(
+    radii: Float64[np.ndarray, "m n"], bad: Bool[np.ndarray, "m n"]
+) -> Float64[np.ndarray, "m n"]:
+    """Bad rays between their good neighbours of the slice."""
+    spokes = np.arange(radii.shape[1])
+    mended = radii.copy()
+    for k in np.flatnonzero(bad.any(1)):
+        good = ~bad[k]
+        mended[k, bad[k]] = np.interp(
+            spokes[bad[k]], spokes[good], radii[k, good], period=len(spokes)
+        )
+    return mended

@@ -1,0 +1,255 @@
+"""The toolpath: roughing in layers, then one finishing pass that follows the surface.
+
+In      a mesh in the limb frame; tool, blank, wanted ridges.
+Out     a Toolpath: strips of places of the ball's centre, joined by straight moves of X, A and Z.
+Method  the ball stops where it touches the surface (contact.py). Neighbouring ways lie as far
+        apart on the offset surface as the ridges allow, along the steepest profile; places on a
+        way so close that straight moves keep within the tolerance.
+Fails   CarveError: blank or tool too small, or no height at which the surface goes all round.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import OptionsError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.carving.contact import ContactField, sampled
+from limbgram.workbench.carving.mapping import highest_whole_mm
+from limbgram.workbench.carving.setup import (
+    DEFAULTS,
+    Blank,
+    CarveOptions,
+    check_mandrel,
+    check_options,
+    check_reach,
+    fit_blank,
+)
+
+_PROFILES = 120
+"""Profiles along the axis that tell how far apart the ways may lie."""
+_STEEPEST = 98
+"""Percentile of the profiles that counts: a fold of the scan must not set the pace."""
+_LINKS = 9
+"""Places on the way from ring to ring."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strip:
+    """Cutting without a break: a straight move of all axes from each place to the next."""
+
+    x_mm: Float64[np.ndarray, " k"]
+    """Along the axis, from the limb frame's origin towards proximal."""
+    a_deg: Float64[np.ndarray, " k"]
+    """Of the tool round the work, counter-clockwise seen from proximal, 0 at the front."""
+    centre_mm: Float64[np.ndarray, " k"]
+    """Radius of the ball's centre."""
+    name: str
+    """Of the pass it belongs to."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Toolpath:
+    """What the carver does, and with what."""
+
+    strips: tuple[Strip, ...]
+    blank: Blank
+    options: CarveOptions
+    rings: int
+    """Ways of the finishing pass along the axis."""
+    low_mm: float
+    """Distal end of the shape."""
+
+
+def plan_toolpath(mesh_in_limb: Mesh, options: CarveOptions = DEFAULTS) -> Toolpath:
+    """Plan how to carve a shape from a cylinder."""
+    check_options(options)
+    ball = options.ball_mm
+    low_mm = float(mesh_in_limb.vertices_mm[:, 2].min())
+    high_mm = _end(mesh_in_limb, options)
+    below = mesh_in_limb.vertices_mm[mesh_in_limb.vertices_mm[:, 2] <= high_mm]
+    radii = np.hypot(below[:, 0], below[:, 1])
+    blank = fit_blank(options, float(radii.max()), low_mm, high_mm)
+    check_mandrel(options, radii, below[:, 2] - low_mm)
+    # Between samples a ball sinks by c^2 / (2 R), c being the way to the nearest of them.
+    sinking = options.tolerance_mm
+    spacing_mm = np.sqrt(3 * 2 * ball * sinking)
+    field = ContactField.of(sampled(mesh_in_limb, spacing_mm))
+    finishing = _Way(field, options, ball + sinking)
+    rings_mm = finishing.rings(low_mm - ball, high_mm)
+    roughing = _Way(field, options, ball + options.rough_allowance_mm)
+    strips: list[Strip] = []
+    for passed in [*_roughing(roughing, blank, low_mm), _finishing(finishing, rings_mm, blank)]:
+        at_turn = round(float(strips[-1].a_deg[-1]) / 360) if strips else 0
+        strips.append(_strip(passed, at_turn))
+    lowest_mm = min(float(strip.centre_mm.min()) for strip in strips) - ball
+    check_reach(options, blank, lowest_mm)
+    return Toolpath(
+        strips=tuple(strips), blank=blank, options=options, rings=len(rings_mm), low_mm=low_mm
+    )
+
+
+def _end(mesh: Mesh, options: CarveOptions) -> float:
+    whole_mm = highest_whole_mm(mesh)
+    if options.to_mm is None:
+        return whole_mm
+    low_mm = float(mesh.vertices_mm[:, 2].min())
+    least_mm = low_mm + options.ball_mm
+    if not least_mm < options.to_mm <= whole_mm:
+        raise OptionsError(
+            f"Carving cannot end at {options.to_mm:g} mm: the surface goes all round up to "
+            f"{whole_mm:.1f} mm, and less than the tool's radius, up to {least_mm:.1f} mm, is not "
+            "carved. Choose a height between."
+        )
+    return options.to_mm
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Where a ball of some radius may go over the surface."""
+
+    field: ContactField
+    options: CarveOptions
+    ball_mm: float
+
+    def stops(
+        self, x_mm: Float64[np.ndarray, " k"], a_deg: Float64[np.ndarray, " k"]
+    ) -> Float64[np.ndarray, " k"]:
+        return self.field.stops_mm(x_mm, np.radians(a_deg), self.ball_mm, self.options.floor_mm)
+
+    def rings(self, from_mm: float, to_mm: float) -> Float64[np.ndarray, " r"]:
+        """Places along the axis between which the ball's centre moves by the step-over."""
+        count = int((to_mm - from_mm) / (self.options.ball_mm / 16)) + 2
+        x_mm = np.linspace(from_mm, to_mm, count)
+        angles = 360.0 / _PROFILES * np.arange(_PROFILES)
+        grid_x, grid_a = np.meshgrid(x_mm, angles, indexing="ij")
+        stops = self.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape)
+        rise = np.percentile(np.abs(np.diff(stops, axis=0)), _STEEPEST, axis=1)
+        way = np.append(0, np.cumsum(np.hypot(np.diff(x_mm), rise)))
+        steps = int(np.ceil(way[-1] / self.options.stepover_mm))
+        return np.interp(np.linspace(0, way[-1], steps + 1), way, x_mm)
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """What one strip is to cover."""
+
+    way: _Way
+    rings_mm: Float64[np.ndarray, " r"]
+    """Along the axis, rising."""
+    count: int
+    """Places on a turn."""
+    level_mm: float
+    """The ball's centre comes no nearer to the axis."""
+    name: str
+
+
+def _finishing(way: _Way, rings_mm: Float64[np.ndarray, " r"], blank: Blank) -> _Pass:
+    count = _places_round(way.options, blank.radius_mm + way.ball_mm, way.options.tolerance_mm)
+    return _Pass(way, rings_mm, count, 0.0, "finishing")
+
+
+def _roughing(way: _Way, blank: Blank, low_mm: float) -> list[_Pass]:
+    """Layers from the blank's outside to the axis; ways where nothing is left to cut are left
+    out."""
+    options = way.options
+    ball = options.ball_mm
+    apart_mm = options.rough_stepover * options.tool_diameter_mm
+    steps = int(np.ceil((blank.to_mm - (low_mm - ball)) / apart_mm)) + 1
+    rings_mm = np.linspace(low_mm - ball, blank.to_mm, steps)
+    count = _places_round(options, blank.radius_mm + ball, options.rough_allowance_mm / 4)
+    angles = 360.0 / count * np.arange(count)
+    grid_x, grid_a = np.meshgrid(rings_mm, angles, indexing="ij")
+    lowest = way.stops(grid_x.ravel(), grid_a.ravel()).reshape(grid_x.shape).min(1)
+    layers = int(np.ceil(blank.radius_mm / options.rough_depth_mm))
+    passes: list[_Pass] = []
+    for layer in range(1, layers + 1):
+        level_mm = blank.radius_mm - layer * options.rough_depth_mm + ball
+        needed = np.flatnonzero(lowest < level_mm + options.rough_depth_mm)
+        for run in np.split(needed, np.flatnonzero(np.diff(needed) > 1) + 1):
+            if len(run):
+                name = f"roughing {layer} of {layers}"
+                passes.append(_Pass(way, rings_mm[run], count, max(level_mm, 0.0), name))
+    return passes
+
+
+def _places_round(options: CarveOptions, radius_mm: float, tolerance_mm: float) -> int:
+    """Places on one turn: a straight move over a bend of the ball's radius leaves it by d^2 / 8R,
+    and over the turn itself no more."""
+    step_mm = np.sqrt(8 * options.ball_mm * tolerance_mm)
+    return max(36, int(np.ceil(2 * np.pi * radius_mm / step_mm)))
+
+
+def _strip(passed: _Pass, at_turn: int) -> Strip:
+    """One strip over all rings, from the turn at which the last one ended."""
+    options = passed.way.options
+    if options.pattern == "rings":
+        return _rings(passed, at_turn)
+    # A full turn at either end, a ring's distance a turn between.
+    course = _course(len(passed.rings_mm) + 1, passed.count, at_turn, options.most_turns)
+    rings = np.arange(len(passed.rings_mm))
+    x_mm = np.interp(course.done - 1, rings, passed.rings_mm)
+    a_deg = 360.0 * course.angle
+    stops = np.maximum(passed.way.stops(x_mm, a_deg), passed.level_mm)
+    return Strip(x_mm=x_mm, a_deg=a_deg, centre_mm=stops, name=passed.name)
+
+
+@dataclass(frozen=True)
+class _Course:
+    """How a helix turns: both in turns."""
+
+    done: Float64[np.ndarray, " k"]
+    """On the way along the axis."""
+    angle: Float64[np.ndarray, " k"]
+
+
+def _course(turns: int, count: int, start: int, most: int | None) -> _Course:
+    """On and on; or back wherever the angle has come to its end, after one turn on the spot.
+
+    Without that turn the ways before and after the change would part by two rings' distance.
+    """
+    if most is None:
+        done = np.arange(turns * count + 1) / count
+        return _Course(done, start + done)
+    sign = 1 if 2 * start <= most else -1
+    advances: list[int] = []
+    signs: list[int] = []
+    at = start
+    while sum(advances) < turns:
+        room = most - at if sign > 0 else at
+        way = min(room, turns - sum(advances))
+        advances += [1] * way
+        signs += [sign] * way
+        at += sign * way
+        if sum(advances) < turns:
+            sign = -sign
+            advances.append(0)
+            signs.append(sign)
+            at += sign
+    share = np.arange(1, count + 1) / count
+    before = np.concatenate([[0], np.cumsum(advances)[:-1]])[:, None]
+    angles = start + np.concatenate([[0], np.cumsum(signs)[:-1]])[:, None]
+    done = before + np.array(advances)[:, None] * share
+    angle = angles + np.array(signs)[:, None] * share
+    return _Course(np.append(0.0, done), np.append(float(start), angle))
+
+
+def _rings(passed: _Pass, at_turn: int) -> Strip:
+    """To and fro; from ring to ring over the highest place between them, for the straight way
+    would cut a bulge's corner."""
+    rings_mm, count, way = passed.rings_mm, passed.count, passed.way
+    turn = np.linspace(0, 360, count + 1)
+    there = np.append(turn, np.full(_LINKS, 360.0))
+    back = np.append(turn[::-1], np.zeros(_LINKS))
+    a_deg = np.where((np.arange(len(rings_mm)) % 2 == at_turn)[:, None], there, back)
+    share = np.append(np.zeros(count + 1), np.linspace(0, 1, _LINKS))
+    x_mm = rings_mm[:, None] + np.append(np.diff(rings_mm), 0.0)[:, None] * share
+    stops = way.stops(x_mm.ravel(), a_deg.ravel()).reshape(x_mm.shape)
+    stops[:, count + 1 :] = stops[:, count + 1 :].max(1, keepdims=True)
+    return Strip(
+        x_mm=x_mm.ravel(),
+        a_deg=a_deg.ravel(),
+        centre_mm=np.maximum(stops, passed.level_mm).ravel(),
+        name=passed.name,
+    )

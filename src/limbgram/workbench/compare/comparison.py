@@ -1,0 +1,331 @@
+"""Comparing two shapes: what changed, where, and whether it matters for the fit.
+
+In      two Limbs: the first is what one compares with, the second what one has now.
+Out     a Comparison: the alignment it stands on, distances, radial errors, girths and volumes.
+Method  everything in the first's limb frame; differences are second less first, positive where
+        the second lies outside.
+Fails   MeasureError: the shapes cannot be laid on each other, or share no level.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.interval import COVER, Interval, plus_minus
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.compare.deviation import Deviation, deviation
+from limbgram.workbench.compare.frames import Axes, axes_of, in_limb_frame, outside_of
+from limbgram.workbench.compare.icp import Looseness
+from limbgram.workbench.compare.levels import (
+    Change,
+    LevelChanges,
+    changes_by_level,
+    shared_heights_mm,
+)
+from limbgram.workbench.compare.radial import RadialErrors, SpokeOptions, radial_errors
+from limbgram.workbench.compare.registration import (
+    Alignment,
+    RegistrationOptions,
+    as_is,
+    as_they_lie,
+    by_landmarks,
+    by_shape,
+    slide_to_volume,
+)
+from limbgram.workbench.limb import Limb
+
+_SOCK_MM = 0.01
+_SLID_MM, _LOOSE_MM, _LOOSE_GROWTH = 1.0, 0.5, 3.0
+"""From here on pointed out: a slide along the axis, its standard deviation, and what 1 mm of growth
+
+all round would slide, mm."""
+_FAR_MARKS_MM = 5.0
+"""Landmarks that stay this far apart, root mean square, are not the same places."""
+_FRAMES_DEG, _FRAMES_MM = 5.0, 10.0
+"""Two alignments that lie so near to where the shapes put each other can both be good ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareOptions:
+    """How shapes are laid on each other, and where they are measured."""
+
+    registration: RegistrationOptions = field(default_factory=RegistrationOptions)
+    spacing_mm: float = 20.0
+    """Between levels."""
+    spokes: SpokeOptions = field(default_factory=SpokeOptions)
+
+
+DEFAULTS = CompareOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByShape:
+    """What the volumes would be if the shapes were laid on each other by shape alone."""
+
+    alignment: Alignment
+    volume: Change
+    laid_sigma_mm3: float
+    at_odds: bool
+    """It contradicts what is told, beyond what is known of both ways of laying them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What changed from the first shape to the second."""
+
+    names: tuple[str, str]
+    alignment: Alignment
+    axes: Axes
+    """Of the first."""
+    first_in_limb: Mesh
+    second_in_limb: Mesh
+    """Both in the first's limb frame."""
+    deviation: Deviation
+    radial: RadialErrors | None
+    levels: LevelChanges
+    laid_sigma_mm: Float64[np.ndarray, " n"] | None
+    """At the first's vertices, along their normals: how far the second may lie elsewhere, as it was
+    laid; None where that is not known, or exact."""
+    by_shape: ByShape | None
+    """Where auto laid them otherwise than by shape, and neither was made from the other."""
+    notes: tuple[str, ...]
+    """What a reader must know to trust the figures."""
+
+
+def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Comparison:
+    """Lay the second shape on the first and measure what differs."""
+    if not (np.isfinite(options.spacing_mm) and options.spacing_mm >= 1.0):
+        raise OptionsError(
+            f"Levels {options.spacing_mm:g} mm apart cannot be used. Choose 1 mm or more."
+        )
+    brim_mm = options.registration.brim_mm
+    if not (np.isfinite(brim_mm) and brim_mm >= 0):
+        raise OptionsError(f"A brim of {brim_mm:g} mm cannot be. Choose 0 mm or more.")
+    first, second = outside_of(first), outside_of(second)
+    axes = axes_of(first)
+    registration = options.registration
+    alignment = lay(first, second, axes, registration)
+    one = in_limb_frame(first.mesh, axes.limb_from_mesh)
+    two = in_limb_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
+    notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
+    if axes.note:
+        notes.append(axes.note)
+    scanned = one.sigma_mm is not None and two.sigma_mm is not None
+    if scanned and alignment.looseness is None and not alignment.exact:
+        notes.append(
+            "What stands behind ± are the errors of both scans, not those of how they were laid on "
+            "each other: 1 mm along the axis moves the volume by a slice of 1 mm."
+        )
+    try:
+        radial = radial_errors(one, two, brim_mm, options.spokes)
+    except MeasureError as error:
+        radial = None
+        notes.append(f"There is no mean radial error. {error}")
+    heights = shared_heights_mm(one, two, options.spacing_mm)
+    levels = changes_by_level(one, two, heights, alignment.slide_sigma_mm)
+    loose = alignment.looseness
+    return Comparison(
+        names=(first.name, second.name),
+        alignment=alignment,
+        axes=axes,
+        first_in_limb=one,
+        second_in_limb=two,
+        deviation=deviation(one, two, brim_mm),
+        radial=radial,
+        levels=levels,
+        laid_sigma_mm=None
+        if loose is None
+        else loose.sigmas_mm(first.mesh.vertices_mm, first.mesh.vertex_normals()),
+        by_shape=None
+        if registration.way != "auto" or alignment.way == "icp" or alignment.exact
+        else _second_opinion(first, second, axes, registration, alignment, levels),
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def lay(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """The second shape laid on the first, in the way that was asked for."""
+    match options.way:
+        case "landmarks":
+            return _by_landmarks(first, second, axes, options)
+        case "as-is":
+            return as_is(first, second)
+        case "auto":
+            return as_they_lie(first, second) or _by_what_is_known(first, second, axes, options)
+        case "icp":
+            return _by_shape(first, second, axes, options)
+        case "volume":
+            return _by_volume(first, second, axes, options)
+
+
+def _by_what_is_known(
+    first: Limb, second: Limb, axes: Axes, options: RegistrationOptions
+) -> Alignment:
+    """By shared landmarks, or two alignments, which do not slide where a limb shrank; or by shape.
+
+    Where most of the surface is unchanged the shape holds it better than any hand marks it.
+    """
+    notes: tuple[str, ...] = ()
+    if not options.mostly_unchanged:
+        try:
+            laid = _by_landmarks(first, second, axes, options)
+        except MeasureError:
+            laid = None
+        if laid is not None and laid.rms_mm is not None and laid.rms_mm <= _FAR_MARKS_MM:
+            return laid
+        if laid is not None:
+            notes = (
+                f"The landmarks that both shapes have were not used: laid {laid.sentence}, they "
+                "are not the same places. Mark them again.",
+            )
+    shaped = _by_shape(first, second, axes, options)
+    open_place = shaped.slide_sigma_mm > _LOOSE_MM
+    if open_place and not options.mostly_unchanged and _good_frames(first, second, shaped):
+        return replace(
+            as_is(first, second),
+            notes=(
+                *notes,
+                "Limb frame was laid on limb frame, as the shape alone leaves open where the "
+                "second belongs along the axis. Each frame begins at its own distal end and is as "
+                "good as its landmarks: three landmarks that both shapes have tell more.",
+            ),
+        )
+    return replace(shaped, notes=(*notes, *shaped.notes))
+
+
+def _good_frames(first: Limb, second: Limb, shaped: Alignment) -> bool:
+    """Whether both limbs were aligned, and so that their shapes do not contradict it."""
+    if first.frame is None or second.frame is None or shaped.looseness is None:
+        return False
+    told = as_is(first, second).first_from_second
+    middle = shaped.looseness.middle_mm[None]
+    moved = told.apply(shaped.first_from_second.inverse.apply(middle)) - middle
+    turned = angle_between_deg(told.rotation, shaped.first_from_second.rotation)
+    return turned < _FRAMES_DEG and float(np.linalg.norm(moved)) < _FRAMES_MM
+
+
+def _second_opinion(
+    first: Limb,
+    second: Limb,
+    axes: Axes,
+    options: RegistrationOptions,
+    told: Alignment,
+    levels: LevelChanges,
+) -> ByShape | None:
+    """The same volume by shape; None where the shapes cannot be laid so, or have no volume."""
+    try:
+        shaped = _by_shape(first, second, axes, options)
+    except MeasureError:
+        return None
+    one = in_limb_frame(first.mesh, axes.limb_from_mesh)
+    two = in_limb_frame(second.mesh, axes.limb_from_mesh @ shaped.first_from_second)
+    again = changes_by_level(
+        one, two, tuple(level.height_mm for level in levels.levels), shaped.slide_sigma_mm
+    )
+    if again.volume is None or levels.volume is None or again.from_mm != levels.from_mm:
+        return None
+    apart = abs(again.volume.difference - levels.volume.difference)
+    known = told.looseness is not None
+    room = COVER * float(np.hypot(again.laid_sigma_mm3, levels.laid_sigma_mm3))
+    return ByShape(
+        alignment=shaped,
+        volume=again.volume,
+        laid_sigma_mm3=again.laid_sigma_mm3,
+        at_odds=not known or apart > room,
+    )
+
+
+def _by_landmarks(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """By landmarks, and how sure they make its place along the axis."""
+    laid = by_landmarks(first, second, options.landmark_weights)
+    if laid.looseness is None:
+        return laid
+    return replace(laid, slide_sigma_mm=_along_mm(laid.looseness, axes))
+
+
+def _along_mm(loose: Looseness, axes: Axes) -> float:
+    """Standard deviation along the first's long axis."""
+    along = axes.limb_from_mesh.rotation[2]
+    return float(np.sqrt(along @ loose.covariance_mm2 @ along))
+
+
+def _by_shape(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    """By shape, and how sure its place along the axis is."""
+    laid = by_shape(first, second, options)
+    loose = laid.looseness
+    if loose is None:
+        return laid
+    along = axes.limb_from_mesh.rotation[2]
+    sigma_mm = _along_mm(loose, axes)
+    growth = float(along @ loose.growth_shift)
+    place = (
+        f"its place along the long axis is known to {plus_minus(Interval.of_sigma(sigma_mm), 2)} mm"
+    )
+    slid_mm = _slid_mm(first, second, axes, laid)
+    if slid_mm is not None:
+        place += f" and lies {slid_mm:+.2f} mm from where the limb frames put it"
+    notes = list(laid.notes)
+    if abs(slid_mm or 0.0) > _SLID_MM or sigma_mm > _LOOSE_MM or abs(growth) > _LOOSE_GROWTH:
+        notes.append(
+            f"Laid by shape, the second slides along the long axis: {place}. 1 mm taken off or "
+            f"added all round passes for a slide of {abs(growth):.1f} mm, and girths and volumes "
+            "move with it. Three landmarks marked on both do not slide, and are then taken "
+            "(`limbgram align --landmark`); if one shape was made from the other, or both are "
+            "aligned well, --align as-is takes them as they lie."
+        )
+    return replace(
+        laid,
+        sentence=f"{laid.sentence}; {place}",
+        slide_sigma_mm=sigma_mm,
+        slid_mm=slid_mm,
+        notes=tuple(notes),
+    )
+
+
+def _slid_mm(first: Limb, second: Limb, axes: Axes, laid: Alignment) -> float | None:
+    """Along the first's long axis, from where the limb frames say that the second lies."""
+    if first.frame is None or second.frame is None or laid.looseness is None:
+        return None
+    middle = laid.looseness.middle_mm[None]
+    told = as_is(first, second).first_from_second @ laid.first_from_second.inverse
+    return float((middle - told.apply(middle))[0] @ axes.limb_from_mesh.rotation[2])
+
+
+def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptions) -> Alignment:
+    shaped = by_shape(first, second, options)
+    limb_from_second = axes.limb_from_mesh @ shaped.first_from_second
+    slide = slide_to_volume(
+        in_limb_frame(first.mesh, axes.limb_from_mesh),
+        in_limb_frame(second.mesh, limb_from_second),
+    )
+    along = Rigid(np.eye(3), np.array([0.0, 0.0, slide.shift_mm]))
+    return replace(
+        shaped,
+        way="volume",
+        first_from_second=axes.limb_from_mesh.inverse @ along @ limb_from_second,
+        sentence=f"by volume: laid by shape, then slid {slide.shift_mm:+.2f} mm along the long "
+        f"axis until both hold the same volume below {slide.height_mm:.1f} mm",
+        rms_mm=None,
+        looseness=None,
+    )
+
+
+def at_odds(first: Limb, second: Limb) -> tuple[str, ...]:
+    """What to say where one is a left limb and the other a right one, or wore another sock."""
+    notes: list[str] = []
+    sides = [limb.frame.side for limb in (first, second) if limb.frame is not None]
+    if set(sides) == {"left", "right"}:
+        notes.append(
+            f"The first is a {sides[0]} limb and the second a {sides[1]} one: what differs may be "
+            "that. Mirror one of them by `limbgram edit` to compare both sides."
+        )
+    if abs(first.sock_mm - second.sock_mm) >= _SOCK_MM:
+        notes.append(
+            f"A sock of {first.sock_mm:g} mm was taken off the first shape and of "
+            f"{second.sock_mm:g} mm off the second: if both wore the same sock, up to "
+            f"{abs(first.sock_mm - second.sock_mm):g} mm of the difference is the sock."
+        )
+    return tuple(notes)

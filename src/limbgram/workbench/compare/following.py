@@ -1,0 +1,431 @@
+"""Stack: several scans of one limb, laid on the first and measured at the same heights.
+
+Trend: a straight line through values over time, with what is known of its slope.
+
+Series: one limb over time: volume and girths at each visit, and their trends.
+
+In      visits: a scan and its day; several scans of one day are repeats.
+Out     a Series. Where a change lies within its uncertainty, it says so.
+Method  all scans laid on the first; weighted least squares. A scan's sigma is its own if it has
+        one, else the spread of repeats on one day, else the assumed share of the options.
+Fails   OptionsError: fewer than two days. MeasureError: scans that cannot be compared.
+
+Repeatability: how far scans of one unchanged thing lie apart.
+
+The figures of the literature: repeatability coefficient 1.96 sqrt(2) s_w (Bland and Altman 1999),
+ICC(2,1) for absolute agreement (Shrout and Fleiss 1979), Bland-Altman bias and limits (1986).
+
+Repeats: several captures of one unchanged limb, and how far they lie apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from datetime import date
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.special import ndtri
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.interval import COVER, Interval, plus_minus
+from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
+from limbgram.workbench.compare.frames import Axes, axes_of, in_limb_frame, outside_of
+from limbgram.workbench.compare.levels import (
+    PLY_SHARE,
+    alike_in_detail,
+    changes_by_level,
+    shared_heights_mm,
+)
+from limbgram.workbench.compare.registration import Alignment
+from limbgram.workbench.limb import Limb
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stack:
+    """Measures of n scans at k heights."""
+
+    axes: Axes
+    alignments: tuple[Alignment, ...]
+    """Of all but the first."""
+    heights_mm: Float64[np.ndarray, " k"]
+    from_mm: float | None
+    """Lower bound of the volume; None for the distal end."""
+    volumes_mm3: Float64[np.ndarray, " n"]
+    volume_sigmas_mm3: Float64[np.ndarray, " n"]
+    """NaN where a scan carries no sigmas."""
+    tapes_mm: Float64[np.ndarray, "n k"]
+    """Girths as a tape reads them; NaN where there is no whole section."""
+    tape_sigmas_mm: Float64[np.ndarray, "n k"]
+    notes: tuple[str, ...]
+
+
+def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
+    """Lay all on the first and measure them between the heights that all have.
+
+    Raises:
+        MeasureError: a scan cannot be laid on the first, or its volume is open.
+    """
+    limbs = [outside_of(limb) for limb in limbs]
+    first = limbs[0]
+    axes = axes_of(first)
+    alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
+    meshes = [in_limb_frame(first.mesh, axes.limb_from_mesh)] + [
+        in_limb_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
+        for limb, alignment in zip(limbs[1:], alignments)
+    ]
+    meshes = alike_in_detail(meshes)
+    shared = set(shared_heights_mm(meshes[0], meshes[0], options.spacing_mm))
+    for mesh in meshes[1:]:
+        shared &= set(shared_heights_mm(meshes[0], mesh, options.spacing_mm))
+    heights = tuple(sorted(shared))
+    if not heights:
+        raise MeasureError("The scans share no level: look at their alignment.")
+    loose_mm = [0.0, *(alignment.slide_sigma_mm for alignment in alignments)]
+    against = [
+        changes_by_level(meshes[0], mesh, heights, sigma_mm)
+        for mesh, sigma_mm in zip(meshes, loose_mm)
+    ]
+    for limb, change in zip(limbs, against):
+        if change.volume is None:
+            raise MeasureError(f"{limb.name or 'A scan'}: {change.reason}")
+    starts = {change.from_mm for change in against}
+    if len(starts) > 1:
+        raise MeasureError(
+            "Some of the scans are open at their distal end and others are closed, so their "
+            "volumes mean different things. Fill the distal end of all, or leave the odd one out."
+        )
+    volumes = [change.volume.second for change in against if change.volume is not None]
+    tapes = [
+        [level.measures["tape_mm"].second if level.measures else None for level in change.levels]
+        for change in against
+    ]
+    notes = [note for limb in limbs for note in limb.notes]
+    notes += [note for alignment in alignments for note in alignment.notes]
+    notes += [note for limb in limbs[1:] for note in at_odds(first, limb)]
+    notes += [axes.note] if axes.note else []
+    return Stack(
+        axes=axes,
+        alignments=alignments,
+        heights_mm=np.array(heights),
+        from_mm=starts.pop(),
+        volumes_mm3=np.array([figure.value for figure in volumes]),
+        volume_sigmas_mm3=np.array([_sigma(figure.sigma) for figure in volumes]),
+        tapes_mm=np.array([[np.nan if f is None else f.value for f in row] for row in tapes]),
+        tape_sigmas_mm=np.array(
+            [[np.nan if f is None else _sigma(f.sigma) for f in row] for row in tapes]
+        ),
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _sigma(sigma: float | None) -> float:
+    return np.nan if sigma is None else sigma
+
+
+_COVERAGE = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trend:
+    """Weighted least squares. Uncertainties hold with 95 %."""
+
+    per_week: float
+    """Slope, in the values' unit."""
+    per_week_95: float
+    """Half the width of its interval."""
+    at_start: float
+    """The line's value on the first day."""
+    scatter: float | None
+    """Root mean square of residuals over their sigmas; None for two values."""
+
+    @property
+    def told(self) -> bool:
+        """Whether a change can be told from none."""
+        return abs(self.per_week) > self.per_week_95
+
+
+def fit_trend(
+    days: Float64[np.ndarray, " n"],
+    values: Float64[np.ndarray, " n"],
+    sigmas: Float64[np.ndarray, " n"],
+) -> Trend:
+    """The line through two values or more on two days or more.
+
+    Where the values scatter more than their sigmas say, the slope's sigma grows in proportion
+    (Birge 1932).
+    """
+    weeks = (days - days.min()) / 7.0
+    columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
+    covariance = np.linalg.inv(columns.T @ columns)
+    line = covariance @ columns.T @ (values / sigmas)
+    sigma = float(np.sqrt(covariance[1, 1]))
+    scatter = None
+    if len(values) > 2:
+        residuals = (values - line[0] - line[1] * weeks) / sigmas
+        scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
+    reach = float(ndtri(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
+    return Trend(
+        per_week=float(line[1]),
+        per_week_95=reach * sigma,
+        at_start=float(line[0]),
+        scatter=scatter,
+    )
+
+
+_FEWEST_REPEATS = 2
+
+SigmaSource = Literal["scans", "repeats", "assumed"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Visit:
+    """A scan and when it was taken."""
+
+    limb: Limb
+    day: date
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowOptions:
+    """How scans are compared, and what is taken for their repeatability where none is known."""
+
+    compare: CompareOptions = field(default_factory=CompareOptions)
+    assumed_volume_share: float = 0.01
+    """One standard deviation of a volume; half of it for a girth."""
+
+
+DEFAULTS = FollowOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Series:
+    """Volumes and girths over time, in the order of the days."""
+
+    days: tuple[date, ...]
+    names: tuple[str, ...]
+    stack: Stack
+    sigma_source: SigmaSource
+    volume_sigmas_mm3: Float64[np.ndarray, " n"]
+    volume: Trend
+    """mm3 per week."""
+    girths: tuple[Trend | None, ...]
+    """mm per week, by level; None where too few visits have the level."""
+
+    @property
+    def change_mm3(self) -> float:
+        """Last visit less first."""
+        return float(self.stack.volumes_mm3[-1] - self.stack.volumes_mm3[0])
+
+    @property
+    def change_95_mm3(self) -> float:
+        """Uncertainty of that change, 95 %."""
+        return COVER * float(np.hypot(self.volume_sigmas_mm3[-1], self.volume_sigmas_mm3[0]))
+
+    @property
+    def sentence(self) -> str:
+        start = float(self.stack.volumes_mm3[0])
+        change, reach = self.change_mm3 / 1000, self.change_95_mm3 / 1000
+        rate = self.volume.per_week / 1000
+        about = plus_minus(Interval.of_half_width(self.volume.per_week_95 / 1000), 1)
+        within = plus_minus(Interval.of_half_width(reach), 1)
+        span = f"{(self.days[-1] - self.days[0]).days} days"
+        share = self.change_mm3 / start
+        rates = f"{rate:+.1f} {about} mL a week ({self.volume.per_week / start:+.2%} a week)"
+        if not self.volume.told:
+            return (
+                f"No trend can be told: the volume's {rates} over {span} lies within its "
+                f"uncertainty (95 %). Last scan less first: {change:+.1f} {within} mL."
+            )
+        word = "grows" if rate > 0 else "shrinks"
+        return (
+            f"The limb {word}: {rates}, 95 %. Last scan less first, {span}: {change:+.1f} "
+            f"{within} mL ({share:+.1%}, like {abs(share) / PLY_SHARE:.1f} sock plies)"
+            + ("." if abs(change) > reach else ", within its uncertainty by itself.")
+        )
+
+
+def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series:
+    """Volumes, girths and trends of a limb that was scanned on several days."""
+    ordered = sorted(visits, key=lambda visit: visit.day)
+    if len({visit.day for visit in ordered}) < 2:
+        raise OptionsError(
+            "All scans are of one day, so there is no trend. Give the day of each scan; for "
+            "repeated scans of an unchanged limb ask for their repeatability instead."
+        )
+    if not 0 < options.assumed_volume_share < 0.5:
+        raise OptionsError(
+            f"A repeatability of {options.assumed_volume_share:.2%} of the volume cannot be used. "
+            "Write one standard deviation in per cent, such as 1."
+        )
+    scans = stack([visit.limb for visit in ordered], options.compare)
+    days = np.array([visit.day.toordinal() for visit in ordered], np.float64)
+    volume_sigmas, source = _sigmas(
+        scans.volumes_mm3, scans.volume_sigmas_mm3, days, options.assumed_volume_share
+    )
+    return Series(
+        days=tuple(visit.day for visit in ordered),
+        names=tuple(visit.limb.name for visit in ordered),
+        stack=scans,
+        sigma_source=source,
+        volume_sigmas_mm3=volume_sigmas,
+        volume=fit_trend(days, scans.volumes_mm3, volume_sigmas),
+        girths=tuple(
+            _girth_trend(days, tapes, sigmas, options.assumed_volume_share / 2)
+            for tapes, sigmas in zip(scans.tapes_mm.T, scans.tape_sigmas_mm.T)
+        ),
+    )
+
+
+def _girth_trend(
+    days: Float64[np.ndarray, " n"],
+    tapes_mm: Float64[np.ndarray, " n"],
+    sigmas_mm: Float64[np.ndarray, " n"],
+    assumed_share: float,
+) -> Trend | None:
+    known = np.isfinite(tapes_mm)
+    if len(np.unique(days[known])) < 2:
+        return None
+    sigmas, _ = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
+    return fit_trend(days[known], tapes_mm[known], sigmas)
+
+
+def _sigmas(
+    values: Float64[np.ndarray, " n"],
+    own: Float64[np.ndarray, " n"],
+    days: Float64[np.ndarray, " n"],
+    assumed_share: float,
+) -> tuple[Float64[np.ndarray, " n"], SigmaSource]:
+    """The best known standard deviation of each value, and where it is from."""
+    if np.isfinite(own).all() and (own > 0).all():
+        return own, "scans"
+    _, day = np.unique(days, return_inverse=True)
+    repeats = len(values) - int(day.max()) - 1
+    if repeats >= _FEWEST_REPEATS:
+        means = np.bincount(day, values) / np.bincount(day)
+        within = float(((values - means[day]) ** 2).sum()) / repeats
+        if within > 0:
+            return np.full(len(values), np.sqrt(within)), "repeats"
+    return assumed_share * np.abs(values), "assumed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeatability:
+    """Of a table of subjects by captures."""
+
+    within_sd: float
+    """Standard deviation of one capture about its subject's mean."""
+    coefficient: float
+    """Two captures of one thing differ by less than this 95 times of 100."""
+    icc_2_1: float | None
+    """Share of the variance that is the subjects' own; None for one subject."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlandAltman:
+    """Of pairs of captures: second less first."""
+
+    bias: float
+    low: float
+    high: float
+    """Limits of agreement: 95 of 100 differences lie between them."""
+
+
+def repeatability(table: Float64[np.ndarray, "s c"]) -> Repeatability:
+    """Subjects in rows, captures in columns.
+
+    Raises:
+        MeasureError: fewer than two captures.
+    """
+    subjects, captures = table.shape
+    if captures < 2 or subjects < 1 or not np.isfinite(table).all():
+        raise MeasureError(
+            f"Repeatability needs two whole captures of a thing or more; there are {captures} of "
+            f"{subjects}. Scan the same unchanged limb again."
+        )
+    within = float(((table - table.mean(1, keepdims=True)) ** 2).sum() / subjects / (captures - 1))
+    return Repeatability(
+        within_sd=float(np.sqrt(within)),
+        coefficient=float(COVER * np.sqrt(2 * within)),
+        icc_2_1=None if subjects < 2 else _icc_2_1(table),
+    )
+
+
+def bland_altman(
+    first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]
+) -> BlandAltman:
+    """Bias and limits of agreement of two captures of the same subjects.
+
+    Raises:
+        MeasureError: fewer than two subjects.
+    """
+    if len(first) < 2:
+        raise MeasureError(
+            f"Limits of agreement need two values or more; there are {len(first)}. Compare at "
+            "more levels."
+        )
+    off = second - first
+    bias, spread = float(off.mean()), COVER * float(off.std(ddof=1))
+    return BlandAltman(bias=bias, low=bias - spread, high=bias + spread)
+
+
+def _icc_2_1(table: Float64[np.ndarray, "s c"]) -> float:
+    """Two-way random effects, absolute agreement, single capture."""
+    n, k = table.shape
+    mean, rows, columns = table.mean(), table.mean(1), table.mean(0)
+    between = k * float(((rows - mean) ** 2).sum()) / (n - 1)
+    judges = n * float(((columns - mean) ** 2).sum()) / (k - 1)
+    rest = table - rows[:, None] - columns + mean
+    error = float((rest**2).sum()) / ((n - 1) * (k - 1))
+    below = between + (k - 1) * error + k * (judges - error) / n
+    return (between - error) / below if below > 0 else 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeats:
+    """Figures of captures of one limb."""
+
+    names: tuple[str, ...]
+    stack: Stack
+    volume: Repeatability
+    """mm3."""
+    girths: Repeatability
+    """mm, over all levels that every capture has."""
+    agreement: BlandAltman | None
+    """Of the girths of two captures; None where there are more."""
+
+    @property
+    def sentence(self) -> str:
+        mean = float(self.stack.volumes_mm3.mean())
+        icc = self.girths.icc_2_1
+        return (
+            f"{len(self.names)} captures: two volumes of this limb differ by less than "
+            f"{self.volume.coefficient / 1000:.1f} mL ({self.volume.coefficient / mean:.2%}), two "
+            f"girths by less than {self.girths.coefficient:.2f} mm, 95 times of 100"
+            + ("." if icc is None else f"; ICC(2,1) of the girths {icc:.4f}.")
+        )
+
+
+def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
+    """Repeatability of captures, all laid on the first.
+
+    Raises:
+        MeasureError: no level is whole in every capture.
+    """
+    unchanged = replace(options.registration, mostly_unchanged=True)
+    scans = stack(limbs, replace(options, registration=unchanged))
+    whole = np.isfinite(scans.tapes_mm).all(0)
+    if not whole.any():
+        raise MeasureError(
+            "No level is whole in every capture, so girths cannot be compared. Fill the holes of "
+            "the scans, or choose another spacing of levels."
+        )
+    tapes = scans.tapes_mm[:, whole]
+    pair = len(limbs) == 2 and tapes.shape[1] >= 2
+    return Repeats(
+        names=tuple(limb.name for limb in limbs),
+        stack=scans,
+        volume=repeatability(scans.volumes_mm3[None, :]),
+        girths=repeatability(tapes.T),
+        agreement=bland_altman(tapes[0], tapes[1]) if pair else None,
+    )

@@ -1,0 +1,74 @@
+"""Frames: the axes in which two shapes are compared, the first one's."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.axis import fit_axis
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges
+from limbgram.workbench import bodies
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.limb import Limb
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axes:
+    """A limb frame, and what it stands on."""
+
+    limb_from_mesh: Rigid
+    anatomical: bool
+    """True if the clinician aligned the limb, so that front and right mean something."""
+    note: str | None
+
+
+def axes_of(limb: Limb) -> Axes:
+    """The limb's own frame, or a fitted long axis, or at least the file's z axis."""
+    if limb.frame is not None:
+        return Axes(limb_from_mesh=limb.frame.limb_from_mesh, anatomical=True, note=None)
+    name = limb.name or "The first shape"
+    try:
+        return Axes(
+            limb_from_mesh=_fitted(limb),
+            anatomical=False,
+            note=f"{name} has no limb frame: heights run along its fitted long axis from the "
+            "distal end, and sides have no names. `limbgram align` gives it one.",
+        )
+    except MeasureError as error:
+        low, high = limb.mesh.vertices_mm.min(0), limb.mesh.vertices_mm.max(0)
+        foot = np.array([*(low + high)[:2] / 2, low[2]])
+        return Axes(
+            limb_from_mesh=Rigid(np.eye(3), -foot),
+            anatomical=False,
+            note=f"{name} has no limb frame and none could be fitted, so its file's z axis is "
+            f"taken for the long axis. {error}",
+        )
+
+
+def outside_of(limb: Limb) -> Limb:
+    """The limb without bodies inside it or loose beside it, and notes of them."""
+    name = limb.name or "a shape"
+    return bodies.outside_of(limb, name, stop=".")
+
+
+def in_limb_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:
+    return replace(mesh, vertices_mm=limb_from_mesh.apply(mesh.vertices_mm))
+
+
+def brim_height_mm(mesh_in_limb: Mesh) -> float:
+    """Height of the lowest place of the open brim; of the top where the surface is closed there."""
+    heights = mesh_in_limb.vertices_mm[:, 2]
+    border = heights[boundary_half_edges(mesh_in_limb.faces)[:, 0]]
+    upper = border[border > (heights.min() + heights.max()) / 2]
+    return float(upper.min(initial=heights.max()))
+
+
+def _fitted(limb: Limb) -> Rigid:
+    direction = fit_axis(limb.mesh).direction
+    across = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    aligned = align(limb, AlignOptions(side="none", anterior=across))
+    if aligned.frame is None:
+        raise MeasureError("Its alignment gave no frame.")
+    return aligned.frame.limb_from_mesh

@@ -1,0 +1,416 @@
+"""Verdict: what a comparison means for the fit of a socket, in a sentence.
+
+Limits: a mean radial error beyond 0.25 mm was found in every socket that had to be remade for its
+size, an interquartile range beyond 0.40 mm in many that had to be changed (Sanders et al. 2012).
+Both are blind to a small place that was moved by much, so that is looked for by its area.
+
+Lines: comparisons, series and repeats as people read them, the verdict first.
+
+Trees: comparisons, series and repeats for machines. Lengths in mm, volumes in mL.
+"""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.workbench.compare.comparison import ByShape, Comparison
+from limbgram.workbench.compare.deviation import LOCAL_LIMIT_MM
+from limbgram.workbench.compare.following import Repeats, Series, Stack, Trend
+from limbgram.workbench.compare.levels import PLY_SHARE, Change, LevelChange
+from limbgram.workbench.compare.registration import Alignment
+
+MRE_LIMIT_MM = 0.25
+IQR_LIMIT_MM = 0.40
+
+_LOCAL_MM2 = 100.0
+"""Area from which places beyond the local limit count: a finger tip."""
+
+Grade = Literal[
+    "alike",
+    "differs in places",
+    "size differs",
+    "shape differs",
+    "size and shape differ",
+    "not graded",
+]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A grade for machines, and a sentence for people."""
+
+    grade: Grade
+    sentence: str
+
+
+def verdict(comparison: Comparison) -> Verdict:
+    """Size by the mean radial error, shape by its interquartile range."""
+    radial = comparison.radial
+    if radial is None:
+        figures = comparison.deviation.on_first.figures
+        return Verdict(
+            "not graded",
+            f"{_volume(comparison)} Not graded: no radial errors; the surfaces are "
+            f"{figures.rms_mm:.2f} mm apart (RMS). Alignment: {comparison.alignment.sentence}.",
+        )
+    figures = comparison.deviation.on_first.figures
+    local = figures.far_mm2 >= _LOCAL_MM2
+    size, shape = abs(radial.mre_mm) > MRE_LIMIT_MM, radial.iqr_mm > IQR_LIMIT_MM
+    grade: Grade = (
+        "size and shape differ"
+        if size and shape
+        else "size differs"
+        if size
+        else "shape differs"
+        if shape
+        else "differs in places"
+        if local
+        else "alike"
+    )
+    meaning = {
+        "alike": "alike, as far as a socket's fit can tell",
+        "differs in places": "alike but for places",
+        "size differs": "of another size, the same shape",
+        "shape differs": "of the same size, another shape",
+        "size and shape differ": "of another size and another shape",
+    }[grade]
+    places = (
+        f"{figures.far_mm2 / 100:.0f} cm2 differ by more than {LOCAL_LIMIT_MM:g} mm, the most by "
+        f"{figures.largest_mm:.1f} mm. "
+        if local
+        else ""
+    )
+    return Verdict(
+        grade,
+        f"The shapes are {meaning}: mean radial error {_signed(radial.mre_mm)} mm (limit "
+        f"{MRE_LIMIT_MM:.2f}), interquartile range {radial.iqr_mm:.2f} mm (limit "
+        f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)} Alignment: "
+        f"{comparison.alignment.sentence}.",
+    )
+
+
+def _signed(value_mm: float) -> str:
+    return f"{round(value_mm, 2) + 0.0:+.2f}"
+
+
+def _volume(comparison: Comparison) -> str:
+    """The headline: the volume's change with its interval, twice where two ways of laying the
+    shapes on each other contradict."""
+    levels = comparison.levels
+    change, plies = levels.volume, levels.plies
+    if change is None or plies is None:
+        return "The volume could not be compared."
+    reach = volume_reach(change, levels.laid_sigma_mm3)
+    start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
+    span = f"from {start} to {levels.to_mm:g} mm"
+    by_shape = comparison.by_shape
+    after = _holds(change) if reach else ""
+    if by_shape is not None and by_shape.at_odds:
+        after += f" {by_shape_sentence(by_shape)}"
+    if abs(change.share) < PLY_SHARE / 20:
+        same = f"{change.difference / 1000:+.1f}{reach} mL"
+        return f"The volumes {span} are the same ({same}).{after}"
+    size = "larger" if change.difference > 0 else "smaller"
+    return (
+        f"The second is {abs(change.difference) / 1000:.1f}{reach} mL ({abs(change.share):.1%}) "
+        f"{size} {span}, like {abs(plies):.1f} sock plies.{after}"
+    )
+
+
+def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
+    """ " ± 3.1", mL, by what is known: the scans' errors and how they were laid, or that alone."""
+    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
+    return f" {plus_minus(Interval.of_sigma(sigma / 1000), 1)}" if sigma > 0 else ""
+
+
+def by_shape_sentence(by_shape: ByShape) -> str:
+    """What the volume would be by shape, and whether that contradicts."""
+    change = by_shape.volume
+    told = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
+    if not by_shape.at_odds:
+        return f"Laid by their shape alone the change would be {told}, which agrees."
+    return (
+        f"Laid by their shape alone the change would be {told}: the two ways disagree, and which "
+        "is right depends on where the second belongs along the axis. Look at the picture."
+    )
+
+
+def _holds(change: Change) -> str:
+    """What the ± says, and of what."""
+    if change.sigma is None:
+        return (
+            f" {HOLDS}, as far as it is how they were laid: the scans tell no error of their own."
+        )
+    return f" {HOLDS}."
+
+
+_HEADING = (
+    f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
+    f"{'mL since last':>15}{'change':>9}"
+)
+
+
+def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
+    found = comparison.deviation
+    figures = found.on_first.figures
+    by_shape = comparison.by_shape
+    return (
+        verdict(comparison).sentence,
+        *(() if by_shape is None or by_shape.at_odds else (by_shape_sentence(by_shape),)),
+        *(f"Note: {note}" for note in comparison.notes),
+        f"Surface: mean {figures.mean_mm:+.3f} mm, mean absolute {figures.mean_abs_mm:.3f}, RMS "
+        f"{figures.rms_mm:.3f}, 95 % within {figures.p95_mm:.3f}, largest "
+        f"{figures.largest_mm:.3f}; both ways 95 % within {found.hausdorff95_mm:.3f}; "
+        f"{figures.compared_share:.1%} of the first compared.",
+        f"Normals: turned by {found.snae_mean_deg:.1f} degrees on average, 95 % by less than "
+        f"{found.snae_p95_deg:.1f}.",
+        "Levels: tape and mL are the second's, mL of the slab since the last level (the first from "
+        "where the volume begins); changes are second less first.",
+        _HEADING,
+        *(
+            f"{level.height_mm:8.1f}  {level.reason}"
+            if level.reason
+            else f"{level.height_mm:8.1f}"
+            f"{_second(level.measures.get('tape_mm'), 10)}"
+            f"{_difference(level.measures.get('tape_mm'), 9)}"
+            f"{_difference(level.measures.get('ml_mm'), 11)}"
+            f"{_difference(level.measures.get('ap_mm'), 11)}"
+            f"{_second(level.since_last, 15, 1000)}{_difference(level.since_last, 9, 1000)}"
+            for level in comparison.levels.levels
+        ),
+    )
+
+
+def series_lines(series: Series) -> tuple[str, ...]:
+    scans = series.stack
+    source = {
+        "scans": "the scans' own",
+        "repeats": "from repeats on one day",
+        "assumed": "assumed: the scans carry none (--repeatability)",
+    }[series.sigma_source]
+    start = float(scans.volumes_mm3[0])
+    return (
+        series.sentence,
+        *(f"Note: {note}" for note in scans.notes),
+        f"{HOLDS}; for the volumes it is {source}. Alignment to the first: "
+        f"{scans.alignments[0].sentence}.",
+        *(
+            f"{day.isoformat()}  {volume / 1000:8.1f} "
+            f"{plus_minus(Interval.of_sigma(sigma / 1000), 1)} mL ({volume / start - 1:+.1%})  "
+            f"{name}"
+            for day, volume, sigma, name in zip(
+                series.days, scans.volumes_mm3, series.volume_sigmas_mm3, series.names
+            )
+        ),
+        "Girths, taut tape:",
+        *(
+            f"{height:8.1f} mm  no whole section on two days"
+            if trend is None
+            else f"{height:8.1f} mm  {trend.per_week:+.2f} "
+            f"{plus_minus(Interval.of_half_width(trend.per_week_95), 2)} mm a week"
+            + ("" if trend.told else ": within the uncertainty")
+            for height, trend in zip(scans.heights_mm, series.girths)
+        ),
+    )
+
+
+def repeats_lines(found: Repeats) -> tuple[str, ...]:
+    agreement = found.agreement
+    return (
+        found.sentence,
+        *(f"Note: {note}" for note in found.stack.notes),
+        *(
+            f"{volume / 1000:8.1f} mL  {name}"
+            for volume, name in zip(found.stack.volumes_mm3, found.names)
+        ),
+        f"Alignment to the first: {found.stack.alignments[0].sentence}.",
+        *(
+            ()
+            if agreement is None
+            else (
+                f"Girths, second less first: {agreement.bias:+.2f} mm, limits of agreement "
+                f"{agreement.low:+.2f} to {agreement.high:+.2f} mm.",
+            )
+        ),
+    )
+
+
+def _second(change: Change | None, width: int, per: float = 1.0) -> str:
+    return f"{'-':>{width}}" if change is None else f"{change.second.value / per:{width}.1f}"
+
+
+def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
+    return f"{'-':>{width}}" if change is None else f"{change.difference / per:+{width}.1f}"
+
+
+_MM3_PER_ML = 1000.0
+
+
+def comparison_tree(comparison: Comparison) -> dict[str, Any]:
+    """Everything but the maps."""
+    found, radial, levels = comparison.deviation, comparison.radial, comparison.levels
+    judged, by_shape = verdict(comparison), comparison.by_shape
+    return {
+        "format": "limbgram-comparison/1",
+        "verdict": judged.sentence,
+        "grade": judged.grade,
+        "first": comparison.names[0],
+        "second": comparison.names[1],
+        "alignment": _alignment(comparison.alignment),
+        "sign": "second less first; positive where the second lies outside",
+        "radial": None
+        if radial is None
+        else {
+            "mean_radial_error_mm": radial.mre_mm,
+            "mean_limit_mm": MRE_LIMIT_MM,
+            "interquartile_range_mm": radial.iqr_mm,
+            "range_limit_mm": IQR_LIMIT_MM,
+            "known_share": radial.known_share,
+        },
+        "surface": {
+            "on_first": asdict(found.on_first.figures),
+            "on_second": asdict(found.on_second.figures),
+            "hausdorff95_mm": found.hausdorff95_mm,
+            "normal_angle_mean_deg": found.snae_mean_deg,
+            "normal_angle_p95_deg": found.snae_p95_deg,
+        },
+        "volume": {
+            "from_mm": levels.from_mm,
+            "to_mm": levels.to_mm,
+            "ml": _change(levels.volume, _MM3_PER_ML),
+            "sock_plies": levels.plies,
+            "laid_sigma_ml": levels.laid_sigma_mm3 / _MM3_PER_ML,
+            "reason": levels.reason,
+        },
+        "by_shape": None
+        if by_shape is None
+        else {
+            "alignment": _alignment(by_shape.alignment),
+            "volume_ml": _change(by_shape.volume, _MM3_PER_ML),
+            "laid_sigma_ml": by_shape.laid_sigma_mm3 / _MM3_PER_ML,
+            "at_odds": by_shape.at_odds,
+        },
+        "levels": [_level(level) for level in levels.levels],
+        "anatomical_frame": comparison.axes.anatomical,
+        "notes": list(comparison.notes),
+    }
+
+
+def series_tree(series: Series) -> dict[str, Any]:
+    """Visits in the order of their days."""
+    scans = series.stack
+    return {
+        "format": "limbgram-series/1",
+        "verdict": series.sentence,
+        "sigma_source": series.sigma_source,
+        "volume_trend_ml": _trend(series.volume, _MM3_PER_ML),
+        "volume_per_week_share": series.volume.per_week / float(scans.volumes_mm3[0]),
+        "change_ml": series.change_mm3 / _MM3_PER_ML,
+        "change_95_ml": series.change_95_mm3 / _MM3_PER_ML,
+        "girth_trends_mm": [
+            {"height_mm": float(height), "trend": None if trend is None else _trend(trend, 1.0)}
+            for height, trend in zip(scans.heights_mm, series.girths)
+        ],
+        "visits": [
+            {
+                "day": day.isoformat(),
+                "name": name,
+                "volume_ml": float(volume) / _MM3_PER_ML,
+                "volume_sigma_ml": float(sigma) / _MM3_PER_ML,
+                "girths_mm": [_number(girth) for girth in girths],
+            }
+            for day, name, volume, sigma, girths in zip(
+                series.days,
+                series.names,
+                scans.volumes_mm3,
+                series.volume_sigmas_mm3,
+                scans.tapes_mm,
+            )
+        ],
+        **_stack(scans),
+    }
+
+
+def repeats_tree(repeats: Repeats) -> dict[str, Any]:
+    """Volumes in mL, girths in mm."""
+    scans, volume = repeats.stack, repeats.volume
+    return {
+        "format": "limbgram-repeats/1",
+        "verdict": repeats.sentence,
+        "volume": {
+            "within_sd_ml": volume.within_sd / _MM3_PER_ML,
+            "coefficient_ml": volume.coefficient / _MM3_PER_ML,
+            "coefficient_share": volume.coefficient / float(scans.volumes_mm3.mean()),
+        },
+        "girths_mm": asdict(repeats.girths),
+        "bland_altman_mm": None if repeats.agreement is None else asdict(repeats.agreement),
+        "captures": [
+            {
+                "name": name,
+                "volume_ml": float(value) / _MM3_PER_ML,
+                "girths_mm": [_number(girth) for girth in girths],
+            }
+            for name, value, girths in zip(repeats.names, scans.volumes_mm3, scans.tapes_mm)
+        ],
+        **_stack(scans),
+    }
+
+
+def _stack(scans: Stack) -> dict[str, Any]:
+    return {
+        "heights_mm": scans.heights_mm.tolist(),
+        "volume_from_mm": scans.from_mm,
+        "volume_to_mm": float(scans.heights_mm[-1]),
+        "alignments": [_alignment(alignment) for alignment in scans.alignments],
+        "notes": list(scans.notes),
+    }
+
+
+def _alignment(alignment: Alignment) -> dict[str, Any]:
+    motion = alignment.first_from_second
+    return {
+        "way": alignment.way,
+        "in_words": alignment.sentence,
+        "rms_mm": None if alignment.rms_mm is None else _number(alignment.rms_mm),
+        "slide_sigma_mm": None if alignment.looseness is None else alignment.slide_sigma_mm,
+        "slid_from_frames_mm": alignment.slid_mm,
+        "first_from_second": {
+            "rotation": motion.rotation.tolist(),
+            "translation_mm": motion.translation.tolist(),
+        },
+    }
+
+
+def _level(level: LevelChange) -> dict[str, Any]:
+    return {
+        "height_mm": level.height_mm,
+        **{name: _change(change, 1.0) for name, change in level.measures.items()},
+        "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
+        "reason": level.reason,
+    }
+
+
+def _change(change: Change | None, per: float) -> dict[str, Any] | None:
+    if change is None:
+        return None
+    return {
+        "first": change.first.value / per,
+        "second": change.second.value / per,
+        "difference": change.difference / per,
+        "share": _number(change.share),
+        "sigma": None if change.sigma is None else change.sigma / per,
+    }
+
+
+def _trend(trend: Trend, per: float) -> dict[str, Any]:
+    return {
+        "per_week": trend.per_week / per,
+        "per_week_95": trend.per_week_95 / per,
+        "told": trend.told,
+        "scatter": trend.scatter,
+    }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,373 @@
+"""Mirroring: whether the mirror image of a shape fits another one much better than it does itself.
+
+Only shapes that fit badly are asked, so a limb that is nearly its own mirror image is no suspect.
+
+Registration: how a second shape is laid on a first one.
+
+In      two Limbs and the way: by landmarks, by shape (ICP), by volume, or as they are.
+Out     an Alignment: the motion and, in words, how it was found and how well.
+Method  rigid always: a wrong size stays in the figures instead of vanishing in a scale.
+Fails   MeasureError: too few landmarks, no overlap, or a shape that tells no pose.
+
+Volume alignment: the second shape slid along the long axis until it holds the same volume.
+
+In      both surfaces, the second as it was laid by its shape, in the first's limb frame.
+Out     how far it slides, and the height up to which the volumes agree.
+Method  as a limb sinks into a socket until it fills it: below the lower of the two brims both hold
+        the same. The difference falls steadily with the slide, so one root is all there is.
+Fails   MeasureError: the distal end is open, or no slide makes the volumes equal.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Float64
+from scipy.special import stdtrit
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid, fit_similarity
+from limbgram.core.interval import COVER
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.compare.counterparts import Ground
+from limbgram.workbench.compare.frames import brim_height_mm
+from limbgram.workbench.compare.icp import (
+    FINE,
+    MIDDLE,
+    Fit,
+    IcpOptions,
+    Looseness,
+    descent,
+    places_of,
+    settle,
+    tried_starts,
+    width_mm,
+)
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
+
+_SUSPECT = 0.005
+"""Distance, as a share of the width, from which shapes fit badly enough to ask."""
+_BETTER = 0.5
+_ACROSS = np.array([-1.0, 1.0, 1.0])
+
+
+def about_mirrors(
+    first: Limb, second: Limb, ground: Ground, fit: Fit, brim_mm: float, icp: IcpOptions
+) -> tuple[str, ...]:
+    """A hint where the mirror image of the second fits the first far better."""
+    if not fit.rms_mm > _SUSPECT * width_mm(first.mesh.vertices_mm):
+        return ()
+    mirrored = replace(
+        second,
+        mesh=replace(
+            second.mesh,
+            vertices_mm=second.mesh.vertices_mm * _ACROSS,
+            faces=second.mesh.faces[:, ::-1].copy(),
+        ),
+    )
+    best, _ = tried_starts(first, mirrored, ground, brim_mm, icp)
+    image = settle(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
+    if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
+        return ()
+    return (
+        f"The mirror image of the second shape fits much better ({image.rms_mm:.2f} mm RMS against "
+        f"{fit.rms_mm:.2f}): one of the two is mirrored, or they are a left and a right limb.",
+    )
+
+
+Way = Literal["auto", "icp", "landmarks", "volume", "as-is"]
+"""auto: as they lie where one was made from the other; else by landmarks where three are shared;
+
+else by the limb frames where the shapes leave their place along the axis open; else by icp."""
+WAYS: tuple[Way, ...] = get_args(Way)
+
+_FEWEST_LANDMARKS = 3
+_SPREAD_MM = 5.0
+"""Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
+_MARK_MM = 0.2
+"""No landmark lies surer than a painted spot that the photos agree on (0.16 mm RMS, measured)."""
+_LEAST_USED = 0.2
+_FAR_MM = 5.0
+"""Surfaces that stay this far apart, root mean square, are hardly one limb."""
+_MOST_WIDER, _MOST_OFF = 0.15, 0.05
+"""Nor are shapes of so different widths that stay so far apart, as shares of the first one's width:
+
+their own shape would lay them anywhere along the axis. A part of a limb may be wider than the whole
+and lies on it."""
+_LYING_MM = 1e-3
+_LARGER = 0.03
+"""From here on a difference in size moves them along the axis by millimetres."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegistrationOptions:
+    """How a second shape is laid on a first."""
+
+    way: Way = "auto"
+    brim_mm: float = 5.0
+    """Strip along open edges that takes no part."""
+    landmark_weights: Mapping[str, float] = field(default_factory=dict)
+    """By name; 1 where none is given, 0 leaves a landmark out."""
+    mostly_unchanged: bool = False
+    """Most of the surface is the same on both, so that auto goes by shape rather than landmarks:
+
+    captures of one limb, or a cast before and after a rectification."""
+    icp: IcpOptions = field(default_factory=IcpOptions)
+
+
+DEFAULTS = RegistrationOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """How the second shape was laid on the first."""
+
+    way: Way
+    first_from_second: Rigid
+    """Between the frames of the meshes."""
+    sentence: str
+    """Says the way, for every report that gives figures found by it."""
+    rms_mm: float | None
+    """Of what was fitted: landmarks, or distances between the surfaces; None where nothing was."""
+    looseness: Looseness | None = None
+    """How well shapes or landmarks hold each other; None where nothing was fitted."""
+    exact: bool = False
+    """True where one shape was made from the other and still lies as it was made."""
+    slide_sigma_mm: float = 0.0
+    """Standard deviation of where the second lies along the long axis, as far as it is known."""
+    slid_mm: float | None = None
+    """Along that axis, from where limb frames put it; None without frames."""
+    notes: tuple[str, ...] = ()
+
+
+def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
+    """Lay landmarks of the same name on each other, weighted least squares without scaling."""
+    of_first = {mark.name: mark.position_mm for mark in first.landmarks}
+    of_second = {mark.name: mark.position_mm for mark in second.landmarks}
+    shared = [name for name in of_first if name in of_second and weights.get(name, 1.0) > 0]
+    unknown = sorted(set(weights) - (set(of_first) & set(of_second)))
+    if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
+        raise OptionsError(
+            f"Weights are given for {', '.join(weights)}. Each must name a landmark that both "
+            "shapes have and be a number of 0 or more."
+        )
+    if len(shared) < _FEWEST_LANDMARKS:
+        raise MeasureError(
+            f"{len(shared)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
+            "needed. Mark more with `limbgram align --landmark`, or align by icp."
+        )
+    to_mm = np.stack([of_first[name] for name in shared])
+    from_mm = np.stack([of_second[name] for name in shared])
+    share = np.array([weights.get(name, 1.0) for name in shared])
+    share = share / share.sum()
+    centred = (to_mm - share @ to_mm) * np.sqrt(share)[:, None]
+    if np.linalg.svd(centred)[1][1] < _SPREAD_MM:
+        raise MeasureError(
+            f"The landmarks {', '.join(shared)} lie nearly on one line, so the turn about it "
+            "stays open. Mark one more beside it, or align by icp."
+        )
+    fit = fit_similarity(from_mm, to_mm, with_scale=False, weights=share)
+    pose = Rigid(fit.rotation, fit.translation)
+    off_mm = np.linalg.norm(pose.apply(from_mm) - to_mm, axis=1)
+    rms_mm = float(np.sqrt(share @ off_mm**2))
+    worst = shared[int(np.argmax(off_mm))]
+    return Alignment(
+        way="landmarks",
+        first_from_second=pose,
+        sentence=f"by {len(shared)} landmarks ({rms_mm:.2f} mm RMS, the largest "
+        f"{off_mm.max():.2f} mm at {worst}), rigid",
+        rms_mm=rms_mm,
+        looseness=_looseness_of_marks(to_mm, off_mm, share),
+    )
+
+
+def _looseness_of_marks(
+    places_mm: Points3, off_mm: Float64[np.ndarray, " k"], share: Float64[np.ndarray, " k"]
+) -> Looseness:
+    """From how far the landmarks disagree: errors of one size in all directions.
+
+    Few landmarks tell that size badly, so it is widened (Student) until 1.96 of it hold 95 of 100.
+    """
+    middle = share @ places_mm
+    apart = places_mm - middle
+    turns = np.stack([np.cross(axis, apart) for axis in np.eye(3)], axis=2)
+    shifts = np.broadcast_to(np.eye(3), turns.shape)
+    columns = np.concatenate([turns, shifts], axis=2).reshape(-1, 6)
+    weights = np.repeat(share, 3)
+    inverse = np.linalg.inv((columns * weights[:, None]).T @ columns)
+    spread = inverse @ ((columns * weights[:, None] ** 2).T @ columns) @ inverse
+    counted = 1 / float(np.square(share).sum())
+    free = max(3 * counted - 6, 1.0)
+    mark_mm2 = float(share @ off_mm**2) * counted / free
+    widened = float(stdtrit(free, 0.975)) / COVER
+    return Looseness(
+        middle_mm=middle,
+        covariance=max(mark_mm2 * widened**2, _MARK_MM**2) * spread,
+        growth_shift=np.zeros(3),
+    )
+
+
+def as_is(first: Limb, second: Limb) -> Alignment:
+    """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
+    if (first.frame is None) != (second.frame is None):
+        bare = first if first.frame is None else second
+        raise MeasureError(
+            f"Only one of the shapes has a limb frame; {bare.name or 'the other'} has none. Run "
+            "`limbgram align` on it, or align by icp."
+        )
+    if first.frame is None or second.frame is None:
+        pose, sentence = Rigid.identity(), "none: both shapes as their files place them"
+    else:
+        pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
+        sentence = "limb frame on limb frame, as each was aligned by itself"
+    made = descent(first, second)
+    exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
+    return Alignment(
+        way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
+    )
+
+
+def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
+    """As the second was made of the first, or both of one, where that is known; else None."""
+    made = descent(first, second)
+    if made is None:
+        return None
+    return Alignment(
+        way="as-is",
+        first_from_second=made.first_from_second,
+        sentence=f"none: taken as they lie, because {made.reason} (--align icp lays them by shape)",
+        rms_mm=None,
+        exact=True,
+    )
+
+
+def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
+    """How far two poses lay a limb's vertices apart, at most."""
+    points = limb.mesh.vertices_mm
+    return float(np.abs(one.apply(points) - other.apply(points)).max())
+
+
+def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
+    """Lay the surfaces on each other, robustly, without their brims and filled parts.
+
+    Raises:
+        MeasureError: no overlap, or sizes so different that the shape tells no place.
+    """
+    ground = Ground.of(first.mesh, options.brim_mm)
+    start = _told_start(first, second)
+    fine_mm = places_of(second, FINE, options.brim_mm)
+    notes: list[str] = []
+    fit = None if start is None else settle(fine_mm, ground, start, options.icp)
+    if fit is None or fit.used_share < _LEAST_USED:
+        best, rival = tried_starts(first, second, ground, options.brim_mm, options.icp)
+        fit = settle(fine_mm, ground, best.first_from_second, options.icp)
+        if rival:
+            notes.append(
+                "Another pose fits nearly as well: mark landmarks on both shapes, or look at the "
+                "picture whether the sides are right."
+            )
+    if not fit.used_share >= _LEAST_USED:
+        raise MeasureError(
+            f"Only {fit.used_share:.0%} of {second.name or 'the second shape'} finds a place on "
+            f"{first.name or 'the first'}: they do not overlap or are of different things. Give "
+            "landmarks on both, or align each and compare as they are."
+        )
+    first_mm = width_mm(places_of(first, MIDDLE, options.brim_mm))
+    wider = width_mm(fine_mm) / first_mm - 1
+    if abs(wider) > _MOST_WIDER and fit.rms_mm > _MOST_OFF * first_mm:
+        raise MeasureError(
+            f"{second.name or 'The second shape'} is about {abs(wider):.0%} "
+            f"{'wider' if wider > 0 else 'narrower'} than {first.name or 'the first'}, and "
+            f"{fit.rms_mm:.1f} mm off it (RMS) where it fits best: its shape does not tell where "
+            "along the axis it belongs. Check the units, and that both are of one limb; if so, lay "
+            "them on each other by landmarks (--align landmarks) or as each was aligned (--align "
+            "as-is)."
+        )
+    if abs(fit.larger_share) > _LARGER:
+        notes.append(
+            f"The second shape is about {abs(fit.larger_share):.0%} "
+            f"{'larger' if fit.larger_share > 0 else 'smaller'} all round. Laid by its shape it "
+            "slides along the axis, by several millimetres on a tapering limb, and levels move "
+            "with it: for figures by level align by landmarks."
+        )
+    if not fit.converged:
+        notes.append(f"The alignment had not settled after {fit.rounds} rounds.")
+    if fit.rms_mm > _FAR_MM:
+        notes.append(
+            f"Even laid on each other the shapes are {fit.rms_mm:.1f} mm apart (RMS). If they "
+            "should be one limb, a unit, a side or the pose is wrong: look at the picture."
+        )
+    notes += about_mirrors(first, second, ground, fit, options.brim_mm, options.icp)
+    notes += [
+        f"The shapes do not tell about {motion}: figures that depend on it are arbitrary."
+        for motion in fit.undetermined
+    ]
+    return Alignment(
+        way="icp",
+        first_from_second=fit.first_from_second,
+        sentence=f"by shape (robust ICP, point to surface, {options.brim_mm:g} mm of brim left "
+        f"out; {fit.rms_mm:.3f} mm RMS, {fit.used_share:.0%} of the surface used), rigid",
+        rms_mm=fit.rms_mm,
+        looseness=fit.looseness,
+        notes=tuple(notes),
+    )
+
+
+def _told_start(first: Limb, second: Limb) -> Rigid | None:
+    """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
+    try:
+        return by_landmarks(first, second, {}).first_from_second
+    except MeasureError:
+        if first.frame is None or second.frame is None:
+            return None
+        return as_is(first, second).first_from_second
+
+
+_CLEAR_MM = 1e-3
+"""Kept below the brim, so that the level is whole."""
+_FARTHEST_MM = 60.0
+_CLOSE_MM = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slide:
+    """Along the first's long axis, positive proximally."""
+
+    shift_mm: float
+    height_mm: float
+    """In the first's limb frame: below it both hold the same volume."""
+
+
+def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
+    """The slide after which both hold the same volume below the lower brim."""
+    first, second = _measured(first_in_limb), _measured(second_in_limb)
+    first_top, second_top = brim_height_mm(first_in_limb), brim_height_mm(second_in_limb)
+
+    def level(shift_mm: float) -> float:
+        return min(first_top, second_top + shift_mm) - _CLEAR_MM
+
+    def excess(shift_mm: float) -> float:
+        height = level(shift_mm)
+        return (
+            second.between(DISTAL_END, height - shift_mm).value
+            - first.between(DISTAL_END, height).value
+        )
+
+    from scipy.optimize import brentq  # a twentieth of a second, for this way of aligning alone
+
+    length = min(np.ptp(mesh.vertices_mm[:, 2]) for mesh in (first_in_limb, second_in_limb))
+    reach = min(_FARTHEST_MM, 0.4 * float(length))
+    if excess(-reach) * excess(reach) > 0:
+        raise MeasureError(
+            f"No slide along the axis within {reach:.0f} mm makes the volumes equal. The shapes "
+            "differ too much for it: align by icp or by landmarks."
+        )
+    shift_mm = float(np.asarray(brentq(excess, -reach, reach, xtol=_CLOSE_MM)))
+    return Slide(shift_mm=shift_mm, height_mm=level(shift_mm))
+
+
+def _measured(mesh: Mesh) -> Volumes:
+    return Volumes.of(Sigmas.of(mesh))

@@ -1,0 +1,215 @@
+"""Cleaning: what scanners leave beside and in the surface of a limb, taken away or closed.
+
+In      a Limb, and how large each kind of fault may be.
+Out     the Limb without them; a note of every kind that was found.
+Method  scraps and doubled sheets are loose open pieces that lie on the rest; a spike is a vertex at
+        which the surface comes to a point, and is laid back among its neighbours; a hole is an
+        opening that is not the brim, and is closed by surface that goes on as its surroundings do.
+Fails   EditError: an amount out of its range, or what is closed would fold.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int32
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.topology import boundary_loops
+from limbgram.reconstruction.surface.holes import find_openings
+from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
+from limbgram.workbench.edits.regions import at_brim, averaging, displaced, moved_by, with_closed
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.strays import open_pieces, without_pieces
+
+_LARGEST_MM = 60.0
+"""A wider hole, or a longer scrap, is a part of the limb that is missing or lies loose: for a
+person to judge."""
+_SHEET_SHARE = 0.5
+"""A sheet with more of the largest piece's area is no double of it, but another surface."""
+_SPIKE_DEG = 180.0
+"""Sum of the faces' angles at a vertex: 360 on skin, 270 at a box's corner. With less it stands out
+of an even ring by 1.7 of its edges or more, as nothing on a limb does."""
+_SPIKE_ROUNDS = 20
+"""Of laying spikes back: where two stand beside each other, one goes down after the other."""
+_PUT_BACK_ROUNDS = 5
+"""Of putting points back that would fold the surface where they are laid."""
+_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
+"""An opening of this share of what the shape shows from there is its brim, as for filling."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clean:
+    """Clean a scan of what scanners leave: loose scraps, doubled sheets, spikes, small holes."""
+
+    scraps_mm: float = 10.0
+    """Loose pieces of surface up to this long, and as near to the limb, are taken away; 0: none."""
+    sheets_mm: float = 1.5
+    """Loose sheets of any size that lie as near to the surface all over are taken away; 0: none."""
+    spikes: bool = True
+    """Whether single points that stand out like thorns are laid back among their neighbours."""
+    holes_mm: float = 15.0
+    """Holes up to this wide are closed; the brim never is; 0: none."""
+
+
+def require_cleaning(edit: Clean, what: str) -> None:
+    """Refuse amounts that are none, or so large that a part of the limb could go.
+
+    Raises:
+        EditError: an amount is negative or too large, or nothing is asked for.
+    """
+    amounts = {
+        "scraps_mm": edit.scraps_mm,
+        "sheets_mm": edit.sheets_mm,
+        "holes_mm": edit.holes_mm,
+    }
+    for name, amount_mm in amounts.items():
+        if not 0 <= amount_mm <= _LARGEST_MM:
+            raise EditError(
+                f"{what} takes {name} from 0 (none) to {_LARGEST_MM:g} mm, not {amount_mm:g}: "
+                "what is larger may be the limb. Cut it off, or fill it, by an edit of its own."
+            )
+    if not edit.spikes and not any(amounts.values()):
+        raise EditError(f"{what} is asked for nothing. Leave this edit out.")
+
+
+def clean(limb: Limb, edit: Clean) -> Limb:
+    """The limb without what its scanner left.
+
+    Raises:
+        EditError: what is closed would fold.
+    """
+    what = "The cleaning"
+    require_cleaning(edit, what)
+    cleared = _without_scraps(limb, edit)
+    smooth = _without_spikes(cleared) if edit.spikes else cleared
+    whole = _without_holes(smooth, edit) if edit.holes_mm else smooth
+    if whole is limb:
+        return replace(limb, notes=(*limb.notes, "nothing was found to be cleaned"))
+    require_sound(what, cleared.mesh, whole.mesh)
+    return whole
+
+
+def _without_scraps(limb: Limb, edit: Clean) -> Limb:
+    """Without short loose pieces near the surface, and without longer ones on it."""
+    told: list[str] = []
+    mesh = limb.mesh
+    for reach_mm, of_scraps in ((edit.scraps_mm, True), (edit.sheets_mm, False)):
+        pieces = open_pieces(mesh) if reach_mm else None
+        if pieces is None:
+            continue
+        if of_scraps:
+            asked = _lengths_mm(mesh, pieces.of_vertex, len(pieces.area_mm2)) <= reach_mm
+        else:
+            asked = pieces.area_mm2 <= _SHEET_SHARE * pieces.area_mm2.max()
+        found = without_pieces(mesh, pieces, asked, reach_mm)
+        mesh = found.mesh
+        told += found.told()
+    return limb if mesh is limb.mesh else _noted(limb.with_mesh(mesh), told)
+
+
+def _lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
+    """Longest side of each piece's box."""
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece, mesh.vertices_mm)
+    np.maximum.at(high, piece, mesh.vertices_mm)
+    return (high - low).max(1)
+
+
+def _without_spikes(limb: Limb) -> Limb:
+    """Spikes laid back; what was measured there counts as filled."""
+    mesh = limb.mesh
+    mean = averaging(mesh)
+    held = at_brim(mesh)
+    vertices = mesh.vertices_mm.copy()
+    moved = np.zeros(len(mesh), np.bool_)
+    for _ in range(_SPIKE_ROUNDS):
+        found = _spikes(vertices, mesh.faces) & ~held
+        if not found.any():
+            break
+        vertices[found] = (mean @ vertices)[found]
+        moved |= found
+    for _ in range(_PUT_BACK_ROUNDS):
+        spoilt = moved & spoilt_vertices(mesh, mesh.with_vertices(vertices))
+        vertices[spoilt] = mesh.vertices_mm[spoilt]
+        moved &= ~spoilt
+        if not spoilt.any():
+            break
+    else:
+        vertices, moved = mesh.vertices_mm, np.zeros(len(mesh), np.bool_)
+    if not moved.any():
+        return limb
+    highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
+    laid = displaced(limb, vertices)
+    told = f"spikes of {int(moved.sum()):,} points, up to {highest_mm:.1f} mm high, were laid back"
+    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [told])
+
+
+def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Vertices at which the surface comes to a point, whatever the form of its triangles."""
+    total = np.zeros(len(vertices))
+    for k in range(3):
+        at = vertices[faces[:, k]]
+        ahead = unit(vertices[faces[:, (k + 1) % 3]] - at)
+        behind = unit(vertices[faces[:, (k + 2) % 3]] - at)
+        cosines = np.clip(np.einsum("ij,ij->i", ahead, behind), -1, 1)
+        total += np.bincount(faces[:, k], np.arccos(cosines), len(vertices))
+    return (total > 0) & (total < np.radians(_SPIKE_DEG))
+
+
+def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:
+    """The mesh with these vertices as ones that nothing measured."""
+    filled = moved if mesh.filled is None else mesh.filled | moved
+    sigma = None if mesh.sigma_mm is None else np.where(moved, np.float32(np.nan), mesh.sigma_mm)
+    shared = mesh.shared_mm
+    lost = mesh.lost_length
+    return replace(
+        mesh,
+        filled=filled,
+        sigma_mm=sigma,
+        shared_mm=None if shared is None else np.where(moved[:, None], np.float32(0), shared),
+        lost_length=None if lost is None else np.where(moved[:, None], np.float32(0), lost),
+    )
+
+
+def _without_holes(limb: Limb, edit: Clean) -> Limb:
+    """Small holes closed; one whose filling would fold onto the surface stays open, and is told."""
+    mesh = limb.mesh
+    upright = mesh.vertices_mm
+    if limb.frame is not None:
+        upright = moved_by(limb.frame.limb_from_mesh, upright)
+    brim = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE).brim
+    loops = [
+        loop for loop in boundary_loops(mesh.faces) if brim is None or loop[0] not in brim.tolist()
+    ]
+    small = [loop for loop in loops if _width_mm(mesh, loop) <= edit.holes_mm]
+    whole = [loop for loop in small if not _touches_itself(mesh, loop)]
+    closed = with_closed(mesh, whole)
+    spoilt = spoilt_vertices(mesh, closed)[: len(mesh)]
+    if spoilt.any():
+        whole = [loop for loop in whole if not spoilt[loop].any()]
+        closed = with_closed(mesh, whole)
+    if not small:
+        return limb
+    told: list[str] = []
+    if whole:
+        widest_mm = max(_width_mm(mesh, loop) for loop in whole)
+        told.append(f"holes closed, up to {widest_mm:.1f} mm wide: {len(whole)}")
+    if len(whole) < len(small):
+        left = len(small) - len(whole)
+        told.append(f"small holes that cannot be closed soundly, and were left open: {left}")
+    return _noted(limb.with_mesh(closed), told)
+
+
+def _width_mm(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> float:
+    places = mesh.vertices_mm[loop]
+    return 2 * float(np.linalg.norm(places - places.mean(0), axis=1).max())
+
+
+def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
+
+
+def _noted(limb: Limb, told: list[str]) -> Limb:
+    return replace(limb, notes=(*limb.notes, *told))

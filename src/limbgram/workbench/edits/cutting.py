@@ -1,0 +1,375 @@
+"""Capping: the flat openings of a plane cut closed by triangles in the plane.
+
+Splitting: triangles cut where a value given at the vertices passes zero.
+
+Cuts: along a plane across the limb's axis, and along a trimline drawn on the surface.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+from numba import njit
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Faces, Points2
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
+from limbgram.reconstruction.surface.holes import loop_area
+from limbgram.reconstruction.surface.resampling import Triangles, even_out
+from limbgram.workbench.edits.fineness import divide
+from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.regions import (
+    FrameName,
+    Place,
+    draw_curve,
+    find_sides,
+    fine_along,
+    height_mm,
+    in_limb_frame,
+    middles_mm,
+    on_surface,
+    position_mm,
+    require_ring,
+    with_added,
+)
+from limbgram.workbench.limb import Limb
+
+_ROUNDS = 6
+
+
+def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
+    """Close the openings whose vertices all lie on the cut; inner loops become holes of the cap.
+
+    Raises:
+        EditError: the cut runs into the open brim, so it bounds no flat opening.
+    """
+    loops = boundary_loops(mesh.faces)
+    flat = [loop.astype(np.int64) for loop in loops if on_cut[loop].all()]
+    if any(on_cut[loop].sum() > 1 and not on_cut[loop].all() for loop in loops) or not flat:
+        raise EditError(
+            f"{what} runs through the open brim and cannot be capped. Cut below the brim, or "
+            "leave the cut open."
+        )
+    # A cap's faces run against the loops, so its outward side looks away from what was kept.
+    rings = [loop[::-1] for loop in flat]
+    areas = np.stack([loop_area(mesh.vertices_mm[ring]) for ring in rings])
+    normal = areas.sum(0) / np.linalg.norm(areas.sum(0))
+    plane = _in_plane(normal)
+    drawn = [np.einsum("nj,kj->nk", mesh.vertices_mm[ring], plane) for ring in rings]
+    outer = (areas * normal).sum(1) > 0
+    faces: list[np.ndarray] = []
+    for number in np.flatnonzero(outer):
+        holes = [k for k in np.flatnonzero(~outer).tolist() if _home(drawn, outer, k) == number]
+        path = _joined(drawn, int(number), holes)
+        ring = np.concatenate(rings)[path]
+        corners = np.concatenate(drawn)[path]
+        cut = np.empty((len(path) - 2, 3), np.int64)
+        if _cut_ears(corners, cut) != len(cut):
+            raise EditError(f"{what} leaves an outline that crosses itself; it cannot be capped.")
+        faces.append(ring[cut])
+    return _made_even(mesh, np.concatenate(faces).astype(np.int32))
+
+
+def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
+    """Two directions across a normal; seen against it, counter-clockwise stays so."""
+    first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
+
+
+def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int:
+    """The smallest outer ring round a hole."""
+    around = [int(k) for k in np.flatnonzero(outer) if _is_inside(drawn[hole][0], drawn[int(k)])]
+    return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
+
+
+def _area(ring: Points2) -> float:
+    ahead = np.roll(ring, -1, axis=0)
+    return float((ring[:, 0] * ahead[:, 1] - ring[:, 1] * ahead[:, 0]).sum()) / 2
+
+
+def _is_inside(point: Float64[np.ndarray, "2"], ring: Points2) -> bool:
+    ahead = np.roll(ring, -1, axis=0)
+    spans = (ring[:, 1] > point[1]) != (ahead[:, 1] > point[1])
+    rise = np.where(spans, ahead[:, 1] - ring[:, 1], 1.0)
+    at = ring[:, 0] + (point[1] - ring[:, 1]) / rise * (ahead[:, 0] - ring[:, 0])
+    return bool((spans & (at > point[0])).sum() % 2)
+
+
+def _joined(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarray, " k"]:
+    """One path round a ring and its holes, led to each hole and back (Eberly 2002).
+
+    Holes are joined in order of their rightmost point, each to the nearest point of the path
+    that it can see to its right.
+    """
+    first = np.cumsum([0, *(len(points) for points in drawn)])
+    places = np.concatenate(drawn)
+    path = np.arange(first[ring], first[ring + 1])
+    for hole in sorted(holes, key=lambda k: -float(drawn[k][:, 0].max())):
+        own = np.arange(first[hole], first[hole + 1])
+        start = int(np.argmax(places[own, 0]))
+        own = np.roll(own, -start)
+        bridge = _visible(places[path], places[own[0]])
+        path = np.concatenate([path[: bridge + 1], own, own[:1], path[bridge:]])
+    return path
+
+
+def _visible(path: Points2, point: Float64[np.ndarray, "2"]) -> int:
+    """A corner of the path that is seen from a point inside it, looking to the right first."""
+    order = np.argsort(np.linalg.norm(path - point, axis=1), kind="stable")
+    ahead = np.roll(path, -1, axis=0)
+    for k in order:
+        if _sees(point, path[k], path, ahead) and _opens_to(path, int(k), point):
+            return int(k)
+    return int(order[0])
+
+
+def _sees(
+    start: Float64[np.ndarray, "2"], end: Float64[np.ndarray, "2"], one: Points2, two: Points2
+) -> bool:
+    """Whether no piece of a path crosses the way between two points."""
+    way = end - start
+    left_one = way[0] * (one[:, 1] - start[1]) - way[1] * (one[:, 0] - start[0])
+    left_two = way[0] * (two[:, 1] - start[1]) - way[1] * (two[:, 0] - start[0])
+    piece = two - one
+    of_start = piece[:, 0] * (start[1] - one[:, 1]) - piece[:, 1] * (start[0] - one[:, 0])
+    of_end = piece[:, 0] * (end[1] - one[:, 1]) - piece[:, 1] * (end[0] - one[:, 0])
+    return not ((left_one * left_two < 0) & (of_start * of_end < 0)).any()
+
+
+def _opens_to(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bool:
+    """Whether a point lies within the inner angle at a corner; corners passed twice have two."""
+    here = path[corner]
+    back, ahead = path[corner - 1] - here, path[(corner + 1) % len(path)] - here
+    to = point - here
+    turn = np.arctan2(ahead[0] * back[1] - ahead[1] * back[0], ahead @ back) % (2 * np.pi)
+    at = np.arctan2(ahead[0] * to[1] - ahead[1] * to[0], ahead @ to) % (2 * np.pi)
+    return bool(0 < at < turn)
+
+
+@njit(cache=True, nogil=True)
+def _cut_ears(ring, faces):
+    """Triangulate a simple ring by cutting the roundest ears; returns the number of faces made."""
+    n = ring.shape[0]
+    before, after = np.arange(n) - 1, np.arange(n) + 1
+    before[0], after[n - 1] = n - 1, 0
+    worth = np.empty(n)
+    for k in range(n):
+        worth[k] = _worth(ring, before, after, k)
+    made = 0
+    while made < n - 2:
+        best = -1
+        for k in range(n):
+            if worth[k] > 0 and (best < 0 or worth[k] > worth[best]):
+                best = k
+        if best < 0:
+            return made
+        a, c = before[best], after[best]
+        faces[made, 0], faces[made, 1], faces[made, 2] = a, best, c
+        made += 1
+        after[a], before[c] = c, a
+        worth[best] = -1.0
+        worth[a] = _worth(ring, before, after, a)
+        worth[c] = _worth(ring, before, after, c)
+        # A corner that was blocked by the one just cut off may be free now.
+        k = after[c]
+        while k != a and made < n - 2:
+            if worth[k] == 0.0:
+                worth[k] = _worth(ring, before, after, k)
+            k = after[k]
+    return made
+
+
+@njit(cache=True, nogil=True)
+def _worth(ring, before, after, k):
+    """Roundness of the ear at a corner; -1 where it is no corner, 0 where another is in the way."""
+    a, c = before[k], after[k]
+    ux, uy = ring[k, 0] - ring[a, 0], ring[k, 1] - ring[a, 1]
+    vx, vy = ring[c, 0] - ring[k, 0], ring[c, 1] - ring[k, 1]
+    double = ux * vy - uy * vx
+    if double <= 0:
+        return -1.0
+    other = after[c]
+    while other != a:
+        px, py = ring[other, 0], ring[other, 1]
+        same = (
+            (px == ring[a, 0] and py == ring[a, 1])
+            or (px == ring[k, 0] and py == ring[k, 1])
+            or (px == ring[c, 0] and py == ring[c, 1])
+        )
+        if not same:
+            one = ux * (py - ring[a, 1]) - uy * (px - ring[a, 0])
+            two = vx * (py - ring[k, 1]) - vy * (px - ring[k, 0])
+            wx, wy = ring[a, 0] - ring[c, 0], ring[a, 1] - ring[c, 1]
+            three = wx * (py - ring[c, 1]) - wy * (px - ring[c, 0])
+            if one >= 0 and two >= 0 and three >= 0:
+                return 0.0
+        other = after[other]
+    wx, wy = ring[a, 0] - ring[c, 0], ring[a, 1] - ring[c, 1]
+    return double / (ux * ux + uy * uy + vx * vx + vy * vy + wx * wx + wy * wy)
+
+
+def _made_even(mesh: Mesh, faces: Faces) -> Mesh:
+    """The mesh with a cap of near-equilateral triangles, about as fine as its rim.
+
+    The faces along the rim take part frozen, so that its edges stay whole.
+    """
+    rim = np.zeros(len(mesh), np.bool_)
+    rim[faces] = True
+    along = mesh.faces[rim[mesh.faces].any(1)]
+    together = np.concatenate([along, faces])
+    used, compact = np.unique(together, return_inverse=True)
+    frozen = np.arange(len(together)) < len(along)
+    compact = compact.reshape(-1, 3).astype(np.int32)
+    work = Triangles(mesh.vertices_mm[used], compact, frozen, used.astype(np.int64))
+    corners = mesh.vertices_mm[along]
+    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    edge = float(np.median(lengths.max(1)))
+    for _ in range(_ROUNDS):
+        work = even_out(work, edge)
+    kept = np.zeros(len(work.vertices), np.bool_)
+    kept[work.faces[work.frozen]] = True
+    number = np.where(kept, work.origin, len(mesh) + np.cumsum(~kept) - 1)
+    new = number[work.faces[~work.frozen]].astype(np.int32)
+    return with_added(mesh, work.vertices[~kept], work.origin[~kept], new)
+
+
+ON_IT_MM = 1e-3
+"""A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What is left of a mesh."""
+
+    mesh: Mesh
+    on_cut: Bool[np.ndarray, " n"]
+    """Vertices that lie on the cut."""
+
+
+def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
+    """The part of a mesh where the value is above zero; faces across it are split.
+
+    Values are distances from the cut; along an edge they are taken as straight.
+    """
+    values = np.where(np.abs(values_mm) <= ON_IT_MM, 0.0, values_mm)
+    sign = np.sign(values)
+    edges = find_edges(mesh.faces)
+    ends = edges.ends
+    crossed = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
+    below, above = values[ends[:, 0]], values[ends[:, 1]]
+    shares = np.where(crossed, below / np.where(crossed, below - above, 1.0), 0.5)
+    division = divide(mesh, edges, crossed, shares)
+    signs = np.concatenate([sign, np.zeros(int(crossed.sum()))])
+    kept = division.mesh.faces[signs[division.mesh.faces].max(1, initial=-1.0) > 0]
+    used = np.unique(kept)
+    return Cut(with_faces(division.mesh, kept), signs[used] == 0)
+
+
+Part = Literal["distal", "proximal"]
+_EDGE_MM = 1.5
+"""Edges along a trimline before it is cut."""
+_STEEPEST_DEG = 80.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneCut:
+    """Cut by a plane across the limb's axis."""
+
+    height_mm: float
+    """Where the plane meets the middle of the limb."""
+    above: str = ""
+    """Landmark from which the height counts; without it the distal end's origin."""
+    forward_deg: float = 0.0
+    """Tilt: how much the plane rises towards posterior (its normal leans to anterior)."""
+    right_deg: float = 0.0
+    """Tilt: how much the plane rises towards the left (its normal leans to the patient's right)."""
+    keep: Part = "distal"
+    """Which part stays."""
+    capped: bool = False
+    """Whether the cut is closed by a flat surface."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trimline:
+    """Cut along a closed curve drawn on the surface."""
+
+    through: tuple[Place, ...]
+    """Points in order round the limb, on the surface; the curve through them is smooth."""
+    keep: Part = "distal"
+    """Which part stays."""
+    positions_in: FrameName = "limb"
+    """Frame of coordinates."""
+
+
+def require_tilts(edit: PlaneCut, what: str) -> None:
+    """Refuse a plane that no longer lies across the limb.
+
+    Raises:
+        EditError: it is too steep.
+    """
+    if not max(abs(edit.forward_deg), abs(edit.right_deg)) <= _STEEPEST_DEG:
+        raise EditError(
+            f"{what} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} degrees, not "
+            f"{edit.forward_deg:g} and {edit.right_deg:g}. Draw a trimline to cut along it."
+        )
+
+
+def plane_cut(limb: Limb, edit: PlaneCut) -> Limb:
+    """Cut by a plane; triangles across it are split, so the new edge lies in it.
+
+    Raises:
+        EditError: the plane misses the shape, or cannot be closed.
+    """
+    what = "The plane cut"
+    require_tilts(edit, what)
+    level = height_mm(limb, edit.height_mm, edit.above, what)
+    points = in_limb_frame(limb, what)
+    middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
+    tilt = np.tan(np.radians([edit.right_deg, edit.forward_deg]))
+    normal = np.array([tilt[0], tilt[1], 1.0])
+    normal /= np.linalg.norm(normal)
+    values = ((points - middle) * normal).sum(1) * (1.0 if edit.keep == "proximal" else -1.0)
+    if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
+        low, high = float(points[:, 2].min()), float(points[:, 2].max())
+        raise EditError(
+            f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
+            f"{high:.1f} mm along the axis."
+        )
+    cut = keep_positive(limb.mesh, values)
+    mesh = cap(cut.mesh, cut.on_cut, what) if edit.capped else cut.mesh
+    require_sound(what, limb.mesh, mesh)
+    return limb.with_mesh(mesh)
+
+
+def trimline(limb: Limb, edit: Trimline) -> Limb:
+    """Cut along a curve; triangles across it are split, so the new brim follows it.
+
+    Raises:
+        EditError: the curve does not part the surface in two.
+    """
+    what = "The trimline"
+    require_ring(edit.through, what)
+    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.through])
+    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+    fine = fine_along(limb.mesh, curve, _EDGE_MM)
+    sides = find_sides(fine, curve, what)
+    heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
+    left_is_kept = _is_kept(fine, sides.left, heights, edit.keep)
+    apart = np.where(np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3))
+    cut = keep_positive(fine, apart if left_is_kept else -apart)
+    require_sound(what, limb.mesh, cut.mesh)
+    return limb.with_mesh(cut.mesh)
+
+
+def _is_kept(
+    mesh: Mesh, left: Bool[np.ndarray, " n"], heights: Float64[np.ndarray, " n"], keep: Part
+) -> bool:
+    """Whether the part to the left of the curve is the one to keep, by the middles of both."""
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    middle, share = heights[mesh.faces].mean(1), left[mesh.faces].mean(1)
+    of_left = (areas * share * middle).sum() / (areas * share).sum()
+    of_right = (areas * (1 - share) * middle).sum() / (areas * (1 - share)).sum()
+    return bool((of_left > of_right) == (keep == "proximal"))

@@ -1,0 +1,112 @@
+"""Guard: what no edit may do to a surface: tear it, fold it, or push it through itself.
+
+A scan may come with such places of its own. An edit is refused for those it adds elsewhere.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Bool, Int64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.topology import find_edges, is_edge_manifold, is_vertex_manifold
+
+_FOLDED = -0.9986
+"""Cosine between the normals of neighbours from which (177 degrees) they count as folded."""
+_NEAR = 2.0
+"""Places of the scan's own reach this far, in sizes of the triangles there."""
+
+Finder = Callable[[Mesh, Bool[np.ndarray, " f"]], Int64[np.ndarray, "k 2"]]
+
+
+def require_sound(what: str, before: Mesh, after: Mesh) -> None:
+    """Refuse an edit that leaves no manifold, or adds folds or crossings.
+
+    Raises:
+        EditError: says how many triangles are concerned, and where.
+    """
+    if not np.isfinite(after.vertices_mm).all():
+        raise EditError(f"{what} has no answer here: its coordinates would not be numbers.")
+    same_faces = np.array_equal(before.faces, after.faces)
+    moved = _moved_faces(before, after)
+    if not same_faces and not (is_edge_manifold(after.faces) and is_vertex_manifold(after.faces)):
+        raise EditError(
+            f"{what} would leave a surface that branches, or touches itself in a point. Move what "
+            "it works on a little."
+        )
+    for happening, find in _FINDERS:
+        pairs = _added(before, after, find, moved)
+        if len(pairs):
+            x, y, z = after.vertices_mm[after.faces[pairs[0]]].reshape(-1, 3).mean(0)
+            raise EditError(
+                f"{what} was not done: {len(pairs)} pairs of triangles would {happening}, the "
+                f"first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. Do less of it, or over a wider "
+                "stretch; if the scan is rough there, smooth it first, or clean it of scraps."
+            )
+
+
+def spoilt_vertices(
+    before: Mesh, after: Mesh, watched: Bool[np.ndarray, " n"] | None = None
+) -> Bool[np.ndarray, " n"]:
+    """Vertices after an edit of triangles for which `require_sound` would refuse it.
+
+    watched: only triangles with one of these vertices after the edit are looked at; None: all.
+    """
+    spoilt = np.zeros(len(after), np.bool_)
+    moved = _moved_faces(before, after)
+    if watched is not None:
+        moved &= watched[after.faces].any(1)
+    for _, find in _FINDERS:
+        spoilt[after.faces[_added(before, after, find, moved)]] = True
+    return spoilt
+
+
+def find_folds(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
+    """Neighbouring faces that lie on each other or nearly so, one of them concerned."""
+    normals = unit(mesh.face_normals())
+    sides = find_edges(mesh.faces).faces()
+    sides = sides[(sides[:, 1] >= 0) & concerned[sides].any(1)]
+    cosines = np.einsum("ij,ij->i", normals[sides[:, 0]], normals[sides[:, 1]])
+    return sides[cosines < _FOLDED].astype(np.int64)
+
+
+def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
+    return find_crossings(mesh.vertices_mm, mesh.faces, concerned)
+
+
+def _moved_faces(before: Mesh, after: Mesh) -> Bool[np.ndarray, " f"]:
+    """Faces that are new, or with a corner that does not stand where it stood."""
+    shared = min(len(before), len(after))
+    moved = np.ones(len(after), np.bool_)
+    moved[:shared] = (before.vertices_mm[:shared] != after.vertices_mm[:shared]).any(1)
+    known = min(len(before.faces), len(after.faces))
+    other = np.ones(len(after.faces), np.bool_)
+    other[:known] = (before.faces[:known] != after.faces[:known]).any(1)
+    return np.asarray(other | moved[after.faces].any(1))
+
+
+def _added(
+    before: Mesh, after: Mesh, find: Finder, moved: Bool[np.ndarray, " f"]
+) -> Int64[np.ndarray, "k 2"]:
+    """The pairs found after, without those of which both stood near a pair found before."""
+    pairs = find(after, moved)
+    if not len(pairs):
+        return pairs
+    own = find(before, np.ones(len(before.faces), np.bool_))
+    if not len(own):
+        return pairs
+    numbered_alike = np.array_equal(before.faces, after.faces)
+    stood = (before if numbered_alike else after).vertices_mm[after.faces[pairs]]
+    size = np.linalg.norm(np.ptp(stood, axis=2), axis=2)
+    known = before.vertices_mm[before.faces[own]].reshape(-1, 6, 3).mean(1)
+    distance = np.asarray(KDTree(known).query(stood.mean(2))[0])
+    return pairs[(distance > _NEAR * size).any(1)]
+
+
+_FINDERS: tuple[tuple[str, Finder], ...] = (
+    ("fold over", find_folds),
+    ("pass through each other", _crossings),
+)

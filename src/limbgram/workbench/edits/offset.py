@@ -1,0 +1,176 @@
+"""Offset: the surface moved along its normals so that its faces move by the distance.
+
+In      a Mesh and a distance in mm, negative inwards.
+Out     the Mesh with moved vertices; faces, colours, filled marks and sigmas as they were.
+Method  each vertex goes where the planes of its faces meet once they have moved; directions that
+        they leave open stay unused. On a plane, a cylinder and a sphere every face moves by the
+        distance as far as its triangles follow the shape.
+Fails   EditError: the surface would fold or cut through itself.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from numba import njit
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.regions import averaging
+
+_TIE = 1e-3
+"""Weight of staying on the normal, as a share of the faces' own: decides where they leave open."""
+_FARTHEST = 2.0
+"""A vertex moves at most this many distances, so that sharp scraps do not shoot out."""
+_TURNED = 0.5
+"""Faces keep their direction in an offset; this cosine (60 degrees) shows one that gives way."""
+_MOST_EASED = 0.05
+"""Share of the faces whose moves may be evened out; beyond it the offset is refused."""
+_EASING_ROUNDS = 60
+_SCRAP_MM = 0.05
+"""Triangles less high than this have no direction of their own: they go with their longest side."""
+_SCRAP_ROUNDS = 20
+
+
+def offset(mesh: Mesh, distance_mm: float) -> Mesh:
+    """Move every face by a distance along its outward normal.
+
+    Raises:
+        EditError: the surface would fold or cut through itself.
+    """
+    moved = offset_unchecked(mesh, distance_mm)
+    require_sound(f"The offset by {distance_mm:g} mm", mesh, moved)
+    return moved
+
+
+def offset_unchecked(
+    mesh: Mesh, distance_mm: float, ease: Bool[np.ndarray, " n"] | None = None
+) -> Mesh:
+    """The offset for an edit that looks for crossings itself, with what else it adds.
+
+    Args:
+        ease: Vertices whose moves are evened out with their neighbours' in any case.
+
+    Raises:
+        EditError: the surface would turn inside out somewhere.
+    """
+    if not np.isfinite(distance_mm):
+        raise EditError("An offset needs a distance in millimetres that is a number.")
+    if distance_mm == 0.0:
+        return mesh
+    what = f"The offset by {distance_mm:g} mm"
+    moves = distance_mm * unit_offsets(mesh)
+    moves = _eased(mesh, moves, ease)
+    turned = _turning(mesh.face_normals(), mesh, moves) <= 0
+    if turned.any():
+        moves = _scraps_along(mesh, moves)
+        turned = _turning(mesh.face_normals(), mesh, moves) <= 0
+    if turned.any():
+        x, y, z = mesh.vertices_mm[mesh.faces[turned.argmax()]].mean(0)
+        raise EditError(
+            f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
+            f"the surface bends more tightly than that, the first near ({x:.1f}, {y:.1f}, {z:.1f}) "
+            "mm. Offset by less, or smooth the surface first; between toes and in slits there is "
+            "no room: fill them in the program that made the shape."
+        )
+    return mesh.with_vertices(mesh.vertices_mm + moves)
+
+
+def unit_offsets(mesh: Mesh) -> Points3:
+    """Displacement of each vertex for an offset of 1 mm outwards.
+
+    Least squares of n . x = 1 over the faces at the vertex, weighted by their area: of slivers no
+    normal is known well.
+    """
+    weighted = mesh.face_normals()
+    area = np.linalg.norm(weighted, axis=1)
+    units = weighted / np.maximum(area, 1e-30)[:, None]
+    count = len(mesh)
+    normals = np.zeros((count, 3))
+    products = np.zeros((count, 3, 3))
+    for k in range(3):
+        at = mesh.faces[:, k]
+        for i in range(3):
+            normals[:, i] += np.bincount(at, weighted[:, i], count)
+            for j in range(i, 3):
+                products[:, i, j] += np.bincount(at, weighted[:, i] * units[:, j], count)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        products[:, j, i] = products[:, i, j]
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    along = normals / np.maximum(length, 1e-30)
+    tie = np.maximum(_TIE * np.trace(products, axis1=1, axis2=2), 1e-30)
+    system = products + tie[:, None, None] * np.eye(3)
+    moves = np.linalg.solve(system, (normals + tie[:, None] * along)[:, :, None])[:, :, 0]
+    far = np.linalg.norm(moves, axis=1, keepdims=True)
+    return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))
+
+
+def _turning(
+    before: Float64[np.ndarray, "f 3"], mesh: Mesh, moves: Points3
+) -> Float64[np.ndarray, " f"]:
+    """Cosine between each face's normal and its normal once it has moved."""
+    after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
+    sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
+    return (before * after).sum(1) / np.maximum(sizes, 1e-30)
+
+
+def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
+    """Moves evened out round faces that turn away, in an area that grows until none does."""
+    before = mesh.face_normals()
+    turned = _turning(before, mesh, moves) < _TURNED
+    touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
+    if not turned.any() and not touched.any():
+        return moves
+    mean = averaging(mesh)
+    if ease is not None:
+        for _ in range(_EASING_ROUNDS // 4):
+            moves = np.where(touched[:, None], mean @ moves, moves)
+    for _ in range(_EASING_ROUNDS):
+        touched[mesh.faces[turned]] = True
+        if (~_with_any(~touched, mesh.faces)).mean() > _MOST_EASED:
+            break
+        around = touched.copy()
+        around[mesh.faces[_with_any(touched, mesh.faces)]] = True
+        moves = moves.copy()
+        moves[around] = mean[around] @ moves
+        changed = _with_any(around, mesh.faces)
+        near = replace(mesh, faces=mesh.faces[changed])
+        turned[changed] = _turning(before[changed], near, moves) < _TURNED
+        if not turned.any():
+            break
+    return moves
+
+
+def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
+    """Moves with which a flat scrap that turns away keeps its apex where it is on its longest side.
+
+    The few micrometres by which its corners move differently would turn it over, and mean nothing.
+    """
+    before = mesh.face_normals()
+    moves = moves.copy()
+    for _ in range(_SCRAP_ROUNDS):
+        faces = mesh.faces[_turning(before, mesh, moves) < _TURNED]
+        points = mesh.vertices_mm[faces]
+        longest = np.linalg.norm(np.roll(points, -1, axis=1) - points, axis=2).argmax(1)
+        rows = np.arange(len(faces))
+        start, end, apex = (faces[rows, (longest + step) % 3] for step in range(3))
+        side = mesh.vertices_mm[end] - mesh.vertices_mm[start]
+        to_apex = mesh.vertices_mm[apex] - mesh.vertices_mm[start]
+        share = (to_apex * side).sum(1) / np.maximum((side * side).sum(1), 1e-30)
+        flat = np.linalg.norm(to_apex - share[:, None] * side, axis=1) < _SCRAP_MM
+        if not flat.any():
+            break
+        along = moves[start] + share[:, None] * (moves[end] - moves[start])
+        moves[apex[flat]] = along[flat]
+    return moves
+
+
+@njit(cache=True, nogil=True)
+def _with_any(marked, faces):
+    """Which faces have a marked corner."""
+    found = np.empty(len(faces), np.bool_)
+    for f in range(len(faces)):
+        found[f] = marked[faces[f, 0]] or marked[faces[f, 1]] or marked[faces[f, 2]]
+    return found

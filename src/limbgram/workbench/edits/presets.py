@@ -1,0 +1,180 @@
+"""Presets: the sock of the scan, reductions that have been published for liners, and the sock ply.
+
+Liners      P. Jasken, J. Hall, J Prosthet Orthot 30(3), 2018, 140-144, as the makers state them.
+            Ossur Iceross Original: 3-5 % of girth proximally, tapering to 0 % distally.
+            WillowWood Alpha: 3 mm 3-5 %, 6 mm 5-7 %, 9 mm 7-9 %, called volume.
+Sock ply    one ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res Dev 49(4), 2012.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from limbgram.core.errors import EditError
+from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
+from limbgram.workbench.edits.regions import displaced, height_mm, in_limb_frame
+from limbgram.workbench.limb import Limb
+
+LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
+PLY_VOLUME_PER_CENT = 1.1
+THICKEST_SOCK_MM = 20.0
+_MOST_PLIES = 20
+_MOST_LENGTHS = 2.0
+"""Of the shape, at which a taper may be full: a scan may be cut short of where it is meant."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """What a maker states."""
+
+    least_per_cent: float
+    most_per_cent: float
+    of: PerCentOf
+    tapers: bool
+    """To 0 % at the distal end."""
+
+
+LINERS: dict[LinerName, Published] = {
+    "iceross-original": Published(least_per_cent=3, most_per_cent=5, of="girth", tapers=True),
+    "alpha-3mm": Published(least_per_cent=3, most_per_cent=5, of="volume", tapers=False),
+    "alpha-6mm": Published(least_per_cent=5, most_per_cent=7, of="volume", tapers=False),
+    "alpha-9mm": Published(least_per_cent=7, most_per_cent=9, of="volume", tapers=False),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Liner:
+    """Reduce for a liner by the maker's published per cent.
+
+    iceross-original: 3-5 % of girth proximally, tapering to 0 % distally; alpha-3mm 3-5 %,
+    alpha-6mm 5-7 %, alpha-9mm 7-9 % of volume (Jasken and Hall 2018).
+    """
+
+    name: LinerName
+    share: float = 0.5
+    """Where in the published range: 0 its lower, 1 its upper end."""
+    proximal_mm: float | None = None
+    """Height at which a taper reaches its full per cent; without it the shape's top."""
+    above: str = ""
+    """Landmark from which that height counts; without it the distal end's origin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SockPly:
+    """Make the shape larger by sock plies of 1.1 % of volume each, or smaller by negative ones."""
+
+    plies: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sock:
+    """Take the sock that was worn in the scan off the surface, once; the limb file remembers it."""
+
+    thickness_mm: float = 0.3
+    """As worn: about 0.3 for a nylon sheath, 2.3 for a thick terry sock."""
+
+
+def require_thickness(edit: Sock) -> None:
+    """Refuse a thickness that no sock has.
+
+    Raises:
+        EditError: it is not above 0 mm, or larger than any sock's.
+    """
+    if not 0 < edit.thickness_mm <= THICKEST_SOCK_MM:
+        raise EditError(
+            f"A sock of {edit.thickness_mm:g} mm cannot be. Give its thickness as worn: about 0.3 "
+            "mm for a nylon sheath, 2.3 mm for a thick terry sock."
+        )
+
+
+def require_plies(edit: SockPly) -> None:
+    """Refuse more plies than anybody wears.
+
+    Raises:
+        EditError: there are more.
+    """
+    if abs(edit.plies) > _MOST_PLIES:
+        raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
+
+
+def require_preset(edit: Liner) -> None:
+    """Refuse a choice that no maker's range has, or a height where it has none.
+
+    Raises:
+        EditError: the share is out of its range, or a height is told that nothing counts by.
+    """
+    what = f"The liner preset {edit.name}"
+    if not 0 <= edit.share <= 1:
+        raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {edit.share:g}.")
+    if not LINERS[edit.name].tapers and (edit.proximal_mm is not None or edit.above):
+        raise EditError(f"{what} is the same at all levels: leave out proximal_mm and above.")
+    if edit.proximal_mm is None and edit.above:
+        raise EditError(
+            f"{what} reaches its full per cent at the shape's top unless proximal_mm says where: "
+            f'give the height over "{edit.above}", or leave out above.'
+        )
+    if edit.proximal_mm is not None and edit.proximal_mm <= 0 and not edit.above:
+        raise EditError(
+            f"{what} cannot reach its full per cent at {edit.proximal_mm:g} mm, where the limb "
+            "ends. Give proximal_mm as the height over the distal end."
+        )
+
+
+def sock(limb: Limb, edit: Sock) -> Limb:
+    """Move the surface inwards by the sock.
+
+    Raises:
+        EditError: a thickness that no sock has, a sock is off already, or the surface would fold.
+    """
+    require_thickness(edit)
+    if limb.sock_mm:
+        raise EditError(
+            f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
+            "twice. Leave this edit out, or start from the scan."
+        )
+    bare = displaced(limb, offset(limb.mesh, -edit.thickness_mm).vertices_mm)
+    return replace(bare, sock_mm=edit.thickness_mm)
+
+
+def liner(limb: Limb, edit: Liner) -> Limb:
+    """Reduce for a liner.
+
+    Raises:
+        EditError: the share or the height makes no sense.
+    """
+    require_preset(edit)
+    what = f"The liner preset {edit.name}"
+    made = LINERS[edit.name]
+    per_cent = made.least_per_cent + edit.share * (made.most_per_cent - made.least_per_cent)
+    heights = in_limb_frame(limb, what)[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    if not made.tapers:
+        levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
+        return change_by_levels(limb, what, levels, -1.0)
+    if edit.proximal_mm is not None:
+        high = height_mm(limb, edit.proximal_mm, edit.above, what)
+        top = float(heights.max())
+        if not low < high <= low + _MOST_LENGTHS * (top - low):
+            raise EditError(
+                f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
+                f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "
+                "its top."
+            )
+    levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
+    return change_by_levels(limb, what, levels, -1.0)
+
+
+def sock_ply(limb: Limb, edit: SockPly) -> Limb:
+    """Change the volume of every section by plies.
+
+    Raises:
+        EditError: more plies than anybody wears.
+    """
+    require_plies(edit)
+    per_cent = (PLY_VOLUME_PER_CENT * abs(edit.plies),)
+    what = f"The change by {edit.plies:g} sock plies"
+    if edit.plies < 0:
+        levels = Reduction(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+        return change_by_levels(limb, what, levels, -1.0)
+    more = Increase(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+    return change_by_levels(limb, what, more, 1.0)

@@ -1,0 +1,136 @@
+"""Pressing: where a change of a positive presses on what bears none, and how deep it goes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64
+
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.frame.sensitive import sensitive_place
+from limbgram.workbench.limb import Limb
+
+PRESSES_MM = 0.25
+"""Inward from which a move counts: from 0.25 mm of radius on, the fit of a socket shows it
+(J. Sanders et al., J Rehabil Res Dev 49(4), 2012)."""
+DEEPEST_MM = 10.0
+"""Of a single load or relieve, or of all that was done where it works: more needs a word.
+
+No limit has been published; this one is a convention. What is cut away are "small amounts"
+(J. Zettl, J. Traub, Artificial Limbs 15(1), 1971); two experienced prosthetists differed by 2 mm,
+and repeated themselves within 1 mm, where they cut most (P. Convery et al., Prosthet Orthot Int
+27(3), 2003). Half an inch over the patellar tendon, as some schools teach for a cast that was not
+pressed by hand, is above it and can be asked for."""
+_FARTHEST_MM = 50.0
+"""No edit moves a surface farther; a landmark that seems to was on a part that was cut off."""
+_ALONG = 0.7
+"""Cosine to the normal below which what is nearest is the rim, beyond which surface was added."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pressure:
+    """A sensitive place that a change presses on."""
+
+    place: str
+    """Its name in the list of sensitive places, never the landmark's own."""
+    why: str
+    depth_mm: float
+    """How far the surface went inward there, at most."""
+
+
+@dataclass(frozen=True)
+class Away:
+    """Where points lie from a surface."""
+
+    signed_mm: Float64[np.ndarray, " n"]
+    """Distance, positive outward."""
+    nearest_mm: Points3
+    along: Float64[np.ndarray, " n"]
+    """Size of the cosine between the way there and the surface's normal."""
+
+
+def away_from(surface: Mesh, points_mm: Points3) -> Away:
+    """Signed distances of points from a surface."""
+    found = TriangleTree.of(surface.vertices_mm, surface.faces).closest(points_mm)
+    way = points_mm - found.points_mm
+    normals = surface.face_normals()[found.faces]
+    upward = (way * normals).sum(1)
+    size = np.linalg.norm(normals, axis=1) * found.distances_mm
+    return Away(
+        signed_mm=np.where(upward < 0, -1.0, 1.0) * found.distances_mm,
+        nearest_mm=found.points_mm,
+        along=np.abs(upward) / np.maximum(size, 1e-30),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtPlaces:
+    """What a change did at a limb's sensitive places."""
+
+    pressures: tuple[Pressure, ...]
+    """Places within whose reach the surface went inward."""
+    shifts_mm: Mapping[str, float]
+    """How far each place's own landmark moved, positive outward: room."""
+
+
+def at_places(before: Limb, after: Limb) -> AtPlaces:
+    """What a change did at the sensitive places that the limb's landmarks mark."""
+    ends = {mark.name: mark.position_mm for mark in after.landmarks}
+    known = [
+        (mark, place)
+        for mark in before.landmarks
+        if mark.name in ends and (place := sensitive_place(mark.name, before.kind)) is not None
+    ]
+    if not known:
+        return AtPlaces(pressures=(), shifts_mm={})
+    starts = np.stack([mark.position_mm for mark, _ in known])
+    reaches = np.array([place.reach_mm for _, place in known])
+    changed = _near(after.mesh, starts, reaches) & changed_vertices(before.mesh, after.mesh)
+    stops = np.stack([ends[mark.name] for mark, _ in known])
+    count = len(known)
+    points = np.concatenate([starts, stops, after.mesh.vertices_mm[changed]])
+    away = away_from(before.mesh, points)
+    shift_mm = away.signed_mm[count : 2 * count] - away.signed_mm[:count]
+    inward_mm = np.where(away.along > _ALONG, -away.signed_mm, 0.0)[2 * count :]
+    stood_mm = away.nearest_mm[2 * count :]
+    deepest: dict[str, Pressure] = {}
+    shifts: dict[str, float] = {}
+    for k, (_, place) in enumerate(known):
+        if abs(shift_mm[k]) > _FARTHEST_MM:
+            continue
+        shifts[place.name] = min(float(shift_mm[k]), shifts.get(place.name, np.inf))
+        within = np.linalg.norm(stood_mm - starts[k], axis=1) <= reaches[k]
+        depth = max(-float(shift_mm[k]), float(inward_mm[within].max(initial=0.0)))
+        if depth > max(PRESSES_MM, deepest[place.name].depth_mm if place.name in deepest else 0.0):
+            deepest[place.name] = Pressure(place=place.name, why=place.why, depth_mm=depth)
+    return AtPlaces(pressures=tuple(deepest.values()), shifts_mm=shifts)
+
+
+def reach_of(start: Mesh, before: Mesh, after: Mesh) -> tuple[float, float]:
+    """How far inward and outward of the start a change leaves what it moved, both from 0 up."""
+    moved = changed_vertices(before, after)
+    if not moved.any():
+        return 0.0, 0.0
+    away = away_from(start, after.vertices_mm[moved])
+    signed = away.signed_mm[away.along > _ALONG]
+    return float(max(0.0, (-signed).max(initial=0.0))), float(signed.max(initial=0.0))
+
+
+def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices that do not stand where the old mesh had one of the same number."""
+    shared = min(len(old), len(new))
+    changed = np.ones(len(new), np.bool_)
+    changed[:shared] = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).any(1)
+    return changed
+
+
+def _near(
+    mesh: Mesh, places: Points3, reaches: Float64[np.ndarray, " k"]
+) -> Bool[np.ndarray, " n"]:
+    """Vertices that may have stood within reach of a place."""
+    near = np.zeros(len(mesh), np.bool_)
+    for place, reach in zip(places, reaches, strict=True):
+        near |= np.linalg.norm(mesh.vertices_mm - place, axis=1) < reach + _FARTHEST_MM
+    return near

@@ -1,0 +1,608 @@
+"""Places: landmarks by name, points in a stated frame, and heights along the limb's axis.
+
+A place is the name of a landmark, or three coordinates in millimetres. Edits say in which frame
+their coordinates are: "limb" (origin distal, +Z proximal, +Y anterior, +X right) or "mesh".
+
+Axis: the line through the middles of a limb's sections.
+
+Curves: a closed curve drawn on the surface by picked points, and which side of it is which.
+
+In      points picked in order round the region.
+Out     a Curve: a smooth closed line through them, lying on the surface; and for every vertex near
+        it the signed distance to it.
+Method  a periodic cubic spline through the points, brought to the surface.
+Fails   EditError: too few points, or a line that jumps or meets itself.
+
+Distances over the surface, from a point or from a curve on it.
+
+Method  fronts pass from triangle to triangle: circular ones from a point (Novotni and Klein 2002:
+        the source is unfolded into each triangle's plane), straight ones from a curve (Kimmel
+        and Sethian 1998); repeated until nothing changes. Exact on what can be unrolled.
+
+Growth: surface that an edit adds; it counts as filled, for nothing measured it.
+
+Neighbours: means over the vertices that share an edge, and directions that follow from them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int32, Int64
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import EditError
+from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.sections import cut
+from limbgram.core.mesh.topology import boundary_half_edges, find_edges
+from limbgram.reconstruction.surface.holes import fill_holes
+from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
+
+Place = str | tuple[float, float, float]
+"""The name of a landmark, or x, y, z in millimetres."""
+FrameName = Literal["limb", "mesh"]
+
+_FARTHEST_MM = 10.0
+"""A place further from the surface than this is a mistake."""
+
+
+def frame_of(limb: Limb, what: str) -> LimbFrame:
+    """The limb's frame.
+
+    Raises:
+        EditError: the limb has not been aligned.
+    """
+    if limb.frame is None:
+        raise EditError(
+            f"{what} needs to know where the limb's axis lies. Align the shape first "
+            "(`limbgram align`)."
+        )
+    return limb.frame
+
+
+def moved_by(motion: Rigid, points: Points3) -> Points3:
+    """`motion.apply`, summed in one order whatever the number of threads."""
+    return np.einsum("nj,ij->ni", points, motion.rotation) + motion.translation
+
+
+def in_limb_frame(limb: Limb, what: str) -> Points3:
+    """The mesh's vertices in the limb frame."""
+    return moved_by(frame_of(limb, what).limb_from_mesh, limb.mesh.vertices_mm)
+
+
+def axes_in_mesh(limb: Limb, what: str) -> Float64[np.ndarray, "3 3"]:
+    """Rows: directions of the limb's X, Y and Z in the mesh's frame."""
+    return frame_of(limb, what).limb_from_mesh.rotation
+
+
+def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector3:
+    """A place in the mesh's frame.
+
+    Raises:
+        EditError: there is no landmark of the name, or no frame for the coordinates.
+    """
+    if isinstance(place, str):
+        for mark in limb.landmarks:
+            if mark.name == place:
+                return mark.position_mm
+        known = ", ".join(f'"{mark.name}"' for mark in limb.landmarks) or "none"
+        raise EditError(
+            f'{what} names the landmark "{place}", which this limb does not have. '
+            f"It has: {known}.{likeliest(place, (mark.name for mark in limb.landmarks))} Pick it, "
+            "or give coordinates."
+        )
+    point = np.array(place, np.float64)
+    if frame == "mesh":
+        return point
+    return moved_by(frame_of(limb, what).limb_from_mesh.inverse, point[None])[0]
+
+
+def require_ring(places: Sequence[Place], what: str) -> None:
+    """Refuse places that make no closed curve.
+
+    Raises:
+        EditError: fewer than three, or one of them twice in a row.
+    """
+    if len(places) < 3:
+        raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
+    if any(one == other for one, other in pairwise((*places, places[0]))):
+        raise EditError(f"{what}: two points in a row are the same. Leave one of them out.")
+
+
+def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
+    """Points in the mesh's frame moved to the nearest places on the surface.
+
+    Raises:
+        EditError: a point is so far off that it cannot be meant to lie on the surface.
+    """
+    closest = TriangleTree.of(limb.mesh.vertices_mm, limb.mesh.faces).closest(points_mm)
+    worst = int(np.argmax(closest.distances_mm))
+    if closest.distances_mm[worst] > _FARTHEST_MM:
+        x, y, z = points_mm[worst]
+        raise EditError(
+            f"{what}: the point ({x:.1f}, {y:.1f}, {z:.1f}) mm in the mesh's frame lies "
+            f"{closest.distances_mm[worst]:.1f} mm from the surface. Pick it on the surface; "
+            "perhaps it was given in another frame, or an earlier edit cut that part off."
+        )
+    return closest.points_mm
+
+
+def height_mm(limb: Limb, height: float, above: str, what: str) -> float:
+    """A height along the limb's axis: above its origin, or above a landmark if one is named."""
+    if not above:
+        return height
+    point = position_mm(limb, above, "mesh", what)
+    base = moved_by(frame_of(limb, what).limb_from_mesh, point[None])[0, 2]
+    return float(base) + height
+
+
+def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
+    """The limb with moved vertices; landmarks on its surface move with it."""
+    old = limb.mesh
+    new = old.with_vertices(vertices_mm)
+    if not limb.landmarks:
+        return replace(limb, mesh=new)
+    points = np.stack([mark.position_mm for mark in limb.landmarks])
+    closest = TriangleTree.of(old.vertices_mm, old.faces).closest(points)
+    shares = corner_shares(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
+    moves = (vertices_mm - old.vertices_mm)[old.faces[closest.faces]]
+    near = closest.distances_mm <= _FARTHEST_MM
+    shifts = (shares[:, :, None] * moves).sum(1) * near[:, None]
+    marks = tuple(
+        Landmark(name=mark.name, position_mm=mark.position_mm + shift)
+        for mark, shift in zip(limb.landmarks, shifts, strict=True)
+    )
+    return replace(limb, mesh=new, landmarks=marks)
+
+
+def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
+    """Weights of three corners that give points in their planes."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    size = np.maximum((normal * normal).sum(1), 1e-30)
+    of_a = (np.cross(c - b, points - b) * normal).sum(1) / size
+    of_b = (np.cross(a - c, points - c) * normal).sum(1) / size
+    return np.stack([of_a, of_b, 1 - of_a - of_b], axis=1)
+
+
+_LEVELS = 48
+_LEAST_SHARE = 0.5
+"""A section needs this share of the largest one's area to have a say."""
+
+
+def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
+    """For points in the limb frame: the middle of the section at the height of each.
+
+    The line follows the centroids of whole sections, and is made smooth; where sections are
+    open (at a slanting brim) or shrink (at the distal end) it goes on along the axis.
+    """
+    vertices = in_limb_frame(limb, what)
+    mesh = limb.mesh.with_vertices(vertices)
+    low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
+    heights = low + (high - low) * (np.arange(_LEVELS) + 0.5) / _LEVELS
+    rows: list[tuple[float, float, float, float]] = []
+    for section in cut(mesh, heights.tolist()):
+        if section.closed:
+            area, x, y = _area_and_centroid(section.points_mm)
+            rows.append((section.offset_mm, area, x, y))
+    table = np.array(rows).reshape(-1, 4)
+    largest = table[:, 1].max(initial=0.0)
+    table = table[table[:, 1] > _LEAST_SHARE * largest]
+    if not len(table):
+        return np.array([0.0, 0.0, 1.0]) * points
+    table = _largest_of_each(table)
+    line = np.stack([_calm(table[:, 2]), _calm(table[:, 3])], axis=1)
+    x = np.interp(points[:, 2], table[:, 0], line[:, 0])
+    y = np.interp(points[:, 2], table[:, 0], line[:, 1])
+    return np.stack([x, y, points[:, 2]], axis=1)
+
+
+def _area_and_centroid(points: Points3) -> tuple[float, float, float]:
+    base = points[0, :2]
+    here = points[:, :2] - base
+    ahead = np.roll(here, -1, axis=0)
+    double = here[:, 0] * ahead[:, 1] - here[:, 1] * ahead[:, 0]
+    area = float(double.sum()) / 2
+    if abs(area) < 1e-9:
+        return 0.0, float(base[0]), float(base[1])
+    middle = ((here + ahead) * double[:, None]).sum(0) / (6 * area) + base
+    return area, float(middle[0]), float(middle[1])
+
+
+def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
+    """One row for each height: that of the largest area."""
+    order = np.lexsort((-table[:, 1], table[:, 0]))
+    first = np.unique(table[order, 0], return_index=True)[1]
+    return table[order][first]
+
+
+def _calm(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " m"]:
+    """Averaged over five neighbours, the ends held."""
+    padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
+    return np.asarray(sum(padded[k : k + len(values)] for k in range(5))) / 5
+
+
+_STEP_MM = 0.5
+_LEAST_STEPS = 120
+_JUMP = 4.0
+"""Steps of the line may grow by this where it is brought to the surface."""
+_FARTHEST = 0.25
+"""Share of the curve's extent by which the spline may leave the surface that it is brought to."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A closed polyline on the surface; the first point is not repeated."""
+
+    points_mm: Points3
+    normals: Points3
+    """Of the surface, smoothed over a few steps."""
+
+    @property
+    def length_mm(self) -> float:
+        ahead = np.roll(self.points_mm, -1, axis=0) - self.points_mm
+        return float(np.linalg.norm(ahead, axis=1).sum())
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Where vertices lie with respect to a curve."""
+
+    left: Bool[np.ndarray, " n"]
+    """To the left of somebody who walks along the curve on the outside of the surface."""
+    signed_mm: Float64[np.ndarray, " n"]
+    """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
+
+
+def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
+    """The smooth closed curve on the surface through picked points.
+
+    Raises:
+        EditError: fewer than three points, or points so far apart that the line would jump.
+    """
+    from scipy.interpolate import CubicSpline  # a tenth of a second, for curves alone
+
+    if len(picked_mm) < 3:
+        raise EditError(f"{what} needs a closed curve of at least 3 points, in order round it.")
+    ring = np.concatenate([picked_mm, picked_mm[:1]])
+    gaps = np.linalg.norm(np.diff(ring, axis=0), axis=1)
+    if gaps.min() < 1e-6:
+        raise EditError(f"{what}: two points in a row are the same. Leave one of them out.")
+    # Centripetal spacing keeps the spline from looping where points lie unevenly.
+    knots = np.concatenate([[0.0], np.cumsum(np.sqrt(gaps))])
+    spline = CubicSpline(knots, ring, bc_type="periodic")
+    steps = max(_LEAST_STEPS, int(np.ceil(gaps.sum() / _STEP_MM)))
+    at = np.linspace(0.0, knots[-1], 4 * steps + 1)
+    fine = spline(at)
+    walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    even = np.interp(np.linspace(0.0, walked[-1], steps + 1)[:-1], walked, at)
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    drawn = np.asarray(spline(even))
+    closest = tree.closest(drawn)
+    reach = _FARTHEST * float(np.linalg.norm(np.ptp(picked_mm, axis=0)))
+    jumps = np.linalg.norm(np.roll(closest.points_mm, -1, axis=0) - closest.points_mm, axis=1)
+    step = walked[-1] / steps
+    if closest.distances_mm.max() > reach or jumps.max() > _JUMP * step:
+        worst = (
+            int(np.argmax(jumps))
+            if jumps.max() > _JUMP * step
+            else int(np.argmax(closest.distances_mm))
+        )
+        segment = int(np.searchsorted(knots, even[worst], side="right"))
+        raise EditError(
+            f"{what}: the curve leaves the surface between its points {segment} and "
+            f"{segment % len(picked_mm) + 1}. Pick more points there."
+        )
+    normals = mesh.vertex_normals()[mesh.faces[closest.faces]].mean(1)
+    return Curve(closest.points_mm, _smoothed(normals))
+
+
+def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
+    """Tell the two sides of a curve apart.
+
+    Raises:
+        EditError: the curve crosses itself or comes too near to itself.
+    """
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
+    vertices = np.unique(mesh.faces[band])
+    signed = np.full(len(mesh), np.inf)
+    signed[vertices] = _signed_mm(mesh.vertices_mm[vertices], curve)
+    sign = np.where(np.isfinite(signed), np.where(signed > 0, 1, -1), 0)
+    ends = find_edges(mesh.faces).ends
+    across = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
+    count = len(mesh)
+    joined = ends[~across]
+    graph = coo_array((np.ones(len(joined), np.int8), (joined[:, 0], joined[:, 1])), (count, count))
+    part = connected_components(graph, directed=False)[1]
+    parts = int(part.max()) + 1
+    lefts = np.bincount(part[sign > 0], minlength=parts)
+    rights = np.bincount(part[sign < 0], minlength=parts)
+    if ((lefts > 0) & (rights > 0)).any() or not lefts.any() or not rights.any():
+        raise EditError(
+            f"{what}: the curve does not part the surface in two. It crosses itself, comes within "
+            "a triangle of itself, or runs over the open brim. Pick its points in order, and "
+            "inside the brim."
+        )
+    return Sides((lefts > 0)[part], signed)
+
+
+def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
+    """The mesh with short edges under a curve."""
+    points = _densified(curve)
+
+    def under(work: Mesh) -> Bool[np.ndarray, " f"]:
+        chosen = np.zeros(len(work.faces), np.bool_)
+        tree = TriangleTree.of(work.vertices_mm, work.faces)
+        chosen[tree.closest(points).faces] = True
+        return chosen
+
+    return refine_under(mesh, under, edge_mm)
+
+
+def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
+    """Vertices on the smaller of the two sides, by area."""
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    left_share = sides.left[mesh.faces].mean(1)
+    if (areas * left_share).sum() <= (areas * (1 - left_share)).sum():
+        return sides.left
+    return ~sides.left
+
+
+def _faces_along(mesh: Mesh, faces: Int64[np.ndarray, " k"]) -> Bool[np.ndarray, " f"]:
+    """Faces under the curve, and those that touch them."""
+    touched = np.zeros(len(mesh), np.bool_)
+    touched[mesh.faces[faces]] = True
+    return np.asarray(touched[mesh.faces].any(1))
+
+
+def _densified(curve: Curve) -> Points3:
+    """The curve's points with three more between each two."""
+    here, ahead = curve.points_mm, np.roll(curve.points_mm, -1, axis=0)
+    return np.concatenate([here + share * (ahead - here) for share in (0.0, 0.25, 0.5, 0.75)])
+
+
+def _signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
+    """Distance to the polyline, signed by its side on the surface."""
+    line, count = curve.points_mm, len(curve.points_mm)
+    nearest = np.asarray(KDTree(line).query(points)[1])
+    distance = np.full(len(points), np.inf)
+    signed = np.empty(len(points))
+    for first in (nearest - 1, nearest):
+        start, end = line[first % count], line[(first + 1) % count]
+        along = end - start
+        share = ((points - start) * along).sum(1) / np.maximum((along * along).sum(1), 1e-30)
+        foot = start + np.clip(share, 0.0, 1.0)[:, None] * along
+        off = np.linalg.norm(points - foot, axis=1)
+        leftward = np.cross(curve.normals[nearest], _tangents(curve)[nearest])
+        side = ((points - foot) * leftward).sum(1)
+        closer = off < distance
+        distance[closer] = off[closer]
+        signed[closer] = np.where(side > 0, off, -off)[closer]
+    return signed
+
+
+def _tangents(curve: Curve) -> Points3:
+    chord = np.roll(curve.points_mm, -1, axis=0) - np.roll(curve.points_mm, 1, axis=0)
+    return unit(chord)
+
+
+def _smoothed(normals: Points3) -> Points3:
+    around = sum(
+        (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
+    )
+    return unit(around)
+
+
+_MOST_ROUNDS = 5000
+_SETTLED_MM = 1e-9
+
+
+def distances_from_point(
+    mesh: Mesh, point_mm: Vector3, limit_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from a point on the surface; infinite beyond the limit."""
+    face = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(point_mm[None]).faces[0]
+    straight = np.linalg.norm(mesh.vertices_mm - point_mm, axis=1)
+    start = np.full(len(mesh), np.inf)
+    touching = np.isin(mesh.faces, mesh.faces[face]).any(1)
+    first = np.unique(mesh.faces[touching])
+    start[first] = straight[first]
+    return _spread(mesh, start, straight <= limit_mm, limit_mm, circular=True)
+
+
+def distances_from(
+    mesh: Mesh,
+    start_mm: Float64[np.ndarray, " n"],
+    allowed: Bool[np.ndarray, " n"],
+    limit_mm: float,
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from a curve, whose neighbours' distances are given.
+
+    Args:
+        start_mm: Known distances; infinite elsewhere.
+        allowed: Vertices over which the way may lead.
+    """
+    return _spread(mesh, start_mm, allowed, limit_mm, circular=False)
+
+
+def _spread(
+    mesh: Mesh,
+    start_mm: Float64[np.ndarray, " n"],
+    allowed: Bool[np.ndarray, " n"],
+    limit_mm: float,
+    *,
+    circular: bool,
+) -> Float64[np.ndarray, " n"]:
+    faces = mesh.faces[allowed[mesh.faces].all(1)].astype(np.int64)
+    used, compact = np.unique(faces, return_inverse=True)
+    compact = compact.reshape(-1, 3)
+    triples = _Triples.of(mesh.vertices_mm[used], compact.astype(np.int32))
+    distance = start_mm[used].copy()
+    changed = np.isfinite(distance)
+    for _ in range(_MOST_ROUNDS):
+        busy = np.flatnonzero(changed[triples.a] | changed[triples.b])
+        if not len(busy):
+            break
+        offered = triples.arrivals(busy, distance, circular=circular)
+        better = distance.copy()
+        np.minimum.at(better, triples.c[busy], offered)
+        better[better > limit_mm] = np.inf
+        changed = better < distance - _SETTLED_MM
+        distance[changed] = better[changed]
+    whole = start_mm.copy()
+    whole[used] = distance
+    return whole
+
+
+class _Triples:
+    """Every corner c of every face, seen across the edge from a to b."""
+
+    def __init__(self, vertices: Points3, faces: Faces) -> None:
+        self.a: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (0, 1, 2)])
+        self.b: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (1, 2, 0)])
+        self.c: Int64[np.ndarray, " t"] = np.concatenate([faces[:, k] for k in (2, 0, 1)])
+        along = vertices[self.b] - vertices[self.a]
+        to_c = vertices[self.c] - vertices[self.a]
+        self.edge = np.maximum(np.linalg.norm(along, axis=1), 1e-12)
+        self.c_along = (along * to_c).sum(1) / self.edge
+        self.c_up = np.linalg.norm(np.cross(along, to_c), axis=1) / self.edge
+
+    @classmethod
+    def of(cls, vertices: Points3, faces: Faces) -> "_Triples":
+        return cls(vertices, faces)
+
+    def arrivals(
+        self, rows: Int64[np.ndarray, " r"], distance: Float64[np.ndarray, " n"], *, circular: bool
+    ) -> Float64[np.ndarray, " r"]:
+        """When a front that reached a and b reaches c."""
+        from_a, from_b = distance[self.a[rows]], distance[self.b[rows]]
+        edge, x, y = self.edge[rows], self.c_along[rows], self.c_up[rows]
+        round_edges = np.minimum(from_a + np.hypot(x, y), from_b + np.hypot(x - edge, y))
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            if circular:
+                foot = (from_a**2 - from_b**2 + edge**2) / (2 * edge)
+                below = np.sqrt(from_a**2 - foot**2)
+                crossing = foot + (x - foot) * below / (below + y)
+                through = np.hypot(x - foot, y + below)
+            else:
+                slope = (from_b - from_a) / edge
+                rise = np.sqrt(1 - slope**2)
+                crossing = x - y * slope / rise
+                through = from_a + slope * x + rise * y
+            passes = (crossing >= 0) & (crossing <= edge)
+        return np.where(passes, through, round_edges)
+
+
+def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces) -> Mesh:
+    """The mesh with more vertices and faces.
+
+    Args:
+        like: For each new vertex, an old one whose colour it takes.
+        faces: Of old and new vertices; new ones count on from the old.
+    """
+
+    def longer(values: np.ndarray | None, added: np.ndarray | float | bool) -> np.ndarray | None:
+        if values is None:
+            return None
+        new = np.broadcast_to(np.asarray(added, values.dtype), (len(like), *values.shape[1:]))
+        return np.concatenate([values, new])
+
+    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
+    return replace(
+        mesh,
+        vertices_mm=np.concatenate([mesh.vertices_mm, places_mm]),
+        faces=np.concatenate([mesh.faces, faces]).astype(np.int32),
+        colours=None if mesh.colours is None else longer(mesh.colours, mesh.colours[like]),
+        filled=longer(filled, True),
+        sigma_mm=longer(mesh.sigma_mm, np.nan),
+        shared_mm=longer(mesh.shared_mm, 0.0),
+        lost_length=longer(mesh.lost_length, 0.0),
+    )
+
+
+def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True) -> Mesh:
+    """The mesh with holes closed, each a loop of its vertices; no vertex of it moves.
+
+    Args:
+        bent: Whether the filling goes on as the surface does; else it spans the hole as a drum.
+    """
+    if not holes:
+        return mesh
+    first = len(mesh)
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), bent=bent)
+    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
+        raise EditError("The filling would have moved what was measured.")
+    places = closed.vertices_mm[first:]
+    rim = np.concatenate(holes).astype(np.int64)
+    nearest = np.asarray(KDTree(mesh.vertices_mm[rim]).query(places)[1])
+    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+
+
+_LEAST_EDGE = 0.1
+"""Edges shorter than this share of the median count as so long: they may not rule their ends."""
+
+
+def averaging(mesh: Mesh) -> csr_array:
+    """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
+    ends = find_edges(mesh.faces).ends
+    lengths = np.linalg.norm(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]], axis=1)
+    weights = 1 / np.maximum(lengths, _LEAST_EDGE * float(np.median(lengths)))
+    half = csr_array((weights, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    mean = csr_array(half + half.T)
+    total = np.asarray(mean.sum(1)).ravel()
+    mean.data /= np.repeat(np.maximum(total, 1e-30), np.diff(mean.indptr))
+    return mean
+
+
+def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
+    """Unit outward normals of the surface without its wrinkles."""
+    mean = averaging(mesh)
+    normals = mesh.vertex_normals()
+    for _ in range(rounds):
+        normals = 0.5 * (normals + mean @ normals)
+    return unit(normals)
+
+
+def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
+    """Normals of a mesh at the vertices of what refinement made of it.
+
+    They turn evenly over each old triangle; the refined mesh's own would turn all at its creases.
+    """
+    normals = calm_normals(mesh)
+    added = refined.vertices_mm[len(mesh) :]
+    if not len(added):
+        return normals
+    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
+    corners = mesh.faces[closest.faces]
+    shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
+    between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))
+    return np.concatenate([normals, between])
+
+
+def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices on an open edge."""
+    marked = np.zeros(len(mesh), np.bool_)
+    marked[boundary_half_edges(mesh.faces)] = True
+    return marked
+
+
+def roughness_mm(mesh: Mesh) -> float:
+    """How far vertices stand out from their neighbours, beyond what the shape's bend explains.
+
+    Root mean square along the normal, of vertices away from the brim.
+    """
+    mean = averaging(mesh)
+    towards = mean @ mesh.vertices_mm - mesh.vertices_mm
+    out: Float64[np.ndarray, " n"] = (towards * mesh.vertex_normals()).sum(1)
+    beyond = out - mean @ out
+    inner = ~at_brim(mesh)
+    return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0

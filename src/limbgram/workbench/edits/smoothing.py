@@ -1,0 +1,164 @@
+"""Smoothing: wrinkles taken off while the volume stays.
+
+Method  Taubin 1995: each pass takes a step to the neighbours' mean and a slightly larger one back,
+        along the normal only, so that waves longer than some edges stay; what volume that still
+        costs is put back along the normals, spread over all that was free to move.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.run import track
+from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
+from limbgram.workbench.edits.regional import fading
+from limbgram.workbench.edits.regions import (
+    FrameName,
+    Place,
+    at_brim,
+    averaging,
+    displaced,
+    distances_from,
+    distances_from_point,
+    on_surface,
+    position_mm,
+)
+from limbgram.workbench.limb import Limb
+
+_SHRINK, _GROW = 0.60, -0.63
+"""Waves of more than about 11 edges pass unchanged (1 / 0.60 - 1 / 0.63 = 0.08)."""
+_MOST_PASSES = 500
+_CORRECTIONS = 4
+_RETREATS = 4
+_VOLUME_KEPT, _TOUCH_MM3 = 5e-4, 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Smoothing:
+    """Take wrinkles off; the volume stays, the brim and marked places stay where they are."""
+
+    passes: int = 10
+    """More passes calm more; 5 for a good scan, 20 for a rough one."""
+    brim_mm: float = 5.0
+    """Width along the open brim that stays as it is, and again as much over which it begins."""
+    leave: tuple[Place, ...] = ()
+    """Places that stay as they are."""
+    leave_mm: float = 15.0
+    """Radius round those places that stays, and again a third over which it begins."""
+    positions_in: FrameName = "limb"
+    """Frame of coordinates."""
+
+
+def require_amounts(edit: Smoothing, what: str) -> None:
+    """Refuse numbers that make sense on no limb.
+
+    Raises:
+        EditError: passes or widths out of range.
+    """
+    if not 1 <= edit.passes <= _MOST_PASSES or edit.brim_mm < 0 or edit.leave_mm <= 0:
+        raise EditError(
+            f"{what} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a radius to "
+            "leave above 0 mm."
+        )
+
+
+def smoothing(limb: Limb, edit: Smoothing) -> Limb:
+    """Calm the surface.
+
+    Raises:
+        EditError: numbers that make no sense, or a surface that would fold.
+    """
+    what = "The smoothing"
+    require_amounts(edit, what)
+    free = freedom(limb, edit, what)
+    if not (free > 0).any():
+        raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
+    smooth = calmed(limb.mesh, free, edit.passes)
+    for _ in range(_RETREATS):
+        spoilt = spoilt_vertices(limb.mesh, smooth)
+        if not spoilt.any():
+            break
+        # Where triangles would fold, their surroundings stay as they are.
+        for _ in range(2):
+            spoilt[limb.mesh.faces[spoilt[limb.mesh.faces].any(1)]] = True
+        free[spoilt] = 0.0
+        if not free.any():
+            raise EditError(
+                f"{what} would fold triangles over wherever it is free to move: they are too few, "
+                "or too large for the surface's bends, to tell wrinkles. Leave this edit out."
+            )
+        smooth = calmed(limb.mesh, free, edit.passes)
+    before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
+    if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
+        raise EditError(
+            f"{what} would change the volume by {(after - before) / 1000:+.3g} mL: it pulls the "
+            "few triangles out of shape. Take fewer passes, or leave this edit out."
+        )
+    changed = displaced(limb, smooth.vertices_mm)
+    require_sound(what, limb.mesh, changed.mesh)
+    return changed
+
+
+def calmed(mesh: Mesh, free: Float64[np.ndarray, " n"], passes: int) -> Mesh:
+    """The mesh after so many passes, of the volume it had.
+
+    Args:
+        free: Share of each step that each vertex takes, 0 to 1.
+    """
+    mean = averaging(mesh)
+    work = mesh
+    for _ in track(range(passes)):
+        for share in (_SHRINK, _GROW):
+            normals = work.vertex_normals()
+            towards = mean @ work.vertices_mm - work.vertices_mm
+            along = (towards * normals).sum(1) * free * share
+            work = work.with_vertices(work.vertices_mm + along[:, None] * normals)
+    return with_volume(work, volume_mm3(mesh), free)
+
+
+def with_volume(mesh: Mesh, wanted_mm3: float, free: Float64[np.ndarray, " n"]) -> Mesh:
+    """The mesh moved along its normals, where it is free to, until it has a volume.
+
+    Raises:
+        EditError: nothing that is free to move would change it.
+    """
+    for _ in range(_CORRECTIONS):
+        normals = mesh.vertex_normals()
+        gain = _volume_gain(mesh, free[:, None] * normals)
+        if not gain > 0:
+            raise EditError(
+                "Smoothing leaves no surface here that could be moved to keep the volume. Take "
+                "fewer passes, or leave this edit out."
+            )
+        step = (wanted_mm3 - volume_mm3(mesh)) / gain
+        mesh = mesh.with_vertices(mesh.vertices_mm + step * free[:, None] * normals)
+    return mesh
+
+
+def freedom(limb: Limb, edit: Smoothing, what: str) -> Float64[np.ndarray, " n"]:
+    """1 where the surface may move, 0 at the brim and round the places to leave."""
+    mesh = limb.mesh
+    free = np.ones(len(mesh))
+    brim = at_brim(mesh)
+    if brim.any():
+        limit = max(2 * edit.brim_mm, 1e-6)
+        start = np.where(brim, 0.0, np.inf)
+        distance = distances_from(mesh, start, np.ones(len(mesh), np.bool_), limit)
+        free *= 1 - fading((distance - edit.brim_mm) / max(edit.brim_mm, 1e-6))
+        free[brim] = 0.0
+    for place in edit.leave:
+        point = on_surface(limb, position_mm(limb, place, edit.positions_in, what)[None], what)[0]
+        ramp = edit.leave_mm / 3
+        distance = distances_from_point(mesh, point, edit.leave_mm + ramp)
+        free *= 1 - fading((distance - edit.leave_mm) / ramp)
+    return free
+
+
+def _volume_gain(mesh: Mesh, direction: Float64[np.ndarray, "n 3"]) -> float:
+    """Volume gained for one millimetre along a field of directions."""
+    normals = mesh.face_normals() / 2
+    return float((direction[mesh.faces].mean(1) * normals).sum())

@@ -1,0 +1,336 @@
+"""Whole-surface edits: offset, holes filled, a wall given, the side swapped."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Int32
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges, face_components
+from limbgram.reconstruction.surface.holes import find_openings, loop_area
+from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
+from limbgram.workbench.edits.offset import offset, offset_unchecked
+from limbgram.workbench.edits.regions import displaced, frame_of, moved_by, with_added, with_closed
+from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_lip
+from limbgram.workbench.limb import Landmark, Limb
+
+_RETRIES = 5
+"""Times that a wall is evened out where it would cut through itself, before it is refused."""
+LEAST_WALL_MM = 1.0
+"""A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
+1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
+strength: sockets are made, and were studied, from 2 mm on."""
+_STUDIED_MM = 2.0
+"""The thinnest socket of P. Lenka, A. Choudhury, J Biomed Sci Eng 4, 2011, 762-768, who found 3 mm
+of laminate best."""
+_BRIM_SHARE_AT_END, _BRIM_SHARE = 0.1, 0.35
+"""An opening of this share of what the shape shows from there is its brim, not a hole."""
+_SHEET = 2.0
+"""A piece with less area than so many of its opening's is flatter than half a ball."""
+_ROUNDING = 1 - 1e-6
+"""A wall that is as thick as its least is not refused for a rounding."""
+Loop = Int32[np.ndarray, " l"]
+"""Vertices round an opening."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Offset:
+    """Move the whole surface along its normals."""
+
+    distance_mm: float
+    """Outwards; negative inwards."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fill:
+    """Close holes with surface that goes on as its surroundings do."""
+
+    brim: bool = False
+    """Whether the open brim is closed too, straight across where that folds nothing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wall:
+    """Make a solid: a second surface at the wall's thickness, joined to the first at the brim."""
+
+    thickness_mm: float
+    side: Literal["outward", "inward"] = "outward"
+    """On which side of the surface the wall lies: outward for a socket over the shape."""
+    least_mm: float = LEAST_WALL_MM
+    """Thinner than this nowhere: the wall is refused if it is, as a ragged brim can make it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mirror:
+    """Swap left and right."""
+
+    confirmed_side: Literal["left", "right"]
+    """The side that the limb is of afterwards: said here so that no mirror happens unnoticed."""
+
+
+def require_wall(edit: Wall, what: str) -> None:
+    """Refuse a thickness that no wall has.
+
+    Raises:
+        EditError: it is not above 0 mm, or thinner than the least that is asked for.
+    """
+    if not edit.least_mm > 0:
+        raise EditError(f"{what} needs a least_mm above 0 mm, not {edit.least_mm:g}.")
+    if not edit.thickness_mm >= edit.least_mm:
+        raise EditError(
+            f"{what} needs a thickness of {edit.least_mm:g} mm or more, not "
+            f"{edit.thickness_mm:g}: thinner ones are not made by printers, unless least_mm says "
+            'what yours makes. On which side it lies is said by side = "outward" or "inward".'
+        )
+
+
+def offset_whole(limb: Limb, edit: Offset) -> Limb:
+    """Move every face by a distance.
+
+    Raises:
+        EditError: the surface would fold or cut through itself.
+    """
+    return displaced(limb, offset(limb.mesh, edit.distance_mm).vertices_mm)
+
+
+def fill(limb: Limb, edit: Fill) -> Limb:
+    """Close holes.
+
+    A hole that touches itself in a point has no sound triangle there: it stays, with a note.
+
+    Raises:
+        EditError: there is none that can be filled.
+    """
+    what = "The filling"
+    found = _to_fill(limb, edit, what)
+    grown = _filled(limb.mesh, found, bent=False)
+    domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
+    if domed:
+        grown = _filled(limb.mesh, found, bent=True)
+    require_sound(what, limb.mesh, grown)
+    notes: list[str] = []
+    if found.left:
+        notes.append(f"holes that touch themselves in a point, and were left open: {found.left}")
+    if domed:
+        notes.append(
+            "the brim was closed by a dome, which adds to the volume: straight across it, the lid "
+            "would have folded onto the surface there"
+        )
+    return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
+
+
+@dataclass(frozen=True)
+class _ToFill:
+    """Openings that can be closed."""
+
+    holes: list[Loop]
+    brim: list[Loop]
+    """The brim, if it is to be closed too."""
+    left: int
+    """Holes that cannot."""
+
+
+def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
+    mesh = limb.mesh
+    upright = mesh.vertices_mm
+    if limb.frame is not None:
+        upright = moved_by(limb.frame.limb_from_mesh, upright)
+    openings = find_openings(upright, mesh.faces, _BRIM_SHARE_AT_END, _BRIM_SHARE)
+    brim = [openings.brim] if edit.brim and openings.brim is not None else []
+    loops = [*openings.holes, *brim]
+    own = _of_scraps(mesh, loops)
+    loops = [loop for loop, of_scrap in zip(loops, own, strict=True) if not of_scrap]
+    if not loops:
+        besides = "" if openings.brim is None else " besides the brim (brim = true closes that)"
+        scraps = " but the edges of loose scraps of surface" if any(own) else ""
+        raise EditError(f"{what} found no hole{scraps}{besides}. Leave this edit out.")
+    whole = [loop for loop in loops if not _touches_itself(mesh, loop)]
+    if not whole:
+        raise EditError(
+            f"{what} found only holes that touch themselves in a point, and none of them can be "
+            "closed soundly. Cut that part off, or mend it in the program the shape comes from."
+        )
+    return _ToFill(
+        holes=[loop for loop in whole if loop is not openings.brim],
+        brim=[loop for loop in whole if loop is openings.brim],
+        left=len(loops) - len(whole),
+    )
+
+
+def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
+    """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
+    return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
+
+
+def wall(limb: Limb, edit: Wall) -> Limb:
+    """Give the surface a thickness; the result is watertight.
+
+    Raises:
+        EditError: the shape is closed already, or the wall would cut through itself, or be
+            thinner somewhere than its least.
+    """
+    what = "The wall"
+    require_wall(edit, what)
+    mesh = limb.mesh
+    border = boundary_half_edges(mesh.faces)
+    parts = face_components(mesh.faces)
+    if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
+        raise EditError(
+            f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
+            "closed. Cut it open by a plane or a trimline first; a socket that is a solid already "
+            "needs no wall."
+        )
+    ease = np.zeros(len(mesh), np.bool_)
+    solid = _solid(mesh, border, edit, ease)
+    spoilt = spoilt_vertices(mesh, solid)
+    for _ in range(_RETRIES):
+        if not spoilt.any():
+            return _thick_enough(limb, edit, solid)
+        # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
+        ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
+        for _ in range(2):
+            ease[mesh.faces[ease[mesh.faces].any(1)]] = True
+        last, solid = solid, _solid(mesh, border, edit, ease)
+        changed = (solid.vertices_mm != last.vertices_mm).any(1)
+        spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
+    require_sound(what, mesh, solid)
+    return _thick_enough(limb, edit, solid)
+
+
+def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
+    """Refuse what later edits made of a wall, if it is thinner than the wall's least.
+
+    Raises:
+        EditError: says where.
+    """
+    if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
+        raise EditError(
+            f"{_sentence(found)}. Less than {edit.least_mm:g} mm was not allowed (least_mm of the "
+            "wall). Do less of this edit, or make the wall last."
+        )
+
+
+def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
+    """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
+    found = between_skins(solid, len(limb.mesh), len(limb.mesh.faces))
+    if found.thinnest_mm < _ROUNDING * edit.least_mm:
+        raise EditError(
+            f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
+            "allowed (least_mm). Mostly the brim is ragged there: cut it by a plane or a trimline "
+            "first, smooth the shape, or give the wall more thickness."
+        )
+    lip = thin_lip(solid, edit.least_mm)
+    if lip is not None:
+        x, y, z = lip.place_mm
+        raise EditError(
+            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
+            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
+            f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's own "
+            "edge is: cut it by a plane or a trimline first."
+        )
+    told = [found.told()]
+    if found.thinnest_mm < _STUDIED_MM:
+        told.append(
+            f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
+            "let it bear no weight before it was tested"
+        )
+    return replace(limb, mesh=solid, notes=(*limb.notes, *told))
+
+
+def _sentence(found: Thickness) -> str:
+    told = found.told()
+    return f"{told[0].upper()}{told[1:]}"
+
+
+def mirror(limb: Limb, edit: Mirror) -> Limb:
+    """Reflect the limb in its own plane of left and right; landmarks and side go with it.
+
+    Raises:
+        EditError: the limb is not aligned, has no side, or the confirmed side is the one it has.
+    """
+    what = "The mirror"
+    frame = frame_of(limb, what)
+    if frame.side == "none":
+        raise EditError(
+            f"{what} swaps left and right, and nobody has said which this limb is. Align it with "
+            "its side first."
+        )
+    if frame.side == edit.confirmed_side:
+        raise EditError(
+            f"{what}: the limb is a {frame.side} one, so the mirrored one is not. Confirm the side "
+            f'it will have: confirmed_side = "{"left" if frame.side == "right" else "right"}".'
+        )
+    motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
+    flip = np.array([-1.0, 1.0, 1.0])
+
+    def reflected(points: np.ndarray) -> np.ndarray:
+        return moved_by(back, moved_by(motion, points) * flip)
+
+    mesh = replace(
+        limb.mesh,
+        vertices_mm=reflected(limb.mesh.vertices_mm),
+        faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
+    )
+    marks = tuple(
+        Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
+        for mark in limb.landmarks
+    )
+    framed = replace(frame, side=edit.confirmed_side)
+    return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
+
+
+def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
+    """The surface and its offset, joined along the open edges."""
+    sign = 1.0 if edit.side == "outward" else -1.0
+    try:
+        other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
+    except EditError as error:
+        raise EditError(f"The wall's second surface cannot be made. {error}") from error
+    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
+    count = len(mesh)
+    a, b = border[:, 0], border[:, 1]
+    rim = np.concatenate(
+        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
+    )
+    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
+    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
+    return replace(
+        added,
+        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
+        sigma_mm=_twice(mesh.sigma_mm),
+        shared_mm=_twice(mesh.shared_mm),
+        lost_length=_twice(mesh.lost_length),
+    )
+
+
+def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
+    """Faces with a vertex on an open edge."""
+    rim = np.zeros(len(mesh), np.bool_)
+    rim[border] = True
+    return np.asarray(rim[mesh.faces].any(1))
+
+
+def _twice(values: np.ndarray | None) -> np.ndarray | None:
+    return None if values is None else np.concatenate([values, values])
+
+
+def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
+
+
+def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
+    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
+    parts = face_components(mesh.faces)
+    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
+    part_of = np.zeros(len(mesh), np.int64)
+    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
+    main = int(areas.argmax())
+    return [
+        int(part_of[loop[0]]) != main
+        and float(areas[part_of[loop[0]]])
+        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
+        for loop in loops
+    ]

@@ -1,0 +1,190 @@
+"""Thickness: how far the other side of a wall lies, and where the wall is thinnest.
+
+Between two known skins, as the edit `wall` makes them, it is the distance to the closest place on
+the other: exact, and blind to the rim that joins them. In a shape of unknown making a ray goes
+straight in from each face and ends where it meets a face that looks the other way, and the distance
+to that face's plane counts. Rays alone call the acute edges of a raw brim thin: on walls of 3 mm
+over three scans they found 0.05, 0.02 and 0.02 mm where the skins come no nearer than 1.36, 2.20
+and 2.70 mm; with faces within 18 degrees of each other they find 2.08, 2.44 and 2.80 mm.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from jaxtyping import Float64, Int64
+
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh, unit
+
+_OPPOSED = -0.95
+"""Cosine between two faces that lie opposite in a wall; those of an edge lean more."""
+_LEANING = -0.5
+"""The same for the faces of an edge that is acute: 60 degrees."""
+_INSET_MM = 1e-3
+"""How far below its face a ray starts, so that it misses the face."""
+_FINE_MM = 3.0
+"""Faces with a longer side are looked at in several places."""
+_PLACES = np.array(
+    [[1, 1, 1], [8, 1, 1], [1, 8, 1], [1, 1, 8], [4, 4, 1], [1, 4, 4], [4, 1, 4]], np.float64
+)
+"""Corner shares of the places: the middle, which comes first, and near corners and sides."""
+_TRIED = 3000
+"""Faces by which a wall is told from a limb."""
+_PATCH_MM2 = 1.0
+"""Area that has to be as thin: triangles in an edge that are smaller are no wall."""
+_THICKEST_MM, _THICKEST_SHARE = 20.0, 0.25
+"""A shape whose sides lie nearer, in the middle of its area, is a wall: no socket or orthosis is
+thicker, and every limb is, against this share of its second largest size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Thickness:
+    """Of a wall, where its other side lies opposite."""
+
+    at_vertices_mm: Float64[np.ndarray, " n"]
+    """NaN where nothing lies opposite, as on a brim."""
+    thinnest_mm: float
+    place_mm: Vector3
+    """Where that is, in the mesh's frame."""
+    median_mm: float
+    """Half of the area is thicker."""
+
+    def told(self, axes: str = "the file's") -> str:
+        """In words, without a full stop."""
+        x, y, z = self.place_mm
+        return (
+            f"the wall is {self.thinnest_mm:.2f} mm thick where it is thinnest, near "
+            f"({x:.1f}, {y:.1f}, {z:.1f}) mm in {axes} axes; half of it is thicker than "
+            f"{self.median_mm:.2f} mm"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lip:
+    """Where a wall runs out thin."""
+
+    thickness_mm: float
+    place_mm: Vector3
+
+
+def between_skins(solid: Mesh, first: int, faces: int) -> Thickness:
+    """The thickness of a solid whose first vertices and faces are one skin, the next ones another.
+
+    Args:
+        first: Number of vertices of either skin.
+        faces: Number of faces of either skin.
+    """
+    one, two = solid.faces[:faces], solid.faces[faces : 2 * faces] - first
+    outer, inner = solid.vertices_mm[:first], solid.vertices_mm[first:]
+    away = np.concatenate(
+        [
+            TriangleTree.of(inner, two).closest(outer).distances_mm,
+            TriangleTree.of(outer, one).closest(inner).distances_mm,
+        ]
+    )
+    thinnest = int(away.argmin())
+    return Thickness(
+        at_vertices_mm=away,
+        thinnest_mm=float(away[thinnest]),
+        place_mm=solid.vertices_mm[thinnest],
+        median_mm=_median(away, solid.vertex_areas_mm2()),
+    )
+
+
+def wall_of(mesh: Mesh) -> Thickness | None:
+    """The thickness of a shape that is a wall; None for one that is not, such as a limb."""
+    cast = _Cast.of(mesh)
+    tried = np.arange(0, len(mesh.faces), max(1, len(mesh.faces) // _TRIED))
+    first = cast.across(tried, cast.corners[tried].mean(1), _OPPOSED)
+    size = float(np.sort(np.ptp(mesh.vertices_mm, axis=0))[1])
+    if not np.median(first) < min(_THICKEST_MM, _THICKEST_SHARE * size):
+        return None
+    least, places = cast.everywhere(_OPPOSED)
+    known = np.isfinite(least)
+    at_vertices = np.full(len(mesh), np.inf)
+    np.minimum.at(at_vertices, mesh.faces.ravel(), np.repeat(least, 3))
+    thinnest = _thinnest_patch(least, cast.areas_mm2)
+    return Thickness(
+        at_vertices_mm=np.where(np.isfinite(at_vertices), at_vertices, np.nan),
+        thinnest_mm=float(least[thinnest]),
+        place_mm=places[thinnest],
+        median_mm=_median(least[known], cast.areas_mm2[known]),
+    )
+
+
+def thin_lip(mesh: Mesh, least_mm: float) -> Lip | None:
+    """Where a wall ends in a lip or an acute edge thinner than the least; None where it does not.
+
+    Faces count that look within 60 degrees against each other, and are as thin over more than a
+    sliver: a brim that was cut has none, a scan's own ragged brim has.
+    """
+    cast = _Cast.of(mesh)
+    least, places = cast.everywhere(_LEANING)
+    thin = least < least_mm
+    if not cast.areas_mm2[thin].sum() >= _PATCH_MM2:
+        return None
+    thinnest = int(least.argmin())
+    return Lip(thickness_mm=float(least[thinnest]), place_mm=places[thinnest])
+
+
+@dataclass(frozen=True)
+class _Cast:
+    """Rays through a mesh, straight in from its faces."""
+
+    scene: EmbreeScene
+    corners: Float64[np.ndarray, "f 3 3"]
+    normals: Points3
+    areas_mm2: Float64[np.ndarray, " f"]
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> "_Cast":
+        corners = mesh.vertices_mm[mesh.faces]
+        weighted = mesh.face_normals()
+        scene = EmbreeScene()
+        TriangleMesh(scene, corners.astype(np.float32))
+        return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
+
+    def everywhere(self, opposed: float) -> tuple[Float64[np.ndarray, " f"], Points3]:
+        """The least distance across from each face, infinite for none, and where on it that is."""
+        corners = self.corners
+        sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
+        least = np.full(len(corners), np.inf)
+        places = corners.mean(1)
+        for k, share in enumerate(_PLACES / _PLACES.sum(1, keepdims=True)):
+            looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
+            points = np.einsum("k,fkd->fd", share, corners[looked])
+            reach = self.across(looked, points, opposed)
+            nearer = reach < least[looked]
+            least[looked[nearer]] = reach[nearer]
+            places[looked[nearer]] = points[nearer]
+        return least, places
+
+    def across(
+        self, looked: Int64[np.ndarray, " k"], points: Points3, opposed: float
+    ) -> Float64[np.ndarray, " k"]:
+        """Distance of a place on each face from the plane of what lies opposite."""
+        inward = -self.normals[looked]
+        start = (points + _INSET_MM * inward).astype(np.float32)
+        met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
+        facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
+        drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
+        return np.where((met >= 0) & (facing < opposed), np.maximum(drop, 0.0), np.inf)
+
+
+def _thinnest_patch(
+    thickness_mm: Float64[np.ndarray, " f"], areas_mm2: Float64[np.ndarray, " f"]
+) -> int:
+    """The face up to whose thickness so much of the wall is as thin as counts: no single sliver."""
+    order = np.argsort(thickness_mm, kind="stable")
+    order = order[np.isfinite(thickness_mm[order])]
+    passed = np.cumsum(areas_mm2[order])
+    return int(order[min(int(np.searchsorted(passed, _PATCH_MM2)), len(order) - 1)])
+
+
+def _median(values: Float64[np.ndarray, " k"], weights: Float64[np.ndarray, " k"]) -> float:
+    order = np.argsort(values, kind="stable")
+    passed = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(passed, passed[-1] / 2)])

@@ -1,0 +1,38 @@
+"""Frame: landmarks and the limb's axes."""
+
+from limbgram.core.mesh.axis import Axis, AxisOptions, axis_along, fit_axis
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.frame.landmarks import (
+    NAMES,
+    LandmarkName,
+    PickOptions,
+    frame_of,
+    in_limb_frame,
+    landmark,
+    with_landmarks,
+    with_vertices_in_limb,
+)
+from limbgram.workbench.frame.marks import Mark, MarkOptions, find_marks
+from limbgram.workbench.limb import KINDS, Kind
+
+__all__ = [
+    "KINDS",
+    "NAMES",
+    "AlignOptions",
+    "Axis",
+    "AxisOptions",
+    "Kind",
+    "LandmarkName",
+    "Mark",
+    "MarkOptions",
+    "PickOptions",
+    "align",
+    "axis_along",
+    "find_marks",
+    "fit_axis",
+    "frame_of",
+    "in_limb_frame",
+    "landmark",
+    "with_landmarks",
+    "with_vertices_in_limb",
+]

@@ -1,0 +1,213 @@
+"""Posture: a limb's mesh in its limb frame, and back.
+
+Landmarks: names by the kind of limb, where they tell the limb to face, and picking them.
+
+A name that no template knows is kept as it is; it does not turn the limb.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
+
+
+def in_limb_frame(limb: Limb) -> Mesh:
+    """The mesh with its vertices in the limb frame.
+
+    Raises:
+        MeasureError: the limb is not aligned.
+    """
+    return limb.mesh.with_vertices(frame_of(limb).limb_from_mesh.apply(limb.mesh.vertices_mm))
+
+
+def with_vertices_in_limb(limb: Limb, vertices_in_limb_mm: Points3) -> Limb:
+    """The limb with its vertices moved to places given in the limb frame."""
+    mesh_from_limb = frame_of(limb).limb_from_mesh.inverse
+    return limb.with_mesh(limb.mesh.with_vertices(mesh_from_limb.apply(vertices_in_limb_mm)))
+
+
+def frame_of(limb: Limb) -> LimbFrame:
+    """The limb's frame.
+
+    Raises:
+        MeasureError: the limb is not aligned.
+    """
+    if limb.frame is None:
+        raise MeasureError(
+            "The limb is not aligned, so nobody knows where its axis runs. Run `limbgram align` "
+            "first."
+        )
+    return limb.frame
+
+
+Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
+"""Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
+_ALIKE = 0.8
+"""Names that share so much of their letters are one, with a slip of the pen (difflib's ratio)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandmarkName:
+    """A place that clinicians know by name."""
+
+    name: str
+    facing: Facing
+    level: int
+    """Order along the limb: one of higher level lies more proximal. Equal ones tell nothing."""
+
+
+def _names(*rows: tuple[str, Facing, int]) -> tuple[LandmarkName, ...]:
+    return tuple(
+        LandmarkName(name=name, facing=facing, level=level) for name, facing, level in rows
+    )
+
+
+NAMES: Mapping[Kind, tuple[LandmarkName, ...]] = MappingProxyType(
+    {
+        "transtibial": _names(
+            ("mid patella", "anterior", 5),
+            ("patellar tendon", "anterior", 4),
+            ("medial tibial condyle", "medial", 4),
+            ("popliteal crease", "posterior", 4),
+            ("tibial tubercle", "anterior", 3),
+            ("fibula head", "lateral", 3),
+            ("tibial crest", "anterior", 2),
+            ("fibula end", "lateral", 1),
+            ("tibia end", "anterior", 1),
+            ("distal end", "none", 0),
+        ),
+        "transfemoral": _names(
+            ("anterior superior iliac spine", "anterior", 5),
+            ("greater trochanter", "lateral", 4),
+            ("ischial tuberosity", "posterior", 3),
+            ("adductor longus tendon", "medial", 3),
+            ("perineum", "medial", 3),
+            ("femur end", "none", 1),
+            ("distal end", "none", 0),
+        ),
+        "foot": _names(
+            ("tibial tubercle", "anterior", 5),
+            ("fibula head", "lateral", 5),
+            ("tibial crest", "anterior", 4),
+            ("medial malleolus", "medial", 3),
+            ("lateral malleolus", "lateral", 3),
+            ("navicular", "medial", 2),
+            ("heel", "posterior", 1),
+            ("first metatarsal head", "anterior", 1),
+            ("fifth metatarsal head", "anterior", 1),
+            ("second toe", "anterior", 1),
+        ),
+        "torso": _names(
+            ("seventh cervical vertebra", "posterior", 6),
+            ("sternal notch", "anterior", 6),
+            ("right axilla", "right", 5),
+            ("left axilla", "left", 5),
+            ("xiphoid", "anterior", 4),
+            ("navel", "anterior", 3),
+            ("right iliac spine", "anterior", 2),
+            ("left iliac spine", "anterior", 2),
+            ("sacrum", "posterior", 2),
+            ("right trochanter", "right", 1),
+            ("left trochanter", "left", 1),
+            ("pubic symphysis", "anterior", 1),
+        ),
+    }
+)
+
+
+def known_name(name: str, kind: Kind) -> LandmarkName | None:
+    """What the template of a kind of limb knows of a name; capitals do not matter."""
+    return next((row for row in NAMES[kind] if row.name == name.strip().casefold()), None)
+
+
+def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
+    """What the template of the kind knows of a name, or else any template.
+
+    A place of one name lies on the same side of every kind of limb, at another level.
+    """
+    first = () if kind is None else (kind,)
+    found = (known_name(name, one) for one in (*first, *KINDS))
+    return next((row for row in found if row is not None), None)
+
+
+def likely_meant(name: str, kind: Kind | None) -> str | None:
+    """The known name that a name of no template is a slip of the pen for."""
+    if known_anywhere(name, kind) is not None:
+        return None
+    kinds = KINDS if kind is None else (kind,)
+    names = [row.name for one in kinds for row in NAMES[one]]
+    near = get_close_matches(name.strip().casefold(), names, n=1, cutoff=_ALIKE)
+    return near[0] if near else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PickOptions:
+    """How far from the surface a place may be picked."""
+
+    max_distance_mm: float = 10.0
+
+
+DEFAULTS = PickOptions()
+
+
+def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS) -> Limb:
+    """The limb with more landmarks, each moved to the nearest place on the surface.
+
+    One of a name that the limb has already takes its place.
+
+    Raises:
+        OptionsError: a name without letters, or twice.
+        MeasureError: a place far from the surface.
+    """
+    if not picked:
+        return limb
+    names = [mark.name.strip() for mark in picked]
+    if not all(names) or len(set(names)) < len(names):
+        raise OptionsError(
+            f"The landmarks' names are {', '.join(map(repr, names))}. Give each a name of its own."
+        )
+    tree = TriangleTree.of(limb.mesh.vertices_mm, limb.mesh.faces)
+    closest = tree.closest(np.stack([mark.position_mm for mark in picked]).astype(np.float64))
+    for name, mark, off_mm in zip(names, picked, closest.distances_mm):
+        if not off_mm <= options.max_distance_mm:
+            raise MeasureError(
+                f"Landmark {name!r} at {_text(mark.position_mm)} lies {off_mm:.1f} mm from the "
+                f"surface; {options.max_distance_mm:g} mm is allowed. It is probably in another "
+                "frame or unit than the shape, or of another scan. Pick it on this surface."
+            )
+    kept = tuple(mark for mark in limb.landmarks if mark.name not in names)
+    snapped = tuple(
+        Landmark(name=name, position_mm=place.copy())
+        for name, place in zip(names, closest.points_mm)
+    )
+    return replace(limb, landmarks=kept + snapped)
+
+
+def landmark(limb: Limb, name: str) -> Landmark:
+    """The limb's landmark of that name.
+
+    Raises:
+        MeasureError: the limb has none of that name.
+    """
+    for mark in limb.landmarks:
+        if mark.name == name:
+            return mark
+    have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
+    raise MeasureError(
+        f"The limb has no landmark {name!r}; it has {have}."
+        f"{likeliest(name, (mark.name for mark in limb.landmarks))} Pick it with "
+        "`limbgram align --landmark`, or choose another."
+    )
+
+
+def _text(place_mm: Vector3) -> str:
+    return ", ".join(f"{value:.1f}" for value in place_mm)

@@ -1,0 +1,10 @@
+"""Marks: spots of one plain colour on the sock, found in the placed photos."""
+
+from limbgram.workbench.marks.finding import (
+    PaintedMark,
+    PaintedMarks,
+    PaintedOptions,
+    find_painted_marks,
+)
+
+__all__ = ["PaintedMark", "PaintedMarks", "PaintedOptions", "find_painted_marks"]

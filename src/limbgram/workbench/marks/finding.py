@@ -1,0 +1,252 @@
+"""Finding: marks of one plain colour on the sock, from the placed photos.
+
+In      photos with their views, and the surface they show, in one frame.
+Out     PaintedMarks: places on the surface where several photos agree, the plainest colour first,
+        and what was seen but not offered, with the reason.
+Method  round spots of one hue in every photo, their middles measured on the surface; spots of
+        several photos that lie within `agreement_mm` are one mark. Without a given colour a hue
+        counts only if it is unlike the paint: most of what has it lies in such marks.
+Fails   OptionsError: the given colour is grey.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64, UInt8
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import turn_rad
+from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.photos.photo import Photo
+from limbgram.workbench.marks.sighting import Caster, hue_and_saturation, sightings_of
+from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaintedOptions:
+    """What passes as a mark."""
+
+    colour: tuple[int, int, int] | None = None
+    """sRGB of the marks; None: any colour that the rest of the paint does not have."""
+    least_photos: int = 3
+    agreement_mm: float = 2.0
+    """Photos that see one mark put it this close to its place."""
+    least_share: float = 0.5
+    """Of the photos that look at the place squarely, so many must show the mark."""
+    smallest_mm: float = 4.0
+    largest_mm: float = 30.0
+    roundest_stretch: float = 1.6
+    """Largest reach from the middle, as a multiple of the radius of a circle of the same area."""
+    same_hue_deg: float = 20.0
+    least_saturation: float = 0.6
+    """Share of the light that is not white, for a pixel to have a hue."""
+    least_vivid: float = 0.85
+    """The same share for a mark as a whole."""
+    plainest_share: float = 0.6
+    """So much of what has a hue must lie in marks, for the hue to be unlike the paint."""
+    pixel_mm: float = 0.5
+    """Photos are halved as long as their pixels stay finer than this on the surface."""
+
+
+DEFAULTS = PaintedOptions()
+_SQUARE_COSINE = 0.64
+_SLACK_MM = 2.0
+_MEDIAN_OVER_MEAN = np.sqrt(np.pi / 2)
+"""Standard deviation of a median of normal errors over that of their mean."""
+_SHARED_PX = 0.25
+"""One standard deviation, along one direction, of what blur and shading do to all photos alike."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaintedMark:
+    """A place that several photos agree on."""
+
+    position_mm: Vector3
+    """On the surface, in the mesh's frame."""
+    colour: UInt8[np.ndarray, "3"]
+    diameter_mm: float
+    spread_mm: float
+    """Root mean square distance of the photos' places from the position."""
+    sigma_mm: float
+    """One standard deviation of the position along one direction of the surface: by how the photos
+    disagree, and for the blur and shading that they share; not the scale."""
+    photos: tuple[str, ...]
+    """Those that show it."""
+    looking: int
+    """Photos that show it, or look at the place squarely and could."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """A spot that was seen and is not offered."""
+
+    position_mm: Vector3
+    colour: UInt8[np.ndarray, "3"]
+    reason: str
+
+
+@dataclass(frozen=True)
+class PaintedMarks:
+    """Marks, and spots of the marks' colours that are none."""
+
+    marks: tuple[PaintedMark, ...]
+    left_out: tuple[LeftOut, ...]
+    shared_share: float = 0.0
+    """Of what has a given colour, so much lies elsewhere than in round spots: the paint has it.
+    0 where no pixel has that colour."""
+
+
+def find_painted_marks(
+    photos: Sequence[Photo],
+    views: Sequence[View],
+    mesh: Mesh,
+    options: PaintedOptions = DEFAULTS,
+) -> PaintedMarks:
+    """Marks of one plain colour, as several photos see them.
+
+    Raises:
+        OptionsError: the given colour has no hue.
+    """
+    same_rad = float(np.radians(options.same_hue_deg))
+    given = None if options.colour is None else _hue_of(options.colour, options.least_saturation)
+    caster = Caster(mesh)
+    sightings = sightings_of(
+        photos, views, mesh, caster, options.pixel_mm, options.least_saturation
+    )
+    hues = hues_of(sightings, same_rad)
+    if given is not None:
+        hues = _given_first(hues, given, same_rad)
+    rule = RoundRule(
+        smallest_mm=options.smallest_mm,
+        largest_mm=options.largest_mm,
+        roundest_stretch=options.roundest_stretch,
+        least_vivid=options.least_vivid,
+    )
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    offered: list[tuple[float, PaintedMarks]] = []
+    shared = 0.0
+    looked_for = len(hues) if given is None else 1
+    for found in spots_of(sightings, hues, looked_for, same_rad, rule):
+        plainness = found.inside_mm2 / found.total_mm2 if found.total_mm2 else 0.0
+        if given is None and plainness < options.plainest_share:
+            continue
+        shared = 1 - plainness if given is not None and found.total_mm2 else 0.0
+        seen = _agreed(found.spots, views, caster, tree, options)
+        if seen.marks or given is not None:
+            offered.append((plainness, seen))
+    offered.sort(key=lambda one: -one[0])
+    return PaintedMarks(
+        marks=tuple(mark for _, seen in offered for mark in seen.marks),
+        left_out=tuple(spot for _, seen in offered for spot in seen.left_out),
+        shared_share=shared,
+    )
+
+
+def _hue_of(colour: tuple[int, int, int], least_saturation: float) -> float:
+    hue, saturation = hue_and_saturation(np.array(colour, np.uint8))
+    if float(saturation) < least_saturation:
+        raise OptionsError(
+            f"The colour {colour} is too near to grey to be told from white and shade. Paint the "
+            "marks in a strong colour that the sock does not have, such as magenta."
+        )
+    return float(hue)
+
+
+def _given_first(hues: np.ndarray, given: float, same_rad: float) -> np.ndarray:
+    """The hue in the photos that is nearest to the given one, then the others."""
+    if len(hues):
+        nearest = float(hues[np.abs(turn_rad(hues, given)).argmin()])
+        if abs(turn_rad(nearest, given)) < same_rad:
+            given = nearest
+    return np.array([given, *(hue for hue in hues if abs(turn_rad(hue, given)) >= same_rad)])
+
+
+def _agreed(
+    spots: Spots, views: Sequence[View], caster: Caster, tree: TriangleTree, options: PaintedOptions
+) -> PaintedMarks:
+    """Places where the spots of several photos agree, the highest first."""
+    marks: list[PaintedMark] = []
+    left_out: list[LeftOut] = []
+    for rows in _groups(spots, options.agreement_mm):
+        place = np.median(spots.middles_mm[rows], axis=0)
+        place = tree.closest(place[None]).points_mm[0]
+        colour = np.median(spots.colours[rows], axis=0).astype(np.uint8)
+        looking = sum(
+            k in spots.photo_idx[rows] or caster.sees(view, place, _SQUARE_COSINE, _SLACK_MM)
+            for k, view in enumerate(views)
+        )
+        reason = _refused(len(rows), looking, options)
+        if reason:
+            left_out.append(LeftOut(position_mm=place, colour=colour, reason=reason))
+            continue
+        away_mm = np.linalg.norm(spots.middles_mm[rows] - place, axis=1)
+        marks.append(
+            PaintedMark(
+                position_mm=place,
+                colour=colour,
+                diameter_mm=float(np.median(spots.diameters_mm[rows])),
+                spread_mm=float(np.sqrt((away_mm**2).mean())),
+                sigma_mm=_sigma_mm(away_mm, spots.pixels_mm[rows]),
+                photos=tuple(views[k].name for k in spots.photo_idx[rows]),
+                looking=looking,
+            )
+        )
+    marks.sort(key=lambda mark: tuple(-mark.position_mm[::-1]))
+    return PaintedMarks(tuple(marks), tuple(one for one in left_out if not _beside(one, marks)))
+
+
+def _sigma_mm(away_mm: Float64[np.ndarray, " k"], pixels_mm: Float64[np.ndarray, " k"]) -> float:
+    """Of a median of places, from their distances along two directions; and what all share."""
+    count = len(away_mm)
+    of_one = np.sqrt((away_mm**2).sum() / (2 * max(count - 1, 1)))
+    shared = _SHARED_PX * float(np.median(pixels_mm))
+    return float(np.hypot(_MEDIAN_OVER_MEAN * of_one / np.sqrt(count), shared))
+
+
+def _groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:
+    """Spots that lie together, each photo once: the spot nearest to the middle of all."""
+    count = len(spots.middles_mm)
+    if count == 0:
+        return []
+    pairs = KDTree(spots.middles_mm).query_pairs(agreement_mm, output_type="ndarray")
+    pairs = pairs[spots.photo_idx[pairs[:, 0]] != spots.photo_idx[pairs[:, 1]]]
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    labels = connected_components(graph, directed=False)[1]
+    groups: list[Int64[np.ndarray, " k"]] = []
+    for label in range(int(labels.max()) + 1):
+        rows = np.flatnonzero(labels == label)
+        away = _away(spots.middles_mm[rows])
+        rows = rows[np.argsort(away, kind="stable")]
+        rows = rows[np.sort(np.unique(spots.photo_idx[rows], return_index=True)[1])]
+        rows = rows[_away(spots.middles_mm[rows]) <= agreement_mm]
+        if len(rows):
+            groups.append(np.sort(rows))
+    return groups
+
+
+def _away(places_mm: Points3) -> np.ndarray:
+    """Distances from the middle, which a few wild places do not move."""
+    return np.linalg.norm(places_mm - np.median(places_mm, axis=0), axis=1)
+
+
+def _beside(one: LeftOut, marks: Sequence[PaintedMark]) -> bool:
+    """Whether a spot is a mark's own, misjudged in a single photo."""
+    return any(
+        np.linalg.norm(one.position_mm - mark.position_mm) < mark.diameter_mm for mark in marks
+    )
+
+
+def _refused(showing: int, looking: int, options: PaintedOptions) -> str:
+    """Why a group is no mark; empty if it is one."""
+    if showing < options.least_photos:
+        return f"{showing} of {looking} photos that look at it show it; {options.least_photos} must"
+    if showing < options.least_share * looking:
+        return f"only {showing} of {looking} photos that look at it show it"
+    return ""

@@ -1,0 +1,276 @@
+"""Measuring: everything that a clinician's table holds, from one aligned limb.
+
+In      an aligned Limb, and which heights, lengths, volumes and tape readings are wanted.
+Out     Measures: a row for every height, with figures or the reason why there are none.
+Fails   MeasureError: the limb is not aligned, there are several, no height has an answer, or a
+        volume, length or tape reading that was asked for has none.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.workbench.bodies import Apart, outer_bodies
+from limbgram.workbench.edits.thickness import Thickness, wall_of
+from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame, landmark
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.lengths import Length, Place, length_between
+from limbgram.workbench.measures.levels import (
+    DISTAL_END,
+    MEASURES,
+    PROXIMAL_END,
+    Figure,
+    Level,
+    Refused,
+    Sigmas,
+    Volumes,
+    levels_at,
+    tape_mm,
+)
+from limbgram.workbench.measures.skins import inside_of, is_two_skinned, without_sock
+from limbgram.workbench.measures.tape import TapeCheck, TapeReading, check_reading
+
+Skin = Literal["only", "outside", "inside"]
+_MOST_LEVELS = 5000
+_AT_ORIGIN_MM = 0.5
+"""A tip as near to the frame's origin is the distal end from which heights count."""
+_BEYOND_MM = 1.0
+"""A volume may begin or end as far beyond the limb, and as the sock is thick; it is clamped."""
+_TOUCHING_MM = 1e-6
+"""Levels of even spacing that lie as near to an end of the limb only touch it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureOptions:
+    """What is measured. Heights count from the reference, upwards."""
+
+    spacing_mm: float = 10.0
+    heights_mm: tuple[float, ...] | None = None
+    """In place of even spacing."""
+    reference: str | None = None
+    """Landmark from which heights count; None for the limb frame's origin, where the distal
+    end was when it was aligned."""
+    sock_mm: float | None = None
+    """Thickness of the sock in the scan, taken off first; None takes nothing more off."""
+    volumes_mm: tuple[tuple[float, float], ...] = ()
+    """Pairs of heights; infinite ones stand for the limb's ends."""
+    lengths: tuple[tuple[str, str], ...] = ()
+    """Pairs of landmarks."""
+    tape: tuple[TapeReading, ...] = ()
+
+
+DEFAULTS = MeasureOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One height of the table."""
+
+    height_mm: float
+    """In the limb frame: from its origin."""
+    from_reference_mm: float
+    figures: Mapping[str, Figure | None]
+    """By the names of MEASURES, and the volume from the distal end up to here; None where a figure
+    has no answer."""
+    loops: int
+    reason: str
+    """Why a figure, or the whole row, has no answer; empty where all have."""
+    level: Level | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class VolumeRow:
+    """A volume between two heights from the reference."""
+
+    low_mm: float
+    high_mm: float
+    volume_mm3: Figure
+    note: str = ""
+    """Where a height lay just beyond the limb and its end was taken."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """The whole table."""
+
+    limb: Limb
+    """What was measured: the sock is off."""
+    reference: str | None
+    reference_mm: float
+    """Its height in the limb frame."""
+    tip_mm: float
+    """Height of the lowest point in the limb frame: 0 where the shape is as it was aligned."""
+    rows: tuple[Row, ...]
+    volumes: tuple[VolumeRow, ...]
+    lengths: tuple[Length, ...]
+    tape: tuple[TapeCheck, ...]
+    bodies_left_out: int
+    """Pieces inside the limb, such as bones, and loose ones beside it: not measured."""
+    loose: tuple[Apart, ...]
+    """Those beside it, in the limb frame."""
+    skin: Skin = "only"
+    """Which of a wall's two skins the figures are of; the areas and volumes of an outside are those
+    of the material."""
+    wall: Thickness | None = None
+    """How thick it is, in the limb frame; None for what is no wall."""
+
+    @property
+    def counted_from(self) -> str:
+        """What the heights truly count from: edits and socks move the tip away from the origin."""
+        if self.reference is not None:
+            return self.reference
+        return "distal end" if abs(self.tip_mm) <= _AT_ORIGIN_MM else "origin of the limb frame"
+
+    @property
+    def counting(self) -> str:
+        """The same in a sentence: `Heights from ...`."""
+        if self.reference is not None:
+            return self.reference
+        away = abs(self.tip_mm) > _AT_ORIGIN_MM
+        return f"the {self.counted_from}" + (
+            f"; the tip lies at {self.tip_mm:.1f} mm" if away else ""
+        )
+
+
+def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+    """Measure an aligned limb."""
+    bare = limb if options.sock_mm is None else without_sock(limb, options.sock_mm)
+    outside = outer_bodies(in_limb_frame(bare))
+    outside.require_one_limb()
+    sigmas = Sigmas.of(outside.mesh)
+    zero = _reference_mm(bare, options.reference)
+    heights = _heights(sigmas, zero, options)
+    volumes = Volumes.of(sigmas)
+    rows = tuple(_row(sigmas, volumes, level, zero) for level in levels_at(sigmas.mesh, heights))
+    levels = [row.level for row in rows if row.level is not None]
+    if not levels:
+        raise MeasureError(f"No height has an answer. The first: {rows[0].reason}")
+    return Measures(
+        limb=bare,
+        reference=options.reference,
+        reference_mm=zero,
+        tip_mm=float(sigmas.mesh.vertices_mm[:, 2].min()),
+        rows=rows,
+        volumes=tuple(
+            _volume(volumes, zero, span, _BEYOND_MM + bare.sock_mm) for span in options.volumes_mm
+        ),
+        lengths=tuple(
+            length_between(sigmas, _place(bare, start), _place(bare, end))
+            for start, end in options.lengths
+        ),
+        tape=_tape(sigmas, zero, options.tape),
+        bodies_left_out=outside.bodies_left_out,
+        loose=outside.loose,
+        skin="outside" if is_two_skinned(levels) else "only",
+        wall=wall_of(sigmas.mesh),
+    )
+
+
+def measure_inside(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+    """Measure what an aligned wall, such as a socket, holds.
+
+    Raises:
+        MeasureError: it goes round no hollow, or as `measure`.
+    """
+    found = measure(inside_of(limb), options)
+    return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
+
+
+def _reference_mm(limb: Limb, name: str | None) -> float:
+    return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
+
+
+def _place(limb: Limb, name: str) -> Place:
+    mark = landmark(limb, name)
+    return Place(name, frame_of(limb).limb_from_mesh.apply(mark.position_mm[None])[0])
+
+
+def _heights(sigmas: Sigmas, zero: float, options: MeasureOptions) -> list[float]:
+    """Heights in the limb frame: those asked for, or all multiples of the spacing in the limb."""
+    if options.heights_mm is not None:
+        if not options.heights_mm or not all(map(math.isfinite, options.heights_mm)):
+            raise OptionsError("The heights must be numbers of millimetres, at least one.")
+        return [height + zero for height in options.heights_mm]
+    if not options.spacing_mm > 0:
+        raise OptionsError(f"A spacing of {options.spacing_mm:g} mm has no levels. Give, say, 10.")
+    z = sigmas.mesh.vertices_mm[:, 2]
+    low, high = float(z.min()) - zero + _TOUCHING_MM, float(z.max()) - zero - _TOUCHING_MM
+    first, last = math.floor(low / options.spacing_mm) + 1, math.ceil(high / options.spacing_mm) - 1
+    if not 0 <= last - first < _MOST_LEVELS:
+        raise OptionsError(
+            f"A spacing of {options.spacing_mm:g} mm gives {last - first + 1} levels on a limb of "
+            f"{high - low:.0f} mm; 1 to {_MOST_LEVELS} can be measured. Choose another."
+        )
+    return [k * options.spacing_mm + zero for k in range(first, last + 1)]
+
+
+def _row(sigmas: Sigmas, volumes: Volumes, level: Level | Refused, zero: float) -> Row:
+    height = level.height_mm
+    if isinstance(level, Refused):
+        nothing: dict[str, Figure | None] = dict.fromkeys([*MEASURES, "volume_below_mm3"])
+        return Row(
+            height_mm=height,
+            from_reference_mm=height - zero,
+            figures=nothing,
+            loops=0,
+            reason=level.reason,
+            level=None,
+        )
+    reasons: list[str] = []
+    figures: dict[str, Figure | None] = {}
+    for name, measured in MEASURES.items():
+        sloped = measured(level)
+        figures[name] = None if sloped is None else sigmas.figure(level, sloped)
+    if None in figures.values():
+        reasons.append("The long axis does not pass through the section: no width through it.")
+    try:
+        figures["volume_below_mm3"] = volumes.between(DISTAL_END, height)
+    except MeasureError as error:
+        figures["volume_below_mm3"] = None
+        reasons.append(str(error))
+    return Row(
+        height_mm=height,
+        from_reference_mm=height - zero,
+        figures=figures,
+        loops=len(level.depth),
+        reason=" ".join(reasons),
+        level=level,
+    )
+
+
+def _volume(
+    volumes: Volumes, zero: float, span_mm: tuple[float, float], most_beyond_mm: float
+) -> VolumeRow:
+    """A volume; a height that lies just beyond the limb stands for its end."""
+    z = volumes.sigmas.mesh.vertices_mm[:, 2]
+    ends = float(z.min()), float(z.max())
+    heights: list[float] = []
+    notes: list[str] = []
+    for height in (span_mm[0] + zero, span_mm[1] + zero):
+        beyond, end = max((ends[0] - height, ends[0]), (height - ends[1], ends[1]))
+        if 0 < beyond <= most_beyond_mm:
+            heights.append(DISTAL_END if end == ends[0] else PROXIMAL_END)
+            notes.append(
+                f"the limb ends at {end - zero:.2f} mm, which was taken for {height - zero:g} mm"
+            )
+        else:
+            heights.append(height)
+    return VolumeRow(
+        low_mm=span_mm[0],
+        high_mm=span_mm[1],
+        volume_mm3=volumes.between(*heights),
+        note="; ".join(notes),
+    )
+
+
+def _tape(sigmas: Sigmas, zero: float, readings: tuple[TapeReading, ...]) -> tuple[TapeCheck, ...]:
+    heights = [reading.height_mm + zero for reading in readings]
+    checks: list[TapeCheck] = []
+    for reading, level in zip(readings, levels_at(sigmas.mesh, heights)):
+        if isinstance(level, Refused):
+            raise MeasureError(f"A tape reading has no girth to compare with. {level.reason}")
+        girth = sigmas.figure(level, tape_mm(level))
+        checks.append(check_reading(reading, level.height_mm, girth))
+    return tuple(checks)

@@ -1,0 +1,283 @@
+"""Straightening: the shortest line through a strip of triangles, and through better strips.
+
+The strip is unfolded into a plane, where a funnel gives its shortest line exactly (Lee and
+Preparata 1984). Where that line bends round a vertex and the surface on the other side spans less
+than a half turn, the way round the other side is shorter: the strip is led there.
+"""
+
+import cmath
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Int64
+
+from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+
+_FLAT = 1e-9
+"""Radians by which a side must span less than a half turn."""
+
+
+@dataclass(frozen=True)
+class Net:
+    """A surface that can be walked over."""
+
+    vertices_mm: Points3
+    faces: Faces
+    edges: Int64[np.ndarray, "f 3"]
+    """Edge from each corner to the next."""
+    neighbours: Int64[np.ndarray, "f 3"]
+    """Face across that edge, or -1."""
+
+
+@dataclass(frozen=True)
+class _Corner:
+    """Where the line bends."""
+
+    gate: int
+    """Index of a gate at whose end it lies; -1 for the start, the number of gates for the end."""
+    vertex: int
+    """-1 for the start and the end."""
+    left: bool
+    place: complex
+
+
+@dataclass(frozen=True)
+class _Unfolded:
+    """A strip in the plane: gates between its faces, and its ends."""
+
+    faces: list[int]
+    left_id: list[int]
+    right_id: list[int]
+    left: list[complex]
+    right: list[complex]
+    """Places of the gates' ends, seen in the direction of the walk."""
+    start: complex
+    end: complex
+
+
+def straighten(net: Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> Points3:
+    """The shortest polyline near a strip of faces, from a place in its first to one in its last.
+
+    Each change of the strip shortens the line, so it ends.
+    """
+    strip = _without_spurs(strip)
+    flat = _unfold(net, strip, start_mm, end_mm)
+    corners = _funnel(flat)
+    length = _length(corners)
+    while True:
+        better = _led_round(net, flat, corners)
+        if better is None:
+            break
+        flat_better = _unfold(net, better, start_mm, end_mm)
+        corners_better = _funnel(flat_better)
+        if _length(corners_better) >= length * (1 - 1e-13):
+            break
+        flat, corners, length = flat_better, corners_better, _length(corners_better)
+    return _on_surface(net, flat, corners, start_mm, end_mm)
+
+
+def _without_spurs(strip: list[int]) -> list[int]:
+    """The strip without stepping into a face and back."""
+    kept: list[int] = []
+    for face in strip:
+        if kept and kept[-1] == face:
+            continue
+        if len(kept) > 1 and kept[-2] == face:
+            kept.pop()
+            continue
+        kept.append(face)
+    return kept
+
+
+def _unfold(net: Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> _Unfolded:
+    """Lay the faces of a strip beside each other in the plane."""
+    ids = net.faces[strip].tolist()
+    where = dict(
+        zip(
+            (v for row in ids for v in row),
+            net.vertices_mm[net.faces[strip]].reshape(-1, 3).tolist(),
+        )
+    )
+    a, b, c = ids[0]
+    along = complex(math.dist(where[a], where[b]), 0)
+    place = {a: 0j, b: along, c: _beside(where[a], where[b], where[c]) * along}
+    flat = _Unfolded(
+        strip, [], [], [], [], _beside(where[a], where[b], start_mm.tolist()) * along, 0j
+    )
+    end, base = end_mm.tolist(), (a, b)
+    for before, row in pairwise(ids):
+        shared = [v for v in before if v in row]
+        right, left = _gate(flat, before, shared)
+        (new,) = (v for v in row if v not in shared)
+        along = place[left] - place[right]
+        # The next face lies to the right of the way from the right end to the left one.
+        beside = _beside(where[right], where[left], where[new]).conjugate()
+        place[new] = place[right] + beside * along
+        flat.left_id.append(left)
+        flat.right_id.append(right)
+        flat.left.append(place[left])
+        flat.right.append(place[right])
+        base = (right, left)
+    one, two = base
+    weight = _beside(where[one], where[two], end)
+    weight = weight.conjugate() if len(strip) > 1 else weight
+    return replace(flat, end=place[one] + weight * (place[two] - place[one]))
+
+
+def _gate(flat: _Unfolded, before: list[int], shared: list[int]) -> tuple[int, int]:
+    """Right and left end of the edge that two neighbours in a strip share."""
+    if not flat.left_id:
+        k = next(k for k in range(3) if before[k] in shared and before[(k + 1) % 3] in shared)
+        return before[k], before[(k + 1) % 3]
+    one, two = shared
+    if flat.left_id[-1] in shared:
+        return (two if one == flat.left_id[-1] else one), flat.left_id[-1]
+    return flat.right_id[-1], (two if one == flat.right_id[-1] else one)
+
+
+def _beside(a: list[float], b: list[float], p: list[float]) -> complex:
+    """Where p lies from a, as a multiple of the way from a to b; to its left counts positive."""
+    along = [y - x for x, y in zip(a, b)]
+    to_p = [y - x for x, y in zip(a, p)]
+    squared = along[0] ** 2 + along[1] ** 2 + along[2] ** 2
+    share = (along[0] * to_p[0] + along[1] * to_p[1] + along[2] * to_p[2]) / squared
+    rest = math.dist(to_p, [share * x for x in along])
+    return complex(share, rest / math.sqrt(squared))
+
+
+def _funnel(flat: _Unfolded) -> list[_Corner]:
+    """Corners of the shortest line through all gates, with both ends."""
+    count = len(flat.left)
+    lefts, rights = [*flat.left, flat.end], [*flat.right, flat.end]
+    apex = left = right = flat.start
+    left_at = right_at = -1
+    corners = [_Corner(-1, -1, True, apex)]
+    i = 0
+    while i <= count:
+        if _turn(right - apex, rights[i] - apex) >= 0:
+            if right == apex or _turn(left - apex, rights[i] - apex) <= 0:
+                right, right_at = rights[i], i
+            else:
+                corners.append(_Corner(left_at, flat.left_id[left_at], True, left))
+                apex = right = left
+                right_at = left_at
+                i = left_at + 1
+                continue
+        if _turn(left - apex, lefts[i] - apex) <= 0:
+            if left == apex or _turn(right - apex, lefts[i] - apex) >= 0:
+                left, left_at = lefts[i], i
+            else:
+                corners.append(_Corner(right_at, flat.right_id[right_at], False, right))
+                apex = left = right
+                left_at = right_at
+                i = right_at + 1
+                continue
+        i += 1
+    corners.append(_Corner(count, -1, True, flat.end))
+    return corners
+
+
+def _turn(a: complex, b: complex) -> float:
+    """Positive where b lies to the left of a."""
+    return a.real * b.imag - a.imag * b.real
+
+
+def _length(corners: list[_Corner]) -> float:
+    return sum(abs(b.place - a.place) for a, b in pairwise(corners))
+
+
+def _led_round(net: Net, flat: _Unfolded, corners: list[_Corner]) -> list[int] | None:
+    """The strip led round the other side of corners where that is shorter; or None."""
+    strip = list(flat.faces)
+    free_to = len(strip)
+    changed = False
+    for before, corner, after in reversed(list(zip(corners, corners[1:], corners[2:]))):
+        first, last = _run(flat, before, corner, after)
+        if last + 1 >= free_to:
+            continue
+        other = _other_side(net, flat, (before, corner, after), (first, last))
+        if other is not None:
+            strip[first + 1 : last + 1] = other
+            free_to = first
+            changed = True
+    return _without_spurs(strip) if changed else None
+
+
+def _run(flat: _Unfolded, before: _Corner, corner: _Corner, after: _Corner) -> tuple[int, int]:
+    """First and last gate at the corner between the line's arrival and departure."""
+    own, opposite = (flat.left_id, flat.right_id) if corner.left else (flat.right_id, flat.left_id)
+    first = last = corner.gate
+    while first > 0 and own[first - 1] == corner.vertex and opposite[first] != before.vertex:
+        first -= 1
+    while last + 1 < len(own) and own[last + 1] == corner.vertex and opposite[last] != after.vertex:
+        last += 1
+    return first, last
+
+
+def _other_side(
+    net: Net,
+    flat: _Unfolded,
+    line: tuple[_Corner, _Corner, _Corner],
+    run: tuple[int, int],
+) -> list[int] | None:
+    """Faces round the other side of a corner, if they span less than a half turn."""
+    before, corner, after = line
+    first, last = run
+    opposite = flat.right if corner.left else flat.left
+    here, there = flat.faces[first], flat.faces[last + 1]
+    angle = _corner_angle(net, here, corner.vertex) + _corner_angle(net, there, corner.vertex)
+    angle -= _between(before.place - corner.place, opposite[first] - corner.place)
+    angle -= _between(after.place - corner.place, opposite[last] - corner.place)
+    found: list[int] = []
+    came, face = flat.faces[first + 1], here
+    while angle < math.pi - _FLAT:
+        onward = _onward(net, face, corner.vertex, came)
+        if onward < 0:
+            return None
+        if onward == there:
+            return found
+        found.append(onward)
+        angle += _corner_angle(net, onward, corner.vertex)
+        came, face = face, onward
+    return None
+
+
+def _onward(net: Net, face: int, vertex: int, came: int) -> int:
+    """The next face round a vertex, away from the one that was left; -1 at a border."""
+    corner = net.faces[face].tolist().index(vertex)
+    one, two = (int(net.neighbours[face, k]) for k in (corner, (corner + 2) % 3))
+    return two if one == came else one
+
+
+def _corner_angle(net: Net, face: int, vertex: int) -> float:
+    ids = net.faces[face].tolist()
+    k = ids.index(vertex)
+    apex, one, two = (net.vertices_mm[ids[(k + step) % 3]].tolist() for step in range(3))
+    return cmath.phase(_beside(apex, one, two))
+
+
+def _between(a: complex, b: complex) -> float:
+    return abs(cmath.phase(a * b.conjugate())) if a and b else 0.0
+
+
+def _on_surface(
+    net: Net, flat: _Unfolded, corners: list[_Corner], start_mm: Vector3, end_mm: Vector3
+) -> Points3:
+    """The line in space: where it crosses each gate."""
+    pieces = [start_mm[None]]
+    left, right = np.array(flat.left), np.array(flat.right)
+    left_mm, right_mm = net.vertices_mm[flat.left_id], net.vertices_mm[flat.right_id]
+    for one, two in pairwise(corners):
+        gates = np.arange(one.gate + 1, two.gate)
+        way = two.place - one.place
+        across = ((right - left)[gates] * np.conj(way)).imag
+        offset = ((one.place - left[gates]) * np.conj(way)).imag
+        share = np.divide(offset, across, out=np.zeros(len(gates)), where=np.abs(across) > 0)
+        share = np.clip(share, 0, 1)[:, None]
+        pieces.append(left_mm[gates] + share * (right_mm[gates] - left_mm[gates]))
+        pieces.append(end_mm[None] if two.vertex < 0 else net.vertices_mm[[two.vertex]])
+    line = np.concatenate(pieces)
+    moves = np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-12
+    return line[np.concatenate([[True], moves])]

@@ -1,0 +1,152 @@
+"""The table as CSV for spreadsheets and as a tree for JSON.
+
+Lengths in mm, areas in mm2, volumes in mL; every sigma is one standard deviation.
+"""
+
+import csv
+import io
+from typing import Any
+
+import numpy as np
+
+from limbgram.workbench.edits.thickness import Thickness
+from limbgram.workbench.measures.lengths import Length
+from limbgram.workbench.measures.levels import MEASURES, Figure
+from limbgram.workbench.measures.measuring import Measures, Row
+from limbgram.workbench.measures.tape import TapeCheck
+
+_MM3_PER_ML = 1000.0
+COLUMNS = (*MEASURES, "volume_below_ml")
+_DECIMALS = 4
+
+
+def csv_text(measures: Measures) -> str:
+    """A row for every height; sigmas stand in columns of their own if there are any."""
+    with_sigma = any(
+        figure is not None and figure.sigma is not None
+        for row in measures.rows
+        for figure in row.figures.values()
+    )
+    text = io.StringIO()
+    sheet = csv.writer(text, lineterminator="\n")
+    sigmas = [f"sigma_{name}" for name in COLUMNS] if with_sigma else []
+    sheet.writerow(
+        [
+            "height_mm",
+            "from_reference_mm",
+            "reference",
+            *COLUMNS,
+            *sigmas,
+            "loops",
+            "reason",
+            "skin",
+        ]
+    )
+    reference = measures.counted_from
+    for row in measures.rows:
+        figures = _in_columns(row)
+        values = ["" if f is None else round(f.value, _DECIMALS) for f in figures]
+        spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
+        place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
+        tail = [row.loops, row.reason, measures.skin]
+        sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
+    return text.getvalue()
+
+
+def tree(measures: Measures) -> dict[str, Any]:
+    """Everything that was measured, for JSON."""
+    frame = measures.limb.frame
+    return {
+        "format": "limbgram measures",
+        "version": 1,
+        "shape": measures.limb.name,
+        "side": None if frame is None else frame.side,
+        "sock_taken_off_mm": measures.limb.sock_mm,
+        "bodies_left_out": measures.bodies_left_out,
+        "loose_bodies": [
+            {"in_limb_mm": body.place_mm.tolist(), "size_mm": body.size_mm}
+            for body in measures.loose
+        ],
+        "skin": measures.skin,
+        "wall": _wall(measures.wall),
+        "reference": measures.counted_from,
+        "reference_height_mm": measures.reference_mm,
+        "tip_height_mm": measures.tip_mm,
+        "levels": [_level(row) for row in measures.rows],
+        "volumes": [
+            {
+                "from_mm": row.low_mm if np.isfinite(row.low_mm) else None,
+                "to_mm": row.high_mm if np.isfinite(row.high_mm) else None,
+                "volume_ml": _figure(in_ml(row.volume_mm3)),
+                "note": row.note or None,
+            }
+            for row in measures.volumes
+        ],
+        "lengths": [_length(length) for length in measures.lengths],
+        "tape": [_tape(check, measures.reference_mm) for check in measures.tape],
+    }
+
+
+def _wall(wall: Thickness | None) -> dict[str, Any] | None:
+    if wall is None:
+        return None
+    return {
+        "thinnest_mm": wall.thinnest_mm,
+        "in_limb_mm": wall.place_mm.tolist(),
+        "median_mm": wall.median_mm,
+    }
+
+
+def in_ml(volume_mm3: Figure) -> Figure:
+    sigma = None if volume_mm3.sigma is None else volume_mm3.sigma / _MM3_PER_ML
+    return Figure(volume_mm3.value / _MM3_PER_ML, sigma)
+
+
+def _in_columns(row: Row) -> list[Figure | None]:
+    volume = row.figures["volume_below_mm3"]
+    return [
+        *(row.figures[name] for name in MEASURES),
+        None if volume is None else in_ml(volume),
+    ]
+
+
+def _level(row: Row) -> dict[str, Any]:
+    figures = {name: _figure(figure) for name, figure in zip(COLUMNS, _in_columns(row))}
+    return {
+        "height_mm": row.height_mm,
+        "from_reference_mm": row.from_reference_mm,
+        **figures,
+        "loops": row.loops,
+        "reason": row.reason or None,
+    }
+
+
+def _length(length: Length) -> dict[str, Any]:
+    return {
+        "from": length.start,
+        "to": length.end,
+        "along_axis_mm": _figure(length.along_axis),
+        "straight_mm": _figure(length.straight),
+        "over_surface_mm": _figure(length.over_surface),
+    }
+
+
+def _tape(check: TapeCheck, reference_mm: float) -> dict[str, Any]:
+    return {
+        "height_mm": check.height_mm,
+        "from_reference_mm": check.height_mm - reference_mm,
+        "read_mm": check.read_mm,
+        "measured_mm": _figure(check.measured),
+        "difference_mm": check.difference_mm,
+        "difference_share": check.difference_mm / check.read_mm,
+        "conflict": check.conflict,
+    }
+
+
+def _figure(figure: Figure | None) -> dict[str, float | None] | None:
+    return None if figure is None else {"value": figure.value, "sigma": figure.sigma}
+
+
+def _rounded(sigma: float) -> float:
+    """To three significant digits."""
+    return float(f"{sigma:.3g}")

@@ -1,0 +1,193 @@
+"""The tape: girths that a clinician read, held against the shape, and the shape made to agree.
+
+A reading differs where it is off by more than a millimetre or a per cent. Fitting scales the shape
+about the middles of its sections, by factors that run straight from one reading to the next and
+stay as they are beyond the first and the last; heights do not change. The fitted shape carries no
+sigmas any more.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.workbench.bodies import outer_bodies
+from limbgram.workbench.frame.landmarks import (
+    frame_of,
+    in_limb_frame,
+    with_landmarks,
+    with_vertices_in_limb,
+)
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.levels import Figure, Level, area_mm2, level_at, tape_mm
+
+_ROUNDS = 30
+_AGREES = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeReading:
+    """A girth as read."""
+
+    height_mm: float
+    """From the reference of the table."""
+    girth_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeCheck:
+    """A reading beside what the shape has there."""
+
+    height_mm: float
+    """In the limb frame."""
+    read_mm: float
+    measured: Figure
+    conflict: bool
+
+    @property
+    def difference_mm(self) -> float:
+        """Positive where the shape is larger than the tape says."""
+        return self.measured.value - self.read_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConflictOptions:
+    """From when on a reading and the shape are said to differ."""
+
+    most_mm: float = 1.0
+    most_share: float = 0.01
+
+
+DEFAULTS = ConflictOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeChange:
+    """What fitting did at one reading."""
+
+    height_mm: float
+    before_mm: float
+    after_mm: float
+    factor: float
+    """By which the section there was scaled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeFit:
+    """A limb whose girths agree with the tape, and what that took."""
+
+    limb: Limb
+    changes: tuple[TapeChange, ...]
+    largest_mm: float
+    """How far a vertex moved at most."""
+
+
+def check_reading(
+    reading: TapeReading, height_mm: float, measured: Figure, options: ConflictOptions = DEFAULTS
+) -> TapeCheck:
+    """Hold a reading against the girth that the shape has at that height in the limb frame."""
+    require_girth(reading)
+    off = abs(measured.value - reading.girth_mm)
+    conflict = off > options.most_mm or off > options.most_share * reading.girth_mm
+    return TapeCheck(
+        height_mm=height_mm, read_mm=reading.girth_mm, measured=measured, conflict=conflict
+    )
+
+
+def require_girth(reading: TapeReading) -> None:
+    if not (math.isfinite(reading.girth_mm) and 10 < reading.girth_mm < 3000):
+        raise OptionsError(
+            f"{reading.girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
+        )
+
+
+def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float = 0.0) -> TapeFit:
+    """Scale an aligned limb across its axis until its taut girths are those that were read.
+
+    Args:
+        reference_mm: Height in the limb frame from which the readings' heights count.
+
+    Raises:
+        MeasureError: a height misses the limb, or the readings cannot all be met.
+    """
+    for reading in readings:
+        require_girth(reading)
+    heights = np.array([reading.height_mm + reference_mm for reading in readings])
+    if not len(heights) or len(np.unique(heights)) < len(heights):
+        raise OptionsError("Fitting needs tape readings, each at a height of its own.")
+    order = np.argsort(heights)
+    heights = heights[order]
+    wanted = np.array([readings[k].girth_mm for k in order])
+    start = in_limb_frame(limb)
+    outside = outer_bodies(start)
+    outside.require_one_limb()
+    skin = outside.mesh
+    levels = [level_at(skin, float(height)) for height in heights]
+    middles = np.stack([_middle(level) for level in levels])
+    before = np.array([tape_mm(level).value for level in levels])
+    factors = wanted / before
+    for _ in range(_ROUNDS):
+        scaling = _Scaling(heights, middles, factors)
+        scaled = skin.with_vertices(scaling.apply(skin.vertices_mm))
+        found = np.array([tape_mm(level_at(scaled, float(h))).value for h in heights])
+        if np.abs(found / wanted - 1).max() < _AGREES:
+            break
+        factors = factors * wanted / found
+    else:
+        raise MeasureError(
+            "The shape cannot be made to agree with all readings: they ask for jumps over less "
+            "than a triangle's height. Leave out readings that lie close together."
+        )
+    changes = [
+        TapeChange(height_mm=float(h), before_mm=float(b), after_mm=float(a), factor=float(f))
+        for h, b, a, f in zip(heights, before, found, scaling.factors)
+    ]
+    vertices = scaling.apply(start.vertices_mm)
+    moved = np.linalg.norm(vertices - start.vertices_mm, axis=1).max()
+    fitted = _with_landmarks_moved(_unmeasured(with_vertices_in_limb(limb, vertices)), scaling)
+    return TapeFit(limb=fitted, changes=tuple(changes), largest_mm=float(moved))
+
+
+@dataclass(frozen=True)
+class _Scaling:
+    """Factors and fixed places at heights; between them both run straight."""
+
+    heights_mm: Float64[np.ndarray, " k"]
+    middles_mm: Points2
+    factors: Float64[np.ndarray, " k"]
+
+    def apply(self, places_mm: Points3) -> Points3:
+        z = places_mm[:, 2]
+        factor = np.interp(z, self.heights_mm, self.factors)[:, None]
+        middle = np.column_stack(
+            [np.interp(z, self.heights_mm, self.middles_mm[:, axis]) for axis in range(2)]
+        )
+        return np.column_stack([middle + factor * (places_mm[:, :2] - middle), z])
+
+
+def _with_landmarks_moved(limb: Limb, scaling: _Scaling) -> Limb:
+    if not limb.landmarks:
+        return limb
+    motion = frame_of(limb).limb_from_mesh
+    places = motion.apply(np.stack([mark.position_mm for mark in limb.landmarks]))
+    places = motion.inverse.apply(scaling.apply(places))
+    marks = [replace(mark, position_mm=place.copy()) for mark, place in zip(limb.landmarks, places)]
+    return with_landmarks(limb, marks)
+
+
+def _unmeasured(limb: Limb) -> Limb:
+    """The limb without sigmas: they told of the surface that the photos measured."""
+    mesh = replace(limb.mesh, sigma_mm=None, shared_mm=None, correlation_mm=None, lost_length=None)
+    return limb.with_mesh(mesh)
+
+
+def _middle(level: Level) -> np.ndarray:
+    """Centroid of a section's area."""
+    area = area_mm2(level)
+    points, after = level.points_mm, level.points_mm[level.after]
+    doubled = points[:, 0] * after[:, 1] - after[:, 0] * points[:, 1]
+    return ((points + after) * doubled[:, None]).sum(0) / (6 * area.value)

@@ -1,0 +1,255 @@
+"""The recipe's file: TOML that a person can read, write and correct.
+
+    format = "limbgram recipe"
+    version = 2
+    name = "first fitting"
+    scan_sha256 = "..."
+
+    [[edit]]
+    do = "load"
+    at = "patellar tendon"
+    depth_mm = 5.0
+    falloff_mm = 18.0
+
+    [[edit]]
+    do = "load"
+    accept = ["load on fibula head"]
+    at = "fibula head"
+    depth_mm = 1.0
+    falloff_mm = 12.0
+
+    [[edit]]
+    do = "smoothing"
+    on = false
+    passes = 8
+
+Places are landmarks by name, or [x, y, z] in millimetres in the frame that the edit names. Names
+and parameters that are not known are errors that list what is.
+
+Version 1 called the carving in of the positive "relief", which is prosthetics' word for the
+opposite, and the building up "build-up". A file of version 1 is read as it was meant, "relief" as
+"load", with a note, and is of version 2 when it is written again. In version 2 "relief" is refused:
+nobody can know what its writer meant.
+"""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+
+from limbgram.core.errors import OptionsError, ShapeFileError
+from limbgram.core.files import read_content, toml_of
+from limbgram.workbench.edits.editing import EDITS, Edit, name_of
+from limbgram.workbench.recipe.accepting import plain_words
+from limbgram.workbench.recipe.recipe import Entry, Recipe
+
+_FORMAT, _VERSION = "limbgram recipe", 2
+_BEFORE = {"relief": "load", "build-up": "relieve"}
+"""Words of version 1, and what each did, in the words of today."""
+_SAME = {"build-up": "relieve"}
+"""Other words of the trade for an edit, taken in any version and written as the one."""
+_MISREAD = {
+    "relief": "it is the trade's word for room (the positive built up), and recipes of version 1 "
+    "said it for pressure (the positive carved in). Say relieve for room, or load for pressure"
+}
+"""Words that are refused, and why."""
+_LARGEST_BYTES = 4_000_000
+_MOST_EDITS = 1000
+_HEADER = {"format", "version", "name", "scan_sha256", "edit"}
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Read a recipe's file.
+
+    Raises:
+        ShapeFileError: it cannot be read, or is no recipe.
+        OptionsError: an edit or parameter that is not known.
+    """
+    try:
+        content = read_content(path, _LARGEST_BYTES, ShapeFileError)
+        return parse_recipe(content.decode("utf-8-sig"), path.name)
+    except UnicodeDecodeError as error:
+        raise ShapeFileError(f"{path.name} is no recipe: it is not a text in UTF-8.") from error
+
+
+def parse_recipe(text: str, name: str) -> Recipe:
+    """A recipe from its text."""
+    try:
+        tree = toml_of(text)
+    except ValueError as error:
+        raise ShapeFileError(f"{name} is not written as TOML: {error}.") from error
+    version: object = tree.get("version")
+    known = type(version) is int and version in (1, _VERSION)
+    if tree.get("format") != _FORMAT or not known:
+        raise ShapeFileError(
+            f'{name} is no recipe: it must begin with format = "{_FORMAT}" and version = '
+            f"{_VERSION}."
+        )
+    unknown = sorted(set(tree) - _HEADER)
+    if unknown:
+        raise OptionsError(
+            f"{name} says {', '.join(unknown)} before its edits; allowed are "
+            f"{', '.join(sorted(_HEADER - {'edit'}))}."
+        )
+    for key in ("name", "scan_sha256"):
+        if not isinstance(tree.get(key, ""), str):
+            raise OptionsError(f"{name}: {key} must be a text in quotes.")
+    listed = tree.get("edit", [])
+    if not isinstance(listed, list) or len(cast(list[Any], listed)) > _MOST_EDITS:
+        raise OptionsError(f"{name}: edits are written as [[edit]], at most {_MOST_EDITS} of them.")
+    parts, notes = cast(list[Any], listed), ()
+    if version == 1:
+        notes = _renamed(parts)
+        parts = [_of_today(part) for part in parts]
+    entries = tuple(
+        _entry(part, f"Edit {number} of {name}") for number, part in enumerate(parts, start=1)
+    )
+    return Recipe(
+        name=tree.get("name", ""),
+        scan_sha256=tree.get("scan_sha256", ""),
+        entries=entries,
+        notes=notes,
+    )
+
+
+def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
+    """An edit from its name and parameters.
+
+    Raises:
+        OptionsError: a name or parameter that is not known, missing, or of the wrong kind.
+    """
+    if kind in _MISREAD:
+        raise OptionsError(f'{what}: "{kind}" is not taken: {_MISREAD[kind]}.')
+    made = EDITS.get(_SAME.get(kind, kind))
+    if made is None:
+        raise OptionsError(f'{what}: there is no edit "{kind}". There are: {", ".join(EDITS)}.')
+    hints = get_type_hints(made)
+    allowed = {field.name: field for field in fields(made)}
+    unknown = [key for key in parameters if key not in allowed]
+    if unknown:
+        raise OptionsError(
+            f"{what}: {kind} has no parameter {', '.join(unknown)}. It has: {', '.join(allowed)}."
+        )
+    missing = [k for k, f in allowed.items() if f.default is MISSING and k not in parameters]
+    if missing:
+        raise OptionsError(f"{what}: {kind} needs {', '.join(missing)}.")
+    values = {
+        key: _value(hints[key], value, f"{what}: {key} of {kind}")
+        for key, value in parameters.items()
+    }
+    return made(**values)
+
+
+def encode_recipe(recipe: Recipe) -> bytes:
+    """The recipe's file; reading it gives an equal recipe.
+
+    Every parameter that has a value is written, defaults too: a recipe stands by itself, and does
+    the same when a later version has another default.
+    """
+    lines = [f'format = "{_FORMAT}"', f"version = {_VERSION}", f"name = {_text(recipe.name)}"]
+    if recipe.scan_sha256:
+        lines.append(f"scan_sha256 = {_text(recipe.scan_sha256)}")
+    for entry in recipe.entries:
+        lines += ["", "[[edit]]", f"do = {_text(name_of(type(entry.edit)))}"]
+        lines += [] if entry.on else ["on = false"]
+        lines += [f"accept = {_written(entry.accept)}"] if entry.accept else []
+        for field in fields(entry.edit):
+            value = getattr(entry.edit, field.name)
+            if value is not None:
+                lines.append(f"{field.name} = {_written(value)}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _of_today(part: Any) -> Any:
+    """An edit of version 1 under the word that means today what its own meant then."""
+    if not isinstance(part, dict):
+        return part
+    tree = cast(dict[str, Any], part)
+    kind = tree.get("do")
+    return {**tree, "do": _BEFORE.get(kind, kind)} if isinstance(kind, str) else tree
+
+
+def _renamed(parts: list[Any]) -> tuple[str, ...]:
+    """What a reader of a file of version 1 has to know."""
+    kinds = [cast(dict[str, Any], part).get("do") for part in parts if isinstance(part, dict)]
+    if "relief" not in kinds:
+        return ()
+    numbers = [str(number) for number, kind in enumerate(kinds, start=1) if kind == "relief"]
+    which = f"edit {numbers[0]}" if len(numbers) == 1 else f"edits {', '.join(numbers)}"
+    return (
+        f'the recipe is of version 1, where "relief" carved the positive in, which presses: {which}'
+        " is read with that meaning, as load. If room was meant, make it relieve",
+    )
+
+
+def _entry(part: Any, what: str) -> Entry:
+    if not isinstance(part, dict):
+        raise OptionsError(f"{what} is not written as [[edit]].")
+    tree = dict(cast(dict[str, Any], part))
+    kind, on = tree.pop("do", ""), tree.pop("on", True)
+    if not isinstance(on, bool):
+        raise OptionsError(f"{what}: on must be true or false.")
+    accept = _sequence((str, Ellipsis), tree.pop("accept", []), f"{what}: accept")
+    words = plain_words(accept, what)
+    return Entry(edit=make_edit(str(kind), tree, what), on=on, accept=words)
+
+
+def _value(hint: Any, value: Any, what: str) -> Any:
+    """A value as a parameter's type wants it."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        if value in parts:
+            return value
+        raise OptionsError(f"{what} must be one of {', '.join(map(str, parts))}, not {value!r}.")
+    if origin in (Union, UnionType):
+        return _one_of(parts, value, what)
+    if origin is tuple:
+        return _sequence(parts, value, what)
+    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
+        if abs(value) < 1e6:
+            return float(value)
+    elif isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
+        return value
+    kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+    raise OptionsError(f"{what} must be {kinds.get(hint, hint)}, not {value!r}.")
+
+
+def _one_of(parts: tuple[Any, ...], value: Any, what: str) -> Any:
+    """A value that may be of several types: a text, a list of coordinates, a number."""
+    for part in parts:
+        if part is NoneType:
+            continue
+        if (get_origin(part) is tuple) == isinstance(value, list | tuple) and (
+            isinstance(value, str) == (part is str)
+        ):
+            return _value(part, value, what)
+    wanted = "a landmark's name in quotes, or [x, y, z]" if str in parts else "a number"
+    raise OptionsError(f"{what} must be {wanted}, not {value!r}.")
+
+
+def _sequence(parts: tuple[Any, ...], value: Any, what: str) -> tuple[Any, ...]:
+    if not isinstance(value, list | tuple):
+        raise OptionsError(f"{what} must be a list in brackets, not {value!r}.")
+    listed = cast("list[Any] | tuple[Any, ...]", value)
+    if len(parts) == 2 and parts[1] is Ellipsis:
+        return tuple(_value(parts[0], item, what) for item in listed)
+    if len(listed) != len(parts):
+        raise OptionsError(f"{what} must have {len(parts)} numbers, not {len(listed)}.")
+    return tuple(_value(part, item, what) for part, item in zip(parts, listed, strict=True))
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, tuple):
+        return f"[{', '.join(_written(part) for part in cast(tuple[Any, ...], value))}]"
+    return repr(value)
+
+
+def _text(value: str) -> str:
+    """A text in quotes; control characters escaped as TOML asks."""
+    plain = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04x}" for c in plain) + '"'

@@ -1,0 +1,310 @@
+"""The recipe: an ordered list of edits, each switched on or off, made for one scan.
+
+A recipe is a value. Adding, undoing, moving and switching give another recipe; the scan itself is
+never changed. Numbers of edits count from 1, as people do.
+
+Replay: a recipe done to a limb, with the ledger of what each edit did.
+
+The same recipe on the same limb gives the same bytes, whenever and on however many threads. Bodies
+inside the limb, such as bones, take no part and are left out first: edits would push them into its
+skin. So are loose bodies beside it.
+
+What presses on a sensitive place, or goes unusually deep, is marked in the ledger, and refused
+unless the recipe accepts it; a record of what was done is made by `replay_as_it_is`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from difflib import SequenceMatcher
+
+from limbgram.core.errors import EditError, OptionsError
+from limbgram.core.run import track
+from limbgram.workbench.bodies import outside_of
+from limbgram.workbench.edits.cleaning import Clean
+from limbgram.workbench.edits.editing import Edit, do_edit, name_of, require_sense
+from limbgram.workbench.edits.ends import Extension
+from limbgram.workbench.edits.presets import Sock
+from limbgram.workbench.edits.pressing import AtPlaces, at_places, reach_of
+from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.workbench.edits.solids import Fill, Mirror, Wall, require_thickness_kept
+from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.accepting import (
+    MOVING,
+    Concern,
+    concerns_of,
+    concerns_on_limb,
+    plain_words,
+    require_accepted,
+)
+from limbgram.workbench.recipe.ledger import (
+    Ledger,
+    Line,
+    choose_levels,
+    displacement_between,
+    figures_of,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One edit of a recipe."""
+
+    edit: Edit
+    on: bool = True
+    """Whether replay does it."""
+    accept: tuple[str, ...] = ()
+    """What somebody means to do though it is unusual: see accepting."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """What is done to a scan, in order."""
+
+    name: str
+    scan_sha256: str = ""
+    """Of the scan's file; empty for a recipe that is meant for any limb."""
+    entries: tuple[Entry, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    """What was odd about its file and how it was taken; no part of what is written."""
+
+
+def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[str] = ()) -> Recipe:
+    """The recipe with one more edit: at its end, or so that it has the given number.
+
+    Raises:
+        OptionsError: there is no such place, the edit's numbers make sense on no limb, or it
+            needs a word that is not among what is accepted.
+    """
+    words = plain_words(accept, "The new edit")
+    place = len(recipe.entries) + 1 if at is None else at
+    if not 1 <= place <= len(recipe.entries) + 1:
+        raise OptionsError(
+            f"An edit can be added as number 1 to {len(recipe.entries) + 1}, not as {place}."
+        )
+    try:
+        require_sense(edit)
+        require_accepted(concerns_of(edit, words), "this edit", "--accept")
+    except EditError as error:
+        raise OptionsError(f"Not added: {error}") from error
+    entries = list(recipe.entries)
+    entries.insert(place - 1, Entry(edit=edit, accept=words))
+    return replace(recipe, entries=tuple(entries))
+
+
+def undone(recipe: Recipe, steps: int = 1) -> Recipe:
+    """The recipe without its last edits."""
+    if not 1 <= steps <= len(recipe.entries):
+        raise OptionsError(f"The recipe has {len(recipe.entries)} edits; {steps} cannot be undone.")
+    return replace(recipe, entries=recipe.entries[:-steps])
+
+
+def removed(recipe: Recipe, number: int) -> Recipe:
+    """The recipe without one edit."""
+    _entry(recipe, number)
+    return replace(recipe, entries=recipe.entries[: number - 1] + recipe.entries[number:])
+
+
+def moved(recipe: Recipe, number: int, to: int) -> Recipe:
+    """The recipe with one edit in another place; it has the number `to` afterwards."""
+    entry = _entry(recipe, number)
+    _entry(recipe, to)
+    entries = list(removed(recipe, number).entries)
+    entries.insert(to - 1, entry)
+    return replace(recipe, entries=tuple(entries))
+
+
+def switched(recipe: Recipe, number: int, *, on: bool) -> Recipe:
+    """The recipe with one edit switched on or off."""
+    entry = replace(_entry(recipe, number), on=on)
+    entries = (*recipe.entries[: number - 1], entry, *recipe.entries[number:])
+    return replace(recipe, entries=entries)
+
+
+def accepted(recipe: Recipe, number: int, words: Sequence[str]) -> Recipe:
+    """The recipe with one edit that somebody means as it is, by the words said for it.
+
+    Raises:
+        OptionsError: a word that accepts nothing.
+    """
+    entry = _entry(recipe, number)
+    said = plain_words((*entry.accept, *words), f"Edit {number}")
+    entries = list(recipe.entries)
+    entries[number - 1] = replace(entry, accept=said)
+    return replace(recipe, entries=tuple(entries))
+
+
+def differences(old: Recipe, new: Recipe) -> tuple[str, ...]:
+    """What changed from one recipe to another, a line for each change; none where they agree."""
+    lines: list[str] = []
+    if old.name != new.name:
+        lines.append(f'name: "{old.name}" is "{new.name}" now')
+    if old.scan_sha256 != new.scan_sha256:
+        lines.append("scan: made for another file")
+    before, after = [repr(entry) for entry in old.entries], [repr(entry) for entry in new.entries]
+    for how, i, j, k, m in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
+        if how == "equal":
+            continue
+        lines += _change(old.entries[i:j], new.entries[k:m], i + 1, k + 1)
+    return tuple(lines)
+
+
+def described(entry: Entry) -> str:
+    """An edit in one line: its name and the parameters that differ from their defaults, or all."""
+    values = {one.name: getattr(entry.edit, one.name) for one in fields(entry.edit)}
+    usual = {one.name: one.default for one in fields(entry.edit)}
+    own = {name: value for name, value in values.items() if value != usual[name]}
+    given = [f"{name} = {_shown(value)}" for name, value in (own or values).items()]
+    off = "" if entry.on else " (off)"
+    meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
+    return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
+
+
+def _entry(recipe: Recipe, number: int) -> Entry:
+    if not 1 <= number <= len(recipe.entries):
+        raise OptionsError(f"The recipe has edits 1 to {len(recipe.entries)}; none is {number}.")
+    return recipe.entries[number - 1]
+
+
+def _change(old: Sequence[Entry], new: Sequence[Entry], first: int, second: int) -> list[str]:
+    """Lines for a run of entries that became another: pairs of one kind first, then the rest."""
+    lines: list[str] = []
+    shared = min(len(old), len(new))
+    for step in range(shared):
+        one, two = old[step], new[step]
+        if type(one.edit) is type(two.edit):
+            lines.append(_difference(one, two, first + step, second + step))
+        else:
+            lines.append(f"- {first + step}. {described(one)}")
+            lines.append(f"+ {second + step}. {described(two)}")
+    lines += [f"- {first + k}. {described(old[k])}" for k in range(shared, len(old))]
+    lines += [f"+ {second + k}. {described(new[k])}" for k in range(shared, len(new))]
+    return lines
+
+
+def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
+    """What changed within an edit of one kind."""
+    changes = [
+        f"{given.name} {_shown(getattr(one.edit, given.name))} -> "
+        f"{_shown(getattr(two.edit, given.name))}"
+        for given in fields(one.edit)
+        if getattr(one.edit, given.name) != getattr(two.edit, given.name)
+    ]
+    if one.accept != two.accept:
+        changes.append(f"accept {_shown(one.accept)} -> {_shown(two.accept)}")
+    if one.on != two.on:
+        changes.append("switched on" if two.on else "switched off")
+    place = f"{number}" if number == old_number else f"{old_number} (now {number})"
+    return f"~ {place}. {name_of(type(one.edit))}: {', '.join(changes)}"
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, tuple):
+        return f"[{', '.join(_shown(part) for part in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replayed:
+    """What a recipe made of a limb."""
+
+    limb: Limb
+    ledger: Ledger
+
+
+def replay(recipe: Recipe, limb: Limb) -> Replayed:
+    """Do the edits that are switched on, in order.
+
+    Raises:
+        EditError: an edit was refused, or needs a word that the recipe does not say; the message
+            says which.
+    """
+    for number, entry in enumerate(recipe.entries, start=1):
+        if entry.on:
+            _require(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
+    done = replay_as_it_is(recipe, limb)
+    for line in done.ledger.lines:
+        _require(line.number, recipe.entries[line.number - 1], line.concerns)
+    return done
+
+
+def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
+    """The same, whatever the recipe accepts: for the record of what was done.
+
+    Raises:
+        EditError: an edit was refused; the message says which.
+    """
+    limb = outside_of(limb, as_bones=True)
+    levels = choose_levels(limb)
+    lines: list[Line] = []
+    figures = figures_of(limb, levels)
+    start, places = limb, dict[str, float]()
+    walled: Wall | None = None
+    for number, entry in enumerate(track(recipe.entries), start=1):
+        if not entry.on:
+            continue
+        try:
+            after = do_edit(limb, entry.edit)
+            if walled is not None:
+                require_thickness_kept(walled, wall_of(after.mesh))
+        except EditError as error:
+            raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
+        walled = entry.edit if isinstance(entry.edit, Wall) else walled
+        gained = figures_of(after, levels)
+        found = AtPlaces(pressures=(), shifts_mm={})
+        reach_mm = (0.0, 0.0)
+        if isinstance(entry.edit, MOVING):
+            found = at_places(limb, after)
+            for name, moved_mm in found.shifts_mm.items():
+                places[name] = places.get(name, 0.0) + moved_mm
+        if isinstance(entry.edit, Load | Relieve):
+            reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
+        start = _start_after(entry.edit, start, limb, after)
+        told = not isinstance(entry.edit, Mirror | Extension | Fill | Clean)
+        moved = displacement_between(limb.mesh, after.mesh) if told else None
+        lines.append(
+            Line(
+                number=number,
+                edit=described(entry),
+                before=figures,
+                after=gained,
+                displacement=moved,
+                told=after.notes[len(limb.notes) :],
+                concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+            )
+        )
+        limb, figures = after, gained
+    ledger = Ledger(levels_mm=levels, lines=tuple(lines), places_mm=places)
+    return Replayed(limb=limb, ledger=ledger)
+
+
+def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
+    how = f"`limbgram edit accept RECIPE {number}`"
+    require_accepted(concerns, f"Edit {number} ({described(entry)})", how)
+
+
+def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
+    """The skin from which depths count: without its sock, on the side that it has now."""
+    if isinstance(edit, Wall):
+        return after
+    if isinstance(edit, Mirror | Sock):
+        return after if start is before else do_edit(start, edit)
+    return start
+
+
+def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:
+    """Refuse a scan that the recipe was not made for.
+
+    Raises:
+        OptionsError: the hash of the scan's file is another.
+    """
+    if recipe.scan_sha256 and recipe.scan_sha256 != scan_sha256:
+        raise OptionsError(
+            f'The recipe "{recipe.name}" was made for another file than {scan_name} as it is now. '
+            "Its places may lie elsewhere on this one. Take the scan it was made for, or say "
+            "--other-scan if you have checked that they fit."
+        )

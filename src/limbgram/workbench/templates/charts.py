@@ -1,0 +1,183 @@
+"""Charts: where a place lies on a limb, in numbers that mean the same on every limb.
+
+Up the wall a height counts from the middle of the distal dome (0) to a reference landmark (1);
+round the dome it counts the angle down to the tip (-DOME). Angles run from the front (0) to the
+lateral side (+90 degrees), so that a left and a right limb share a chart. Landmarks then pull the
+chart smoothly until each has the height and angle of the template's.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.workbench.compare.radial import spoke_radii
+from limbgram.workbench.limb import Limb, Side, likeliest
+
+DOME = 0.4
+"""Chart height of the whole dome."""
+_TALL = 2.5
+"""Length of a unit of chart height in radii of a limb, for distances between places."""
+_PULL_REACH = 0.8
+"""In radii: how far a landmark pulls."""
+_FARTHEST_PULL = 0.8
+"""Radians, and units of chart height: more is another place, not another limb."""
+_STEEP = 0.2
+"""A pulled chart must keep this part of its spacing."""
+_NEAR_TIP = -0.7 * DOME
+"""Below this a landmark has no angle to speak of."""
+_SHORTEST_MM = 20.0
+_RINGS_MM = 2.0
+_SPOKES = 72
+
+Chart = Float64[np.ndarray, "n 2"]
+"""Height and angle (radians) of places."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimbChart:
+    """The chart of one limb, in its limb frame."""
+
+    tip_mm: float
+    """Height of the distal end."""
+    dome_mm: float
+    """Height of the dome's middle."""
+    reference_mm: float
+    lateral: float
+    """1 where +X is lateral, -1 where it is medial."""
+    centres: Chart
+    """Of the landmarks that pull."""
+    weights: Chart
+    """How hard they pull."""
+
+    def own(self, points_in_limb: Points3) -> Chart:
+        """Height and angle without any pull."""
+        x, y, z = points_in_limb.T
+        angle = np.arctan2(self.lateral * x, y)
+        wall = (z - self.dome_mm) / (self.reference_mm - self.dome_mm)
+        down = np.arctan2(np.maximum(self.dome_mm - z, 0), np.hypot(x, y))
+        height = np.where(z >= self.dome_mm, wall, -DOME * down / (np.pi / 2))
+        return np.column_stack([height, angle])
+
+    def places(self, points_in_limb: Points3) -> Chart:
+        """Height and angle on the template."""
+        return self.pulled(self.own(points_in_limb))
+
+    def pulled(self, own: Chart) -> Chart:
+        if not len(self.centres):
+            return own
+        return own + _nearness(own, self.centres) @ self.weights
+
+
+def plain_chart(limb: Limb, reference: str) -> LimbChart:
+    """The chart without any pull.
+
+    Raises:
+        MeasureError: no limb frame, no reference landmark, or one that lies too low.
+    """
+    if limb.frame is None:
+        raise MeasureError(
+            f"{limb.name or 'The limb'} has no limb frame. Run `limbgram align` on it first."
+        )
+    marks = {mark.name: mark.position_mm for mark in limb.landmarks}
+    if reference not in marks:
+        raise MeasureError(
+            f"{limb.name or 'The limb'} has no landmark {reference!r}, from which the template's "
+            f"heights count.{likeliest(reference, marks)} Mark it with `limbgram align --landmark`."
+        )
+    in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
+    top = float(limb.frame.limb_from_mesh.apply(marks[reference][None])[0, 2])
+    tip = float(in_limb.vertices_mm[:, 2].min())
+    rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
+    radii = spoke_radii(in_limb, rings, _SPOKES).radii_mm
+    met = np.isfinite(radii)
+    mean = np.nansum(radii, axis=1) / np.maximum(np.count_nonzero(met, axis=1), 1)
+    round_end = np.flatnonzero(rings - tip >= mean)
+    dome = float(rings[round_end[0]]) if len(round_end) else tip
+    if not len(round_end) or top - dome < _SHORTEST_MM:
+        raise MeasureError(
+            f"The landmark {reference!r} lies {top - tip:.0f} mm above the distal end of "
+            f"{limb.name or 'the limb'}, within its rounded end: heights cannot count from it. "
+            "Choose a more proximal landmark."
+        )
+    return LimbChart(
+        tip_mm=tip,
+        dome_mm=dome,
+        reference_mm=top,
+        lateral=lateral_of(limb.frame.side),
+        centres=np.empty((0, 2)),
+        weights=np.empty((0, 2)),
+    )
+
+
+def lateral_of(side: Side) -> float:
+    """Sign of X on the lateral side; of a limb without side, +X is called lateral."""
+    return -1.0 if side == "left" else 1.0
+
+
+def marks_on(limb: Limb, chart: LimbChart) -> dict[str, Chart]:
+    """Own chart place of every landmark that has an angle."""
+    if limb.frame is None or not limb.landmarks:
+        return {}
+    places = chart.own(
+        limb.frame.limb_from_mesh.apply(np.stack([mark.position_mm for mark in limb.landmarks]))
+    )
+    return {mark.name: place for mark, place in zip(limb.landmarks, places) if place[0] > _NEAR_TIP}
+
+
+def pulled_chart(limb: Limb, chart: LimbChart, template_marks: Mapping[str, Chart]) -> LimbChart:
+    """A plain chart, pulled until the limb's landmarks lie where the template's do.
+
+    Raises:
+        MeasureError: a landmark lies elsewhere on this limb than any pull may reach.
+    """
+    own = marks_on(limb, chart)
+    names = sorted(set(own) & set(template_marks))
+    if not names:
+        return chart
+    centres = np.stack([own[name] for name in names])
+    wanted = np.stack([template_marks[name] for name in names]) - centres
+    wanted[:, 1] = (wanted[:, 1] + np.pi) % (2 * np.pi) - np.pi
+    for name, (rise, turn) in zip(names, wanted):
+        if max(abs(rise), abs(turn)) > _FARTHEST_PULL:
+            raise MeasureError(
+                f"The landmark {name!r} of {limb.name or 'the limb'} lies {np.degrees(turn):+.0f} "
+                f"degrees and {rise:+.2f} of the height from where the template has it. It is "
+                "probably misplaced or misnamed, or the side or the alignment is wrong."
+            )
+    nearness = _nearness(centres, centres) + 1e-6 * np.eye(len(names))
+    pulled = LimbChart(
+        tip_mm=chart.tip_mm,
+        dome_mm=chart.dome_mm,
+        reference_mm=chart.reference_mm,
+        lateral=chart.lateral,
+        centres=centres,
+        weights=np.linalg.solve(nearness, wanted),
+    )
+    _require_order(pulled, limb.name)
+    return pulled
+
+
+def _nearness(places: Chart, centres: Chart) -> Float64[np.ndarray, "n k"]:
+    """1 at a landmark, falling off smoothly, also round the limb."""
+    rise = _TALL * (places[:, None, 0] - centres[None, :, 0])
+    turn = places[:, None, 1] - centres[None, :, 1]
+    square = rise**2 + 2 * (1 - np.cos(turn))
+    return np.exp(-square / (2 * _PULL_REACH**2))
+
+
+def _require_order(chart: LimbChart, name: str) -> None:
+    """Refuse a pull that folds the chart."""
+    heights, angles = np.linspace(-DOME, 1.2, 40), np.linspace(-np.pi, np.pi, 61)
+    grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
+    pulled = chart.pulled(grid.reshape(-1, 2)).reshape(grid.shape)
+    rise = np.diff(pulled[..., 0], axis=0) / (heights[1] - heights[0])
+    turn = np.diff(pulled[..., 1], axis=1) / (angles[1] - angles[0])
+    if min(rise.min(), turn.min()) < _STEEP:
+        raise MeasureError(
+            f"The landmarks of {name or 'the limb'} lie in another order than the template's, so "
+            "it cannot be stretched to them. Check where they were picked and what they are named."
+        )

@@ -1,0 +1,145 @@
+"""Files of templates: short readable JSON, a row of numbers for each height.
+
+Rows run from the tip upwards; the numbers in a row from the front towards the lateral side.
+"""
+
+import json
+import math
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import json_of, read_content
+from limbgram.workbench.templates.charts import DOME
+from limbgram.workbench.templates.fields import ANGLES, Field, node_heights
+from limbgram.workbench.templates.template import Template, TemplateMark
+
+_FORMAT, _VERSION = "limbgram template", 1
+_LARGEST_BYTES = 2_000_000
+_LARGEST_MM = 60.0
+_MOST_PAIRS = 100_000
+_TALLEST = 100.0
+"""Chart heights count in distances from the round end to the landmark of reference."""
+_UNKNOWN = "-"
+
+
+def encode_template(template: Template) -> bytes:
+    """The template as UTF-8 JSON."""
+    tree = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "made_by": f"limbgram {version('limbgram')}",
+        "name": template.name,
+        "pairs": template.pairs,
+        "sided": template.sided,
+        "displacement": "millimetres along the outward normal; negative goes into the shape",
+        "heights": f"{-DOME:g} at the tip, 0 where the round end begins, 1 at the landmark "
+        f"{template.reference}",
+        "angles": f"{ANGLES} in a row, from the front (0 degrees) towards the lateral side (90)",
+        "reference": template.reference,
+        "landmarks": [
+            {
+                "name": mark.name,
+                "height": round(mark.height, 4),
+                "angle_deg": round(mark.angle_deg, 2),
+            }
+            for mark in template.marks
+        ],
+        "top": round(float(template.heights[-1]), 4),
+        "displacement_mm": _rows(template.displacement_mm, 2),
+        "spread_mm": _rows(template.spread_mm, 2),
+        "known_pairs": _rows(template.known_pairs.astype(np.float64), 0),
+    }
+    return (json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def read_template(path: Path) -> Template:
+    """A template from its file.
+
+    Raises:
+        ShapeFileError: it cannot be read, is of another kind, or holds what cannot be.
+    """
+    try:
+        return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise ShapeFileError(
+            f"{path.name} is no template that can be read ({type(error).__name__}: {error}). "
+            "Choose a file that `limbgram template learn` wrote, or learn it again."
+        ) from error
+
+
+def decode_template(content: bytes) -> Template:
+    """The inverse of encoding, to the rounding of the file; ValueError for anything else."""
+    tree = json_of(content)
+    if tree["format"] != _FORMAT or tree["version"] != _VERSION:
+        raise ValueError("it is of another program or a later version")
+    top = float(tree["top"])
+    if not 0 < top <= _TALLEST:
+        raise ValueError("a height that cannot be")
+    heights = node_heights(top + 1e-6)
+    shape = (len(heights), ANGLES)
+    displacement = _field(tree["displacement_mm"], shape)
+    spread = _field(tree["spread_mm"], shape)
+    known = _field(tree["known_pairs"], shape)
+    if not np.isfinite(displacement).all() or np.abs(displacement).max() > _LARGEST_MM:
+        raise ValueError("displacements that cannot be")
+    pairs = tree["pairs"]
+    if isinstance(pairs, bool) or not isinstance(pairs, int) or not 1 <= pairs <= _MOST_PAIRS:
+        raise ValueError("a number of pairs that cannot be")
+    if not ((known >= 0) & (known <= pairs) & (known == np.floor(known))).all():
+        raise ValueError("numbers of pairs that cannot be")
+    if (spread < 0).any() or np.nanmax(spread, initial=0.0) > _LARGEST_MM:
+        raise ValueError("a spread that cannot be")
+    return Template(
+        name=_text(tree["name"]),
+        pairs=pairs,
+        sided=_flag(tree["sided"]),
+        reference=_text(tree["reference"]),
+        marks=tuple(_mark(mark) for mark in tree["landmarks"]),
+        heights=heights,
+        displacement_mm=displacement,
+        spread_mm=spread,
+        known_pairs=known.astype(np.int64),
+    )
+
+
+def _rows(field: Field, decimals: int) -> list[str]:
+    return [
+        " ".join(
+            f"{round(value, decimals) + 0.0:.{decimals}f}" if math.isfinite(value) else _UNKNOWN
+            for value in row.tolist()
+        )
+        for row in field
+    ]
+
+
+def _field(rows: Any, shape: tuple[int, int]) -> Float64[np.ndarray, "h a"]:
+    field = np.array(
+        [[math.nan if cell == _UNKNOWN else float(cell) for cell in row.split()] for row in rows]
+    )
+    if field.shape != shape or np.isinf(field).any():
+        raise ValueError(f"a map of {field.shape} in place of {shape}")
+    return field
+
+
+def _mark(tree: Any) -> TemplateMark:
+    height, angle = float(tree["height"]), float(tree["angle_deg"])
+    if not (abs(height) <= _TALLEST and abs(angle) <= 360):
+        raise ValueError("a landmark without a place")
+    return TemplateMark(name=_text(tree["name"]), height=height, angle_deg=angle)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or not 0 < len(value) <= 80 or not value.isprintable():
+        raise ValueError(f"{str(value)[:40]!r} is no name")
+    return value
+
+
+def _flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError(f"{str(value)[:40]!r} in place of true or false")
+    return value

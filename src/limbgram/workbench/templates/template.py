@@ -1,0 +1,170 @@
+"""Template: a rectification that follows landmarks, as it is kept and applied.
+
+Applying: a template's displacements on another limb.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.workbench.edits.guard import require_sound
+from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
+from limbgram.workbench.limb import Landmark, Limb, Side
+from limbgram.workbench.templates.charts import Chart, plain_chart, pulled_chart
+from limbgram.workbench.templates.fields import Field, read_field
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemplateMark:
+    """A landmark's place on the chart."""
+
+    name: str
+    height: float
+    angle_deg: float
+    """From the front towards the lateral side."""
+
+    @property
+    def place(self) -> Chart:
+        return np.array([self.height, np.radians(self.angle_deg)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Template:
+    """Displacements along the outward normal over the chart of a limb."""
+
+    name: str
+    pairs: int
+    """Before-and-after pairs that it was learned from."""
+    sided: bool
+    """False if made from limbs without side, where +X is called lateral."""
+    reference: str
+    """Landmark at chart height 1."""
+    marks: tuple[TemplateMark, ...]
+    heights: Float64[np.ndarray, " h"]
+    """Chart heights of the nodes."""
+    displacement_mm: Field
+    """Positive outwards; 0 where nothing is significant."""
+    spread_mm: Field
+    """Standard deviation between pairs; NaN where fewer than two pairs know the place."""
+    known_pairs: Int64[np.ndarray, "h a"]
+    """Pairs that know each node."""
+
+    def suits(self, side: Side) -> bool:
+        """Whether a limb of this side has the template's lateral side."""
+        return self.sided == (side != "none")
+
+
+_STRONGEST = 3.0
+_LOW_SHARE = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Applied:
+    """A limb after a template."""
+
+    limb: Limb
+    moved_mm: Float64[np.ndarray, " n"]
+    """Of each vertex along its normal, positive outwards."""
+    pressures: tuple[Pressure, ...]
+    """Sensitive places that it presses on."""
+    notes: tuple[str, ...]
+
+
+def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> Applied:
+    """Do to a limb what the template tells, at its own landmarks.
+
+    Args:
+        strength: Factor of all displacements; 1 as learned.
+
+    Raises:
+        MeasureError: no frame or reference landmark, or landmarks that contradict the template.
+        EditError: the surface would fold or cross itself.
+    """
+    if not (np.isfinite(strength) and 0 < strength <= _STRONGEST):
+        raise OptionsError(
+            f"A strength of {strength:g} cannot be used. Choose more than 0 and at most "
+            f"{_STRONGEST:g}; 1 is as learned."
+        )
+    if limb.frame is not None and not template.suits(limb.frame.side):
+        raise MeasureError(
+            f"The template {template.name!r} was learned on limbs "
+            f"{'with a side' if template.sided else 'without side'}, and {limb.name or 'this limb'}"
+            f" has side {limb.frame.side!r}: what is lateral cannot be told. Align it again with "
+            "its side, or learn the template from limbs of a stated side."
+        )
+    marks = {mark.name: mark.place for mark in template.marks}
+    chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
+    mesh = limb.mesh
+    in_limb = (
+        mesh.vertices_mm
+        if limb.frame is None
+        else limb.frame.limb_from_mesh.apply(mesh.vertices_mm)
+    )
+    places = chart.places(in_limb)
+    moved = strength * read_field(template.displacement_mm, template.heights, places)
+    vertices = mesh.vertices_mm + moved[:, None] * mesh.vertex_normals()
+    after = mesh.with_vertices(vertices)
+    require_sound(f"The template {template.name!r}", mesh, after)
+    landmarks = _carried(limb, vertices - mesh.vertices_mm)
+    made = replace(limb.with_mesh(after), landmarks=landmarks)
+    pressures = at_places(limb, made).pressures
+    return Applied(
+        limb=made,
+        moved_mm=moved,
+        pressures=pressures,
+        notes=(*_pressing(pressures, moved), *_notes(limb, template, places[:, 0])),
+    )
+
+
+def moves_at_marks(template: Template) -> dict[str, float]:
+    """How far a template moves the surface at each of its landmarks, positive outward."""
+    if not template.marks:
+        return {}
+    places = np.stack([mark.place for mark in template.marks])
+    moved = read_field(template.displacement_mm, template.heights, places)
+    return {mark.name: float(value) for mark, value in zip(template.marks, moved, strict=True)}
+
+
+def _carried(limb: Limb, moved_mm: np.ndarray) -> tuple[Landmark, ...]:
+    """Landmarks moved with the surface under them."""
+    if not limb.landmarks:
+        return ()
+    nearest = np.asarray(
+        KDTree(limb.mesh.vertices_mm).query([mark.position_mm for mark in limb.landmarks])[1]
+    )
+    return tuple(
+        replace(mark, position_mm=mark.position_mm + moved_mm[vertex])
+        for mark, vertex in zip(limb.landmarks, nearest)
+    )
+
+
+def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[str]:
+    for one in pressures:
+        yield (
+            f"It presses {one.depth_mm:.1f} mm on the {one.place} ({one.why}): look whether that "
+            "is meant; the edit relieve gives room there."
+        )
+    deepest = float(np.abs(moved_mm).max(initial=0.0))
+    if deepest > DEEPEST_MM:
+        yield f"It moves the surface by {deepest:.1f} mm; more than {DEEPEST_MM:g} mm is unusual."
+
+
+def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:
+    have = {mark.name for mark in limb.landmarks}
+    missing = [mark.name for mark in template.marks if mark.name not in have]
+    notes: list[str] = []
+    if missing:
+        notes.append(
+            f"The limb lacks {', '.join(missing)}: what belongs there lies where the others put it."
+        )
+    above = float((heights > template.heights[-1]).mean())
+    if above > _LOW_SHARE:
+        notes.append(
+            f"{above:.0%} of the limb lies above what the template knows; it is continued as at "
+            "its upper end."
+        )
+    return tuple(notes)

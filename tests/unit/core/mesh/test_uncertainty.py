@@ -1,0 +1,92 @@
+"""Propagation of sigmas against drawn errors and closed forms."""
+
+import numpy as np
+import pytest
+
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.uncertainty import filled_sigma_mm, propagate
+
+REACH_MM = 1.7
+SIGMA_MM = 0.05
+
+
+def grid(side: int, **known: object) -> Mesh:
+    """A flat square of `side` x `side` vertices, 1 mm apart, facing up."""
+    x, y = np.meshgrid(np.arange(side, dtype=float), np.arange(side, dtype=float))
+    at = np.arange(side * side).reshape(side, side)
+    a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]))
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(side * side)], 1)
+    sigma = np.full(len(vertices), SIGMA_MM, np.float32)
+    return Mesh(**{"vertices_mm": vertices, "faces": faces, "sigma_mm": sigma, **known})
+
+
+def drawn(mesh: Mesh, count: int) -> np.ndarray:
+    """Errors of the local kind, (count, n)."""
+    apart = np.linalg.norm(mesh.vertices_mm[:, None] - mesh.vertices_mm[None], axis=2)
+    alike = np.exp(-((apart / REACH_MM) ** 2)) + 1e-9 * np.eye(len(mesh))
+    random = np.random.default_rng(3).normal(size=(count, len(mesh)))
+    return SIGMA_MM * random @ np.linalg.cholesky(alike).T
+
+
+def test_without_sigmas_there_is_no_answer() -> None:
+    mesh = grid(4, sigma_mm=None)
+    assert propagate(mesh, np.ones(len(mesh))) is None
+
+
+def test_a_line_and_a_square_scatter_as_drawn_errors_do() -> None:
+    mesh = grid(18, correlation_mm=REACH_MM)
+    errors = drawn(mesh, 4000)
+    line = np.where(mesh.vertices_mm[:, 1] == 9, np.sin(mesh.vertices_mm[:, 0]) + 1, 0.0)
+    for gradient in (line, np.ones(len(mesh))):
+        told = propagate(mesh, gradient)
+        assert told is not None
+        assert told / (errors @ gradient).std() == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_large_even_support_has_the_area_of_its_reach() -> None:
+    mesh = grid(90, correlation_mm=REACH_MM)
+    told = propagate(mesh, np.ones(len(mesh)))
+    assert told == pytest.approx(SIGMA_MM * 90 * np.sqrt(np.pi) * REACH_MM, rel=0.03)
+
+
+def test_shared_errors_add_up_with_their_signs() -> None:
+    shared = np.zeros((16, 2), np.float32)
+    shared[:, 0], shared[:8, 1], shared[8:, 1] = 0.05, 0.03, -0.03
+    sigma = np.sqrt((shared**2).sum(1))
+    mesh = grid(4, sigma_mm=sigma.astype(np.float32), shared_mm=shared, correlation_mm=0.1)
+    assert propagate(mesh, np.ones(16)) == pytest.approx(16 * 0.05, rel=1e-3)
+    halves = np.where(np.arange(16) < 8, 1.0, -1.0)
+    assert propagate(mesh, halves) == pytest.approx(16 * 0.03, rel=1e-3)
+
+
+def test_a_filled_patch_is_wrong_as_one_piece_and_by_its_size() -> None:
+    mesh = _ball_with_a_patch(12.0)
+    filled = np.isnan(mesh.sigma_mm) if mesh.sigma_mm is not None else np.zeros(0, bool)
+    sigma = filled_sigma_mm(mesh, filled)
+    assert sigma.max() == pytest.approx(12.0**2 / 2 / 40.0, rel=0.1)  # h^2 / 2 R
+    assert sigma[~filled].max() == 0
+    assert propagate(mesh, filled.astype(float)) == pytest.approx(sigma.sum(), rel=1e-6)
+    smaller = _ball_with_a_patch(6.0)
+    assert 0.2 < filled_sigma_mm(smaller, np.isnan(smaller.sigma_mm)).max() / sigma.max() < 0.3
+
+
+def test_two_patches_do_not_add_up() -> None:
+    mesh = _ball_with_a_patch(8.0, both_ends=True)
+    filled = np.isnan(mesh.sigma_mm) if mesh.sigma_mm is not None else np.zeros(0, bool)
+    sigma = filled_sigma_mm(mesh, filled)
+    above = sigma[mesh.vertices_mm[:, 2] > 0].sum()
+    below = sigma[mesh.vertices_mm[:, 2] < 0].sum()
+    assert propagate(mesh, filled.astype(float)) == pytest.approx(np.hypot(above, below), rel=1e-6)
+
+
+def _ball_with_a_patch(half_mm: float, *, both_ends: bool = False) -> Mesh:
+    """A ball of 40 mm; within `half_mm` of its pole nothing is known. Measured without error."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=5, radius=40.0)
+    vertices = np.asarray(ball.vertices, float)
+    height = np.abs(vertices[:, 2]) if both_ends else vertices[:, 2]
+    away_mm = 40.0 * np.arccos(np.clip(height / 40.0, -1, 1))
+    sigma = np.where(away_mm < half_mm, np.nan, 0.0).astype(np.float32)
+    return Mesh(vertices_mm=vertices, faces=np.asarray(ball.faces, np.int32), sigma_mm=sigma)

@@ -1,0 +1,44 @@
+"""How a ± is written: the interval that holds in 95 of 100, never one standard deviation."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+import limbgram
+from limbgram.core.interval import HOLDS, Interval, explained, plus_minus
+
+
+def test_a_plus_minus_holds_in_95_of_100_gaussian_errors() -> None:
+    stated = Interval.of_sigma(0.3)
+    errors = np.random.default_rng(8).normal(scale=0.3, size=200_000)
+    held = float(np.mean((errors > -stated.below) & (errors < stated.above)))
+    assert abs(held - 0.95) < 0.002
+    assert "95 of 100" in HOLDS
+
+
+def test_sides_that_differ_are_both_written() -> None:
+    assert plus_minus(Interval(0.12, 0.4), 2) == "+0.40 / -0.12"
+    assert plus_minus(Interval(0.12, 0.4).over(0.1), 1) == "+4.0 / -1.2"
+    assert plus_minus(Interval(0.401, 0.404), 2) == "± 0.40"
+
+
+def test_a_small_width_is_not_written_as_nothing() -> None:
+    assert plus_minus(Interval.of_sigma(0.01 / 1.96), 1) == "± 0.01"
+    assert plus_minus(Interval(0.0, 0.0), 1) == "± 0.0"
+    assert plus_minus(None, 2) == ""
+
+
+def test_what_it_means_is_said_once_and_only_where_it_stands() -> None:
+    for shown in ("girth 310.2 ± 0.4", "girth 310.2 +0.4 / -0.1"):
+        assert explained([shown, "more"]) == (shown, "more", f"{HOLDS}.")
+        assert explained([shown, f"{HOLDS}: told."]) == (shown, f"{HOLDS}: told.")
+    assert explained(["change +0.4 mm", "5 / 6"]) == ("change +0.4 mm", "5 / 6")
+
+
+def test_a_figure_gets_its_plus_minus_here_alone() -> None:
+    """Written by hand a ± would be one standard deviation again: no other source writes one."""
+    written = re.compile(r"(±|\+/-|\+-) ?\{")
+    sources = Path(limbgram.__file__).parent.rglob("*.py")
+    found = {path.name for path in sources if written.search(path.read_text("utf-8"))}
+    assert found == {"interval.py"}

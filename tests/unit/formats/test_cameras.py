@@ -1,0 +1,82 @@
+"""The COLMAP model and poses.json as other programs read them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pycolmap
+import pytest
+
+from limbgram.core.errors import ExportError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.formats.colmap import write_colmap, write_poses
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
+
+CAMERA = Camera(
+    width_px=2000, height_px=1500, fx=2400, fy=2410, cx=990, cy=760, k1=-0.1, k2=0.02, p1=1e-3
+)
+NAMES = ("photo one.jpg", "zwei.jpg", "drei.jpg", "lost.jpg")
+NO_SCALE = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+
+
+@pytest.fixture
+def metric() -> MetricScene:
+    """Three photos on an arc, the fourth not placed; photo 1 does not see the first 10 points."""
+    points = np.random.default_rng(0).normal(size=(80, 3)) * 40
+    up = np.array([0, 0, 1.0])
+    poses = [
+        Rigid.looking_at(np.array([400 * np.cos(a), 400 * np.sin(a), 90]), np.zeros(3), up)
+        for a in (0, 0.5, 1.0)
+    ]
+    seen = [(photo, point) for photo in range(3) for point in range(10 * (photo == 1), 80)]
+    photo_idx, point_idx = np.array(seen, np.int32).T.copy()
+    xy_px = np.array([CAMERA.project(poses[i].apply(points[j])) for i, j in seen])
+    scene = Scene(
+        names=NAMES,
+        cameras=(CAMERA,),
+        camera_idx=(0, 0, 0, 0),
+        camera_from_world=(*poses, None),
+        points_in_world=points,
+        observations=Observations(photo_idx, point_idx, xy_px),
+        verdicts=(),
+    )
+    return MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=1e-4))
+
+
+def test_colmap_reprojects_every_point_to_its_own_pixel(
+    metric: MetricScene, tmp_path: Path
+) -> None:
+    model = pycolmap.Reconstruction(write_colmap(metric, tmp_path / "colmap"))
+    assert [model.images[k].name for k in sorted(model.images)] == list(NAMES[:3])
+    assert model.num_points3D() == 80
+    assert len(model.points3D[1].track.elements) == 2
+    assert model.points3D[1].error == pytest.approx(0, abs=1e-9)
+    worst = 0.0
+    for idx, point in model.points3D.items():
+        np.testing.assert_array_equal(point.xyz, metric.scene.points_in_world[idx - 1])
+        for element in point.track.elements:
+            image = model.images[element.image_id]
+            xy = model.cameras[image.camera_id].img_from_cam(image.cam_from_world() * point.xyz)
+            worst = max(worst, np.abs(image.points2D[element.point2D_idx].xy - xy).max())
+            centre = metric.scene.view(element.image_id - 1).project(point.xyz)
+            np.testing.assert_allclose(xy, centre + 0.5, atol=1e-6)
+    assert worst < 1e-6
+
+
+def test_poses_are_camera_from_world(metric: MetricScene, tmp_path: Path) -> None:
+    poses = json.loads(write_poses(metric, tmp_path / "poses.json").read_text())
+    assert [image["name"] for image in poses["images"]] == list(NAMES[:3])
+    first = poses["images"][0]
+    centre = -np.array(first["R"]).T @ first["t"]
+    np.testing.assert_allclose(centre, [400, 0, 90], atol=1e-9)
+
+
+def test_cameras_without_scale_need_asking(metric: MetricScene, tmp_path: Path) -> None:
+    unitless = replace(metric, scale=NO_SCALE)
+    for write, name in ((write_colmap, "colmap"), (write_poses, "poses.json")):
+        with pytest.raises(ExportError, match="no scale"):
+            write(unitless, tmp_path / name)
+        assert "unitless" in write(unitless, tmp_path / name, unscaled=True).name

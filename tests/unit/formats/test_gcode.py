@@ -1,0 +1,223 @@
+"""The program as a controller reads it: units, header, safe moves, and what it carves."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import CarveError, ExportError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.gcode import writing as program
+from limbgram.formats.gcode.control import Control
+from limbgram.formats.gcode.machine import Machine, read_machine, write_machine
+from limbgram.formats.gcode.writing import write_gcode
+from limbgram.formats.reading import read_limb
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.carving.setup import CarveOptions
+from limbgram.workbench.limb import Limb, LimbFrame
+
+OPTIONS = CarveOptions(scallop_mm=0.2, tool_diameter_mm=16.0, rough_depth_mm=25)
+
+
+@pytest.fixture(scope="module")
+def limb() -> Limb:
+    """A short cylinder with a bump at the patient's right."""
+    thetas = np.arange(0, 360, 2.0)
+    radii = 30 + 4 * np.exp(-(((thetas - 90) / 25) ** 2))
+    body = RadiusMap(
+        thetas_deg=thetas, z_mm=np.array([0.0, 15, 30]), radii_mm=np.tile(radii, (3, 1))
+    )
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
+    return Limb(mesh=body.surface(), frame=frame)
+
+
+@pytest.mark.parametrize("a_turns", ["tool", "work"])
+def test_the_program_carves_the_limb(tmp_path: Path, limb: Limb, a_turns: str) -> None:
+    options = replace(OPTIONS, a_turns=a_turns)
+    report = write_gcode(limb, tmp_path / "limb.gcode", options)
+    assert report.check.gouge_mm < 0.02
+    assert report.check.rapid_hits == 0
+    text = report.path.read_text("ascii")
+    for line in ("( UNIT: MM, DEGREES )", "( SIDE: RIGHT )", report.shape_sha256):
+        assert line in text
+    assert text.endswith("M5\nM30\n")
+    # Where the tool stays farthest out is the bump: at the patient's right, A = -90 for a tool
+    # that turns counter-clockwise.
+    words = re.findall(r"^G1 X(\S+) A(\S+) Z(\S+) F", text.split("( finishing )")[1], re.M)
+    moves = np.array(words, float)
+    wall = moves[(moves[:, 0] > 10) & (moves[:, 0] < 25)]
+    farthest = wall[wall[:, 2].argmax(), 1] % 360
+    assert farthest == pytest.approx(270 if a_turns == "tool" else 90, abs=2)
+    assert wall[:, 2].max() == pytest.approx(34, abs=0.03)
+    assert wall[:, 2].min() == pytest.approx(30, abs=0.03)
+
+
+def test_a_bone_inside_the_limb_is_told_and_changes_nothing(tmp_path: Path, limb: Limb) -> None:
+    skin = limb.mesh
+    middle = np.array([0.0, 0.0, 15.0])
+    bone_mm = (skin.vertices_mm - middle) * 0.5 + middle
+    both = Mesh(
+        vertices_mm=np.concatenate([skin.vertices_mm, bone_mm]),
+        faces=np.concatenate([skin.faces, skin.faces + len(skin)]),
+    )
+    with_bone = write_gcode(replace(limb, mesh=both), tmp_path / "bone.gcode", OPTIONS)
+    alone = write_gcode(limb, tmp_path / "alone.gcode", OPTIONS)
+    assert (with_bone.bodies_left_out, alone.bodies_left_out) == (1, 0)
+    programs = [report.path.read_text("ascii").splitlines() for report in (with_bone, alone)]
+    assert with_bone.lines == alone.lines
+    different = [one for one, two in zip(*programs, strict=True) if one != two]
+    assert [line[:15] for line in different] == ["( SHAPE SHA256:"]
+
+
+def test_it_does_not_turn_back_between_passes(tmp_path: Path, limb: Limb) -> None:
+    text = write_gcode(limb, tmp_path / "limb.gcode", OPTIONS).path.read_text()
+    angles = np.array(re.findall(r" A(-?\d\S*)", text.split("M3")[1]), float)
+    assert np.abs(np.diff(angles)).max() < 180
+
+
+def test_feed_holds_over_the_surface(tmp_path: Path, limb: Limb) -> None:
+    report = write_gcode(limb, tmp_path / "limb.gcode", replace(OPTIONS, feed_mm_min=1000))
+    strip = report.toolpath.strips[-1]
+    radius = strip.centre_mm
+    way = np.hypot(
+        np.hypot(np.diff(strip.x_mm), np.diff(radius)),
+        np.radians(np.diff(strip.a_deg)) * (radius[1:] + radius[:-1]) / 2,
+    )
+    text = report.path.read_text().split("( finishing )")[1]
+    inverse = np.array(re.findall(r"^G1 X.* F(\S+)$", text, re.M), float)
+    outer = radius[1:] > 30
+    np.testing.assert_allclose((way * inverse)[outer], 1000, rtol=1e-3)
+    turning = np.diff(strip.a_deg) * inverse
+    assert turning.max() < OPTIONS.turn_deg_min * 1.001
+
+
+def test_a_program_that_gouges_is_not_kept(
+    tmp_path: Path, limb: Limb, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = program.plan_toolpath
+
+    def too_deep(*args: object) -> object:
+        path = plan(*args)  # type: ignore[arg-type]
+        strips = tuple(replace(one, centre_mm=one.centre_mm - 0.2) for one in path.strips)
+        return replace(path, strips=strips)
+
+    monkeypatch.setattr(program, "plan_toolpath", too_deep)
+    with pytest.raises(CarveError, match=r"cuts 0\.\d+ mm into the shape"):
+        write_gcode(limb, tmp_path / "limb.gcode", OPTIONS)
+    assert not (tmp_path / "limb.gcode").exists()
+
+
+def test_foreign_words_are_not_passed_over() -> None:
+    for line in ("G2 X1", "G1 Y3", "G20"):
+        with pytest.raises(ExportError, match="the word"):
+            program.read_moves(f"G21 G90 G94\nG0 Z50\n{line}\n", OPTIONS, Control())
+
+
+def test_only_an_aligned_limb(tmp_path: Path, limb: Limb) -> None:
+    with pytest.raises(CarveError, match="align"):
+        write_gcode(replace(limb, frame=None), tmp_path / "limb.gcode", OPTIONS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["stl_file.stl", "stl_file_2.stl"])
+def test_real_limbs_are_not_cut_into(tmp_path: Path, data_folder: Path, name: str) -> None:
+    limb = read_limb(data_folder / "shapes" / "ampscan" / name)
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="none")
+    report = write_gcode(replace(limb, frame=frame), tmp_path / "limb.gcode", CarveOptions())
+    assert report.check.gouge_mm < 0.05
+    assert 0.03 < report.check.scallop_mm < 0.07
+    assert report.check.left_share < 0.01
+
+
+def lines_of(tmp_path: Path, limb: Limb, control: Control, **more: object) -> list[str]:
+    options = replace(OPTIONS, **more)  # type: ignore[arg-type]
+    return write_gcode(limb, tmp_path / "limb.nc", options, control).path.read_text().splitlines()
+
+
+def test_the_words_of_each_dialect(tmp_path: Path, limb: Limb) -> None:
+    start = "G21 G17 G40 G49 G54 G80 G90 G94"
+    linuxcnc = lines_of(tmp_path, limb, Control(tool_number=3, coolant="flood"))
+    at = linuxcnc.index(start)
+    assert linuxcnc[at + 1 : at + 4] == ["G64 P0.010", "T3 M6", "G43 H3"]
+    assert linuxcnc[at + 5 : at + 8] == ["S12000 M3", "G4 P3.0", "M8"]
+    assert linuxcnc[-3:] == ["M9", "M5", "M30"]
+    assert {line for line in linuxcnc if line.startswith("G9")} == {"G93", "G94"}
+    fanuc = lines_of(tmp_path, limb, Control(dialect="fanuc", program_number=17))
+    assert (fanuc[:2], fanuc[-2:]) == (["%", "O0017"], ["M30", "%"])
+    assert "G4 P3000" in fanuc
+    assert "(SIDE = RIGHT)" in fanuc
+    grbl = lines_of(tmp_path, limb, Control(dialect="grbl", rotary_word="Y"))
+    assert start in grbl
+    assert not any(line.startswith(("G93", "G43", "G64", "T")) for line in grbl)
+    assert any(re.fullmatch(r"G1 X\S+ Y\S+ Z\S+ F\S+", line) for line in grbl)
+    quiet = lines_of(tmp_path, limb, Control(spindle_start_s=0), spindle_rpm=0)
+    assert not any(line.startswith(("M3", "G4 ", "M5")) and line != "M30" for line in quiet)
+
+
+def test_whole_turns_are_taken_off_in_time(tmp_path: Path, limb: Limb) -> None:
+    control = Control(winding="reset", a_limit_deg=1000)
+    lines = lines_of(tmp_path, limb, control)
+    words = [float(word) for word in re.findall(r"G1 .* A(\S+)", "\n".join(lines))]
+    assert 900 < max(words) <= 1000
+    taken = [line for line in lines if line.startswith("G92")]
+    assert len(taken) > 3
+    assert all(abs(float(line.removeprefix("G92 A"))) < 360 for line in taken)
+
+
+MACHINE = Machine(
+    control=Control(dialect="fanuc", winding="rollover", feed="per-minute", tool_number=4),
+    carving=CarveOptions(tool_diameter_mm=19, plunge_mm_min=500, spindle_rpm=8000, pattern="rings"),
+)
+
+
+def test_a_machine_file_comes_back_as_it_was(tmp_path: Path) -> None:
+    path = write_machine(MACHINE, tmp_path / "shop.toml")
+    assert read_machine(path) == MACHINE
+    text = path.read_text()
+    assert "to_mm" not in text, "what belongs to one job stays out"
+    assert write_machine(read_machine(path), tmp_path / "again.toml").read_text() == text
+    part = tmp_path / "part.toml"
+    part.write_text('format = "limbgram machine"\nversion = 1\n[carving]\nplunge_mm_min = 333\n')
+    assert read_machine(part).carving == CarveOptions(plunge_mm_min=333.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        ("version = 1", "version = 2", "no machine file of this version"),
+        ("version = 1", "version = 1\nspeed = 3", "no machine file of this version"),
+        ("plunge_mm_min = 500.0", "plunge = 500", "plunge is not known"),
+        ("plunge_mm_min = 500.0", 'plunge_mm_min = "500"', "of the wrong kind"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = true", "of the wrong kind"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = nan", "cannot be"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = 1e9", "cannot be"),
+        ("plunge_mm_min = 500.0", "plunge_mm_min = 1" + 400 * "0", "too large"),
+        ("spindle_rpm = 8000", "spindle_rpm = 8000.5", "of the wrong kind"),
+        ('"fanuc"', '"heidenhain"', "is not known"),
+        ('"fanuc"', '"mach"', "not written for mach"),
+        ('"per-minute"', '"per-hour"', "per-hour is not written"),
+        ('"rings"', '"spiral"', "pattern is one of"),
+        ("[carving]", "carving = 3\n[other]", "no machine file"),
+        ("[carving]", "[carving", "no machine file"),
+    ],
+)
+def test_a_machine_file_is_read_strictly(
+    tmp_path: Path, before: str, after: str, says: str
+) -> None:
+    path = write_machine(MACHINE, tmp_path / "shop.toml")
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after))
+    with pytest.raises(OptionsError, match=says):
+        read_machine(path)
+
+
+def test_a_machine_file_that_is_none(tmp_path: Path) -> None:
+    (tmp_path / "large.toml").write_bytes(b"#" * 70_000)
+    (tmp_path / "odd.toml").write_bytes(b"\xff\xfe")
+    for name, says in (("none", "cannot be read"), ("large", "too large"), ("odd", "no machine")):
+        with pytest.raises(OptionsError, match=says):
+            read_machine(tmp_path / f"{name}.toml")

@@ -1,0 +1,49 @@
+"""The report of a calibration says what the calibration holds."""
+
+import io
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from limbgram.reconstruction.calibration.board import calibrate_detections
+from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
+
+
+def test_the_summary_is_json_and_holds_every_number(capture: Callable[..., Any]) -> None:
+    result = calibrate_detections(*capture().arguments)
+    summary = json.loads(json.dumps(calibration_summary(result), allow_nan=False))
+    camera = result.calibration.camera
+    assert summary["parameters"]["fx"] == {
+        "value": camera.fx,
+        "sigma": float(result.calibration.sigmas[0]),
+        "fixed": False,
+    }
+    assert summary["parameters"]["skew"]["fixed"]
+    assert summary["skew_px"]["sigma"] == result.skew.sigma
+    assert [photo["name"] for photo in summary["photos"]] == [p.name for p in result.photos]
+    np.testing.assert_array_equal(summary["correlations"]["matrix"], result.correlations)
+
+
+def test_the_text_rounds_to_the_sigma_and_names_what_is_held(capture: Callable[..., Any]) -> None:
+    result = calibrate_detections(*capture().arguments)
+    lines = calibration_text(result).splitlines()
+    fx = next(line for line in lines if line.split()[:1] == ["fx"]).split()
+    assert abs(float(fx[1]) - result.calibration.camera.fx) < result.calibration.sigmas[0]
+    assert any("skew" in line and "held at zero" in line for line in lines)
+    assert fx[2] == "±"
+    assert float(fx[3]) == pytest.approx(1.96 * result.calibration.sigmas[0], rel=0.1)
+    assert sum("± holds in 95 of 100" in line for line in lines) == 1
+
+
+def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:
+    result = calibrate_detections(*capture(photos=6).arguments)
+    picture = Image.open(io.BytesIO(calibration_picture(result)))
+    assert picture.format == "PNG"
+    assert min(picture.size) > 800
+    grey = np.asarray(picture.convert("L"))
+    quarters = [part for half in np.array_split(grey, 2) for part in np.array_split(half, 2, 1)]
+    assert all((part < 128).mean() > 0.002 for part in quarters)

@@ -1,0 +1,95 @@
+"""The camera file: what is written is read back, and nothing else is believed."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import CaseError
+from limbgram.formats.camera import read_camera, write_camera
+from limbgram.reconstruction.calibration.board import calibrate_detections
+from limbgram.reconstruction.calibration.cameras import Calibration
+
+
+@pytest.fixture
+def calibration(capture: Callable[..., Any]) -> Calibration:
+    return calibrate_detections(*capture().arguments).calibration
+
+
+def test_a_calibration_is_read_back_to_the_last_bit(
+    tmp_path: Path, calibration: Calibration
+) -> None:
+    path = tmp_path / "camera.json"
+    write_camera(path, calibration, {"board": "9 x 7"})
+    again = read_camera(path)
+    assert again.camera == calibration.camera
+    np.testing.assert_array_equal(again.covariance, calibration.covariance)
+    assert (again.source, again.label, again.focal_mm, again.rms_px) == (
+        calibration.source,
+        calibration.label,
+        calibration.focal_mm,
+        calibration.rms_px,
+    )
+    assert json.loads(path.read_text())["provenance"] == {"board": "9 x 7"}
+    assert [one.name for one in tmp_path.iterdir()] == ["camera.json"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("format", "other", "format"),
+        ("version", 2, "version 2"),
+        ("width_px", 0, "width_px"),
+        ("width_px", 2000.5, "width_px"),
+        ("source", "guess", "source"),
+        ("covariance", [[1.0]], "covariance"),
+        ("covariance", None, "covariance"),
+        ("parameters", None, "parameters"),
+        ("parameters", {"fx": 3000.0}, "fy"),
+        ("rms_px", "small", "rms_px"),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_by_name(
+    tmp_path: Path, calibration: Calibration, key: str, value: object, told: str
+) -> None:
+    path = tmp_path / "camera.json"
+    write_camera(path, calibration)
+    record = json.loads(path.read_text())
+    record[key] = value
+    path.write_text(json.dumps(record))
+    with pytest.raises(CaseError, match=told):
+        read_camera(path)
+
+
+def test_a_covariance_with_a_negative_direction_is_refused(
+    tmp_path: Path, calibration: Calibration
+) -> None:
+    path = tmp_path / "camera.json"
+    write_camera(path, calibration)
+    record = json.loads(path.read_text())
+    record["covariance"][0][0] *= 1e-3
+    path.write_text(json.dumps(record))
+    with pytest.raises(CaseError, match="positive"):
+        read_camera(path)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"\xff\xd8\xff\xe0", b"[" * 100_000])
+def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "camera.json"
+    path.write_bytes(content)
+    with pytest.raises(CaseError, match="camera file"):
+        read_camera(path)
+
+
+def test_a_missing_file_and_a_file_for_a_folder_are_told(
+    tmp_path: Path, calibration: Calibration
+) -> None:
+    with pytest.raises(CaseError, match="limbgram calibrate"):
+        read_camera(tmp_path / "none.json")
+    path = tmp_path / "file"
+    path.write_text("no folder")
+    with pytest.raises(CaseError, match="cannot be written"):
+        write_camera(path / "camera.json", calibration)

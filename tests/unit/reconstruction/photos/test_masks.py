@@ -1,0 +1,96 @@
+"""Masks: found by name, checked, and brought to the sensor's frame."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageOps
+
+from limbgram.reconstruction.photos.masks import load_mask
+from limbgram.reconstruction.photos.reading import read_photos
+
+Writer = Callable[..., Path]
+
+
+def corner_mask(width_px: int, height_px: int) -> np.ndarray:
+    """White in the top left quarter of the width and half of the height."""
+    mask = np.zeros((height_px, width_px), np.uint8)
+    mask[: height_px // 2, : width_px // 4] = 255
+    return mask
+
+
+@pytest.mark.parametrize("place", ["1.png", "1.jpg.png", "1.PNG", "masks/1.png", "masks/1.jpg.png"])
+def test_a_mask_is_found_and_is_no_photo(write_photo: Writer, tmp_path: Path, place: str) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2)
+    (tmp_path / "masks").mkdir()
+    Image.fromarray(corner_mask(120, 90)).save(tmp_path / place)
+    photos = read_photos([tmp_path])
+    assert photos.names == ("1.jpg", "2.jpg")
+    np.testing.assert_array_equal(load_mask(photos.photos[0]), corner_mask(120, 90) > 0)
+    assert load_mask(photos.photos[1]) is None
+
+
+def test_png_photos_have_masks_too(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.png", 1)
+    write_photo("2.png", 2)
+    (tmp_path / "masks").mkdir()
+    Image.fromarray(corner_mask(120, 90)).save(tmp_path / "masks" / "2.png")
+    photos = read_photos([tmp_path])
+    assert [photo.mask_path is None for photo in photos.photos] == [True, False]
+
+
+@pytest.mark.parametrize("orientation", [5, 6, 7, 8])
+def test_a_mask_drawn_upright_is_turned_back(
+    write_photo: Writer, tmp_path: Path, orientation: int
+) -> None:
+    write_photo("1.jpg", 1, orientation=orientation)
+    write_photo("2.jpg", 2)
+    stored = Image.fromarray(corner_mask(120, 90))
+    stored.getexif()[0x0112] = orientation
+    upright = np.asarray(ImageOps.exif_transpose(stored))
+    assert upright.shape == (120, 90)
+    Image.fromarray(upright).save(tmp_path / "1.png")
+    mask = load_mask(read_photos([tmp_path]).photos[0])
+    np.testing.assert_array_equal(mask, corner_mask(120, 90) > 0)
+
+
+def test_a_cut_out_counts_by_its_opacity(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2)
+    layers = np.full((90, 120, 4), 30, np.uint8)
+    layers[:, :, 3] = corner_mask(120, 90)
+    Image.fromarray(layers).save(tmp_path / "1.png")
+    mask = load_mask(read_photos([tmp_path]).photos[0])
+    np.testing.assert_array_equal(mask, corner_mask(120, 90) > 0)
+
+
+@pytest.mark.parametrize(
+    ("mask", "reason"),
+    [
+        (Image.new("L", (60, 45), 255), "size"),
+        (Image.new("L", (120, 90), 0), "black everywhere"),
+        (Image.new("RGB", (120, 90), (200, 30, 30)), "coloured"),
+    ],
+)
+def test_what_is_no_mask_is_set_aside_and_the_photo_stays(
+    write_photo: Writer, tmp_path: Path, mask: Image.Image, reason: str
+) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2)
+    mask.save(tmp_path / "1.png")
+    photos = read_photos([tmp_path])
+    assert photos.photos[0].mask_path is None
+    (part,) = photos.set_aside
+    assert part.name == "1.png"
+    assert reason in part.reason
+
+
+def test_a_broken_mask_is_set_aside(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2)
+    (tmp_path / "1.png").write_bytes(b"\x89PNG\r\n\x1a\nno")
+    photos = read_photos([tmp_path])
+    assert [part.name for part in photos.set_aside] == ["1.png"]
+    assert photos.names == ("1.jpg", "2.jpg")

@@ -1,0 +1,99 @@
+"""Quality: edges of known blur, and photos that stand out of their set."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.quality import (
+    brightest_luma,
+    burnt_share,
+    common_fault,
+    edge_width_px,
+    remarks,
+)
+
+
+def discs(sigma_px: float, seed: int = 0, size_px: int = 500) -> np.ndarray:
+    """Bright discs of many sizes with edges blurred by a Gaussian of known width."""
+    rng = np.random.default_rng(seed)
+    picture = np.full((size_px * 4, size_px * 4), 60, np.uint8)
+    for x, y, radius in zip(*rng.integers(0, size_px * 4, (2, 60)), rng.integers(60, 160, 60)):
+        cv2.circle(picture, (int(x), int(y)), int(radius), int(rng.integers(60, 220)), -1)
+    small = cv2.resize(picture, (size_px, size_px), interpolation=cv2.INTER_AREA)
+    blurred = cv2.GaussianBlur(small.astype(np.float32), (0, 0), sigma_px)
+    noisy = blurred + rng.normal(0, 1.5, blurred.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("sigma_px", [1.0, 2.0, 3.0])
+def test_the_width_of_blurred_edges_is_found(sigma_px: float) -> None:
+    assert 0.75 * sigma_px < edge_width_px(discs(sigma_px)) < 1.25 * sigma_px
+
+
+def test_blur_in_one_direction_counts() -> None:
+    sharp = discs(0.8)
+    across = cv2.blur(sharp, (9, 1))
+    assert edge_width_px(sharp) < 1.3
+    assert 2.0 < edge_width_px(across) < 4.0  # a box of 9 px has a deviation of 2.6 px
+
+
+def test_a_picture_without_edges_has_no_width() -> None:
+    assert np.isnan(edge_width_px(np.full((300, 300), 90, np.uint8)))
+
+
+def test_light_is_measured() -> None:
+    picture = np.full((400, 400), 40, np.uint8)
+    picture[:100] = 255
+    assert abs(burnt_share(picture) - 0.25) < 0.01
+    assert brightest_luma(picture) == 255
+    assert brightest_luma(np.full((400, 400), 40, np.uint8)) == 40
+
+
+def photo(name: str, sharpness: float, burnt: float = 0.0, brightest: float = 200.0) -> Photo:
+    return Photo(
+        name=name,
+        path=Path(name),
+        width_px=100,
+        height_px=100,
+        exif=Exif(),
+        sha256=name,
+        camera_idx=0,
+        sharpness=sharpness,
+        burnt=burnt,
+        brightest=brightest,
+    )
+
+
+def test_the_odd_photos_are_remarked_on_and_no_others() -> None:
+    photos = [photo(f"{index}.jpg", 1.0 + index / 20) for index in range(8)]
+    odd = [
+        photo("shaken.jpg", 3.0),
+        photo("bright.jpg", 1.0, burnt=0.6),
+        photo("dark.jpg", 1.0, brightest=30.0),
+    ]
+    found = {remark.name: remark.text for remark in remarks(PhotoSet((*photos, *odd), ()))}
+    assert found.keys() == {"shaken.jpg", "bright.jpg", "dark.jpg"}
+    assert "blurred" in found["shaken.jpg"]
+    assert "overexposed" in found["bright.jpg"]
+    assert "underexposed" in found["dark.jpg"]
+
+
+def test_what_spoils_most_photos_is_named() -> None:
+    sharp, soft = photo("a", 0.9), photo("b", 4.0)
+    assert common_fault([sharp, sharp, soft]) is None
+    assert "2 of 3 photos are blurred: their edges are 4.0 px" in str(
+        common_fault([sharp, soft, soft])
+    )
+    assert "overexposed: 40%" in str(common_fault([photo("c", 4.0, burnt=0.4)]))
+    assert "underexposed" in str(common_fault([photo("d", 0.9, brightest=20.0)]))
+    assert "no edge at all" in str(common_fault([photo("e", float("nan"))]))
+
+
+def test_blur_counts_as_far_as_keypoints_see_it() -> None:
+    """Of 48 megapixels four pixels are one of three megapixels."""
+    large = replace(photo("a", 4.0), width_px=8000, height_px=6000)
+    assert common_fault([large]) is None

@@ -1,0 +1,260 @@
+"""Reading a folder: what counts as a photo, in which order, from which camera."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image, ImageOps
+
+from limbgram.core.errors import OptionsError, PhotoError
+from limbgram.reconstruction.photos.decoding import load_colour, load_luma
+from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
+
+Writer = Callable[..., Path]
+
+
+def test_photos_come_in_the_order_of_their_numbers(write_photo: Writer, tmp_path: Path) -> None:
+    for seed, name in enumerate(("b10.jpg", "b9.png", "B8.tif", "a100.jpg")):
+        write_photo(name, seed)
+    assert read_photos([tmp_path]).names == ("a100.jpg", "B8.tif", "b9.png", "b10.jpg")
+
+
+def test_cameras_are_told_apart_by_model_focal_length_and_size(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2, model="Model 2")
+    write_photo("3.jpg", 3, focal_mm=35.0)
+    write_photo("4.jpg", 4, size=(90, 120))
+    write_photo("5.jpg", 5)
+    photos = read_photos([tmp_path])
+    assert [photo.camera_idx for photo in photos.photos] == [0, 1, 2, 3, 0]
+    assert [camera.label for camera in photos.cameras][:3] == [
+        "Maker Model 1, 50 mm",
+        "Maker Model 2, 50 mm",
+        "Maker Model 1, 35 mm",
+    ]
+    assert (photos.cameras[3].width_px, photos.cameras[3].height_px) == (90, 120)
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_pixels_stay_as_the_sensor_stored_them(
+    write_photo: Writer, tmp_path: Path, orientation: int
+) -> None:
+    path = write_photo("turned.png", 1, orientation=orientation)
+    write_photo("other.png", 2)
+    photo = read_photos([tmp_path]).photos[1]
+    stored = np.asarray(Image.open(path))
+    np.testing.assert_array_equal(load_colour(photo), stored)
+    mirrored = stored[:, ::-1] if photo.exif.mirrored else stored
+    upright = np.rot90(mirrored, -photo.exif.quarter_turns)
+    np.testing.assert_array_equal(upright, np.asarray(ImageOps.exif_transpose(Image.open(path))))
+
+
+def test_a_picture_that_cannot_be_in_its_file_is_set_aside(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    """A TIFF whose width was damaged: its decoder gives the rows that are there, and black."""
+    write_photo("1.jpg", 1)
+    write_photo("2.png", 2)
+    path = tmp_path / "3.tif"
+    grey = np.random.default_rng(3).integers(0, 2**16, (96, 100), np.uint16)
+    Image.fromarray(grey).save(path)
+    content = bytearray(path.read_bytes())
+    entry = content.index(struct.pack("<HHII", 256, 4, 1, 100))  # the tag of its width
+    content[entry + 8 : entry + 12] = (589_826).to_bytes(4, "little")
+    path.write_bytes(content)
+    found = read_photos([tmp_path])
+    assert found.names == ("1.jpg", "2.png")
+    assert "589826 x 96 pixels are not in its" in found.set_aside[0].reason
+
+
+def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.png", 2)
+    for photo in read_photos([tmp_path]).photos:
+        weighted = load_colour(photo) @ np.array([0.299, 0.587, 0.114])
+        assert np.abs(load_luma(photo) - weighted).mean() < 0.7
+
+
+def test_the_first_picture_of_a_phone_s_double_file_is_read(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    write_photo("1.jpg", 1)
+    picture = Image.open(write_photo("2.jpg", 2))
+    picture.save(tmp_path / "3.jpg", "MPO", save_all=True, append_images=[picture.rotate(180)])
+    photo = read_photos([tmp_path]).photos[2]
+    difference = load_colour(photo).astype(float) - np.asarray(picture)
+    assert np.abs(difference).mean() < 3
+
+
+def test_sixteen_bits_become_eight(write_photo: Writer, tmp_path: Path) -> None:
+    ramp = np.linspace(0, 65535, 100 * 80).astype(np.uint16).reshape(80, 100)
+    Image.fromarray(ramp).save(tmp_path / "deep.png")
+    write_photo("other.jpg")
+    photo = read_photos([tmp_path]).photos[0]
+    np.testing.assert_array_equal(load_luma(photo), ramp >> 8)
+    np.testing.assert_array_equal(load_colour(photo)[:, :, 2], ramp >> 8)
+
+
+DEEP_FILES = {
+    "grey.png": (),
+    "grey.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "grey lzw.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 5),
+    "colour.png": (),
+    "colour.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 1),
+    "colour lzw.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 5),
+    "colour zip.tif": (cv2.IMWRITE_TIFF_COMPRESSION, 8),
+}
+
+
+@pytest.mark.parametrize("name", DEEP_FILES)
+@pytest.mark.parametrize("bits", [8, 10, 12, 14, 16])
+def test_the_bits_that_a_sensor_has_become_eight(name: str, bits: int, tmp_path: Path) -> None:
+    shape = (90, 120, 3) if "colour" in name else (90, 120)
+    chance = np.random.default_rng(bits)
+    samples = chance.integers(0, 1 << bits, shape).astype(np.uint16)
+    samples[0, 0] = (1 << bits) - 1
+    dark = samples >> 3  # of the same capture: less light, not fewer bits
+    for number, values in enumerate((samples, dark)):
+        cv2.imwrite(str(tmp_path / f"{number} {name}"), values, DEEP_FILES[name])
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [bits, bits]
+    for photo, values in zip(photos, (samples, dark)):
+        expected = (values >> (bits - 8)).astype(np.uint8)
+        colours = np.repeat(expected[:, :, None], 3, 2) if expected.ndim == 2 else expected
+        np.testing.assert_array_equal(load_colour(photo), colours[:, :, ::-1])
+        if expected.ndim == 2:
+            np.testing.assert_array_equal(load_luma(photo), expected)
+        else:
+            grey = Image.fromarray(colours[:, :, ::-1]).convert("L")
+            np.testing.assert_array_equal(load_luma(photo), np.asarray(grey))
+    bright, shaded = (photo.brightest for photo in photos)
+    assert bright > 180
+    assert bright / 10 < shaded < bright / 6
+
+
+def test_a_tiff_may_say_how_many_bits_it_has(tmp_path: Path) -> None:
+    ramp = np.linspace(0, 900, 100 * 80).astype(np.uint16).reshape(80, 100)
+    for number in range(2):
+        picture = Image.fromarray(ramp + number)
+        picture.save(tmp_path / f"{number}.tif", tiffinfo={281: 4095})
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [12, 12]
+    np.testing.assert_array_equal(load_luma(photos[0]), ramp >> 4)
+
+
+def test_photos_of_eight_bits_are_as_they_are_beside_deep_ones(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    plain = write_photo("1.png", 1)
+    cv2.imwrite(str(tmp_path / "2.png"), np.full((90, 120), 4000, np.uint16))
+    photos = read_photos([tmp_path]).photos
+    assert [photo.bits for photo in photos] == [None, 12]
+    np.testing.assert_array_equal(load_colour(photos[0]), np.asarray(Image.open(plain)))
+
+
+def test_what_is_no_photo_is_set_aside_by_name(write_photo: Writer, tmp_path: Path) -> None:
+    good = write_photo("good1.jpg", 1)
+    write_photo("good2.jpg", 2)
+    whole = good.read_bytes()
+    (tmp_path / "copy.jpg").write_bytes(whole)
+    (tmp_path / "cut.jpg").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "empty.jpg").write_bytes(b"")
+    (tmp_path / "notes.txt").write_text("not a photo")
+    (tmp_path / "raw.dng").write_bytes(whole)
+    (tmp_path / "lost.jpg").symlink_to(tmp_path / "nowhere.jpg")
+    Image.new("RGB", (100, 100)).save(tmp_path / "film.gif")
+    Image.new("RGB", (16, 16)).save(tmp_path / "icon.png")
+    Image.new("F", (100, 100)).save(tmp_path / "float.tif")
+    write_photo("large.jpg", 3, size=(500, 400))
+    photos = read_photos([tmp_path], PhotoOptions(max_megapixels=0.1))
+    reasons = {part.name: part.reason for part in photos.set_aside}
+    assert photos.names == ("copy.jpg", "good2.jpg")
+    expected = {
+        "good1.jpg": "the same file as copy.jpg",
+        "cut.jpg": "cut off",
+        "empty.jpg": "empty",
+        "notes.txt": "not a picture",
+        "raw.dng": "raw file",
+        "lost.jpg": "leads nowhere",
+        "film.gif": "not a picture",
+        "icon.png": "too small",
+        "float.tif": "floating-point",
+        "large.jpg": "more than 0.1 megapixels",
+    }
+    assert reasons.keys() == expected.keys()
+    for name, part in expected.items():
+        assert part in reasons[name], name
+
+
+def test_a_picture_that_claims_to_be_huge_is_not_decoded(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    write_photo("1.jpg", 1)
+    data = bytearray(write_photo("2.png", 2).read_bytes())
+    data[16:24] = (60_000).to_bytes(4, "big") * 2
+    (tmp_path / "bomb.png").write_bytes(data)
+    (part,) = read_photos([tmp_path]).set_aside
+    assert part.name == "bomb.png"
+
+
+def test_hidden_files_and_sub_folders_are_left_alone(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg", 1)
+    write_photo("2.jpg", 2)
+    write_photo(".hidden.jpg", 3)
+    write_photo("old/3.jpg", 4)
+    photos = read_photos([tmp_path])
+    assert photos.names == ("1.jpg", "2.jpg")
+    assert photos.set_aside == ()
+
+
+def test_two_photos_of_one_name_are_not_mixed_up(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("a/1.jpg", 1)
+    write_photo("b/1.jpg", 2)
+    write_photo("b/2.jpg", 3)
+    photos = read_photos([tmp_path / "a", tmp_path / "b"])
+    assert photos.names == ("1.jpg", "2.jpg")
+    assert [part.name for part in photos.set_aside] == ["1.jpg"]
+
+
+def test_nothing_is_written(write_photo: Writer, tmp_path: Path) -> None:
+    for seed in range(3):
+        write_photo(f"{seed}.jpg", seed, orientation=6)
+    before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    for photo in read_photos([tmp_path]).photos:
+        load_colour(photo)
+    after = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    assert after == before
+
+
+def test_too_few_photos_are_refused_with_the_reasons(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg")
+    (tmp_path / "broken.jpg").write_bytes(b"no")
+    with pytest.raises(PhotoError, match=r"1 readable photos(.|\n)*broken\.jpg"):
+        read_photos([tmp_path])
+
+
+def test_a_path_that_does_not_exist_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PhotoError, match="does not exist"):
+        read_photos([tmp_path / "nowhere"])
+
+
+def test_a_limit_beyond_the_decoder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OptionsError):
+        read_photos([tmp_path], PhotoOptions(max_megapixels=1000))
+
+
+def test_a_photo_that_changed_is_not_used(write_photo: Writer, tmp_path: Path) -> None:
+    write_photo("1.jpg", 1)
+    path = write_photo("2.jpg", 2)
+    photo = read_photos([tmp_path]).photos[1]
+    Image.new("RGB", (70, 70)).save(path)
+    with pytest.raises(PhotoError, match=r"2\.jpg"):
+        load_luma(photo)
+    path.unlink()
+    with pytest.raises(PhotoError, match=r"2\.jpg"):
+        load_colour(photo)

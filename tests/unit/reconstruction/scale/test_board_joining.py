@@ -1,0 +1,201 @@
+"""The board in the last adjustment, against a room whose measures are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.body import Body
+from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.targets.board import BoardDetections
+
+TIE_PX, CORNER_PX = 0.3, 0.03
+RAYS = 4
+ALIKE = 9
+"""Neighbours that err as one: what the adjustment takes residuals for (3 sigmas, squared)."""
+
+
+def calibrated(lens: Camera, sigma_px: float = 0.1) -> Cameras:
+    sigmas = np.zeros(10)
+    sigmas[:4] = sigma_px
+    covariance = np.diag(sigmas**2)
+    return Cameras((Calibration(camera=lens, covariance=covariance, source="board"),))
+
+
+def measured(capture, seed: int = 0, alike: int = 1) -> Scene:
+    """The capture's scene with spots that four neighbouring photos show, adjusted without board.
+
+    alike: spots in a bunch, which err as one.
+    """
+    draw = np.random.default_rng(seed)
+    scene, photos = capture.scene, len(capture.room_views)
+    kept = draw.permutation(len(scene.points_in_world))[:300]
+    scene = replace(scene, points_in_world=scene.points_in_world[kept])
+    point = np.repeat(np.arange(len(kept), dtype=np.int32), RAYS)
+    photo = (point + np.tile(np.arange(RAYS), len(kept))).astype(np.int32) % photos
+    xy = np.array(
+        [scene.view(p).project(scene.points_in_world[[k]])[0] for p, k in zip(photo, point)]
+    )
+    xy += draw.normal(scale=TIE_PX, size=xy.shape)
+    scene = replace(
+        scene,
+        points_in_world=np.tile(scene.points_in_world, (alike, 1)),
+        observations=Observations(
+            np.tile(photo, alike),
+            np.concatenate([point + len(kept) * k for k in range(alike)]).astype(np.int32),
+            np.tile(xy, (alike, 1)),
+        ),
+    )
+    return alone(scene, calibrated(scene.cameras[0]))
+
+
+def alone(scene: Scene, cameras: Cameras) -> Scene:
+    found = adjust(scene, cameras.calibrations, outlier_sigmas=np.inf)
+    return replace(
+        found.scene, lens_covariance=found.lens_covariance, camera_covariance=found.covariance
+    )
+
+
+def joined(scene: Scene, detections: BoardDetections) -> MetricScene:
+    return to_millimetres(scene, detections, cameras=calibrated(scene.cameras[0]))
+
+
+def against_room(scene: Scene, capture) -> tuple[float, float]:
+    """Scale less one, and RMS of the centres after the best similarity (mm)."""
+    centres = np.array([view.centre_in_world for view in scene.views])
+    truth = np.array([view.centre_in_world for view in capture.room_views])
+    room_from_scene = fit_similarity(centres, truth)
+    off = np.linalg.norm(room_from_scene.apply(centres) - truth, axis=1)
+    return 1 / room_from_scene.scale - 1, float(np.sqrt(np.mean(off**2)))
+
+
+def test_scale_comes_back_within_its_sigma_and_photos_stand_better(capture) -> None:
+    ratios, gains = [], []
+    for seed in range(4):
+        scene, detections = measured(capture, seed, ALIKE), capture.detections(CORNER_PX, seed)
+        before, after = to_millimetres(scene, detections), joined(scene, detections)
+        error, rms_mm = against_room(after.scene, capture)
+        covariance, slopes = after.scene.camera_covariance, after.scale.by_cameras
+        assert covariance is not None
+        assert slopes is not None
+        sigma = np.sqrt(after.scale.relative_sigma**2 + slopes @ covariance @ slopes)
+        assert 5e-6 < sigma < 3e-4
+        ratios.append(error / sigma)
+        gains.append(rms_mm / against_room(before.scene, capture)[1])
+        assert before.scene.camera_covariance is not None
+        assert np.trace(covariance[:72, :72]) < np.trace(before.scene.camera_covariance[:72, :72])
+    assert 0.2 < np.sqrt(np.mean(np.square(ratios))) < 1.8
+    assert 0.2 < np.mean(gains) < 0.9
+    assert max(gains) < 1.05
+
+
+def test_wrong_corners_do_not_move_the_photos(capture) -> None:
+    scene, detections = measured(capture), capture.detections(CORNER_PX)
+    photos = list(detections.photos)
+    for k, off_px in ((1, 8.0), (4, 1.5), (7, 0.25)):  # the last is too small to be found out
+        xy = photos[k].xy_px.copy()
+        xy[0] += off_px
+        photos[k] = replace(photos[k], xy_px=xy)
+    clean = against_room(joined(scene, detections).scene, capture)
+    wrong = against_room(joined(scene, replace(detections, photos=tuple(photos))).scene, capture)
+    assert abs(wrong[0] - clean[0]) < 2e-5
+    assert abs(wrong[1] - clean[1]) < 0.1 * clean[1]
+
+
+def test_check_lengths_stay_out(capture) -> None:
+    """Checking corners printed 0.05 % too far apart are found too long and change nothing else."""
+    scene, detections = measured(capture), capture.detections(CORNER_PX)
+    ids = np.arange(len(detections.corners_mm))
+    across = detections.board.inner[0]
+    checking = (ids // across + ids % across) % 2 == 1
+    centre = detections.corners_mm.mean(0)
+    described = detections.corners_mm.copy()
+    described[checking] += (centre - described[checking]) * 5e-4
+    told = joined(scene, replace(detections, corners_mm=described))
+    true = joined(scene, detections)
+    assert abs(against_room(told.scene, capture)[0] - against_room(true.scene, capture)[0]) < 5e-6
+    for one, other in zip(told.scale.lengths, true.scale.lengths, strict=True):
+        longer = 5e-4 if one.role == "check" else 0.0
+        assert one.error - other.error == pytest.approx(longer, abs=2e-5)
+
+
+def test_a_bent_board_does_not_bend_the_ring(capture) -> None:
+    scene, detections = measured(capture), capture.detections()
+    bow_mm = 0.4 * np.sin(detections.corners_mm[:, :1] / 40.0) * np.array([0.0, 0.0, 1.0])
+    described = replace(detections, corners_mm=detections.corners_mm + bow_mm)
+    flat = against_room(joined(scene, detections).scene, capture)[1]
+    bent = against_room(joined(scene, described).scene, capture)[1]
+    without = against_room(to_millimetres(scene, detections).scene, capture)[1]
+    assert flat < bent < without
+
+
+@pytest.mark.parametrize(("sigma_px", "least", "most"), [(0.01, 9.9, 10.1), (40.0, -4.0, 4.0)])
+def test_the_calibration_s_covariance_says_how_far_a_lens_may_move(
+    capture, sigma_px: float, least: float, most: float
+) -> None:
+    """Calibrated 10 px too long: a sure calibration keeps that, an unsure one gives way."""
+    lens = capture.scene.cameras[0]
+    long = replace(lens, fx=lens.fx + 10.0, fy=lens.fy + 10.0)
+    scene = replace(measured(capture), cameras=(long,))
+    found = joined_with(scene, capture.detections(CORNER_PX), calibrated(long, sigma_px))
+    assert least < found.scene.cameras[0].fx - lens.fx < most
+    assert found.scene.lens_covariance is not None
+    assert 0.0 < np.sqrt(found.scene.lens_covariance[0, 0, 0]) <= 1.001 * sigma_px
+
+
+def joined_with(scene: Scene, detections: BoardDetections, cameras: Cameras) -> MetricScene:
+    return to_millimetres(alone(scene, cameras), detections, cameras=cameras)
+
+
+def test_held_lenses_stay_held(capture) -> None:
+    scene = measured(capture)
+    held = replace(scene, lens_covariance=np.zeros((1, 10, 10)))
+    assert joined(held, capture.detections(CORNER_PX)).scene.cameras == scene.cameras
+
+
+def test_equations_of_a_body_are_the_slopes_of_its_cost(capture) -> None:
+    draw = np.random.default_rng(0)
+    scene, board = capture.scene, capture.detections(0.2)
+    bundle, corners = Bundle.of(scene), np.array([0, 5, 9, 20])
+    plate = to_millimetres(scene, board).scene
+    scene_from_metric = fit_similarity(plate.points_in_world, scene.points_in_world)
+    shape = board.corners_mm[corners] - board.corners_mm.mean(0)
+    body = Body(
+        shape=shape,
+        world_from_body=replace(
+            scene_from_metric,
+            rotation=scene_from_metric.rotation @ np.diag([1.0, -1.0, -1.0]),
+        ),
+        offsets=draw.normal(scale=1e-3, size=(4, 3)),
+        shape_sigma=2e-3,
+        photo_idx=np.tile(np.arange(3), 4),
+        corner_idx=np.repeat(np.arange(4), 3),
+        xy_px=np.concatenate([[board.photos[k].xy_px[c] for k in range(3)] for c in corners]),
+        sigma_px=0.3,
+        camera=scene.cameras[0],
+    )
+    equations = body.equations(bundle, 3.0)
+
+    def slope(direction: np.ndarray) -> float:
+        """Of the cost along cameras, whole and corners."""
+        cameras, whole = direction[: bundle.unknowns], direction[bundle.unknowns :][:7]
+        own = direction[bundle.unknowns + 7 :].reshape(4, 3)
+        still = np.zeros_like(bundle.points)
+        ends = [
+            body.moved(s * whole, s * own).cost(bundle.moved(s * cameras, still), 3.0)
+            for s in (1.0, -1.0)
+        ]
+        return (ends[0] - ends[1]) / 2
+
+    right = np.concatenate([equations.rest_right, equations.corner_right.ravel()])
+    for k in (0, 4, 8, bundle.unknowns - 10, *range(bundle.unknowns, len(right))):
+        step = np.zeros(len(right))
+        step[k] = 1e-6
+        assert slope(step) == pytest.approx(-2e-6 * right[k], rel=1e-3, abs=1e-9)

@@ -1,0 +1,130 @@
+"""Scale from a board, against a room whose measures are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import ScaleError
+from limbgram.core.geometry.frames import fit_similarity
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.targets.board import BoardDetections
+
+
+def scale_error(metric_scene: Scene, capture) -> float:
+    """Size of the scaled scene over the room's, less one, by the points (poses may be shaken)."""
+    truth = (capture.scene.points_in_world - capture.scene.points_in_world.mean(0)) / 0.0371
+    found = metric_scene.points_in_world - metric_scene.points_in_world.mean(0)
+    return fit_similarity(truth, found).scale - 1
+
+
+def with_photo(detections: BoardDetections, k: int, xy_px: np.ndarray) -> BoardDetections:
+    photos = list(detections.photos)
+    photos[k] = replace(photos[k], xy_px=xy_px)
+    return replace(detections, photos=tuple(photos))
+
+
+def test_exact_corners_give_the_exact_scale_and_frame(capture) -> None:
+    metric = to_millimetres(capture.scene, capture.detections())
+    assert abs(scale_error(metric.scene, capture)) < 1e-9
+    assert metric.floor_z_mm == 0.0
+    centres = np.array([view.centre_in_world for view in metric.scene.views])
+    truth = np.array([view.centre_in_world for view in capture.room_views])
+    world_from_room = fit_similarity(truth, centres)
+    np.testing.assert_allclose(world_from_room.rotation[:, 2], [0, 0, 1], atol=1e-9)
+    table_z = world_from_room.apply(np.zeros((1, 3)))[0, 2]
+    assert table_z == pytest.approx(-2.5, abs=1e-6)
+    corners = np.array(metric.board_corners_mm)
+    np.testing.assert_allclose(np.abs(corners), np.tile([105.0, 75.0, 0.0], (4, 1)), atol=1e-6)
+    np.testing.assert_allclose(corners[0], [-105, 75, 0], atol=1e-6)
+
+
+def test_noise_costs_what_sigma_says(capture, shaken) -> None:
+    ratios = []
+    for seed in range(12):
+        scene = shaken(capture, shift_mm=0.1, turn_deg=0.004, seed=seed).scene
+        metric = to_millimetres(scene, capture.detections(noise_px=0.1, seed=seed))
+        ratios.append(scale_error(metric.scene, capture) / metric.scale.relative_sigma)
+        assert 2e-5 < metric.scale.relative_sigma < 5e-4
+    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.7
+
+
+def test_check_lengths_share_no_corner_with_control_lengths(capture) -> None:
+    scale = to_millimetres(capture.scene, capture.detections(noise_px=0.1)).scale
+    roles = [one.role for one in scale.lengths]
+    assert roles.count("control") == roles.count("check") == 4
+    assert scale.checked
+    for one in scale.lengths:
+        assert 1e-5 < abs(one.error) < 4 * one.sigma_mm / one.known_mm + 1e-4
+
+
+def test_corners_cut_by_the_silhouette_do_no_harm(capture) -> None:
+    detections = capture.detections(noise_px=0.05, seed=4)
+    clean = scale_error(to_millimetres(capture.scene, detections).scene, capture)
+    draw = np.random.default_rng(5)
+    for k in range(12):
+        xy = detections.photos[k].xy_px.copy()
+        xy[draw.integers(len(xy))] += draw.uniform(2, 20, 2)
+        detections = with_photo(detections, k, xy)
+    cut = scale_error(to_millimetres(capture.scene, detections).scene, capture)
+    assert abs(cut) < 1e-4
+    assert abs(cut - clean) < 5e-5
+
+
+def test_a_photo_in_which_the_board_lay_elsewhere_is_named(capture) -> None:
+    detections = capture.detections(noise_px=0.05, seed=6)
+    moved = with_photo(detections, 3, detections.photos[3].xy_px + np.array([40.0, -25.0]))
+    metric = to_millimetres(capture.scene, moved)
+    assert [one.name for one in metric.scale.set_aside] == ["photo03.jpg"]
+    assert abs(scale_error(metric.scene, capture)) < 1e-4
+
+
+def test_a_board_that_moved_between_all_photos_is_refused(capture) -> None:
+    detections = capture.detections()
+    draw = np.random.default_rng(7)
+    for k in range(12):
+        shifted = detections.photos[k].xy_px + draw.uniform(-150, 150, 2)
+        detections = with_photo(detections, k, shifted)
+    with pytest.raises(ScaleError, match="moved against the limb"):
+        to_millimetres(capture.scene, detections)
+
+
+def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
+    with pytest.raises(ScaleError, match=r"0\.60% longer along its x than along its y"):
+        to_millimetres(capture.scene, capture.detections(stretch_x=1.006))
+    metric = to_millimetres(capture.scene, capture.detections(stretch_x=1.002))
+    assert 5e-4 < abs(scale_error(metric.scene, capture)) < 2e-3
+
+
+def test_a_board_that_contradicts_a_typed_length_is_refused(capture) -> None:
+    ends = np.array([10.0, -60.0, 0.0]), np.array([-40.0, 80.0, 0.0])
+    true = capture.distance("edge", *ends, photos=(0, 2, 4))
+    metric = to_millimetres(capture.scene, capture.detections(), [true])
+    assert metric.scale.source == "board"
+    assert [one.role for one in metric.scale.lengths if one.label == "edge"] == ["check"]
+    wrong = replace(true, length_mm=true.length_mm * 1.01)
+    with pytest.raises(ScaleError, match=r"edge is .* \(-0\.99%.*squares are not as large"):
+        to_millimetres(capture.scene, capture.detections(), [wrong])
+
+
+def test_a_mirrored_board_is_refused(capture) -> None:
+    detections = capture.detections()
+    across = detections.board.inner[0]
+    ids = detections.photos[0].ids
+    mirrored = ids // across * across + across - 1 - ids % across
+    for k, photo in enumerate(detections.photos):
+        detections = with_photo(detections, k, photo.xy_px[mirrored])
+    with pytest.raises(ScaleError, match="back to the cameras"):
+        to_millimetres(capture.scene, detections)
+
+
+def test_too_few_corners_are_refused(capture) -> None:
+    detections = capture.detections()
+    few = tuple(
+        replace(photo, ids=photo.ids[:5], xy_px=photo.xy_px[:5]) for photo in detections.photos
+    )
+    with pytest.raises(ScaleError, match="Only 5 corners"):
+        to_millimetres(capture.scene, replace(detections, photos=few))
+    with pytest.raises(ScaleError, match="Only 0 corners"):
+        to_millimetres(capture.scene, replace(detections, photos=()))

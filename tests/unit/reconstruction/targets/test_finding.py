@@ -1,0 +1,107 @@
+"""Finding boards in pictures whose corners are known exactly."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
+from limbgram.reconstruction.targets.board import Board, PhotoCorners
+from limbgram.reconstruction.targets.finding import find_board, find_in_photo
+
+CHECKERBOARD = Board.checkerboard("8x5", 10.0)
+CHARUCO = Board.charuco("7x5", 12.0, 9.0, "apriltag_16h5")
+POSE = Rigid.from_rotation_vector(np.array([0.35, -0.3, 0.2]), np.array([-40.0, -32.0, 190.0]))
+PHOTO = Photo(
+    name="board.png",
+    path=Path("board.png"),
+    width_px=480,
+    height_px=360,
+    exif=Exif(),
+    sha256="",
+    camera_idx=0,
+)
+
+
+def found_in(luma: np.ndarray, board: Board) -> PhotoCorners:
+    found = find_in_photo(PHOTO, 0, luma, board)
+    assert isinstance(found, PhotoCorners), found
+    return found
+
+
+@pytest.mark.parametrize("board", [CHECKERBOARD, CHARUCO], ids=["checkerboard", "charuco"])
+def test_corners_lie_where_they_were_painted(
+    paint: Callable[..., np.ndarray], camera: Camera, board: Board
+) -> None:
+    found = found_in(paint(board, POSE, noise=2.0), board)
+    error_px = found.xy_px - camera.project(POSE.apply(board.corners_mm[found.ids]))
+    rms_px = float(np.sqrt((error_px**2).mean()))
+    assert len(found.ids) == len(board.corners_mm)
+    assert 1e-4 < rms_px < 0.05
+    assert np.abs(error_px.mean(axis=0)).max() < 0.02
+    assert np.abs(found.xy_px[0] - found.xy_px[1]).max() == pytest.approx(found.step_px, rel=0.4)
+
+
+def test_corners_cut_by_something_in_front_are_not_believed(
+    paint: Callable[..., np.ndarray], camera: Camera
+) -> None:
+    luma = paint(CHARUCO, POSE, noise=2.0)
+    truth = camera.project(POSE.apply(CHARUCO.corners_mm))
+    y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
+    middle = truth[8] + [1.0, 2.0]
+    luma[(x - middle[0]) ** 2 + (y - middle[1]) ** 2 < 7.0**2] = 120
+    found = found_in(luma, CHARUCO)
+    assert 8 not in found.ids
+    assert len(found.ids) >= 16
+    assert np.linalg.norm(found.xy_px - truth[found.ids], axis=1).max() < 0.2
+    assert all(found.doubts)
+
+
+def test_a_board_of_another_size_is_told(paint: Callable[..., np.ndarray]) -> None:
+    squares = Board.checkerboard("9x6", 10.0)
+    answer = find_in_photo(PHOTO, 0, paint(CHECKERBOARD, POSE), squares)
+    assert isinstance(answer, SetAside)
+    assert "8 x 5 inner corners" in answer.reason
+
+
+def test_a_picture_without_a_board_is_set_aside_with_its_reason() -> None:
+    grey = np.random.default_rng(0).integers(90, 110, (360, 480)).astype(np.uint8)
+    for board in (CHECKERBOARD, CHARUCO):
+        answer = find_in_photo(PHOTO, 0, grey, board)
+        assert isinstance(answer, SetAside)
+        assert "found" in answer.reason
+
+
+def test_photos_are_read_and_those_without_the_board_set_aside(
+    tmp_path: Path, paint: Callable[..., np.ndarray]
+) -> None:
+    pictures = {
+        "a.png": paint(CHECKERBOARD, POSE),
+        "b.png": np.full((360, 480), 128, np.uint8),
+    }
+    for name, luma in pictures.items():
+        Image.fromarray(luma).save(tmp_path / name)
+    photos = PhotoSet(
+        tuple(
+            Photo(
+                name=name,
+                path=tmp_path / name,
+                width_px=480,
+                height_px=360,
+                exif=Exif(),
+                sha256="",
+                camera_idx=0,
+            )
+            for name in pictures
+        ),
+        (CameraGroup(label="", width_px=480, height_px=360, exif=Exif()),),
+    )
+    found = find_board(photos, CHECKERBOARD)
+    assert [one.name for one in found.photos] == ["a.png"]
+    assert found.photos[0].photo_idx == 0
+    assert [one.name for one in found.set_aside] == ["b.png"]
+    assert found.corner_count == 40

@@ -1,0 +1,104 @@
+"""Cuts: triangles really split along the plane or the curve, openings really capped."""
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3
+from limbgram.workbench.edits.cutting import PlaneCut, Trimline, plane_cut, trimline
+from limbgram.workbench.edits.regions import draw_curve
+from limbgram.workbench.edits.solids import Wall, wall
+from limbgram.workbench.limb import Limb
+
+RADIUS_MM, SPOKES = 40.0, 72
+
+POLYGON_AREA = SPOKES / 2 * np.sin(2 * np.pi / SPOKES) * RADIUS_MM**2
+
+
+def heights_mm(limb: Limb) -> np.ndarray:
+    assert limb.frame is not None
+    return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
+
+
+@pytest.mark.parametrize("level_mm", [100.0, 101.3])  # on a row of vertices, and between rows
+def test_a_capped_cut_is_closed_and_of_the_right_volume(limb: Limb, level_mm: float) -> None:
+    whole = plane_cut(limb, PlaneCut(height_mm=159.0, capped=True))
+    cut = plane_cut(limb, PlaneCut(height_mm=level_mm, capped=True))
+    assert not boundary_loops(cut.mesh.faces)
+    assert is_edge_manifold(cut.mesh.faces)
+    assert heights_mm(cut).max() == pytest.approx(level_mm, abs=1.1e-3)
+    lost = volume_mm3(whole.mesh) - volume_mm3(cut.mesh)
+    assert lost == pytest.approx(POLYGON_AREA * (159.0 - level_mm), rel=1e-4)
+
+
+def test_a_tilted_cut_rises_towards_the_back_as_said(limb: Limb) -> None:
+    assert limb.frame is not None
+    cut = plane_cut(limb, PlaneCut(height_mm=100.0, forward_deg=20.0))
+    (rim,) = boundary_loops(cut.mesh.faces)
+    points = limb.frame.limb_from_mesh.apply(cut.mesh.vertices_mm[rim])
+    expected = 100 - np.tan(np.radians(20)) * points[:, 1]
+    np.testing.assert_allclose(points[:, 2], expected, atol=2e-3)
+    other = plane_cut(limb, PlaneCut(height_mm=100.0, forward_deg=20.0, keep="proximal"))
+    assert len(boundary_loops(other.mesh.faces)) == 2
+    area = sum(np.linalg.norm(c.mesh.face_normals(), axis=1).sum() for c in (cut, other))
+    assert area == pytest.approx(np.linalg.norm(limb.mesh.face_normals(), axis=1).sum(), rel=1e-9)
+
+
+def test_the_cap_of_a_wall_has_a_hole(limb: Limb) -> None:
+    cup = wall(limb, Wall(thickness_mm=5.0))
+    whole = plane_cut(cup, PlaneCut(height_mm=150.0, capped=True))
+    cut = plane_cut(cup, PlaneCut(height_mm=110.0, capped=True))
+    assert not boundary_loops(cut.mesh.faces)
+    outer = RADIUS_MM * np.cos(np.pi / SPOKES) + 5
+    ring = SPOKES * np.tan(np.pi / SPOKES) * outer**2 - POLYGON_AREA
+    lost = volume_mm3(whole.mesh) - volume_mm3(cut.mesh)
+    assert lost == pytest.approx(40 * ring, rel=1e-3)
+
+
+def test_a_plane_that_misses_or_leaves_no_flat_opening_is_refused(limb: Limb) -> None:
+    with pytest.raises(EditError, match="misses"):
+        plane_cut(limb, PlaneCut(height_mm=400.0))
+    for height_mm, keep in ((1e-4, "distal"), (160 - 1e-4, "distal"), (1e-4, "proximal")):
+        with pytest.raises(EditError, match=r"misses the shape, which reaches from -?0\.0 to 160"):
+            plane_cut(limb, PlaneCut(height_mm=height_mm, keep=keep))  # pyright: ignore
+    assert len(plane_cut(limb, PlaneCut(height_mm=0.1)).mesh.faces) == SPOKES
+    with pytest.raises(EditError, match="brim"):
+        plane_cut(limb, PlaneCut(height_mm=150.0, forward_deg=40.0, capped=True))
+
+
+def wave(count: int = 16) -> tuple[tuple[float, float, float], ...]:
+    angle = 2 * np.pi * np.arange(count) / count
+    return tuple(
+        (
+            float(RADIUS_MM * np.sin(a)),
+            float(RADIUS_MM * np.cos(a)),
+            float(110 + 20 * np.cos(2 * a)),
+        )
+        for a in angle
+    )
+
+
+@pytest.mark.parametrize("keep", ["distal", "proximal"])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_new_brim_follows_the_trimline(limb: Limb, keep: str, order: int) -> None:
+    assert limb.frame is not None
+    edit = Trimline(through=wave()[::order], keep=keep)  # pyright: ignore
+    cut = trimline(limb, edit)
+    loops = boundary_loops(cut.mesh.faces)
+    assert len(loops) == (1 if keep == "distal" else 2)
+    rims = [limb.frame.limb_from_mesh.apply(cut.mesh.vertices_mm[loop]) for loop in loops]
+    rim = next(r for r in rims if r[:, 2].min() < 100)
+    angle = np.arctan2(rim[:, 0], rim[:, 1])
+    # Through 16 points a spline meets the wave to a few hundredths; the rest is the cut's own.
+    np.testing.assert_allclose(rim[:, 2], 110 + 20 * np.cos(2 * angle), atol=0.12)
+    picked = limb.frame.limb_from_mesh.inverse.apply(np.array(wave()))
+    line = draw_curve(limb.mesh, picked, "the test").points_mm
+    away = np.linalg.norm(cut.mesh.vertices_mm[loops[-1]][:, None] - line[None], axis=2).min(1)
+    if keep == "distal":
+        assert away.max() < 0.3  # the line's own points are half a millimetre apart
+
+
+def test_a_curve_that_does_not_part_the_surface_is_refused(limb: Limb) -> None:
+    eight = wave()[:8] + wave()[12:] + wave()[8:12]
+    with pytest.raises(EditError, match=r"leaves the surface|part the surface"):
+        trimline(limb, Trimline(through=eight))

@@ -1,0 +1,259 @@
+"""Ends, walls, filling, mirroring: against volumes and places known beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges, boundary_loops, volume_mm3, with_faces
+from limbgram.workbench.edits.cutting import PlaneCut, plane_cut
+from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare, distal_end, extension, flare
+from limbgram.workbench.edits.regional import Load
+from limbgram.workbench.edits.solids import (
+    Fill,
+    Mirror,
+    Offset,
+    Wall,
+    fill,
+    mirror,
+    offset_whole,
+    wall,
+)
+from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
+
+RADIUS_MM, TOP_MM, SPOKES = 40.0, 160.0, 72
+
+POLYGON_AREA = SPOKES / 2 * np.sin(2 * np.pi / SPOKES) * RADIUS_MM**2
+
+
+def in_limb(limb: Limb) -> np.ndarray:
+    assert limb.frame is not None
+    return limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+
+
+def test_an_extension_goes_on_as_the_tube_does(limb: Limb) -> None:
+    longer = extension(limb, Extension(length_mm=25))
+    points = in_limb(longer)
+    assert points[:, 2].max() == pytest.approx(TOP_MM + 25, abs=1e-9)
+    new = points[len(limb.mesh) :]
+    np.testing.assert_allclose(np.hypot(new[:, 0], new[:, 1]), RADIUS_MM, atol=0.05)
+    gained = volume_mm3(longer.mesh) - volume_mm3(limb.mesh)
+    assert gained == pytest.approx(25 * POLYGON_AREA, rel=2e-3)
+    assert longer.mesh.filled is not None
+    assert longer.mesh.filled.sum() == len(new)
+
+
+def test_a_long_extension_of_a_fine_brim_stays_small(limb: Limb) -> None:
+    fine = flare(limb, Flare(depth_mm=0.001, height_mm=2.0))
+    (loop,) = boundary_loops(fine.mesh.faces)
+    longer = extension(fine, Extension(length_mm=200.0))
+    assert len(longer.mesh.faces) - len(fine.mesh.faces) == 100 * 2 * len(loop)
+    assert in_limb(longer)[:, 2].max() == pytest.approx(TOP_MM + 200, abs=0.01)
+    more = volume_mm3(longer.mesh) - volume_mm3(fine.mesh)
+    assert more == pytest.approx(200 * POLYGON_AREA, rel=0.01)
+
+
+def test_an_extension_levels_a_slanting_brim(limb: Limb) -> None:
+    slanting = plane_cut(limb, PlaneCut(height_mm=110, forward_deg=25))
+    level = extension(slanting, Extension(length_mm=10))
+    (rim,) = boundary_loops(level.mesh.faces)
+    top = in_limb(slanting)[:, 2].max() + 10
+    np.testing.assert_allclose(in_limb(level)[rim, 2], top, atol=1e-9)
+
+
+def test_a_flare_opens_the_brim_by_its_depth(limb: Limb) -> None:
+    bent = flare(limb, Flare(depth_mm=6, height_mm=20))
+    points = in_limb(bent)
+    radius = np.hypot(points[:, 0], points[:, 1])
+    rim = points[:, 2] > TOP_MM - 1e-6
+    assert radius[rim].max() == pytest.approx(RADIUS_MM + 6, abs=1e-6)
+    expected = RADIUS_MM + 6 * np.clip(1 - (TOP_MM - points[:, 2]) / 20, 0, 1) ** 2
+    tube = points[:, 2] > RADIUS_MM
+    np.testing.assert_allclose(radius[tube], expected[tube], atol=0.06)
+
+
+def test_the_distal_end_gets_longer_and_rounder(limb: Limb) -> None:
+    longer = distal_end(limb, DistalEnd(height_mm=30, lengthen_mm=8))
+    assert in_limb(longer)[:, 2].min() == pytest.approx(-8, abs=1e-9)
+    above = in_limb(limb)[:, 2] >= 30
+    np.testing.assert_allclose(
+        longer.mesh.vertices_mm[above], limb.mesh.vertices_mm[above], atol=1e-9
+    )
+    square = plane_cut(limb, PlaneCut(height_mm=50, keep="proximal", capped=True))
+    points = in_limb(distal_end(square, DistalEnd(height_mm=40, roundness=1.0)))
+    low = 50.0
+    ends = points[points[:, 2] < low + 40 - 0.31 * 40]
+    onto = (
+        np.hypot(ends[:, 0], ends[:, 1]) ** 2 / RADIUS_MM**2 + ((low + 40 - ends[:, 2]) / 40) ** 2
+    )
+    np.testing.assert_allclose(onto, 1, atol=0.03)
+
+
+@pytest.mark.parametrize(("side", "sign"), [("outward", 1), ("inward", -1)])
+def test_a_wall_is_watertight_and_of_the_right_volume(limb: Limb, side: str, sign: int) -> None:
+    solid = wall(limb, Wall(thickness_mm=4, side=side))  # pyright: ignore
+    assert not boundary_loops(solid.mesh.faces)
+    other = offset_whole(limb, Offset(distance_mm=4.0 * sign))
+    shell = sign * (volume_mm3(other.mesh) - volume_mm3(limb.mesh))
+    assert volume_mm3(solid.mesh) == pytest.approx(shell, rel=1e-3)
+    r, s = RADIUS_MM, RADIUS_MM + 4 * sign
+    true = sign * np.pi * (2 / 3 * (s**3 - r**3) + 120 * (s**2 - r**2))
+    assert volume_mm3(solid.mesh) == pytest.approx(true, rel=5e-3)
+    with pytest.raises(EditError, match="closed"):
+        wall(solid, Wall(thickness_mm=1))
+
+
+def test_holes_are_filled_and_the_brim_only_if_asked(limb: Limb) -> None:
+    middle = limb.mesh.vertices_mm[limb.mesh.faces].mean(1)
+    away = np.linalg.norm(middle - limb.landmarks[0].position_mm, axis=1) > 8
+    torn = limb.with_mesh(with_faces(limb.mesh, limb.mesh.faces[away]))
+    mended = fill(torn, Fill())
+    assert len(boundary_loops(torn.mesh.faces)) == 2
+    assert len(boundary_loops(mended.mesh.faces)) == 1
+    assert volume_mm3(mended.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-3)
+    assert not boundary_loops(fill(torn, Fill(brim=True)).mesh.faces)
+    with pytest.raises(EditError, match="no hole"):
+        fill(limb, Fill())
+
+
+def test_a_brim_is_closed_straight_across(limb: Limb) -> None:
+    cut = flare(limb, Flare(depth_mm=10, height_mm=30))
+    closed = fill(cut, Fill(brim=True))
+    assert not boundary_loops(closed.mesh.faces)
+    assert volume_mm3(closed.mesh) == pytest.approx(volume_mm3(cut.mesh), rel=1e-4)
+    lid = in_limb(closed)[len(cut.mesh) :]
+    assert len(lid) > 20
+    np.testing.assert_allclose(lid[:, 2], TOP_MM, atol=0.1)
+
+
+def test_a_brim_turned_over_is_closed_by_a_dome_and_said_so(limb: Limb) -> None:
+    mesh = limb.mesh
+    (loop,) = boundary_loops(mesh.faces)
+    ahead, count = np.roll(loop, -1), len(mesh)
+    out = count + np.arange(len(loop), dtype=np.int32)
+    onward = np.roll(out, -1)
+    flange = np.concatenate(
+        [np.column_stack([ahead, loop, out]), np.column_stack([ahead, out, onward])]
+    )
+    wide = in_limb(limb)[loop] * np.array([1.25, 1.25, 1.0])
+    assert limb.frame is not None
+    places = np.concatenate([mesh.vertices_mm, limb.frame.limb_from_mesh.inverse.apply(wide)])
+    hat = limb.with_mesh(Mesh(vertices_mm=places, faces=np.concatenate([mesh.faces, flange])))
+    closed = fill(hat, Fill(brim=True))
+    assert not boundary_loops(closed.mesh.faces)
+    assert any("dome" in note for note in closed.notes)
+    assert volume_mm3(closed.mesh) > 1.02 * volume_mm3(hat.mesh)
+
+
+def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:
+    """Closed, a lone triangle would lie there twice; a hole in another piece is still filled."""
+    mesh, last = limb.mesh, len(limb.mesh)
+    inwards = 0.8 * mesh.vertices_mm[mesh.faces[300]] + 0.2 * mesh.vertices_mm.mean(0)
+    scrap = np.arange(last, last + 3, dtype=np.int32)[None]
+    both = replace(
+        mesh,
+        vertices_mm=np.concatenate([mesh.vertices_mm, inwards]),
+        faces=np.concatenate([mesh.faces, scrap]),
+    )
+    with pytest.raises(EditError, match="no hole but the edges of loose scraps"):
+        fill(limb.with_mesh(both), Fill())
+    torn = replace(both, faces=np.delete(both.faces, 1000, axis=0))
+    mended = fill(limb.with_mesh(torn), Fill()).mesh
+    assert len(boundary_loops(mended.faces)) == 2
+    assert volume_mm3(with_faces(mended, mended.faces[mended.faces.max(1) < last])) == (
+        pytest.approx(volume_mm3(mesh), rel=1e-9)
+    )
+
+
+def test_a_hole_that_touches_itself_is_left_and_told(limb: Limb) -> None:
+    """Two opposite triangles of the six round a vertex are gone; its two sheets part there."""
+    mesh, vertex = limb.mesh, 1 + 20 * SPOKES
+    gone = [np.array([1369, 1442, 1441]), np.array([1512, 1441, 1513])]
+    faces = mesh.faces[[not any((face == one).all() for one in gone) for face in mesh.faces]]
+    other = len(mesh)
+    sheet = (faces == 1442).any(1) | (faces == 1514).any(1) | (faces == 1513).any(1)
+    faces = np.where(sheet[:, None] & (faces == vertex), other, faces).astype(np.int32)
+    places = np.concatenate([mesh.vertices_mm, mesh.vertices_mm[[vertex]]])
+    torn = limb.with_mesh(replace(mesh, vertices_mm=places, faces=faces))
+    assert [len(loop) for loop in boundary_loops(faces)] == [SPOKES, 6]
+    with pytest.raises(EditError, match="only holes that touch themselves"):
+        fill(torn, Fill())
+    closed = fill(torn, Fill(brim=True))
+    assert closed.notes == ("holes that touch themselves in a point, and were left open: 1",)
+    assert [len(loop) for loop in boundary_loops(closed.mesh.faces)] == [6]
+    assert (closed.mesh.face_normals() != 0).any(1).all()
+
+
+def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) -> None:
+    with pytest.raises(EditError, match='confirmed_side = "left"'):
+        mirror(limb, Mirror(confirmed_side="right"))
+    other = mirror(limb, Mirror(confirmed_side="left"))
+    assert other.frame is not None
+    assert other.frame.side == "left"
+    np.testing.assert_allclose(in_limb(other), in_limb(limb) * [-1, 1, 1], atol=1e-9)
+    marks = other.frame.limb_from_mesh.apply(
+        np.stack([mark.position_mm for mark in other.landmarks])
+    )
+    np.testing.assert_allclose(marks, [[0, RADIUS_MM, 100], [-RADIUS_MM, 0, 100]], atol=1e-9)
+    assert volume_mm3(other.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-12)
+    again = mirror(other, Mirror(confirmed_side="right"))
+    np.testing.assert_allclose(again.mesh.vertices_mm, limb.mesh.vertices_mm, atol=1e-9)
+    assert limb.frame is not None
+    unsure = replace(limb, frame=replace(limb.frame, side="none"))
+    with pytest.raises(EditError, match="nobody has said"):
+        mirror(unsure, Mirror(confirmed_side="left"))
+
+
+def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
+    made = wall(limb, Wall(thickness_mm=4))
+    assert "mm thick where it is thinnest" in made.notes[-1]
+    found = wall_of(made.mesh)
+    assert found is not None
+    assert found.thinnest_mm == pytest.approx(4, abs=0.1)
+    assert any(
+        "no weight before it was tested" in note
+        for note in wall(limb, Wall(thickness_mm=1.5)).notes
+    )
+
+
+def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
+    with pytest.raises(EditError, match=r"1 mm or more, not 0\.2"):
+        wall(limb, Wall(thickness_mm=0.2))
+    made = wall(limb, Wall(thickness_mm=0.2, least_mm=0.1))
+    assert wall_of(made.mesh) is not None
+    with pytest.raises(EditError, match="above 0 mm"):
+        wall(limb, Wall(thickness_mm=0.2, least_mm=0))
+
+
+def ragged(limb: Limb, depth_mm: float) -> Limb:
+    """Every second place of the brim bent inward, as the torn edge of a scan."""
+    border = np.unique(boundary_half_edges(limb.mesh.faces))
+    assert limb.frame is not None
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    points[border[::2], :2] *= 1 - depth_mm / RADIUS_MM
+    points[border[::2], 2] += 1.0
+    vertices = limb.frame.limb_from_mesh.inverse.apply(points)
+    return replace(limb, mesh=limb.mesh.with_vertices(vertices))
+
+
+def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
+    torn = ragged(limb, 4.0)
+    with pytest.raises(EditError, match="cut it by a plane"):
+        wall(torn, Wall(thickness_mm=3))
+    assert limb.frame is not None
+    heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
+    cut = plane_cut(torn, PlaneCut(height_mm=float(heights.max()) - 12))
+    assert "where it is thinnest" in wall(cut, Wall(thickness_mm=3)).notes[-1]
+
+
+def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:
+    inward = Entry(edit=Wall(thickness_mm=4, side="inward"))
+    kept = Load(at="front", depth_mm=2.0, flat_mm=6.0, falloff_mm=10.0)
+    replay(Recipe(name="x", entries=(inward, Entry(edit=kept))), limb)
+    thinning = Entry(edit=replace(kept, depth_mm=3.4))
+    with pytest.raises(EditError, match=r"Edit 2 .*0\.6\d mm thick where it is thinnest"):
+        replay(Recipe(name="x", entries=(inward, thinning)), limb)

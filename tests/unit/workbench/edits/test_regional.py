@@ -1,0 +1,114 @@
+"""Relieve and load: the depth is met exactly, fades as asked, and nothing else moves."""
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import EditError
+from limbgram.workbench.edits.regional import Load, Relieve, fading, load, relieve
+from limbgram.workbench.limb import Limb
+
+RADIUS_MM = 40.0
+HEIGHT_MM = 100.0
+
+
+def radial_mm(limb: Limb) -> np.ndarray:
+    """How far vertices of the tube stand out from its radius; 0 on the round end."""
+    assert limb.frame is not None
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    out = np.hypot(points[:, 0], points[:, 1]) - RADIUS_MM
+    return np.where(points[:, 2] > RADIUS_MM, out, 0.0)
+
+
+def unrolled_mm(limb: Limb, right: float) -> np.ndarray:
+    """Distance over the tube from the place at the front (0) or the right (1)."""
+    assert limb.frame is not None
+    points = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)
+    angle = np.arctan2(points[:, 0], points[:, 1]) - right * np.pi / 2
+    return np.hypot(RADIUS_MM * angle, points[:, 2] - HEIGHT_MM)
+
+
+def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: Limb) -> None:
+    edited = load(limb, Load(at="right", depth_mm=4, flat_mm=5, falloff_mm=20))
+    moved = radial_mm(edited)
+    assert moved.min() == pytest.approx(-4, abs=0.05)  # coarse triangles lie inside the tube
+    distance = unrolled_mm(edited, 1)
+    expected = -4 * fading((distance - 5) / 20)
+    assert np.abs(moved - expected)[distance < 30].max() < 0.12
+    old = len(limb.mesh)
+    far = distance[:old] > 26
+    np.testing.assert_array_equal(edited.mesh.vertices_mm[:old][far], limb.mesh.vertices_mm[far])
+
+
+def test_the_landmark_moves_with_the_surface(limb: Limb) -> None:
+    edited = relieve(limb, Relieve(at="front", depth_mm=3, flat_mm=6, falloff_mm=15))
+    front = edited.landmarks[0].position_mm - limb.landmarks[0].position_mm
+    assert np.linalg.norm(front) == pytest.approx(3, abs=0.05)
+    np.testing.assert_array_equal(edited.landmarks[1].position_mm, limb.landmarks[1].position_mm)
+
+
+def ring(radius_mm: float, count: int = 12) -> tuple[tuple[float, float, float], ...]:
+    """Points of a circle on the unrolled tube, round the front."""
+    turn = 2 * np.pi * np.arange(count) / count
+    angle, z = radius_mm * np.cos(turn) / RADIUS_MM, HEIGHT_MM + radius_mm * np.sin(turn)
+    return tuple(
+        (float(RADIUS_MM * np.sin(a)), float(RADIUS_MM * np.cos(a)), float(h))
+        for a, h in zip(angle, z, strict=True)
+    )
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwards: bool) -> None:
+    points = ring(20.0)[::-1] if backwards else ring(20.0)
+    edited = relieve(limb, Relieve(within=points, depth_mm=5, falloff_mm=8))
+    moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
+    assert moved.max() == pytest.approx(5, abs=0.05)
+    assert np.abs(moved[distance < 11] - 5).max() < 0.1
+    assert np.abs(moved[distance > 20.3]).max() < 0.05  # the triangles' own sag
+    expected = 5 * (1 - fading((20 - distance) / 8))
+    assert np.abs(moved - expected)[distance < 25].max() < 0.25
+
+
+def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
+    """The band under a falloff of 2 mm wants edges of 0.4 mm; all the region, five times that."""
+    edited = relieve(limb, Relieve(within=ring(34.0), depth_mm=2, falloff_mm=2))
+    moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
+    assert np.abs(moved[distance < 31] - 2).max() < 0.1
+    assert np.abs(moved[distance > 34.3]).max() < 0.05
+    ends = edited.mesh.vertices_mm[edited.mesh.faces]
+    longest = np.linalg.norm(ends - np.roll(ends, -1, axis=1), axis=2).max(1)
+    place = distance[edited.mesh.faces].mean(1)
+    assert longest[(place > 32.2) & (place < 33.8)].max() < 1.0
+    assert np.median(longest[place < 25]) > 2.0
+
+
+def test_a_narrow_region_still_reaches_its_depth(limb: Limb) -> None:
+    edited = relieve(limb, Relieve(within=ring(10.0), depth_mm=2, falloff_mm=50))
+    assert radial_mm(edited).max() == pytest.approx(2, abs=0.05)
+
+
+def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
+    with pytest.raises(EditError, match=r"pass through each other|fold over"):
+        load(limb, Load(at="right", depth_mm=90, falloff_mm=25))
+
+
+@pytest.mark.parametrize(
+    ("edit", "reason"),
+    [
+        (Relieve(depth_mm=3, falloff_mm=5), "either a place"),
+        (Relieve(at="front", within=ring(9.0), depth_mm=3, falloff_mm=5), "either a place"),
+        (Relieve(at="front", depth_mm=-3, falloff_mm=5), "negative depth"),
+        (Relieve(at="heel", depth_mm=3, falloff_mm=5), '"front", "right"'),
+        (Relieve(at=(0.0, 90.0, 100.0), depth_mm=3, falloff_mm=5), "from the surface"),
+        (Relieve(within=ring(9.0)[:2], depth_mm=3, falloff_mm=5), "at least 3 points"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(limb: Limb, edit: Relieve, reason: str) -> None:
+    with pytest.raises(EditError, match=reason):
+        relieve(limb, edit)
+
+
+def test_places_may_be_given_in_the_frame_of_the_mesh(limb: Limb) -> None:
+    x, y, z = limb.landmarks[0].position_mm.tolist()
+    named = relieve(limb, Relieve(at="front", depth_mm=3, falloff_mm=15))
+    placed = relieve(limb, Relieve(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
+    np.testing.assert_array_equal(named.mesh.vertices_mm, placed.mesh.vertices_mm)

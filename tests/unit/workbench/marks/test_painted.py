@@ -1,0 +1,174 @@
+"""Painted marks against their true places on a synthetic capture, with things that are none."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from limbgram.cases import assessing as painted
+from limbgram.cases.assessing import painted_marks_of
+from limbgram.cases.folder import CaseFolder
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.synthetic.capture import Capture, make_capture
+from limbgram.synthetic.options import SMALL
+from limbgram.synthetic.props.paint import MAGENTA, PaintedSpot, places_mm, scattered_spots
+from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
+
+RED = (203, 32, 44)
+MARKS = scattered_spots(4)
+OF_A_DABS_COLOUR = PaintedSpot(around=0.55, height=0.5, colour=RED, diameter_mm=10.0)
+OF_A_DABS_COLOUR_TOO = PaintedSpot(around=0.2, height=0.7, colour=RED, diameter_mm=10.0)
+SPOTS = (*MARKS, OF_A_DABS_COLOUR, OF_A_DABS_COLOUR_TOO)
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    options = replace(SMALL, photos=13, calibration_photos=0, spots=SPOTS)
+    return make_capture(tmp_path_factory.mktemp("painted") / "capture", options)
+
+
+def found_in(capture: Capture, photos: PhotoSet, options: PaintedOptions) -> PaintedMarks:
+    return find_painted_marks(photos.photos, capture.truth.views, capture.truth.limb.mesh, options)
+
+
+def photos_of(folder: Path) -> PhotoSet:
+    return read_photos([folder])
+
+
+def true_places(capture: Capture) -> np.ndarray:
+    return np.stack(places_mm(capture.truth.limb, MARKS))
+
+
+@pytest.mark.parametrize("colour", [None, MAGENTA, (255, 0, 255)])
+def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
+    capture: Capture, colour: tuple[int, int, int] | None
+) -> None:
+    options = PaintedOptions(colour=colour)
+    marks = found_in(capture, photos_of(capture.folder / "images"), options).marks
+    apart = np.linalg.norm(
+        np.stack([mark.position_mm for mark in marks])[:, None] - true_places(capture), axis=2
+    )
+    assert len(marks) == len(MARKS)
+    assert sorted(apart.argmin(1).tolist()) == list(range(len(MARKS)))
+    assert 1e-4 < apart.min(1).max() < 0.6  # lower: the answer came out of pixels
+    for mark, error_mm in zip(marks, apart.min(1).tolist(), strict=True):
+        assert error_mm < 3 * mark.sigma_mm < 3.0
+        assert 3 <= len(mark.photos) <= mark.looking < len(capture.photos)
+        assert mark.diameter_mm == pytest.approx(MARKS[0].diameter_mm, abs=1.2)
+        assert 0 < mark.spread_mm < 1.0
+        red, green, blue = map(int, mark.colour)
+        assert red > green + 60
+        assert blue > green + 60
+    normalised = apart.min(1) / np.array([mark.sigma_mm for mark in marks])
+    assert 0.3 < np.sqrt((normalised**2).mean()) < 2.0  # about sqrt(2): along two directions
+
+
+def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_path: Path) -> None:
+    folder = tmp_path / "images"
+    shutil.copytree(capture.folder / "images", folder)
+    view = capture.truth.views[0]
+    mesh = capture.truth.limb.mesh
+    facing = view.centre_in_world - mesh.vertices_mm.mean(0)
+    facing[2] = 0.0
+    along = (mesh.vertex_normals() @ facing) / np.linalg.norm(facing)
+    level = np.abs(mesh.vertices_mm[:, 2] - mesh.vertices_mm[:, 2].mean()) < 5
+    spot = mesh.vertices_mm[np.where(level, along, -1).argmax()]
+    picture = cv2.imread(str(folder / view.name))
+    x, y = np.rint(view.project(spot[None])[0]).astype(int).tolist()
+    cv2.circle(picture, (x, y), 6, MAGENTA[::-1], -1, cv2.LINE_AA)
+    cv2.imwrite(str(folder / view.name), picture, [cv2.IMWRITE_JPEG_QUALITY, 95])
+
+    found = found_in(capture, photos_of(folder), PaintedOptions(colour=MAGENTA))
+
+    assert len(found.marks) == len(MARKS)
+    assert all(np.linalg.norm(mark.position_mm - spot) > 5 for mark in found.marks)
+    beside = [one for one in found.left_out if np.linalg.norm(one.position_mm - spot) < 1.5]
+    assert len(beside) == 1
+    assert beside[0].reason.startswith("1 of ")
+
+
+def test_a_mark_that_many_squarely_looking_photos_do_not_show_is_left_out(
+    capture: Capture,
+) -> None:
+    photos = photos_of(capture.folder / "images")
+    lenient = found_in(capture, photos, PaintedOptions(colour=MAGENTA, least_photos=2))
+    shown = min(len(mark.photos) for mark in lenient.marks)
+    strict = found_in(capture, photos, PaintedOptions(colour=MAGENTA, least_photos=shown + 1))
+    assert len(strict.marks) < len(lenient.marks) == len(MARKS)
+    assert len(strict.marks) + len(strict.left_out) >= len(MARKS)
+
+
+def test_a_colour_that_the_paint_has_is_told(capture: Capture) -> None:
+    photos = photos_of(capture.folder / "images")
+    assert found_in(capture, photos, PaintedOptions(colour=MAGENTA)).shared_share < 0.3
+    assert found_in(capture, photos, PaintedOptions(colour=RED)).shared_share > 0.5
+
+
+def test_a_colour_that_no_pixel_has_is_not_called_the_paints(capture: Capture) -> None:
+    found = find_painted_marks((), (), capture.truth.limb.mesh, PaintedOptions(colour=MAGENTA))
+    assert (found.marks, found.left_out, found.shared_share) == ((), (), 0.0)
+
+
+def test_grey_is_no_colour_for_marks(capture: Capture) -> None:
+    with pytest.raises(OptionsError, match="near to grey"):
+        found_in(capture, photos_of(capture.folder / "images"), PaintedOptions(colour=(90, 90, 90)))
+
+
+@pytest.fixture
+def case(capture: Capture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> CaseFolder:
+    """A case that keeps the true surface, and whose photos are all set aside."""
+    scene = SimpleNamespace(placed=(), views=())
+    kept = SimpleNamespace(
+        mesh=capture.truth.limb.mesh, metric=SimpleNamespace(scene=scene), photos=None
+    )
+    monkeypatch.setattr(painted, "kept_evidence", lambda _: kept)
+    return CaseFolder(tmp_path)
+
+
+def about_its_axis(mesh: Mesh, turn_deg: float) -> Mesh:
+    middle = mesh.vertices_mm.mean(0)
+    turn = Rigid.from_rotation_vector(np.array([0, 0, np.radians(turn_deg)]), np.zeros(3))
+    return mesh.with_vertices(turn.apply(mesh.vertices_mm - middle) + middle)
+
+
+@pytest.mark.parametrize("turn_deg", [3.0, 10.0, 30.0])
+def test_a_limb_turned_about_its_axis_is_refused(
+    capture: Capture, case: CaseFolder, turn_deg: float
+) -> None:
+    mesh = about_its_axis(capture.truth.limb.mesh, turn_deg)
+    with pytest.raises(OptionsError, match="not of this shape as it lies now"):
+        painted_marks_of(case, mesh, PaintedOptions())
+    moved = mesh.with_vertices(mesh.vertices_mm + np.array([40.0, 0.0, 0.0]))
+    with pytest.raises(OptionsError, match=r"surface\.ply"):
+        painted_marks_of(case, moved, PaintedOptions())
+
+
+def _thinned(mesh: Mesh, edge_mm: float) -> Mesh:
+    """One vertex for every cell of a grid."""
+    cells = np.floor(mesh.vertices_mm / edge_mm).astype(int)
+    _, kept, of_vertex = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    faces = of_vertex.reshape(-1)[mesh.faces].astype(np.int32)
+    whole = (faces != np.roll(faces, 1, axis=1)).all(1)
+    return Mesh(vertices_mm=mesh.vertices_mm[kept], faces=faces[whole])
+
+
+def test_what_was_made_of_the_cases_surface_is_taken(capture: Capture, case: CaseFolder) -> None:
+    """In single precision, in part edited, thinned out, or with the sock taken off."""
+    mesh = capture.truth.limb.mesh
+    single = mesh.with_vertices(mesh.vertices_mm.astype(np.float32).astype(np.float64))
+    swollen = mesh.vertices_mm.copy()
+    upper = swollen[:, 2] > np.quantile(swollen[:, 2], 0.7)
+    swollen[upper, :2] *= 1.3
+    thinned = _thinned(mesh, 5.0)
+    assert len(thinned.faces) < len(mesh.faces) / 4
+    for made in (single, mesh.with_vertices(swollen), thinned, offset(mesh, -2.0)):
+        assert painted_marks_of(case, made, PaintedOptions()).marks == ()

@@ -1,0 +1,267 @@
+"""Sections against closed forms of the bodies as they are faceted."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import MeasureError
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.measures.levels import (
+    MEASURES,
+    Level,
+    Refused,
+    Sigmas,
+    ap_mm,
+    ap_through_mm,
+    area_mm2,
+    contour_mm,
+    level_at,
+    levels_at,
+    ml_mm,
+    ml_through_mm,
+    radius_mm,
+    tape_mm,
+)
+
+N = 96
+EXACT = 1e-9
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    starts = np.cumsum([0, *(len(mesh) for mesh in meshes[:-1])])
+    return Mesh(
+        vertices_mm=np.concatenate([mesh.vertices_mm for mesh in meshes]),
+        faces=np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts)]).astype(
+            np.int32
+        ),
+    )
+
+
+def inside_out(mesh: Mesh) -> Mesh:
+    return replace(mesh, faces=mesh.faces[:, ::-1].copy())
+
+
+def moved(mesh: Mesh, *by_mm: float) -> Mesh:
+    return mesh.with_vertices(mesh.vertices_mm + np.array(by_mm))
+
+
+@pytest.mark.parametrize("height_mm", [0.001, 37.0, 100.0, 199.999, 200.0])
+def test_a_cylinder_is_a_polygon_at_every_height(cylinder: Mesh, height_mm: float) -> None:
+    level = level_at(cylinder, height_mm)
+    round_mm = 2 * N * 50 * math.sin(math.pi / N)
+    area = 0.5 * N * 50**2 * math.sin(2 * math.pi / N)
+    assert contour_mm(level).value == pytest.approx(round_mm, rel=EXACT)
+    assert tape_mm(level).value == pytest.approx(round_mm, rel=EXACT)
+    assert area_mm2(level).value == pytest.approx(area, rel=EXACT)
+    assert radius_mm(level).value == pytest.approx(math.sqrt(area / math.pi), rel=EXACT)
+    for width in (ml_mm, ap_mm, ml_through_mm, ap_through_mm):
+        found = width(level)
+        assert found is not None
+        assert found.value == pytest.approx(100, rel=EXACT)
+
+
+def test_a_cone_narrows_evenly(make_turned: Callable[..., Mesh]) -> None:
+    cone = make_turned(np.array([60.0, 20.0]), np.array([0.0, 160.0]), N)
+    for height_mm in (1.0, 33.3, 80.0, 159.0):
+        radius = 60 - 40 * height_mm / 160
+        level = level_at(cone, height_mm)
+        assert contour_mm(level).value == pytest.approx(
+            2 * N * radius * math.sin(math.pi / N), rel=EXACT
+        )
+        assert area_mm2(level).value == pytest.approx(
+            0.5 * N * radius**2 * math.sin(2 * math.pi / N), rel=EXACT
+        )
+
+
+def test_an_ellipsoid_has_its_own_width_in_each_direction(
+    make_turned: Callable[..., Mesh],
+) -> None:
+    heights = np.linspace(-99, 99, 67)
+    radii = 70 * np.sqrt(1 - (heights / 100) ** 2)
+    body = make_turned(radii, heights, N, squeeze=0.6)
+    for height_mm in (-60.5, 0.7, 31.0):
+        radius = float(np.interp(height_mm, heights, radii))
+        level = level_at(body, height_mm)
+        angles = 2 * np.pi * np.arange(N) / N
+        ring = radius * np.column_stack([np.cos(angles), 0.6 * np.sin(angles)])
+        round_mm = np.linalg.norm(np.roll(ring, -1, 0) - ring, axis=1).sum()
+        assert contour_mm(level).value == pytest.approx(round_mm, rel=EXACT)
+        assert area_mm2(level).value == pytest.approx(
+            0.6 * 0.5 * N * radius**2 * math.sin(2 * math.pi / N), rel=EXACT
+        )
+        assert ml_mm(level).value == pytest.approx(2 * radius, rel=EXACT)
+        assert ap_mm(level).value == pytest.approx(1.2 * radius, rel=EXACT)
+
+
+def star(make_turned: Callable[..., Mesh]) -> Mesh:
+    """A prism whose every other corner is drawn in: 8 points at 60 mm, 8 at 40 mm."""
+    prism = make_turned(np.full(5, 60.0), np.linspace(0, 100, 5), 16)
+    vertices = prism.vertices_mm.copy()
+    vertices[:80].reshape(5, 16, 3)[:, 1::2, :2] *= 40 / 60
+    return prism.with_vertices(vertices)
+
+
+def test_a_taut_tape_spans_hollows_and_the_contour_follows_them(
+    make_turned: Callable[..., Mesh],
+) -> None:
+    level = level_at(star(make_turned), 30.0)
+    side = math.sqrt(60**2 + 40**2 - 2 * 60 * 40 * math.cos(math.pi / 8))
+    assert contour_mm(level).value == pytest.approx(16 * side, rel=EXACT)
+    assert tape_mm(level).value == pytest.approx(16 * 60 * math.sin(math.pi / 8), rel=EXACT)
+    assert area_mm2(level).value == pytest.approx(8 * 60 * 40 * math.sin(math.pi / 8), rel=EXACT)
+
+
+def test_a_width_through_the_axis_is_less_than_the_caliper_off_centre(
+    cylinder: Mesh,
+) -> None:
+    level = level_at(moved(cylinder, 0, 30, 0), 40.0)
+    through, caliper = ml_through_mm(level), ml_mm(level)
+    assert through is not None
+    # The chord of the polygon at y = -30 from its middle.
+    angles = 2 * np.pi * np.arange(N + 1) / N
+    chord = 2 * np.interp(-30.0, 50 * np.sin(angles[72:]), 50 * np.cos(angles[72:]))
+    assert through.value == pytest.approx(chord, rel=EXACT)
+    assert caliper.value == pytest.approx(100, rel=EXACT)
+
+
+def test_no_width_through_an_axis_that_lies_outside(cylinder: Mesh) -> None:
+    level = level_at(moved(cylinder, 80, 0, 0), 40.0)
+    assert ml_through_mm(level) is None
+    assert ap_through_mm(level) is None
+    assert ml_mm(level).value == pytest.approx(100, rel=EXACT)
+
+
+def test_hollows_take_off_area_and_leave_the_girth(make_turned: Callable[..., Mesh]) -> None:
+    outer = make_turned(np.full(2, 50.0), np.array([0.0, 100.0]), N)
+    inner = inside_out(make_turned(np.full(2, 45.0), np.array([10.0, 90.0]), N))
+    level = level_at(joined(outer, inner), 50.0)
+    assert sorted(level.depth) == [0, 1]
+    unit = 0.5 * N * math.sin(2 * math.pi / N)
+    assert area_mm2(level).value == pytest.approx(unit * (50**2 - 45**2), rel=EXACT)
+    assert contour_mm(level).value == pytest.approx(2 * N * 50 * math.sin(math.pi / N), rel=EXACT)
+    core = make_turned(np.full(2, 20.0), np.array([20.0, 80.0]), N)
+    level = level_at(joined(inner, core, outer), 50.0)
+    assert sorted(level.depth) == [0, 1, 2]
+    assert area_mm2(level).value == pytest.approx(unit * (50**2 - 45**2 + 20**2), rel=EXACT)
+
+
+def test_a_tape_goes_round_two_legs_at_once(cylinder: Mesh) -> None:
+    level = level_at(joined(moved(cylinder, -70, 0, 0), moved(cylinder, 70, 0, 0)), 90.0)
+    round_mm = 2 * N * 50 * math.sin(math.pi / N)
+    assert contour_mm(level).value == pytest.approx(2 * round_mm, rel=EXACT)
+    assert tape_mm(level).value == pytest.approx(round_mm + 2 * 140, rel=EXACT)
+    assert ml_mm(level).value == pytest.approx(240, rel=EXACT)
+
+
+def test_240_planes_give_240_answers_in_the_order_asked(cylinder: Mesh) -> None:
+    heights = np.linspace(250, -20, 240)
+    answers = levels_at(cylinder, heights.tolist())
+    np.testing.assert_array_equal([answer.height_mm for answer in answers], heights)
+    hit = (heights > 0) & (heights <= 200)
+    assert [isinstance(answer, Level) for answer in answers] == hit.tolist()
+    missed = [answer for answer in answers if isinstance(answer, Refused)]
+    assert all("misses the limb" in answer.reason for answer in missed)
+    assert len(missed) == (~hit).sum() > 0
+
+
+def test_a_plane_that_misses_is_an_error_with_the_limbs_extent(cylinder: Mesh) -> None:
+    with pytest.raises(MeasureError, match=r"-1\.00 mm misses .* from 0\.00 to 200\.00"):
+        level_at(cylinder, -1.0)
+    with pytest.raises(MeasureError, match="misses"):
+        level_at(cylinder, math.nan)
+
+
+def test_a_plane_through_the_brim_is_an_error(make_turned: Callable[..., Mesh]) -> None:
+    tube = make_turned(np.full(5, 50.0), np.linspace(0, 100, 5), N, capped=False)
+    slant = tube.vertices_mm.copy()
+    slant[-N:, 2] += slant[-N:, 0] / 5
+    tube = tube.with_vertices(slant)
+    assert contour_mm(level_at(tube, 70.0)).value == pytest.approx(
+        2 * N * 50 * math.sin(math.pi / N), rel=EXACT
+    )
+    with pytest.raises(MeasureError, match="open edge"):
+        level_at(tube, 95.0)
+
+
+def test_surfaces_that_overlap_are_refused(cylinder: Mesh) -> None:
+    inner = moved(cylinder, 0, 0, 0)
+    inner = inner.with_vertices(inner.vertices_mm * [0.5, 0.5, 1])
+    with pytest.raises(MeasureError, match="through itself"):
+        level_at(joined(cylinder, inner), 50.0)
+
+
+@pytest.mark.parametrize("name", list(MEASURES))
+def test_slopes_are_what_moving_the_vertices_does(
+    make_turned: Callable[..., Mesh], name: str
+) -> None:
+    """Finite differences: the whole chain from vertices along their normals to the figure."""
+    rng = np.random.default_rng(5)
+    body = make_turned(50 + 6 * np.sin(np.arange(21)), np.linspace(0, 100, 21), 32, squeeze=0.8)
+    rough = body.with_vertices(body.vertices_mm + rng.normal(0, 0.4, body.vertices_mm.shape))
+    normals = rough.vertex_normals()
+    push = rng.standard_normal(len(rough))
+    level = level_at(rough, 41.7)
+    sloped = MEASURES[name](level)
+    assert sloped is not None
+    told = float(Sigmas.of(rough).gradient(level, sloped) @ push)
+    step = 1e-6
+    values = []
+    for sign in (-1, 1):
+        pushed = rough.with_vertices(rough.vertices_mm + sign * step * push[:, None] * normals)
+        after = MEASURES[name](level_at(pushed, 41.7))
+        assert after is not None
+        values.append(after.value)
+    assert abs(told) > 1e-3
+    assert told == pytest.approx((values[1] - values[0]) / (2 * step), rel=1e-4, abs=1e-6)
+
+
+def test_a_girths_sigma_is_that_of_its_radius(cylinder: Mesh) -> None:
+    """One vertex of a ring on the plane: the girth's slope is 2 sin(pi/n) a millimetre each."""
+    ring = np.abs(cylinder.vertices_mm[:, 2] - 100) < 1e-9
+    sigma = np.where(ring, 0.1, 0.0).astype(np.float32)
+    level = level_at(cylinder, 100.0)
+    figure = Sigmas.of(replace(cylinder, sigma_mm=sigma)).figure(level, tape_mm(level))
+    assert figure.sigma == pytest.approx(0.1 * math.sqrt(N) * 2 * math.sin(math.pi / N), rel=0.02)
+    assert Sigmas.of(cylinder).figure(level, tape_mm(level)).sigma is None
+
+
+def test_a_girth_is_the_limbs_own_and_not_the_smoothed_surfaces(cylinder: Mesh) -> None:
+    """Twice as much is lost on one half of the cylinder as on the other."""
+    count = len(cylinder)
+    front = np.where(cylinder.vertices_mm[:, 1] > 0, 2.0, 1.0)[:, None]
+    lost = (front * [4e-4, 1e-4]).astype(np.float32)
+    known = replace(cylinder, sigma_mm=np.zeros(count, np.float32), lost_length=lost)
+    level = level_at(cylinder, 101.0)
+    bare, sigmas = contour_mm(level).value, Sigmas.of(known)
+    contour, tape = (sigmas.figure(level, of(level)) for of in (contour_mm, tape_mm))
+    assert contour.value / bare - 1 == pytest.approx(1.5 * 4e-4, rel=0.05)
+    assert contour.sigma == pytest.approx(1.5 * 1e-4 * bare, rel=0.05)
+    assert 0.6 < (tape.value - bare) / (contour.value - bare) < 0.9  # it rests on the tops
+    assert sigmas.figure(level, area_mm2(level)).value == area_mm2(level).value
+    unknown = replace(known, sigma_mm=None)
+    assert Sigmas.of(unknown).figure(level, contour_mm(level)).value == bare
+
+
+@pytest.mark.parametrize(("across_mm", "counts"), [(3.0, False), (8.0, True)])
+def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, counts: bool) -> None:
+    """A pin of 3 mm beside a leg of 100 mm carries no tape; one of 8 mm is told as a loop."""
+    alone = tape_mm(level_at(cylinder, 100.0)).value
+    thin = np.array([across_mm / 100, across_mm / 100, 1.0])
+    pin = moved(cylinder.with_vertices(cylinder.vertices_mm * thin), 60, 0, 0)
+    level = level_at(joined(cylinder, pin), 100.0)
+    assert level.left_out == (0 if counts else 1)
+    assert len(level.depth) == (2 if counts else 1)
+    reach = 60 + across_mm / 2
+    if counts:
+        assert tape_mm(level).value > alone + 5
+        assert ml_mm(level).value == pytest.approx(50 + reach, abs=0.01)
+    else:
+        assert tape_mm(level).value == pytest.approx(alone, rel=EXACT)
+        assert contour_mm(level).value == pytest.approx(alone, rel=EXACT)
+        assert ml_mm(level).value == pytest.approx(100, rel=EXACT)
+        assert area_mm2(level).value == pytest.approx(
+            area_mm2(level_at(cylinder, 100.0)).value, rel=EXACT
+        )

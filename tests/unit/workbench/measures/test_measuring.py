@@ -1,0 +1,285 @@
+"""The whole table, tape, sock and lengths against bodies with closed forms."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
+from limbgram.workbench.measures.lengths import vertex_gradient
+from limbgram.workbench.measures.levels import Sigmas
+from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.skins import without_sock
+from limbgram.workbench.measures.table import COLUMNS, csv_text, tree
+from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
+
+N = 96
+CORNERS = 2 * N * math.sin(math.pi / N)
+"""Length round the polygon of radius 1."""
+UNIT = 0.5 * N * math.sin(2 * math.pi / N)
+ORIGIN = "origin of the limb frame"
+POSE = Rigid.from_rotation_vector(np.array([0.4, -1.0, 0.7]), np.array([200.0, -30, 55]))
+
+
+def aligned(mesh_in_limb: Mesh, *marks: tuple[str, float, float, float]) -> Limb:
+    """A limb whose mesh lies elsewhere than its frame."""
+    back = POSE.inverse
+    return Limb(
+        mesh=mesh_in_limb.with_vertices(back.apply(mesh_in_limb.vertices_mm)),
+        landmarks=tuple(
+            Landmark(name=name, position_mm=back.apply(np.array([[x, y, z]]))[0])
+            for name, x, y, z in marks
+        ),
+        frame=LimbFrame(limb_from_mesh=POSE, side="right"),
+    )
+
+
+def value(figures: object, name: str) -> float:
+    return figures[name].value  # type: ignore[index]
+
+
+def test_a_table_of_a_cylinder(cylinder: Mesh) -> None:
+    table = measure(aligned(cylinder), MeasureOptions(spacing_mm=25))
+    np.testing.assert_allclose([row.height_mm for row in table.rows], np.arange(25, 200, 25))
+    for row in table.rows:
+        assert row.reason == ""
+        assert value(row.figures, "tape_mm") == pytest.approx(50 * CORNERS, rel=1e-9)
+        assert value(row.figures, "ap_mm") == pytest.approx(100, rel=1e-9)
+        below = UNIT * 2500 * row.height_mm
+        assert value(row.figures, "volume_below_mm3") == pytest.approx(below, rel=1e-9)
+
+
+def test_heights_count_from_a_landmark(cylinder: Mesh) -> None:
+    limb = aligned(cylinder, ("knee", 50, 0, 160.0))
+    table = measure(limb, MeasureOptions(spacing_mm=50, reference="knee", volumes_mm=((-60, -20),)))
+    np.testing.assert_allclose([row.from_reference_mm for row in table.rows], [-150, -100, -50, 0])
+    np.testing.assert_allclose([row.height_mm for row in table.rows], [10, 60, 110, 160])
+    (volume,) = table.volumes
+    assert volume.volume_mm3.value == pytest.approx(UNIT * 2500 * 40, rel=1e-9)
+
+
+def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
+    heights = tuple(np.linspace(-30, 230, 240).tolist())
+    table = measure(aligned(cylinder), MeasureOptions(heights_mm=heights))
+    assert [row.from_reference_mm for row in table.rows] == list(heights)
+    inside = [0 < height <= 200 for height in heights]
+    assert [row.level is not None for row in table.rows] == inside
+    assert all("misses" in row.reason for row in table.rows if row.level is None)
+    with pytest.raises(MeasureError, match="No height has an answer"):
+        measure(aligned(cylinder), MeasureOptions(heights_mm=(-5.0, 300.0)))
+
+
+def test_lengths_between_landmarks(cylinder: Mesh) -> None:
+    quarter = 24 * 2 * 50 * math.sin(math.pi / N)
+    limb = aligned(cylinder, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
+    (length,) = measure(limb, MeasureOptions(lengths=(("b", "a"),))).lengths
+    assert length.along_axis.value == pytest.approx(-90, abs=1e-9)
+    assert length.straight.value == pytest.approx(math.sqrt(2 * 50**2 + 90**2), rel=1e-9)
+    assert length.over_surface.value == pytest.approx(math.hypot(quarter, 90), rel=1e-6)
+    with pytest.raises(MeasureError, match="no landmark 'c'"):
+        measure(limb, MeasureOptions(lengths=(("a", "c"),)))
+
+
+def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
+    """A quarter of the way round lengthens by a quarter of what the girth does."""
+    from limbgram.workbench.measures.lengths import _slopes, shortest_path
+
+    path = shortest_path(cylinder, np.array([50.0, 0, 100]), np.array([0.0, 50, 100]))
+    sigmas = Sigmas.of(cylinder)
+    wall = (np.abs(cylinder.vertices_mm[:, 2] - 100) < 99).astype(float)
+    told = float(vertex_gradient(sigmas, path, _slopes(path)) @ wall)
+    assert told == pytest.approx(CORNERS / 4, rel=0.03)
+
+
+def test_sigmas_come_with_the_mesh(cylinder: Mesh) -> None:
+    sure = replace(cylinder, sigma_mm=np.full(len(cylinder), 0.1, np.float32))
+    limb = aligned(sure, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
+    options = MeasureOptions(
+        volumes_mm=((50, 150),),
+        lengths=(("a", "b"),),
+        tape=(TapeReading(height_mm=60, girth_mm=314),),
+    )
+    table = measure(limb, options)
+    spreads = [
+        *(figure.sigma for figure in table.rows[3].figures.values() if figure is not None),
+        table.volumes[0].volume_mm3.sigma,
+        table.lengths[0].over_surface.sigma,
+        table.tape[0].measured.sigma,
+    ]
+    assert len(spreads) == 12
+    assert all(spread is not None and spread > 0 for spread in spreads)
+    assert "sigma_tape_mm" in csv_text(table)
+    assert "sigma_tape_mm" not in csv_text(measure(aligned(cylinder)))
+
+
+def test_the_sock_comes_off_first(cylinder: Mesh) -> None:
+    limb = aligned(cylinder, ("a", 50, 0, 100.0))
+    table = measure(limb, MeasureOptions(sock_mm=2.0, heights_mm=(100.0,)))
+    apothem = 50 * math.cos(math.pi / N) - 2
+    girth = CORNERS * apothem / math.cos(math.pi / N)
+    assert value(table.rows[0].figures, "tape_mm") == pytest.approx(girth, rel=1e-6)
+    assert table.limb.sock_mm == 2.0
+    (mark,) = table.limb.landmarks
+    assert np.linalg.norm(POSE.apply(mark.position_mm[None])[0][:2]) == pytest.approx(48, abs=0.01)
+    again = without_sock(table.limb, 2.0)
+    assert again is table.limb
+    assert measure(table.limb, MeasureOptions(heights_mm=(100.0,))).rows[0].figures == (
+        table.rows[0].figures
+    )
+    with pytest.raises(OptionsError, match="taken off this surface already"):
+        without_sock(table.limb, 1.0)
+    for sock in (-1.0, 40.0, math.nan):
+        with pytest.raises(OptionsError, match="cannot be"):
+            without_sock(limb, sock)
+
+
+@pytest.mark.parametrize(
+    ("off_mm", "conflict"), [(0.9, False), (-0.9, False), (1.1, True), (-1.1, True)]
+)
+def test_a_reading_conflicts_beyond_a_millimetre(
+    cylinder: Mesh, off_mm: float, conflict: bool
+) -> None:
+    reading = TapeReading(height_mm=70, girth_mm=50 * CORNERS + off_mm)
+    (check,) = measure(aligned(cylinder), MeasureOptions(tape=(reading,))).tape
+    assert check.conflict is conflict
+    assert check.difference_mm == pytest.approx(-off_mm, abs=1e-9)
+
+
+def test_a_reading_conflicts_beyond_a_per_cent(make_turned: Callable[..., Mesh]) -> None:
+    finger = make_turned(np.full(5, 9.0), np.linspace(0, 60, 5), N)
+    reading = TapeReading(height_mm=20, girth_mm=9 * CORNERS + 0.8)
+    (check,) = measure(aligned(finger), MeasureOptions(tape=(reading,))).tape
+    assert check.conflict
+
+
+def test_readings_that_cannot_be_are_refused(cylinder: Mesh) -> None:
+    limb = aligned(cylinder)
+    with pytest.raises(OptionsError, match=r"345, not 34\.5"):
+        measure(limb, MeasureOptions(tape=(TapeReading(height_mm=70, girth_mm=3.14),)))
+    with pytest.raises(MeasureError, match="tape reading has no girth"):
+        measure(limb, MeasureOptions(tape=(TapeReading(height_mm=400, girth_mm=314),)))
+    twice = [TapeReading(height_mm=70, girth_mm=314), TapeReading(height_mm=70, girth_mm=310)]
+    with pytest.raises(OptionsError, match="height of its own"):
+        fit_to_tape(limb, twice)
+
+
+def test_fitting_to_the_tape_gives_the_girths_that_were_read(cylinder: Mesh) -> None:
+    away = cylinder.with_vertices(cylinder.vertices_mm + np.array([7.0, -4, 0]))
+    limb = aligned(away, ("a", 57, -4, 100.0))
+    readings = [TapeReading(height_mm=61, girth_mm=300), TapeReading(height_mm=-29, girth_mm=330)]
+    fit = fit_to_tape(limb, readings, reference_mm=70)
+    table = measure(fit.limb, MeasureOptions(heights_mm=(10, 41, 131, 190)))
+    girths = [value(row.figures, "tape_mm") for row in table.rows]
+    np.testing.assert_allclose(girths[1:3], [330, 300], rtol=1e-8)
+    np.testing.assert_allclose(girths[0], 330, rtol=1e-3)  # constant beyond the last reading
+    np.testing.assert_allclose(girths[3], 300, rtol=1e-3)
+    assert [change.height_mm for change in fit.changes] == [41, 131]
+    np.testing.assert_allclose([change.before_mm for change in fit.changes], 50 * CORNERS)
+    assert fit.changes[0].factor == pytest.approx(330 / (50 * CORNERS), rel=1e-3)
+    assert fit.largest_mm == pytest.approx(50 * (330 / (50 * CORNERS) - 1), rel=0.03)
+    # Its middle stays, and a landmark rides along.
+    vertices = POSE.apply(fit.limb.mesh.vertices_mm)
+    np.testing.assert_allclose(vertices[:, :2].mean(0), [7, -4], atol=1e-6)
+    np.testing.assert_allclose(vertices[:, 2], cylinder.vertices_mm[:, 2], atol=1e-9)
+    (mark,) = fit.limb.landmarks
+    place = POSE.apply(mark.position_mm[None])[0]
+    share = (100 - 41) / 90
+    factor = (1 - share) * fit.changes[0].factor + share * fit.changes[1].factor
+    np.testing.assert_allclose(place, [7 + 50 * factor, -4, 100], atol=0.02)
+
+
+def test_bones_inside_the_skin_are_not_measured(
+    make_turned: Callable[..., Mesh], cylinder: Mesh
+) -> None:
+    bone = make_turned(np.full(9, 12.0), np.linspace(20, 180, 9), N)
+    both = Mesh(
+        vertices_mm=np.concatenate([cylinder.vertices_mm, bone.vertices_mm]),
+        faces=np.concatenate([cylinder.faces, bone.faces + len(cylinder)]).astype(np.int32),
+    )
+    table = measure(aligned(both), MeasureOptions(heights_mm=(100.0,)))
+    assert table.bodies_left_out == 1
+    assert value(table.rows[0].figures, "area_mm2") == pytest.approx(UNIT * 2500, rel=1e-9)
+    hollow = replace(
+        both,
+        faces=np.concatenate([cylinder.faces, bone.faces[:, ::-1] + len(cylinder)]).astype(
+            np.int32
+        ),
+    )
+    table = measure(aligned(hollow), MeasureOptions(heights_mm=(100.0,)))
+    assert table.bodies_left_out == 0
+    assert value(table.rows[0].figures, "area_mm2") == pytest.approx(UNIT * (2500 - 144), rel=1e-9)
+
+
+def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
+    """A tip that an edit moved by 5 mm is no origin any more; 0.3 mm of sock change no words."""
+    at_40 = MeasureOptions(heights_mm=(40.0,))
+    for up_mm, counted in ((0.3, "distal end"), (-0.3, "distal end"), (5.0, ORIGIN), (-2, ORIGIN)):
+        raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, up_mm]))
+        table = measure(aligned(raised), at_40)
+        assert table.counted_from == counted
+        assert table.tip_mm == pytest.approx(up_mm)
+        assert tree(table)["reference"] == counted
+        assert tree(table)["tip_height_mm"] == pytest.approx(up_mm)
+        assert next(csv.DictReader(io.StringIO(csv_text(table))))["reference"] == counted
+        assert ("the tip lies at" in table.counting) == (counted == ORIGIN)
+    assert table.counting == f"the {ORIGIN}; the tip lies at -2.0 mm"
+    limb = aligned(raised, ("knee", 50, 0, 160.0))
+    assert measure(limb, MeasureOptions(heights_mm=(-100,), reference="knee")).counting == "knee"
+
+
+def test_a_volume_from_just_below_the_tip_begins_at_the_tip(cylinder: Mesh) -> None:
+    """0.31 mm of the limb's end gone with the sock, as in a thin nylon's."""
+    raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, 0.31]))
+    spans = ((0.0, 100.0), (100.0, 0.0), (100.0, 200.9), (50.0, 100.0))
+    table = measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=spans))
+    high = [row.volume_mm3.value / (UNIT * 2500) for row in table.volumes]
+    assert high == pytest.approx([99.69, -99.69, 100.31, 50.0], rel=1e-9)
+    notes = [row.note for row in table.volumes]
+    assert notes[0] == "the limb ends at 0.31 mm, which was taken for 0 mm"
+    assert notes[2] == "the limb ends at 200.31 mm, which was taken for 200.9 mm"
+    assert notes[3] == ""
+    for low, most in ((-0.8, 100.0), (50.0, 201.5)):
+        with pytest.raises(MeasureError, match="or `end`"):
+            measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=((low, most),)))
+    in_sock = replace(aligned(raised), sock_mm=2.0)
+    table = measure(in_sock, MeasureOptions(heights_mm=(40.0,), volumes_mm=((-2.5, 100.0),)))
+    assert table.volumes[0].volume_mm3.value == pytest.approx(UNIT * 2500 * 99.69, rel=1e-9)
+
+
+def test_what_cannot_be_asked_is_refused(cylinder: Mesh) -> None:
+    with pytest.raises(MeasureError, match="limbgram align"):
+        measure(Limb(mesh=cylinder))
+    for spacing in (0.0, -3.0, math.nan, 1e-4, 900.0):
+        with pytest.raises(OptionsError, match="spacing"):
+            measure(aligned(cylinder), MeasureOptions(spacing_mm=spacing))
+    with pytest.raises(OptionsError, match="numbers"):
+        measure(aligned(cylinder), MeasureOptions(heights_mm=(math.nan,)))
+
+
+def test_the_table_reads_back_from_csv_and_json(cylinder: Mesh) -> None:
+    limb = aligned(cylinder, ("knee, inner", 50, 0, 160.0))
+    options = MeasureOptions(
+        heights_mm=(-100, -50, 90), reference="knee, inner", volumes_mm=((-math.inf, 0),)
+    )
+    table = measure(limb, options)
+    rows = list(csv.DictReader(io.StringIO(csv_text(table))))
+    assert len(rows) == 3
+    assert rows[0]["reference"] == "knee, inner"
+    assert float(rows[0]["height_mm"]) == pytest.approx(60)
+    assert float(rows[0]["tape_mm"]) == pytest.approx(50 * CORNERS, abs=1e-4)
+    assert float(rows[0]["volume_below_ml"]) == pytest.approx(UNIT * 2.5 * 60, abs=1e-3)
+    assert all(rows[2][name] == "" for name in COLUMNS)
+    assert "misses" in rows[2]["reason"]
+    read = json.loads(json.dumps(tree(table), allow_nan=False))
+    assert read["levels"][0]["area_mm2"]["value"] == pytest.approx(UNIT * 2500)
+    assert read["levels"][2]["area_mm2"] is None
+    assert read["volumes"][0]["from_mm"] is None
+    assert read["volumes"][0]["volume_ml"]["value"] == pytest.approx(UNIT * 2.5 * 160)

@@ -1,0 +1,192 @@
+"""Walls against closed forms: girths and volumes of their inside, and where they are thinnest."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.core.errors import MeasureError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.measures.measuring import MeasureOptions, measure, measure_inside
+
+ROUND, INNER_MM, OUTER_MM, FLOOR_MM, HIGH_MM = 180, 40.0, 44.0, 6.0, 150.0
+FLAT = np.cos(np.pi / ROUND)
+"""What the sides of a polygon lie nearer than its corners."""
+STEPS = 30
+
+
+def _tube(radius_mm: float, low_mm: float, shift_mm: float) -> np.ndarray:
+    """Rings from low to the brim, one behind the other."""
+    angles = 2 * np.pi * np.arange(ROUND) / ROUND
+    heights = np.linspace(low_mm, HIGH_MM, STEPS + 1)
+    ring = np.column_stack([radius_mm * np.cos(angles) + shift_mm, radius_mm * np.sin(angles)])
+    return np.concatenate([np.column_stack([ring, np.full(ROUND, z)]) for z in heights])
+
+
+def cup(shift_mm: float = 0.0) -> Limb:
+    """A cylinder's wall with a floor; its hollow may stand aside."""
+    outer, inner = _tube(OUTER_MM, 0.0, 0.0), _tube(INNER_MM, FLOOR_MM, shift_mm)
+    count = len(outer)
+    vertices = np.concatenate([outer, inner, [[0, 0, 0], [shift_mm, 0, FLOOR_MM]]])
+    k = np.arange(ROUND)
+    after = (k + 1) % ROUND
+    faces: list[np.ndarray] = []
+    for step in range(STEPS):
+        a, b = step * ROUND + k, step * ROUND + after
+        faces += [np.column_stack([a, b, b + ROUND]), np.column_stack([a, b + ROUND, a + ROUND])]
+        a, b = a + count, b + count
+        faces += [np.column_stack([b, a, a + ROUND]), np.column_stack([b, a + ROUND, b + ROUND])]
+    top, inner_top = STEPS * ROUND, count + STEPS * ROUND
+    faces += [
+        np.column_stack([top + k, top + after, inner_top + after]),
+        np.column_stack([top + k, inner_top + after, inner_top + k]),
+        np.column_stack([after, k, np.full(ROUND, 2 * count)]),
+        np.column_stack([count + k, count + after, np.full(ROUND, 2 * count + 1)]),
+    ]
+    made = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
+    assert made.is_watertight
+    assert made.volume > 0
+    return limb_of(made)
+
+
+def limb_of(made: trimesh.Trimesh) -> Limb:
+    mesh = Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32))
+    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+
+
+def half_shell() -> Limb:
+    """The wall without its floor, on one side of the axis."""
+    angles = np.linspace(0, np.pi, ROUND // 2 + 1)
+    arc = np.column_stack([np.cos(angles), np.sin(angles)])
+    profile = np.concatenate([OUTER_MM * arc, INNER_MM * arc[::-1]])
+    heights = np.linspace(0, HIGH_MM, STEPS + 1)
+    count, along = len(profile), len(arc)
+    vertices = np.concatenate([np.column_stack([profile, np.full(count, z)]) for z in heights])
+    k = np.arange(count)
+    after = (k + 1) % count
+    faces: list[np.ndarray] = []
+    for step in range(STEPS):
+        a, b = step * count + k, step * count + after
+        faces += [np.column_stack([a, b, b + count]), np.column_stack([a, b + count, a + count])]
+    one = np.arange(along - 1)
+    other = count - 1 - one
+    for base, turn in ((0, -1), (STEPS * count, 1)):
+        lid = [np.column_stack([one, one + 1, other - 1]), np.column_stack([one, other - 1, other])]
+        faces += [base + part[:, ::turn] for part in lid]
+    made = trimesh.Trimesh(vertices, np.concatenate(faces), process=False)
+    assert made.is_watertight
+    assert made.volume > 0
+    return limb_of(made)
+
+
+OPTIONS = MeasureOptions(heights_mm=(3.0, 50.3, 101.7), volumes_mm=((50.0, 100.0),))
+
+
+def area(radius_mm: float) -> float:
+    return ROUND / 2 * np.sin(2 * np.pi / ROUND) * radius_mm**2
+
+
+def girth(radius_mm: float) -> float:
+    return 2 * ROUND * np.sin(np.pi / ROUND) * radius_mm
+
+
+@pytest.mark.parametrize("shift_mm", [0.0, 2.5])
+def test_the_inside_of_a_cup_has_its_own_girths_and_volumes(shift_mm: float) -> None:
+    found = measure_inside(cup(shift_mm), OPTIONS)
+    assert found.skin == "inside"
+    solid, low, high = found.rows
+    assert solid.level is None, "the floor has no inside"
+    for row in (low, high):
+        for name in ("tape_mm", "contour_mm"):
+            figure = row.figures[name]
+            assert figure is not None
+            assert figure.value == pytest.approx(girth(INNER_MM), rel=1e-9)
+        held = row.figures["volume_below_mm3"]
+        assert held is not None
+        assert held.value == pytest.approx(area(INNER_MM) * (row.height_mm - FLOOR_MM), rel=1e-9)
+    assert found.volumes[0].volume_mm3.value == pytest.approx(50 * area(INNER_MM), rel=1e-9)
+    assert found.tip_mm == pytest.approx(FLOOR_MM)
+
+
+def test_without_a_word_the_outside_is_measured_and_said_to_be() -> None:
+    found = measure(cup(), OPTIONS)
+    assert found.skin == "outside"
+    figures = found.rows[1].figures
+    assert figures["tape_mm"] is not None
+    assert figures["tape_mm"].value == pytest.approx(girth(OUTER_MM), rel=1e-9)
+    assert figures["area_mm2"] is not None
+    assert figures["area_mm2"].value == pytest.approx(area(OUTER_MM) - area(INNER_MM), rel=1e-9)
+
+
+def test_a_wall_tells_where_it_is_thinnest() -> None:
+    even = wall_of(cup().mesh)
+    assert even is not None
+    assert even.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-3)
+    assert even.median_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-3)
+    thin = wall_of(cup(3.5).mesh)
+    assert thin is not None
+    assert thin.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM - 3.5) * FLAT, abs=0.01)
+    assert thin.place_mm[0] > 43
+    assert abs(thin.place_mm[1]) < 6
+    at = thin.at_vertices_mm[np.abs(cup(3.5).mesh.vertices_mm[:, 2] - 75) < 3]
+    assert np.nanmin(at) == pytest.approx(0.5, abs=0.02)
+    assert np.nanmax(at) == pytest.approx(7.5, abs=0.05)
+
+
+def test_a_half_shell_has_a_thickness_and_no_inner_girth() -> None:
+    half = half_shell()
+    found = measure(half, OPTIONS)
+    assert found.skin == "only"
+    assert found.wall is not None
+    assert found.wall.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-2)
+    with pytest.raises(MeasureError, match="open on a side"):
+        measure_inside(half, OPTIONS)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.4])
+def test_a_limb_is_no_wall(scale: float) -> None:
+    made = trimesh.creation.capsule(height=150, radius=50, count=(48, 48))
+    mesh = Mesh(vertices_mm=scale * np.asarray(made.vertices), faces=made.faces.astype(np.int32))
+    limb = replace(cup(), mesh=mesh)
+    found = measure(limb, MeasureOptions(spacing_mm=20))
+    assert (found.skin, found.wall) == ("only", None)
+    with pytest.raises(MeasureError, match="no inside"):
+        measure_inside(limb)
+
+
+def test_a_screw_hole_makes_no_second_skin() -> None:
+    made = trimesh.creation.annulus(r_min=5, r_max=45, height=150, sections=90)
+    mesh = Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32))
+    limb = replace(cup(), mesh=mesh)
+    assert measure(limb, MeasureOptions(spacing_mm=20)).skin == "only"
+
+
+def test_the_command_measures_either_side_and_draws_the_wall(tmp_path: Path) -> None:
+    scan, walls, table = tmp_path / "s.ply", tmp_path / "walls.png", tmp_path / "t.csv"
+    write_limb(cup(2.0), scan)
+
+    def told(*words: str | Path) -> str:
+        answer = CliRunner().invoke(app, ["measure", str(scan), *map(str, words)])
+        assert answer.exit_code == 0, answer.output
+        return answer.stdout
+
+    outside = told("--height", "80")
+    assert "the OUTSIDE of a wall" in outside
+    assert "2.00 mm thick where it is thinnest" in outside
+    inside = told("--height", "80", "--inside", "--csv", table, "--walls", walls)
+    assert "the INSIDE of the wall" in inside
+    assert f"{girth(INNER_MM):.1f}" in inside
+    assert table.read_text().splitlines()[1].endswith(",inside")
+    assert walls.read_bytes()[:4] == b"\x89PNG"
+    tree = json.loads(told("--height", "80", "--inside", "--json"))
+    assert tree["skin"] == "inside"
+    assert tree["wall"]["thinnest_mm"] == pytest.approx(2.0, abs=0.01)

@@ -1,0 +1,255 @@
+"""Pressure on what bears none, and unusual depths: refused without a word, marked with it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from typer.testing import CliRunner
+
+from limbgram.cli.main import app
+from limbgram.core.errors import EditError, OptionsError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.edits.editing import Edit
+from limbgram.workbench.edits.percent import Reduction
+from limbgram.workbench.edits.presets import Sock
+from limbgram.workbench.edits.pressing import DEEPEST_MM
+from limbgram.workbench.edits.regional import Load, Relieve
+from limbgram.workbench.edits.solids import Mirror, Offset
+from limbgram.workbench.frame.landmarks import known_anywhere
+from limbgram.workbench.frame.sensitive import SENSITIVE, sensitive_place
+from limbgram.workbench.limb import KINDS, Landmark, Limb, LimbFrame
+from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
+from limbgram.workbench.recipe.ledger import lines_of
+from limbgram.workbench.recipe.recipe import Entry, Recipe, accepted, added, replay, replay_as_it_is
+
+RADIUS_MM = 50.0
+HEAD = (RADIUS_MM, 0.0, 0.0)
+WORD = "load on fibula head"
+
+
+def limb() -> Limb:
+    """An egg of radius 50 mm with a fibula head at its right and a tendon in front."""
+    made = trimesh.creation.icosphere(4, RADIUS_MM)
+    made.apply_scale([1, 1, 2])
+    return Limb(
+        mesh=Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32)),
+        landmarks=(
+            Landmark(name="fibula head", position_mm=np.array(HEAD)),
+            Landmark(name="patellar tendon", position_mm=np.array([0.0, RADIUS_MM, 0.0])),
+        ),
+        frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
+        kind="transtibial",
+    )
+
+
+def recipe(*edits: Edit, accept: tuple[str, ...] = ()) -> Recipe:
+    return Recipe(name="x", entries=tuple(Entry(edit=edit, accept=accept) for edit in edits))
+
+
+def beside(arc_mm: float) -> tuple[float, float, float]:
+    """A place so far from the head round the limb, towards the front."""
+    angle = arc_mm / RADIUS_MM
+    return (RADIUS_MM * float(np.cos(angle)), RADIUS_MM * float(np.sin(angle)), 0.0)
+
+
+ON_HEAD = Load(at="fibula head", depth_mm=5.0, falloff_mm=18.0)
+ON_TENDON = Load(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["fibula head", "Fibula Head", "fibular head", "fibula haed", "left fibula head",
+     "peroneal nerve", "common_peroneal-nerve"],
+)  # fmt: skip
+def test_a_named_load_on_the_peroneal_nerve_needs_a_word(name: str) -> None:
+    edit = replace(ON_HEAD, at=name)
+    with pytest.raises(OptionsError, match=r"nerve.*--accept \"load on fibula head\""):
+        added(recipe(), edit)
+    (entry,) = added(recipe(), edit, accept=("Load on the  FIBULAR head",)).entries
+    assert entry.accept == (WORD,)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("patellar tendon", "transtibial"), ("popliteal crease", "transtibial"),
+     ("medial tibial condyle", "transtibial"), ("ischial tuberosity", "transfemoral"),
+     ("heel", "foot"), ("patellar tendon bar", None), ("medial tibial flare", None)],
+)  # fmt: skip
+def test_what_is_meant_to_bear_needs_none(name: str, kind: str | None) -> None:
+    assert sensitive_place(name, next((one for one in KINDS if one == kind), None)) is None
+    added(recipe(), replace(ON_TENDON, at=name))
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("Distal Tibia", "tibia end"), ("Tibial Crest", "tibial crest"), ("patella", "mid patella"),
+     ("medial malleolus", "medial malleolus"), ("greater trochanter", "greater trochanter"),
+     ("adductor longus tendon", "adductor longus tendon"), ("neuroma behind", "marked place"),
+     ("Anna's scar", "marked place"), ("where she is sore", "marked place")],
+)  # fmt: skip
+def test_bone_tendon_and_what_hurts_are_known(name: str, place: str) -> None:
+    found = sensitive_place(name, None)
+    assert found is not None
+    assert found.name == place
+
+
+def test_every_sensitive_landmark_is_found_under_its_own_name() -> None:
+    for kind in KINDS:
+        for place in SENSITIVE[kind]:
+            assert sensitive_place(place.name, kind) == place
+            assert place.reach_mm > 0
+    assert known_anywhere("fibula head", "transtibial") is not None
+
+
+def test_a_recipe_that_presses_on_the_nerve_is_not_done() -> None:
+    with pytest.raises(EditError, match=r"Edit 1 .*`limbgram edit accept RECIPE 1` \"load on fib"):
+        replay(recipe(ON_HEAD), limb())
+
+
+def test_with_the_word_it_is_done_and_marked() -> None:
+    done = replay(recipe(ON_HEAD, accept=(WORD,)), limb())
+    (line,) = done.ledger.lines
+    (concern,) = line.concerns
+    assert concern.accepted
+    assert concern.word == WORD
+    assert "presses 5.0 mm on the fibula head" in concern.what
+    assert done.ledger.places_mm == {"fibula head": pytest.approx(-5.0, abs=0.05)}
+    told = lines_of(done.ledger)
+    assert any("! presses 5.0 mm on the fibula head" in text for text in told)
+    assert any("accepted: load on fibula head" in text for text in told)
+    assert "fibula head -5.0 mm" in told[-1]
+
+
+@pytest.mark.parametrize(("arc_mm", "presses"), [(12.0, True), (30.0, True), (70.0, False)])
+def test_a_place_by_coordinates_near_the_nerve_counts(arc_mm: float, presses: bool) -> None:
+    """At 30 mm the landmark itself is not moved, and the nerve below the head is."""
+    edit = Load(at=beside(arc_mm), positions_in="mesh", depth_mm=4.0, falloff_mm=15.0)
+    if not presses:
+        assert replay(recipe(edit), limb()).ledger.lines[0].concerns == ()
+        return
+    with pytest.raises(EditError, match="on the fibula head"):
+        replay(recipe(edit), limb())
+    (concern,) = replay_as_it_is(recipe(edit), limb()).ledger.lines[0].concerns
+    assert not concern.accepted
+
+
+def test_a_region_over_the_nerve_counts() -> None:
+    turns = 2 * np.pi * np.arange(8) / 8
+    ring = tuple(
+        (*beside(float(18 * np.cos(turn)))[:2], float(18 * np.sin(turn))) for turn in turns
+    )
+    edit = Load(within=ring, positions_in="mesh", depth_mm=3.0, falloff_mm=8.0)
+    with pytest.raises(EditError, match="on the fibula head"):
+        replay(recipe(edit), limb())
+
+
+def test_a_limb_without_landmarks_is_not_guessed_at() -> None:
+    bare = replace(limb(), landmarks=())
+    edit = Load(at=HEAD, positions_in="mesh", depth_mm=4.0, falloff_mm=15.0)
+    assert replay(recipe(edit), bare).ledger.lines[0].concerns == ()
+
+
+@pytest.mark.parametrize("kind", [Load, Relieve])
+def test_a_depth_beyond_the_limit_needs_its_own_word(kind: type[Load] | type[Relieve]) -> None:
+    assert DEEPEST_MM == 10.0
+    at = "patellar tendon"
+    added(recipe(), kind(at=at, depth_mm=10.0, falloff_mm=40.0))
+    deep = kind(at=at, depth_mm=12.5, falloff_mm=40.0)
+    with pytest.raises(OptionsError, match="depth to 13 mm"):
+        added(recipe(), deep)
+    with pytest.raises(OptionsError, match="depth to 13 mm"):
+        added(recipe(), deep, accept=("depth to 12 mm", "load on fibula head"))
+    (entry,) = added(recipe(), deep, accept=("Depth to 12.5mm",)).entries
+    done = replay(Recipe(name="x", entries=(entry,)), limb())
+    (concern,) = done.ledger.lines[0].concerns
+    assert concern.accepted
+    assert "12.5 mm" in concern.what
+    deeper = Entry(edit=replace(deep, depth_mm=40.0), accept=entry.accept)
+    with pytest.raises(EditError, match="depth to 40 mm"):
+        replay(Recipe(name="x", entries=(deeper,)), limb())
+
+
+def test_two_loads_on_one_place_are_one_depth() -> None:
+    six = replace(ON_TENDON, depth_mm=6.0, falloff_mm=30.0)
+    replay(recipe(six), limb())
+    with pytest.raises(EditError, match=r"Edit 2 .*12\.\d mm inside the scan.*depth to 1[23] mm"):
+        replay(recipe(six, six), limb())
+    replay(recipe(six, Relieve(at="patellar tendon", depth_mm=6, falloff_mm=30), six), limb())
+
+
+def test_a_sock_taken_off_and_a_mirror_are_no_depth() -> None:
+    nine = replace(ON_TENDON, depth_mm=9.8, falloff_mm=40.0)
+    done = replay(recipe(Sock(thickness_mm=2.0), Mirror(confirmed_side="left"), nine), limb())
+    assert [line.concerns for line in done.ledger.lines] == [(), (), ()]
+    assert done.ledger.places_mm.get("fibula head", 0.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_presses_all_round_is_told_and_needs_no_word() -> None:
+    tighter = Reduction(heights_mm=(0.0,), per_cent=(4.0,), of="girth")
+    done = replay(recipe(tighter, Offset(distance_mm=-1.0)), limb())
+    for line, depth in zip(done.ledger.lines, (2.0, 1.0), strict=True):
+        (concern,) = line.concerns
+        assert (concern.word, concern.accepted) == ("", True)
+        assert f"fibula head {depth:.1f} mm" in concern.what
+    assert done.ledger.places_mm["fibula head"] == pytest.approx(-3.0, abs=0.05)
+
+
+def test_room_asks_for_nothing() -> None:
+    done = replay(recipe(Relieve(at="fibula head", depth_mm=4, falloff_mm=18)), limb())
+    assert done.ledger.lines[0].concerns == ()
+    assert done.ledger.places_mm["fibula head"] == pytest.approx(4.0, abs=0.05)
+
+
+def test_an_edit_that_is_off_asks_for_nothing() -> None:
+    off = Recipe(name="x", entries=(Entry(edit=ON_HEAD, on=False), Entry(edit=ON_TENDON)))
+    assert [line.number for line in replay(off, limb()).ledger.lines] == [2]
+
+
+def test_words_stand_in_the_recipe_s_file() -> None:
+    made = accepted(recipe(ON_HEAD), 1, ("load on the fibula head", "depth to 12.0 mm"))
+    text = encode_recipe(made).decode()
+    assert 'accept = ["load on fibula head", "depth to 12 mm"]' in text
+    assert parse_recipe(text, "a.toml") == made
+    for wrong in ("yes", "load on patellar tendon", "depth to many mm", "load on "):
+        with pytest.raises(OptionsError, match="accepts nothing"):
+            accepted(recipe(ON_HEAD), 1, (wrong,))
+        with pytest.raises(OptionsError, match="accepts nothing"):
+            parse_recipe(text.replace("load on fibula head", wrong), "a.toml")
+
+
+def test_an_old_recipe_s_relief_on_the_nerve_is_not_done_in_silence() -> None:
+    old = (
+        'format = "limbgram recipe"\nversion = 1\n[[edit]]\ndo = "relief"\nat = "fibula head"\n'
+        "depth_mm = 5\nfalloff_mm = 18\n"
+    )
+    with pytest.raises(EditError, match="load on fibula head"):
+        replay(parse_recipe(old, "old.toml"), limb())
+
+
+def test_the_command_refuses_takes_the_word_and_marks_it(tmp_path: Path) -> None:
+    def edit(*words: str | Path, code: int = 0) -> str:
+        answer = CliRunner().invoke(app, ["edit", *map(str, words)])
+        assert answer.exit_code == code, answer.output
+        return answer.output
+
+    scan, made, out = tmp_path / "scan.ply", tmp_path / "a.toml", tmp_path / "out.ply"
+    write_limb(limb(), scan)
+    edit("new", made)
+    parameters = ["load", "at=fibula head", "depth_mm=5", "falloff_mm=18"]
+    assert "--accept" in " ".join(edit("add", made, *parameters, code=2).split())
+    assert "load at" not in made.read_text()
+    edit("add", made, *parameters, "--accept", WORD)
+    made.write_text(made.read_text().replace(f'accept = ["{WORD}"]\n', ""))
+    edit("apply", scan, made, "-o", out, code=4)
+    assert not out.exists()
+    edit("accept", made, "1", WORD)
+    answer = json.loads(edit("apply", scan, made, "-o", out, "--json"))
+    (concern,) = answer["ledger"]["lines"][0]["concerns"]
+    assert concern["word"] == WORD
+    assert concern["accepted"] is True
+    assert answer["ledger"]["places_mm"]["fibula head"] == pytest.approx(-5, abs=0.05)
