@@ -218,8 +218,8 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> d
     pictures = accuracy_pictures(evidence, assessment)
     with locked(case):
         write_accuracy(case, assessment, pictures)
-        with written_whole(case.accuracy("pdf", against_truth=known is not None)) as half:
-            half.write_bytes(accuracy_pdf(assessment.tree, pictures))
+        with written_whole(case.accuracy("pdf", against_truth=known is not None)) as beside:
+            beside.write_bytes(accuracy_pdf(assessment.tree, pictures))
     return assessment.tree
 
 
@@ -241,8 +241,8 @@ def write_accuracy(
     """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
     against_truth = assessment.tree["truth"] is not None
     write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
-    with written_whole(case.accuracy("html", against_truth=against_truth)) as half:
-        half.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")
+    with written_whole(case.accuracy("html", against_truth=against_truth)) as beside:
+        beside.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")
 
 
 def cited(case: CaseFolder) -> CaseSource:

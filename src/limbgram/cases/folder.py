@@ -28,8 +28,10 @@ from limbgram.reconstruction.photos.masks import MASKS_FOLDER
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.quality import name_for_people, sifted
 
-_HALF = re.compile(r"\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half")
-"""Files half written; earlier versions put the whole name into it."""
+_HALF = re.compile(
+    r"\.[0-9a-f]{16}\.\d+\.(part(\.\w+)?|old)|\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half"
+)
+"""Files half written, as `written_whole` names them, and as earlier versions did."""
 _OURS = re.compile(r"\..+\.(half|part|old)(\.\w+)?")
 """The same in folders in which nobody but us writes."""
 _FICLONE = 0x40049409
@@ -226,13 +228,16 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
         if not kept.samefile(source):
             return None
     kept.parent.mkdir(parents=True, exist_ok=True)
-    with written_whole(kept) as half:
-        _copy(source, half)
-        if file_sha256(half) != sha256:
+
+    def require_same(copy: Path) -> None:
+        if file_sha256(copy) != sha256:
             raise CaseError(
                 f"The copy of {source} in {case.photos} is not the same as the photo. It was "
                 "altered meanwhile, or a disk is failing: run the same command again."
             )
+
+    with written_whole(kept, require_same) as beside:
+        _copy(source, beside)
     return None
 
 

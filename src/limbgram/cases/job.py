@@ -112,15 +112,16 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
                 "its place. Move it out of the case folder, or name it first."
             )
         if not (kept.exists() and kept.samefile(file)):
-            with written_whole(kept) as half:
-                shutil.copyfile(file, half)
+            with written_whole(kept) as beside:
+                shutil.copyfile(file, beside)
     return calibrations
 
 
 def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures, title: str) -> None:
+    case.report.mkdir(exist_ok=True)
     for picture in drawn.pictures:
-        with written_whole(case.report / f"{picture.name}.png") as half:
-            half.write_bytes(picture.png.tobytes())
-    with written_whole(case.page) as half:
-        half.write_text(page_of(summary, drawn, title), encoding="utf-8")
+        with written_whole(case.report / f"{picture.name}.png") as beside:
+            beside.write_bytes(picture.png.tobytes())
+    with written_whole(case.page) as beside:
+        beside.write_text(page_of(summary, drawn, title), encoding="utf-8")
     write_json(case.summary, summary)

@@ -78,8 +78,8 @@ def add_message(case: CaseFolder, message: str) -> None:
 
 def write_json(path: Path, content: Any) -> None:
     """Write JSON whole or not at all."""
-    with written_whole(path) as half:
-        half.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+    with written_whole(path) as beside:
+        beside.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
 
 
 def _photos(done: Reconstruction) -> list[dict[str, Any]]:

@@ -9,7 +9,6 @@ three is noticed.
 
 import inspect
 import json
-import shutil
 import typing
 import zipfile
 from collections.abc import Callable
@@ -23,7 +22,7 @@ import numpy as np
 from limbgram.cases.encoding import Mismatch, from_tree, sealed, to_tree, unsealed
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.folder import CaseFolder, disk_told
-from limbgram.core.files import sync
+from limbgram.core.files import written_whole
 from limbgram.core.run import Run, Timing
 
 P = ParamSpec("P")
@@ -96,23 +95,19 @@ def write_product(
         from_tree(tree, hint, arrays, root)
     except Mismatch as error:
         raise TypeError(f"{folder.name} made a product that cannot be kept: {error}") from error
-    half = folder.with_name(f".{folder.name}.half")
-    shutil.rmtree(half, ignore_errors=True)
-    half.mkdir(parents=True)
-    (half / _PRODUCT).write_text(json.dumps(tree), encoding="utf-8")
-    np.savez(half / _ARRAYS, *arrays)
-    stage = {
-        "schema": _SCHEMA,
-        "key": key,
-        "sha256": {name: file_sha256(half / name) for name in (_PRODUCT, _ARRAYS)},
-        "timing": to_tree(timing, [], str),
-        "options": options,
-    }
-    (half / _STAGE).write_text(_text(stage), encoding="utf-8")
-    for name in (_PRODUCT, _ARRAYS, _STAGE):
-        sync(half / name)
-    shutil.rmtree(folder, ignore_errors=True)
-    half.replace(folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with written_whole(folder) as beside:
+        beside.mkdir()
+        (beside / _PRODUCT).write_text(json.dumps(tree), encoding="utf-8")
+        np.savez(beside / _ARRAYS, *arrays)
+        stage = {
+            "schema": _SCHEMA,
+            "key": key,
+            "sha256": {name: file_sha256(beside / name) for name in (_PRODUCT, _ARRAYS)},
+            "timing": to_tree(timing, [], str),
+            "options": options,
+        }
+        (beside / _STAGE).write_text(_text(stage), encoding="utf-8")
 
 
 def read_product(folder: Path, key: str, hint: Any, root: Path) -> tuple[object, Timing]:

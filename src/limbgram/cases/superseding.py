@@ -86,11 +86,11 @@ def supersede(case: CaseFolder) -> None:
     if not there:
         return
     case.superseded.mkdir(exist_ok=True)
-    with written_whole(case.superseded / "READ-ME.txt") as half:
-        half.write_text(_NOTE, encoding="utf-8")
+    with written_whole(case.superseded / "READ-ME.txt") as beside:
+        beside.write_text(_NOTE, encoding="utf-8")
     if case.record.is_file():
-        with written_whole(case.superseded / "case.json") as half:
-            shutil.copyfile(case.record, half)
+        with written_whole(case.superseded / "case.json") as beside:
+            shutil.copyfile(case.record, beside)
     for path in there:
         aside = case.superseded / path.name
         if aside.is_dir():

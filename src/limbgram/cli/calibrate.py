@@ -66,8 +66,9 @@ def save_calibration(result: BoardCalibration, out: Path, report: Path | None) -
     out.parent.mkdir(parents=True, exist_ok=True)
     write_camera(out, result.calibration, provenance)
     if report is not None:
-        with written_whole(report) as half:
-            half.write_bytes(calibration_picture(result))
+        report.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(report) as beside:
+            beside.write_bytes(calibration_picture(result))
 
 
 def _require_no_photo(report: Path | None, photos: list[Path]) -> None:

@@ -12,7 +12,7 @@ import typer
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import UnitOfAll, require_output, shape_of
 from limbgram.core.errors import OptionsError
-from limbgram.formats.writing import write_bytes
+from limbgram.core.files import write_bytes
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.following import FollowOptions, Series, Visit, follow, repeats
 from limbgram.workbench.compare.messages import (

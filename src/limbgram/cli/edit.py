@@ -12,9 +12,8 @@ import typer
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
 from limbgram.core.errors import OptionsError
-from limbgram.core.files import toml_of
+from limbgram.core.files import require, toml_of, write_file
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.writing import require, write_file
 from limbgram.workbench.edits.editing import EDITS
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.ledger import lines_of

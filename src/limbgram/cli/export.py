@@ -22,6 +22,7 @@ from limbgram.cli.shapes import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.cost import AopReport
@@ -32,7 +33,6 @@ from limbgram.formats.gcode.machine import Machine, read_machine, require_place,
 from limbgram.formats.gcode.writing import GcodeReport, write_gcode
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import ShapeFile
-from limbgram.formats.writing import write_bytes
 from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.setup import FAST

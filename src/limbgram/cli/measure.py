@@ -21,10 +21,10 @@ from limbgram.cli.shapes import (
     span_of,
 )
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import explained, plus_minus
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.writing import write_bytes
 from limbgram.workbench.bodies import left_out, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.frame.landmarks import in_limb_frame

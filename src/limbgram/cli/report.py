@@ -12,8 +12,8 @@ from limbgram.cli.compare import WayName
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import ExportError, OptionsError
+from limbgram.core.files import write_bytes
 from limbgram.formats.sidecar import hash_of, limb_file_beside
-from limbgram.formats.writing import write_bytes
 from limbgram.report.record.pages import record_page, record_pdf
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import RecipeSource, ShapeSource

@@ -19,9 +19,9 @@ from limbgram.cli.shapes import (
     shape_of,
 )
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import require, write_bytes, write_file
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.writing import require, write_bytes, write_file
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.pressing import PRESSES_MM
 from limbgram.workbench.frame.sensitive import sensitive_place

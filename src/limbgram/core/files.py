@@ -1,8 +1,12 @@
-"""Files: what somebody names on a command line or hands over, read with a bound and strictly.
+"""Files: read with a bound and strictly, written whole or not at all.
 
 A device has no end and a pipe keeps its reader waiting, so only regular files are opened. JSON and
 TOML are taken as their standards have them, and without what no file of ours or of a caring
 program holds: numbers that no measure has, texts that cannot be written again, trees without end.
+
+What is written lies beside its place at first, in a name of its own (16 letters of the name's hash,
+the process, `part`); it is synced, read back where somebody can tell what it should hold, and only
+then takes its name.
 """
 
 import hashlib
@@ -10,19 +14,22 @@ import json
 import math
 import os
 import re
+import shutil
 import stat
+import sys
 import tomllib
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, BinaryIO, cast
 
-from limbgram.core.errors import LimbgramError
+from limbgram.core.errors import ExportError, LimbgramError, is_full
 
 _DEEPEST = 64
 """Levels of lists and tables in each other; no format of ours has ten."""
 _LARGEST_WHOLE = 2**53
 """Whole numbers beyond cannot be told from their neighbours in floating point."""
+_LONGEST_SUFFIX = 16
 _LONGEST_KEY = re.compile(r"^[^=,\n]{4000}", re.MULTILINE)
 """A line that would be a dotted key of thousands of parts: tomllib takes their square in time."""
 
@@ -77,28 +84,76 @@ def toml_of(text: str) -> dict[str, Any]:
     return tree
 
 
+def write_file(
+    path: Path, encode: Callable[[BinaryIO], None], check: Callable[[Path], None]
+) -> Path:
+    """Write a file by `encode` and prove it by `check`, which reads it back.
+
+    Raises:
+        ExportError: the disk is full or refuses, or `check` found another content.
+    """
+    with _disk(path), written_whole(path, check) as beside, beside.open("wb") as stream:
+        encode(stream)
+    return path
+
+
+def write_bytes(path: Path, content: bytes) -> Path:
+    """Write a file whose bytes are at hand; proved by reading the same ones."""
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(content)
+
+    def check(written: Path) -> None:
+        require(written.read_bytes() == content, f"{path.name}: other bytes")
+
+    return write_file(path, encode, check)
+
+
+def write_folder(
+    path: Path, files: dict[str, Callable[[BinaryIO], None]], check: Callable[[Path], None]
+) -> Path:
+    """Write a folder of files; an older folder of the name gives way once the new one is proved."""
+    with _disk(path), written_whole(path, check) as beside:
+        beside.mkdir()
+        for name, encode in files.items():
+            with (beside / name).open("wb") as stream:
+                encode(stream)
+    return path
+
+
 @contextmanager
-def written_whole(path: Path) -> Generator[Path]:
-    """Write a file beside its place, sync it, rename it: it is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(f".{short_name(path)}.half")
-    try:
-        yield half
-        sync(half)
-        half.replace(path)
-    except BaseException:
-        with suppress(OSError):
-            half.unlink(missing_ok=True)
-        raise
+def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Generator[Path]:
+    """Give a place beside `path` to write a file or a folder at; it is there whole or not at all.
 
-
-def sync(path: Path) -> None:
-    """Have the system put a file on the disk."""
-    handle = os.open(path, os.O_RDWR)
+    What was written is synced, proved by `check` where there is one, and renamed. Until then, and
+    if anything fails, what lay at `path` stays. What processes that were killed while they wrote
+    the same left beside it is removed. What the system says of the disk passes as it is.
+    """
+    suffix = path.suffix if len(path.suffix) <= _LONGEST_SUFFIX else ""
+    mark = f".{short_name(path)}.{os.getpid()}"
+    beside, older = path.with_name(f"{mark}.part{suffix}"), path.with_name(f"{mark}.old")
+    _sweep(path)
     try:
-        os.fsync(handle)
+        yield beside
+        _sync(beside)
+        if check is not None:
+            check(beside)
+        if beside.is_dir() and path.exists():
+            path.replace(older)
+        beside.replace(path)
     finally:
-        os.close(handle)
+        _remove(beside)
+        _remove(older)
+    _sync_entry(path.parent)
+
+
+def require(holds: bool, finding: str) -> None:
+    """Refuse a file that did not read back as it was written."""
+    if not holds:
+        raise ExportError(
+            f"Reading back found {finding}. The file was not kept. The disk or its connection is "
+            "probably failing: write to another disk."
+        )
 
 
 def short_name(path: Path) -> str:
@@ -155,3 +210,74 @@ def _once_each(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _size(count: int) -> str:
     return f"{count >> 20} MB" if count >= 1 << 20 else f"{count / 1e6:g} MB"
+
+
+@contextmanager
+def _disk(path: Path) -> Generator[None]:
+    """Turn what the system says about a disk into advice."""
+    try:
+        yield
+    except OSError as error:
+        if is_full(error):
+            raise ExportError(
+                f"{path.name} was not written: the disk of {path.parent} is full. Free some "
+                "space, or choose another folder, and run again; what is finished is kept."
+            ) from error
+        raise ExportError(
+            f"{path.name} was not written to {path.parent}: {error.strerror or error}. Check "
+            "that the folder exists and may be written to, and that the name is not too long."
+        ) from error
+
+
+def _sweep(path: Path) -> None:
+    """Remove what processes that were killed while they wrote the same file left beside it."""
+    for left in path.parent.glob(f".{short_name(path)}.*"):
+        process = left.name.split(".")[2]
+        if process.isdecimal() and not _is_alive(int(process)):
+            _remove(left)
+
+
+def _is_alive(process: int) -> bool:
+    """Whether a process may still be running."""
+    if sys.platform == "win32":
+        return True  # to ask by a signal would end it there
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (PermissionError, OverflowError):
+        return True
+    return True
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+        return
+    with suppress(OSError):
+        path.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Have the system put a file, or a folder with its files, on the disk."""
+    if path.is_dir():
+        for inside in path.iterdir():
+            _sync(inside)
+        _sync_entry(path)
+        return
+    handle = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _sync_entry(folder: Path) -> None:
+    """Make a renaming last; systems that cannot sync a folder keep it by themselves."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

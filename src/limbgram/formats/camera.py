@@ -52,8 +52,9 @@ def write_camera(
     }
     text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     try:
-        with written_whole(path) as half:
-            half.write_bytes(text.encode())
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as beside:
+            beside.write_bytes(text.encode())
     except OSError as error:
         raise CaseError(
             f"The camera file {path} cannot be written: {error.strerror or error}. Check that "

@@ -14,8 +14,9 @@ from typing import BinaryIO
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from limbgram.core.files import require, write_file, write_folder
 from limbgram.core.geometry.lens import without_skew
-from limbgram.formats.writing import require, target, write_file, write_folder
+from limbgram.formats.writing import target
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
 

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float64, Int16, Int64
 from numba import njit
 
+from limbgram.core.files import require, write_file
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Section, cut, heights_between
@@ -27,7 +28,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     with_faces,
 )
-from limbgram.formats.writing import Unit, require, require_same_triangles, target, write_file
+from limbgram.formats.writing import Unit, require_same_triangles, target
 
 POLYFACE, PLACE, CORNERS = 64, 192, 128
 """Flags of a mesh of joined faces, of its vertices, and of its faces."""

@@ -20,18 +20,11 @@ import numpy as np
 from jaxtyping import Float32, Float64, Int64
 
 from limbgram.core.errors import ShapeFileError
-from limbgram.core.files import json_of
+from limbgram.core.files import json_of, require, write_file
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup
-from limbgram.formats.writing import (
-    Unit,
-    require,
-    require_same_triangles,
-    single_precision,
-    target,
-    write_file,
-)
+from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 _MAGIC, _JSON, _BIN = b"glTF", 0x4E4F534A, 0x004E4942

@@ -6,6 +6,7 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ExportError
+from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.glb import write_glb
@@ -14,7 +15,6 @@ from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_mesh
 from limbgram.formats.sidecar import LimbRecord, encode_record, hash_of, limb_file_for, read_record
 from limbgram.formats.stl import write_stl
-from limbgram.formats.writing import require, write_file
 from limbgram.workbench.limb import Limb
 
 _WRITERS = {".ply": write_ply, ".stl": write_stl, ".obj": write_obj, ".glb": write_glb}

@@ -12,11 +12,12 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup
 from limbgram.formats.stl import stated_unit
-from limbgram.formats.writing import Unit, require_same_triangles, target, write_file
+from limbgram.formats.writing import Unit, require_same_triangles, target
 
 _CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
 _FACE = re.compile(_CORNER + rb"(?:\s+" + _CORNER + rb"){2,}")

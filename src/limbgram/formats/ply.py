@@ -19,18 +19,12 @@ import numpy as np
 from jaxtyping import Shaped
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.formats.obj import fans_of
 from limbgram.formats.soup import Soup
 from limbgram.formats.stl import stated_unit
-from limbgram.formats.writing import (
-    Unit,
-    require,
-    require_same_triangles,
-    single_precision,
-    target,
-    write_file,
-)
+from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),

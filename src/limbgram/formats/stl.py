@@ -13,15 +13,10 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError
+from limbgram.core.files import write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup, triangles_merged
-from limbgram.formats.writing import (
-    Unit,
-    require_same_triangles,
-    single_precision,
-    target,
-    write_file,
-)
+from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _HEADER = 84
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -143,8 +143,8 @@ def test_a_name_may_be_as_long_as_the_disk_allows(tmp_path: Path, length: int) -
     case = CaseFolder(tmp_path / "case")
     take_in(case, [source])
     assert (case.photos / photo.name).read_bytes() == b"photo"
-    with written_whole(tmp_path / photo.name) as half:
-        half.write_bytes(b"whole")
+    with written_whole(tmp_path / photo.name) as beside:
+        beside.write_bytes(b"whole")
     assert (tmp_path / photo.name).read_bytes() == b"whole"
 
 
@@ -211,32 +211,31 @@ def test_a_missing_source_is_refused(tmp_path: Path) -> None:
         take_in(CaseFolder(tmp_path / "case"), [tmp_path / "nowhere"])
 
 
-def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
-    file = tmp_path / "x.json"
-    file.write_text("old")
-    with pytest.raises(RuntimeError), written_whole(file) as half:  # noqa: PT012
-        half.write_text("ne")
-        raise RuntimeError
-    assert [path.read_text() for path in tmp_path.iterdir()] == ["old"]
-    with written_whole(file) as half:
-        half.write_text("new")
-    assert file.read_text() == "new"
-
-
 def test_what_killed_runs_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
     case = CaseFolder(tmp_path)
     left = (
         ".0123456789abcdef.half",
+        ".0123456789abcdef.123.part.json",
+        ".0123456789abcdef.123.part",
         ".case.json.half",
         "photos/.a.jpg.half",
         "photos/masks/.0123456789abcdef.half",
         "stages/.measure.half/arrays.npz",
+        "stages/.0123456789abcdef.123.part/arrays.npz",
+        "stages/.0123456789abcdef.123.old/arrays.npz",
         "deliverables/.surface.123.part.stl",
         "deliverables/.0123456789abcdef.123.part.dxf",
         "deliverables/.colmap.123.old/images.txt",
         "report/.map.png.half",
     )
-    kept = (".lock", ".bashrc.old", ".x.half", "photos/a.jpg", "stages/measure/arrays.npz")
+    kept = (
+        ".lock",
+        ".bashrc.old",
+        ".x.half",
+        ".x.123.part",
+        "photos/a.jpg",
+        "stages/measure/arrays.npz",
+    )
     for name in (*left, *kept):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes(b"")

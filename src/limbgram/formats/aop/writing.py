@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.files import require, write_file
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.axis import fitted_axis
 from limbgram.formats.aop.cost import AopReport, cost_of
 from limbgram.formats.aop.profiles import Profile, landmarks_to_file
 from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
-from limbgram.formats.writing import require, write_file
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid

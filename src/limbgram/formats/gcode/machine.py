@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
 from limbgram.formats.gcode.control import Control, check_control
-from limbgram.formats.writing import write_bytes
 from limbgram.workbench.carving.setup import CarveOptions, check_options
 
 _FORMAT, _VERSION = "limbgram machine", 1

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 
+from limbgram.core.files import require
 from limbgram.formats.gcode.control import TURN_DEG, Control
 from limbgram.formats.gcode.program import SAFE_START
-from limbgram.formats.writing import require
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import Moves
 

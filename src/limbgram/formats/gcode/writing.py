@@ -13,11 +13,11 @@ from typing import BinaryIO
 import numpy as np
 
 from limbgram.core.errors import CarveError
+from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.gcode.control import Control, Winding, check_control
 from limbgram.formats.gcode.program import rotary_words, text_of
 from limbgram.formats.gcode.reading import read_moves
-from limbgram.formats.writing import require, write_file
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
