@@ -37,7 +37,7 @@ import numpy as np
 from captures import machine
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.store import CachingRun
 from limbgram.core.errors import LimbgramError
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
@@ -163,7 +163,7 @@ def one(seed: int, setting: str, keep: Path | None) -> dict[str, Any]:
                     calibrations=(lens.calibration,),
                     board=SCALE_BOARD.board,
                 ),
-                run=None if keep is None else KeepingRun(case=CaseFolder(folder / "case")),
+                run=None if keep is None else CachingRun(case=CaseFolder(folder / "case")),
             )
             views = {view.name: view for view in stage_truth(options).views}
             placed = [views[name].centre_in_world for name in names_placed(result.metric.scene)]

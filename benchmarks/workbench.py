@@ -32,7 +32,7 @@ from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.regions import roughness_mm
 from limbgram.workbench.edits.smoothing import Smoothing, smoothing
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from tables import made_on, table
 
 PLANES = 240
@@ -233,7 +233,7 @@ def sections(folder: Path) -> Iterator[str]:
         limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
         heights = tuple(np.linspace(0.01, high - low - 0.01, PLANES))
         start = time.process_time()
-        found = measure(limb, MeasureOptions(heights_mm=heights)).rows
+        found = measure_limb(limb, LimbMeasureOptions(heights_mm=heights)).rows
         spent = time.process_time() - start
         answers = [row for row in found if row.level is not None]
         refused = [row.reason for row in found if row.level is None]

@@ -13,7 +13,7 @@ from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.lengths import length_mm, shortest_path
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
 SHAPES = [
     ("ampscan/stl_file.stl", 1.0),
@@ -44,7 +44,7 @@ def test_every_shape_is_aligned_alike_wherever_it_lies(
     np.testing.assert_allclose(
         in_limb_frame(there).vertices_mm, in_limb_frame(here).vertices_mm, atol=1e-4
     )
-    table = measure(here, MeasureOptions(heights_mm=tuple(np.linspace(2, 240, 240))))
+    table = measure_limb(here, LimbMeasureOptions(heights_mm=tuple(np.linspace(2, 240, 240))))
     assert len(table.rows) == 240
     assert all((row.level is not None) or row.reason for row in table.rows)
     for row in table.rows:
@@ -59,7 +59,7 @@ def test_a_real_limb_measured_by_another_program(data_folder: Path) -> None:
     limb = read_limb(path)
     limb = Limb(mesh=limb.mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="none"))
     heights = (-180.0, -91.3, 0.4, 20.0)
-    table = measure(limb, MeasureOptions(heights_mm=heights, volumes_mm=((-150, 20),)))
+    table = measure_limb(limb, LimbMeasureOptions(heights_mm=heights, volumes_mm=((-150, 20),)))
     other = trimesh.load_mesh(path)
     for row in table.rows:
         contour = row.figures["contour_mm"]
@@ -69,7 +69,7 @@ def test_a_real_limb_measured_by_another_program(data_folder: Path) -> None:
     cuts = np.linspace(-150, 20, 681)
     areas = [
         row.figures["area_mm2"]
-        for row in measure(limb, MeasureOptions(heights_mm=tuple(cuts))).rows
+        for row in measure_limb(limb, LimbMeasureOptions(heights_mm=tuple(cuts))).rows
     ]
     by_slices = np.trapezoid([figure.value for figure in areas if figure is not None], cuts)
     assert len(areas) == 681
@@ -94,7 +94,7 @@ def test_a_bulge_that_a_plane_just_meets_does_not_lift_the_tape(data_folder: Pat
         side="left", proximal=np.array([0, 0, 1.0]), anterior=np.array([0, 1.0, 0])
     )
     limb = align(limb, options)
-    rows = measure(limb, MeasureOptions(heights_mm=(215.9, 216.0, 216.1))).rows
+    rows = measure_limb(limb, LimbMeasureOptions(heights_mm=(215.9, 216.0, 216.1))).rows
     before, at, after = (row.figures["tape_mm"] for row in rows)
     assert before is not None
     assert at is not None

@@ -18,7 +18,7 @@ def test_the_scale_board_is_measured_to_hundredths_and_bad_corners_are_not_belie
 ) -> None:
     folder = data_folder / "rendered" / name
     truth = json.loads((folder / "truth" / "cameras.json").read_text())
-    plate = json.loads((folder / "truth" / "board.json").read_text())["scene_board"]
+    scene_board = json.loads((folder / "truth" / "board.json").read_text())["scene_board"]
     lens = truth["intrinsics"]
     camera = Camera(
         width_px=lens["width"],
@@ -31,8 +31,8 @@ def test_the_scale_board_is_measured_to_hundredths_and_bad_corners_are_not_belie
     )
     poses = {one["name"]: (np.array(one["R"]), np.array(one["t"])) for one in truth["images"]}
     board = Board.charuco("7x5", 30.0, 22.0, "4x4_50")
-    in_world = board.corners_mm @ np.array(plate["R"]).T + plate["t"]
-    np.testing.assert_allclose(in_world, plate["corners_world_mm"], atol=1e-6)
+    in_world = board.corners_mm @ np.array(scene_board["R"]).T + scene_board["t"]
+    np.testing.assert_allclose(in_world, scene_board["corners_world_mm"], atol=1e-6)
 
     found = find_board(read_photos([folder / "images"]), board)
     off_px, sigmas_px = [], []

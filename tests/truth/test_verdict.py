@@ -59,7 +59,7 @@ def again(folder: Path, name: str, *words: object) -> Result:
     return limbgram("reconstruct", *photos(folder), *camera, "-o", case, *words)
 
 
-def told(case: Path) -> dict[str, Any]:
+def accuracy_of(case: Path) -> dict[str, Any]:
     """What the case says of itself; that every place says the same is tested on the way."""
     summary = json.loads((case / "summary.json").read_text("utf-8"))
     record = json.loads((case / "case.json").read_text("utf-8"))
@@ -97,7 +97,7 @@ def tape_mm(folder: Path) -> float:
 
 
 def test_a_whole_limb_is_green_and_its_size_is_said_to_rest_on_the_board(folder: Path) -> None:
-    accuracy = told(folder / "case")
+    accuracy = accuracy_of(folder / "case")
     assert accuracy["light"] == "green"
     assert accuracy["headline"].startswith("GREEN for the shape; size unchecked")
     assert criterion(accuracy, "around")["value"] < 5
@@ -113,7 +113,7 @@ def test_half_a_ring_is_red_everywhere(folder: Path) -> None:
     assert result.exit_code == 7, result.output
     assert result.stdout.startswith("RED: ")
     assert "directions round the limb" in result.stdout.splitlines()[0]
-    accuracy = told(case)
+    accuracy = accuracy_of(case)
     assert 25 < criterion(accuracy, "around")["value"] < 80
     said = limbgram("accuracy", case, "--json")
     assert said.exit_code == 7
@@ -152,7 +152,7 @@ def test_too_few_photos_are_red_or_refused_and_never_anything_else(
     result = limbgram("reconstruct", *photos(folder)[chosen], *camera, "-o", case)
     assert result.exit_code in (4, 7), result.output
     if result.exit_code == 7:
-        assert told(case)["light"] == "red"
+        assert accuracy_of(case)["light"] == "red"
     else:
         assert not (case / "report.html").exists()
 
@@ -160,7 +160,7 @@ def test_too_few_photos_are_red_or_refused_and_never_anything_else(
 def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None:
     tape = f"{TAPED_AT_MM}={tape_mm(folder):.0f}"
     assert again(folder, "taped", "--tape", tape).exit_code == 0
-    accuracy = told(folder / "taped")
+    accuracy = accuracy_of(folder / "taped")
     assert accuracy["headline"].startswith("GREEN: ")
     assert "unchecked" not in accuracy["headline"]
     assert criterion(accuracy, "tape")["value"] < 1
@@ -168,11 +168,13 @@ def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None
     larger = ("--board", "charuco:7x5:33:24.2:4X4_50")
     result = again(folder, "larger", *larger)
     assert result.exit_code == 0
-    assert told(folder / "larger")["headline"].startswith("GREEN for the shape; size unchecked")
+    assert accuracy_of(folder / "larger")["headline"].startswith(
+        "GREEN for the shape; size unchecked"
+    )
     result = again(folder, "larger", *larger, "--tape", tape)
     assert result.exit_code == 7
     assert "the scale board is probably not as large as stated" in result.stdout.splitlines()[0]
-    assert math.isclose(criterion(told(folder / "larger"), "tape")["value"], 20, rel_tol=0.5)
+    assert math.isclose(criterion(accuracy_of(folder / "larger"), "tape")["value"], 20, rel_tol=0.5)
 
 
 def test_a_wrong_focal_length_is_amber_at_least(folder: Path) -> None:
@@ -182,7 +184,7 @@ def test_a_wrong_focal_length_is_amber_at_least(folder: Path) -> None:
     wrong = folder / "wrong camera.json"
     wrong.write_text(json.dumps(tree), "utf-8")
     again(folder, "wrong lens", "--camera", wrong)
-    accuracy = told(folder / "wrong lens")
+    accuracy = accuracy_of(folder / "wrong lens")
     assert accuracy["light"] != "green"
     assert "camera file" in accuracy["headline"]
 
@@ -198,5 +200,5 @@ def test_a_refused_run_sets_the_green_page_aside(folder: Path) -> None:
     assert json.loads((case / "case.json").read_text("utf-8"))["superseded"] == "superseded"
     assert limbgram("accuracy", case).exit_code == 3
     assert again(folder, "refused").exit_code == 0
-    assert np.all(told(case)["light"] == "green")
+    assert np.all(accuracy_of(case)["light"] == "green")
     assert not (case / "superseded").exists()

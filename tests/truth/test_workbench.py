@@ -24,7 +24,7 @@ from limbgram.report.record import pages as pdf
 from limbgram.report.record.advice import findings
 from limbgram.report.record.sources import RecipeSource, ShapeSource, replayed_on
 from limbgram.synthetic.props.limb import LimbKind, make_limb
-from limbgram.workbench.measures.measuring import measure
+from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import read_recipe
 from limbgram.workbench.recipe.recipe import switched
 
@@ -53,7 +53,7 @@ def run(*words: object) -> Result:
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
-def told(*words: object) -> dict[str, Any]:
+def reply_of(*words: object) -> dict[str, Any]:
     """What a command that succeeds replies."""
     answer = run(*words, "--json")
     assert answer.exit_code == 0, answer.output
@@ -126,17 +126,17 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     wrong = {"left": "right", "right": "left"}[made.side]
     refused = run("align", made.scan, "--side", wrong, "--kind", "transtibial", *marks)
     assert refused.exit_code == 4, "the fibula tells the other side"
-    told("align", made.scan, "--side", made.side, "--kind", "transtibial", *marks)
-    told("edit", "new", made.recipe, "--for", made.scan)
+    reply_of("align", made.scan, "--side", made.side, "--kind", "transtibial", *marks)
+    reply_of("edit", "new", made.recipe, "--for", made.scan)
     for edit in EDITS:
         kind, rest = edit.split(" ", 1)
-        told("edit", "add", made.recipe, kind, *re.findall(r'\w+=(?:"[^"]*"|\S+)', rest))
+        reply_of("edit", "add", made.recipe, kind, *re.findall(r'\w+=(?:"[^"]*"|\S+)', rest))
     return made
 
 
 @pytest.fixture(scope="module")
 def ledger(bench: Bench) -> list[dict[str, Any]]:
-    applied = told("edit", "apply", bench.scan, bench.recipe, "-o", bench.rectified)
+    applied = reply_of("edit", "apply", bench.scan, bench.recipe, "-o", bench.rectified)
     return applied["ledger"]["lines"]
 
 
@@ -150,7 +150,7 @@ def made(bench: Bench, ledger: list[dict[str, Any]]) -> Path:
 @pytest.fixture(scope="module")
 def record(bench: Bench, made: Path) -> dict[str, Any]:
     words = ["--against", bench.scan, "--recipe", bench.recipe, "-o", bench.folder / "record"]
-    return told("report", made, *words)
+    return reply_of("report", made, *words)
 
 
 def test_the_axes_are_those_of_the_limb_that_was_made(bench: Bench) -> None:
@@ -164,7 +164,7 @@ def test_the_axes_are_those_of_the_limb_that_was_made(bench: Bench) -> None:
 
 
 def test_the_volume_is_that_of_the_triangles(bench: Bench) -> None:
-    found = told("measure", bench.scan, "--every", 50, "--volume", "end:end")
+    found = reply_of("measure", bench.scan, "--every", 50, "--volume", "end:end")
     assert found["volumes"][0]["volume_ml"]["value"] == pytest.approx(volume_ml(bench.scan))
 
 
@@ -181,7 +181,7 @@ def test_the_ledger_is_what_happened(bench: Bench, ledger: list[dict[str, Any]])
 
 
 def test_the_comparison_finds_the_edits(bench: Bench, ledger: list[dict[str, Any]]) -> None:
-    found = told("compare", bench.scan, bench.rectified, "--align", "as-is", "--every", 20)
+    found = reply_of("compare", bench.scan, bench.rectified, "--align", "as-is", "--every", 20)
     change_ml = ledger[-1]["after"]["volume_ml"] - ledger[0]["before"]["volume_ml"]
     assert change_ml < -10
     whole = found["volume"]["ml"]
@@ -200,7 +200,7 @@ def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
     words = ["export", made, "--to", "aop", "-o", path, "--side"]
     assert run(*words, wrong).exit_code == 4
     assert not path.exists()
-    found = told(*words, bench.side)
+    found = reply_of(*words, bench.side)
     assert abs(found["volume_change"]) < 0.005
     held = read_limb(path)
     assert held.frame is not None
@@ -216,12 +216,12 @@ def test_the_aop_file_holds_the_shape(bench: Bench, made: Path) -> None:
 def test_carving_and_cad_files_are_proved(bench: Bench, made: Path) -> None:
     path = bench.folder / "positive.gcode"
     carve = ["--side", bench.side, "--scallop", 0.4, "--tool", 20, "--to-mm", 150]
-    found = told("export", made, "--to", "gcode", "-o", path, *carve)
+    found = reply_of("export", made, "--to", "gcode", "-o", path, *carve)
     assert found["gouge_mm"] < 0.05
     assert found["scallop_mm"] < 0.5
     assert "G21" in path.read_text("ascii"), "millimetres"
     drawing = bench.folder / "positive.dxf"
-    told("export", made, "--to", "dxf", "-o", drawing)
+    reply_of("export", made, "--to", "dxf", "-o", drawing)
     read = ezdxf.readfile(drawing)
     triangles = len(read_limb(made).mesh.faces)
     assert len(read.modelspace().query("3DFACE")) == triangles
@@ -292,7 +292,9 @@ def test_a_recipe_that_did_not_make_the_shape_is_found_out(
     done = replayed_on(RecipeSource(recipe=recipe, sha256="0" * 64), *shapes)
     assert done.apart_mm == pytest.approx(LOAD_MM, rel=0.1)
     tree = {**record, "recipe": {**record["recipe"], "apart_mm": done.apart_mm}}
-    grave = [one for one in findings(tree, measure(shapes[0].limb)) if one.gravity == "serious"]
+    grave = [
+        one for one in findings(tree, measure_limb(shapes[0].limb)) if one.gravity == "serious"
+    ]
     assert [found.topic for found in grave] == ["recipe"]
     strange = run("report", bench.rectified, "--recipe", bench.recipe)
     assert strange.exit_code == 2

@@ -10,7 +10,7 @@ Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf.
 A comparison with a truth goes into accuracy-truth.* beside them: the case's own verdict stays what
 others cite, whatever it was compared with.
 
-Citing: what a finished case says of its own accuracy, for the record of a shape made from it.
+Also: what a finished case says of its own accuracy, for the record of a shape made from it.
 
 Painted marks of a case: found in its photos, on the surface that it keeps.
 """

@@ -329,7 +329,7 @@ def cannot_be_made(case: CaseFolder, error: OSError) -> CaseError:
 
 
 @contextmanager
-def disk_told(case: CaseFolder) -> Generator[None]:
+def with_disk_advice(case: CaseFolder) -> Generator[None]:
     """Turn what the system says about files into advice; what is finished stays usable.
 
     An error without a number is no answer of the system but a fault of ours, and passes.

@@ -10,7 +10,7 @@ from limbgram.cases.deliverables import deliver
 from limbgram.cases.encoding import from_tree, to_tree
 from limbgram.cases.folder import CaseFolder, take_in
 from limbgram.cases.record import write_json
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import written_whole
 from limbgram.formats.camera import read_camera
@@ -62,7 +62,7 @@ def read_job(tree: Any, root: Path) -> Job:
     return from_tree(tree, Job, [], root)
 
 
-def do(job: Job, run: KeepingRun) -> Done:
+def do(job: Job, run: CachingRun) -> Done:
     """Take the photos in, reconstruct, judge, write the report and the files."""
     case = run.case
     calibrations = _take_cameras_in(job, case)

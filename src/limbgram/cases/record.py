@@ -11,7 +11,7 @@ from typing import Any, Literal
 from limbgram.cases.encoding import to_tree
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.store import CachingRun
 from limbgram.core.files import written_whole
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -35,7 +35,7 @@ State = Literal["unfinished", "cancelled", "refused", "finished"]
 def write_record(
     case: CaseFolder,
     state: State,
-    run: KeepingRun,
+    run: CachingRun,
     done: Reconstruction | None = None,
     message: str = "",
     *,
@@ -99,7 +99,7 @@ def _set_aside(parts: Sequence[SetAside]) -> list[dict[str, str]]:
     return [{"name": part.name, "reason": part.reason} for part in parts]
 
 
-def _timing(run: KeepingRun, idx: int) -> dict[str, Any]:
+def _timing(run: CachingRun, idx: int) -> dict[str, Any]:
     """Of a stage; none for the one that was stopped or refused before it was timed."""
     if idx >= len(run.timings):
         return {}

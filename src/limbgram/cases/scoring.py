@@ -12,7 +12,7 @@ from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.alignment import Truth
-from limbgram.report.comparison import Comparison, compare
+from limbgram.report.comparison import TruthComparison, compare_with_truth
 
 _LARGEST_BYTES = 1 << 30
 LEAST_PHOTOS = 3
@@ -21,7 +21,7 @@ _VERTEX = np.dtype([("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
-def score_case(case: Path, truth: Path) -> Comparison:
+def score_case(case: Path, truth: Path) -> TruthComparison:
     """Compare the surface that a case delivered with the truth of its capture."""
     deliverables = CaseFolder(case).deliverables
     surface = trimesh.load_mesh(surface_of(deliverables), process=False)
@@ -29,7 +29,7 @@ def score_case(case: Path, truth: Path) -> Comparison:
     true = centres_mm(truth / "cameras.json")
     shared = sorted(found.keys() & true.keys())
     vertices, faces = read_truth_mesh(truth / "mesh.ply")
-    return compare(
+    return compare_with_truth(
         Mesh(
             vertices_mm=np.asarray(surface.vertices, np.float64),
             faces=np.asarray(surface.faces, np.int32),

@@ -21,7 +21,7 @@ import numpy as np
 
 from limbgram.cases.encoding import Mismatch, from_tree, sealed, to_tree, unsealed
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
-from limbgram.cases.folder import CaseFolder, disk_told
+from limbgram.cases.folder import CaseFolder, with_disk_advice
 from limbgram.core.files import written_whole
 from limbgram.core.run import Run, Timing
 
@@ -33,7 +33,7 @@ _PRODUCT, _ARRAYS, _STAGE = "product.json", "arrays.npz", "stage.json"
 
 
 @dataclass
-class KeepingRun(Run):
+class CachingRun(Run):
     """A run whose products are kept in a case folder."""
 
     case: CaseFolder = field(kw_only=True)
@@ -61,7 +61,7 @@ class KeepingRun(Run):
             return cast(T, kept)
         product = super().__call__(stage, *args, **kwargs)
         options = _options_tree(bound.arguments.get("options"), self.case.root)
-        with disk_told(self.case):
+        with with_disk_advice(self.case):
             write_product(folder, key, product, hint, self.timings[-1], options, self.case.root)
         return product
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from limbgram.cases.folder import CaseFolder, disk_told, locked, sweep
+from limbgram.cases.folder import CaseFolder, locked, sweep, with_disk_advice
 from limbgram.cases.job import Job, do, read_job
 from limbgram.cases.record import State, add_message, write_record
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.store import CachingRun
 from limbgram.cases.superseding import drop_superseded, finished, key_of, stands, supersede
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import usual_budget_mb
@@ -65,11 +65,11 @@ def work(job: Job, events: Events, stop: int) -> int:
     """Do the job, until the descriptor `stop` comes to its end; the exit code says how it went."""
     case = CaseFolder(job.case)
     memory_mb = usual_budget_mb() if job.memory_mb is None else job.memory_mb
-    run = KeepingRun(case=case, listener=events.progress, memory_mb=memory_mb)
+    run = CachingRun(case=case, listener=events.progress, memory_mb=memory_mb)
     events.on_lost = run.cancel
     threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
     try:
-        with locked(case), disk_told(case):
+        with locked(case), with_disk_advice(case):
             sweep(case)
             return _do_and_record(job, run, events)
     except LimbgramError as error:
@@ -80,7 +80,7 @@ def work(job: Job, events: Events, stop: int) -> int:
         return 1
 
 
-def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
+def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
     case = run.case
     try:
         key = key_of(job)
@@ -96,7 +96,7 @@ def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
         supersede(case)
         write_record(case, "unfinished", run, job=key)
     try:
-        with disk_told(run.case):
+        with with_disk_advice(run.case):
             done = do(job, run)
     except LimbgramError as error:
         state: State = "cancelled" if isinstance(error, Cancelled) else "refused"
@@ -111,7 +111,7 @@ def _do_and_record(job: Job, run: KeepingRun, events: Events) -> int:
     return 0
 
 
-def _wait_for_stop(stop: int, run: KeepingRun) -> None:
+def _wait_for_stop(stop: int, run: CachingRun) -> None:
     # Not by a file object: a thread that reads one holds its lock, and the interpreter, which
     # takes that lock when it ends, aborts if it cannot have it.
     while os.read(stop, 1):

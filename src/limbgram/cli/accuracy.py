@@ -46,8 +46,8 @@ def accuracy_command(
     the files are called accuracy-truth, and those without it stay.
     """
     folder = CaseFolder(case)
-    with display(as_json) as shown:
-        tree = Run(listener=shown.listen)(assess_case, folder, truth, align.value)
+    with display(as_json) as screen:
+        tree = Run(listener=screen.listen)(assess_case, folder, truth, align.value)
     return Reply(accuracy_lines(folder, tree), tree, tree["light"])
 
 

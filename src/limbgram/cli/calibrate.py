@@ -46,8 +46,8 @@ def calibrate_command(
     """
     require_camera_place(out)
     _require_no_photo(report, photos)
-    with display(as_json) as shown:
-        result = calibrate_from(photos, as_board(board, square), Run(listener=shown.listen))
+    with display(as_json) as screen:
+        result = calibrate_from(photos, as_board(board, square), Run(listener=screen.listen))
     save_calibration(result, out, report)
     return Reply(
         (calibration_text(result), f"Written: {out}"),

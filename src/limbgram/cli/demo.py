@@ -16,7 +16,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run
-from limbgram.report.comparison import Comparison
+from limbgram.report.comparison import TruthComparison
 from limbgram.report.document.page import finite
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
@@ -35,8 +35,8 @@ def demo_command(
     Takes a few minutes; the first run of a fresh installation also compiles for half a minute.
     """
     capture, camera, case = folder / "capture", folder / "camera.json", folder / "case"
-    with display(as_json) as shown:
-        run = Run(listener=shown.listen)
+    with display(as_json) as screen:
+        run = Run(listener=screen.listen)
         if not capture.exists():
             folder.mkdir(parents=True, exist_ok=True)
             run(make_capture, capture, CaptureOptions())
@@ -61,7 +61,7 @@ def demo_command(
     )
 
 
-def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
+def comparison_lines(comparison: TruthComparison) -> tuple[str, ...]:
     """A comparison for people."""
     girths = ", ".join(
         f"{error:+.2f} at {height:.1f}"

@@ -200,7 +200,7 @@ def on_command(recipe: RecipeFile, number: Number, as_json: Json = False) -> Rep
 @answered
 def show_command(recipe: RecipeFile, as_json: Json = False) -> Reply:  # noqa: ARG001
     """List a recipe's edits."""
-    return _shown(read_recipe(recipe))
+    return _recipe_reply(read_recipe(recipe))
 
 
 @answered
@@ -231,17 +231,17 @@ def kinds_command(
     lines: list[str] = []
     content: dict[str, Any] = {}
     for name, made in chosen.items():
-        told = " ".join((made.__doc__ or "").split())
+        does = " ".join((made.__doc__ or "").split())
         meanings = _meanings(made)
         parameters = {
             field.name: f"{_expected(made, field.name)}. {meanings.get(field.name, '')}".rstrip()
             for field in fields(made)
         }
-        content[name] = {"does": told, "parameters": parameters}
+        content[name] = {"does": does, "parameters": parameters}
         if kind is None:
-            lines.append(f"{name}: {told}")
+            lines.append(f"{name}: {does}")
         else:
-            lines += [told, *(f"  {key}: {expected}" for key, expected in parameters.items())]
+            lines += [does, *(f"  {key}: {expected}" for key, expected in parameters.items())]
     return Reply(tuple(lines), content)
 
 
@@ -256,10 +256,10 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
         require(read_recipe(written) == recipe, f"{path.name}: another recipe")
 
     write_file(path, encode, check)
-    return _shown(recipe)
+    return _recipe_reply(recipe)
 
 
-def _shown(recipe: Recipe) -> Reply:
+def _recipe_reply(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
     lines = [f"Note: {note}." for note in recipe.notes]
     lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
@@ -298,9 +298,9 @@ def _meanings(made: type) -> dict[str, str]:
     said: dict[str, str] = {}
     for field, text in pairwise(body):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-            told = text.value if isinstance(text, ast.Expr) else None
-            if isinstance(told, ast.Constant):
-                said[field.target.id] = " ".join(str(told.value).split())
+            docstring = text.value if isinstance(text, ast.Expr) else None
+            if isinstance(docstring, ast.Constant):
+                said[field.target.id] = " ".join(str(docstring.value).split())
     return said
 
 

@@ -38,8 +38,8 @@ def make_capture_command(
         coverage=coverage,
         spots=scattered_spots(marks),
     )
-    with display(as_json) as shown:
-        capture = Run(listener=shown.listen)(make_capture, folder, options)
+    with display(as_json) as screen:
+        capture = Run(listener=screen.listen)(make_capture, folder, options)
     return Reply(
         (
             f"{len(capture.photos)} photos of the limb and "

@@ -31,11 +31,11 @@ from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
-    MeasureOptions,
+    LimbMeasureOptions,
     Measures,
     Row,
-    measure,
     measure_inside,
+    measure_limb,
 )
 from limbgram.workbench.measures.table import csv_text, in_ml, tree
 from limbgram.workbench.measures.tape import TapeCheck, TapeFit, fit_to_tape
@@ -114,7 +114,7 @@ def measure_command(
         lowest_mm = float(outer_bodies(limb.mesh).mesh.vertices_mm[:, 2].min())
         up = Rigid(np.eye(3), np.array([0.0, 0.0, -lowest_mm]))
         limb = replace(limb, frame=LimbFrame(limb_from_mesh=up, side="none"))
-    options = MeasureOptions(
+    options = LimbMeasureOptions(
         spacing_mm=every,
         heights_mm=tuple(height) if height else None,
         reference=reference,
@@ -123,7 +123,7 @@ def measure_command(
         lengths=tuple(pair_of(text, "--length") for text in length or ()),
         tape=tuple(reading_of(text) for text in tape or ()),
     )
-    measures = measure_inside(limb, options) if inside else measure(limb, options)
+    measures = measure_inside(limb, options) if inside else measure_limb(limb, options)
     if walls is not None and measures.wall is None:
         raise OptionsError("--walls draws the thickness of a wall, and this shape is none.")
     fitted = (
@@ -175,8 +175,8 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
         *(f"Note: {note}." for note in limb.notes),
         *(
-            f"Note: {told}."
-            for told in left_out(
+            f"Note: {sentence}."
+            for sentence in left_out(
                 measures.bodies_left_out,
                 measures.loose,
                 frame="in the limb frame",
@@ -213,8 +213,8 @@ def _skin_lines(measures: Measures) -> Iterator[str]:
             "material; --inside measures what it holds."
         )
     if measures.wall is not None:
-        told = measures.wall.told("the limb's")
-        yield f"{told[0].upper()}{told[1:]}."
+        sentence = measures.wall.sentence("the limb's")
+        yield f"{sentence[0].upper()}{sentence[1:]}."
 
 
 def _sock_line(before_mm: float, after_mm: float) -> str:

@@ -97,11 +97,11 @@ def display(as_json: bool) -> Generator[Display]:
         console=console,
     )
     if as_json or not console.is_terminal:
-        shown = Display("json" if as_json else "lines", bars)
-        yield shown
-        shown.close()
+        screen = Display("json" if as_json else "lines", bars)
+        yield screen
+        screen.close()
         return
     with bars:
-        shown = Display("terminal", bars)
-        yield shown
-        shown.close()
+        screen = Display("terminal", bars)
+        yield screen
+        screen.close()

@@ -137,8 +137,8 @@ def run_job(job: Job, as_json: bool) -> Any:
         Exit: a bug of ours ended the job; its traceback is shown.
     """
     try:
-        with display(as_json) as shown:
-            return json.loads(Supervision(job, shown.show).wait().read_text("utf-8"))
+        with display(as_json) as screen:
+            return json.loads(Supervision(job, screen.show).wait().read_text("utf-8"))
     except JobBug as bug:
         told = printable(str(bug))
         sys.stderr.write(f"{told}\nThis is a bug of limbgram. Please report the lines above.\n")

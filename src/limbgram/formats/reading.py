@@ -147,7 +147,7 @@ def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:
     sound = sound_mesh(_scaled(soup.mesh, mm_per_unit or 1.0), name)
     check_size(sound.mesh, name, asked=mm_per_unit is not None)
     strays = without_strays(sound.mesh)
-    return Sound(strays.mesh, (*sound.notes, *strays.told()))
+    return Sound(strays.mesh, (*sound.notes, *strays.sentences()))
 
 
 def _content(path: Path) -> bytes:

@@ -54,14 +54,14 @@ def calibration_text(result: BoardCalibration) -> str:
         lines.append(f"{name:>5} {_rounded(value, sigma):>14} {fixed}")
     lines += [
         "",
-        f"pixel aspect fy/fx {_told(result.aspect)}",
-        f"skew {_told(result.skew)} px, {_kept(result.skew_delivered)}",
-        f"k3 {_told(result.k3)}, {_kept(result.k3_delivered)}",
+        f"pixel aspect fy/fx {_with_spread(result.aspect)}",
+        f"skew {_with_spread(result.skew)} px, {_kept(result.skew_delivered)}",
+        f"k3 {_with_spread(result.k3)}, {_kept(result.k3_delivered)}",
         f"{HOLDS}; enlarged {result.inflation:.2f} times for errors shared within a photo",
     ]
     if result.board_shape is not None:
         lines += ["board not flat or true (of its half side):"] + [
-            f"{name:>10} {_told(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
+            f"{name:>10} {_with_spread(one)}" for name, one in zip(BOARD_TERMS, result.board_shape)
         ]
     return "\n".join(lines + [""] + [f"! {doubt}" for doubt in result.doubts])
 
@@ -157,7 +157,7 @@ def _frame(axes: Axes, result: BoardCalibration) -> None:
     axes.tick_params(colors=_GREY, labelsize=7)
 
 
-def _told(one: Estimate) -> str:
+def _with_spread(one: Estimate) -> str:
     return f"{_rounded(one.value, one.sigma)} {_spread(one.sigma)}"
 
 

@@ -1,7 +1,7 @@
-"""Comparison: a reconstructed surface against its exact truth.
+"""Comparison with truth: a reconstructed surface against its exact truth.
 
 In      a Mesh, the truth's mesh and which of it the photos show, and camera centres of both.
-Out     a Comparison, mm and fractions.
+Out     a TruthComparison, mm and fractions.
 Method  rigid alignment alone (camera centres, then point to plane), so that a wrong scale stays
         in the figures; girth and volume between the same two heights of both.
 """
@@ -25,7 +25,7 @@ _FEWEST_SEGMENTS = 8
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class TruthComparison:
     """How far a surface is from the truth."""
 
     rms_mm: float
@@ -45,7 +45,7 @@ class Comparison:
     """Of the camera centres after the alignment."""
 
 
-def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
+def compare_with_truth(mesh: Mesh, centres_mm: Points3, truth: Truth) -> TruthComparison:
     """Compare a surface with the truth; `centres_mm` are its cameras in the truth's order."""
     samples = mesh.vertices_mm[measured_samples(mesh)]
     fit = by_surface(samples, truth, by_cameras(centres_mm, truth))
@@ -56,7 +56,7 @@ def compare(mesh: Mesh, centres_mm: Points3, truth: Truth) -> Comparison:
     missed_mm = back.closest(truth.vertices_mm[truth.seen]).distances_mm
     girths, volume_error = sections(placed, truth)
     cameras_mm = fit.truth_from_world.apply(centres_mm) - truth.centres_mm
-    return Comparison(
+    return TruthComparison(
         rms_mm=float(np.sqrt(np.mean(off_mm**2))),
         p95_mm=float(np.quantile(np.abs(off_mm), 0.95)),
         mean_mm=float(off_mm.mean()),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from limbgram.report.document.page import document, shown, table
+from limbgram.report.document.page import document, figure_html, table
 from limbgram.report.parts import parts_section
 from limbgram.report.pictures import Pictures
 
@@ -73,7 +73,7 @@ def page_of(summary: dict[str, Any], drawn: Pictures, title: str) -> str:
         '<p><a href="accuracy.html">How accurate is it, and what limits it?</a></p>',
         f'<p class="use">{escape(summary["intended_use"])}</p>',
         parts_section(summary["parts"], summary["unit"]),
-        *(shown(picture) for picture in drawn.pictures),
+        *(figure_html(picture) for picture in drawn.pictures),
         "<h2>Known lengths</h2>",
         _lengths(summary),
         "<h2>Photos</h2>",

@@ -9,7 +9,7 @@ from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
-from limbgram.synthetic.props.paint import MAGENTA, Paint, PaintedSpot, places_mm, scattered_spots
+from limbgram.synthetic.props.paint import MAGENTA, Paint, SockSpot, places_mm, scattered_spots
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
 
@@ -24,10 +24,10 @@ __all__ = [
     "Lighting",
     "LimbKind",
     "Paint",
-    "PaintedSpot",
     "PrintedBoard",
     "Relief",
     "Shadow",
+    "SockSpot",
     "SurfacePoints",
     "Truth",
     "make_capture",

@@ -6,7 +6,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
-from limbgram.synthetic.props.paint import Paint, PaintedSpot
+from limbgram.synthetic.props.paint import Paint, SockSpot
 from limbgram.synthetic.rendering.shading import Lighting
 
 
@@ -20,7 +20,7 @@ class CaptureOptions:
     paint: Paint = Paint.DABS
     coverage: float = 0.55
     """Share of the sock that paint hides."""
-    spots: tuple[PaintedSpot, ...] = ()
+    spots: tuple[SockSpot, ...] = ()
     """Marks of one plain colour over the paint; their places stand in the truth's notes."""
     lighting: Lighting = field(default_factory=Lighting)
     """Light on the limb; the calibration board has the usual one."""

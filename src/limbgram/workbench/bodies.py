@@ -73,14 +73,14 @@ def outer_bodies(mesh: Mesh) -> Outside:
 
     The walls of hollows face the other way, and stay.
     """
-    told = _told_apart(mesh)
-    return told.without(mesh, told.inner | told.gone)
+    found = _sorted_bodies(mesh)
+    return found.without(mesh, found.inner | found.gone)
 
 
 def without_loose(mesh: Mesh) -> Outside:
     """The mesh without loose bodies; bodies inside the limb are counted, and stay."""
-    told = _told_apart(mesh)
-    left = told.without(mesh, told.gone)
+    found = _sorted_bodies(mesh)
+    left = found.without(mesh, found.gone)
     if not (left.loose and left.inside):
         return left
     # What lay inside a loose body is loose itself, now that this one is gone.
@@ -93,12 +93,12 @@ def outside_of(
 ) -> Limb:
     """The limb without what is left out, and notes of it."""
     found = outer_bodies(limb.mesh)
-    told = list(left_out(found.bodies_left_out, found.loose, place, as_bones=as_bones))
+    notes = list(left_out(found.bodies_left_out, found.loose, place, as_bones=as_bones))
     if found.rivals:
-        told.append(f"{_rivals(found)}: figures mix them")
-    if not told:
+        notes.append(f"{_rivals(found)}: figures mix them")
+    if not notes:
         return limb
-    notes = (*limb.notes, *(note + stop for note in told))
+    notes = (*limb.notes, *(note + stop for note in notes))
     return replace(limb, mesh=found.mesh, notes=notes)
 
 
@@ -115,7 +115,7 @@ def left_out(
 
     Args:
         bodies: All of them, the loose ones too.
-        frame: In which the loose ones' places are told.
+        frame: In which the loose ones' places are given.
     """
     sentences: list[str] = []
     if inside := bodies - len(loose):
@@ -123,7 +123,7 @@ def left_out(
     if loose:
         several = "1 loose body" if len(loose) == 1 else f"{len(loose)} loose bodies"
         verb = "was" if len(loose) == 1 else "were"
-        named = "; ".join(_told(body) for body in loose[:_MOST_NAMED])
+        named = "; ".join(_place_and_size(body) for body in loose[:_MOST_NAMED])
         rest = "; and smaller ones" if len(loose) > _MOST_NAMED else ""
         sentences.append(f"{several} apart from {place} ({named} {frame}{rest}) {verb} {done}")
     return tuple(sentences)
@@ -131,9 +131,9 @@ def left_out(
 
 def kept(found: Outside, place: str = "the limb", *, done: str = "written too") -> tuple[str, ...]:
     """Sentences about what stays although it is not one limb's surface, without a full stop."""
-    told = (f"{bodies_inside(found.inside, place, as_bones=True)} {done}",)
+    inner = (f"{bodies_inside(found.inside, place, as_bones=True)} {done}",)
     rivals = (f"{_rivals(found)}: all were {done.removesuffix(' too')}",)
-    return (told if found.inside else ()) + (rivals if found.rivals else ())
+    return (inner if found.inside else ()) + (rivals if found.rivals else ())
 
 
 def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False) -> str:
@@ -144,7 +144,7 @@ def bodies_inside(count: int, place: str = "the limb", *, as_bones: bool = False
     return f"{count} bodies inside {place}{several} were"
 
 
-def _told(body: Apart) -> str:
+def _place_and_size(body: Apart) -> str:
     x, y, z = body.place_mm
     return f"{body.size_mm:.1f} mm across at x {x:.0f}, y {y:.0f}, z {z:.0f} mm"
 
@@ -168,7 +168,7 @@ def _inner_bodies(mesh: Mesh, pieces: np.ndarray) -> list[int]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _ToldApart:
+class _Sorted:
     """What there is beyond the limb itself, and its faces."""
 
     inner: Bool[np.ndarray, " f"]
@@ -183,17 +183,17 @@ class _ToldApart:
         return Outside(kept, inside=self.inside, loose=self.loose, rivals=self.rivals)
 
 
-def _told_apart(mesh: Mesh) -> _ToldApart:
+def _sorted_bodies(mesh: Mesh) -> _Sorted:
     """Bodies inside others; and what lies apart from the largest one and from all that joins it."""
     none = np.zeros(len(mesh.faces), np.bool_)
     pieces = face_components(mesh.faces)
     if not pieces.max(initial=0):
-        return _ToldApart(inner=none, gone=none)
+        return _Sorted(inner=none, gone=none)
     inside = _inner_bodies(mesh, pieces)
     inner = np.isin(pieces, inside)
     outer = mesh if not inside else with_faces(mesh, mesh.faces[~inner])
     pieces = np.unique(pieces[~inner], return_inverse=True)[1]
-    found = _ToldApart(inner=inner, gone=none, inside=len(inside))
+    found = _Sorted(inner=inner, gone=none, inside=len(inside))
     if not pieces.max(initial=0):
         return found
     areas = np.bincount(pieces, np.linalg.norm(outer.face_normals(), axis=1))

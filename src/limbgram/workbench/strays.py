@@ -55,7 +55,7 @@ class Strays:
     holes: int = 0
     """Closed under them."""
 
-    def told(self) -> tuple[str, ...]:
+    def sentences(self) -> tuple[str, ...]:
         """A sentence about them, without a full stop; none where there are none."""
         if not self.scraps:
             return ()

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from scipy.spatial import KDTree
 
-from limbgram.reconstruction.measuring.thin_plate import plate_of
+from limbgram.reconstruction.measuring.thin_plate import thin_plate_of
 from limbgram.synthetic.rendering.shading import LAMP_IN_WORLD, Lighting, Shadow, shadow_edge
 
 
@@ -109,11 +109,11 @@ def test_a_thin_fin_keeps_its_two_sides_and_what_lies_behind_its_contour(bench) 
 def test_the_rim_stays_beside_its_neighbours(bench) -> None:
     """Windows at the brim look past it; the cut's underside and the table lie behind."""
     brim = bench.at_brim()
-    plate = plate_of(brim.mesh)
-    row = plate.is_boundary.astype(float)
-    rim = plate.is_boundary & (brim.mesh.vertices_mm[:, 2] < 75)
+    thin_plate = thin_plate_of(brim.mesh)
+    row = thin_plate.is_boundary.astype(float)
+    rim = thin_plate.is_boundary & (brim.mesh.vertices_mm[:, 2] < 75)
     for _ in range(3):
-        row = row + plate.neighbours @ row
+        row = row + thin_plate.neighbours @ row
     errors = brim.errors_mm(brim.mesh.vertices_mm)
     assert rim.sum() > 60
     assert 1.2 < rms(errors[rim]) / rms(errors[row == 0]) < 4.0
@@ -135,7 +135,7 @@ def test_what_fewer_than_two_photos_see_is_marked_filled(bench) -> None:
     )
     barely = (free & few.shots.sees(points, normals, 105.0)).sum(0)
     well = (free & few.shots.sees(points, normals, 75.0)).sum(0)
-    near = plate_of(few.mesh).neighbours
+    near = thin_plate_of(few.mesh).neighbours
     hidden = (near @ (barely >= 2).astype(float) == 0) & (barely < 2)
     plain = (near @ (well < 2).astype(float) == 0) & (well >= 2)
     assert hidden.sum() > 200

@@ -29,7 +29,7 @@ EDITS = (
 )
 
 
-def told(*words: object) -> Any:
+def reply_of(*words: object) -> Any:
     done = CliRunner().invoke(app, [*map(str, words), "--json"])
     assert done.exit_code == 0, done.output
     return json.loads(done.stdout)
@@ -54,7 +54,7 @@ def test_a_torn_model_goes_the_whole_way(data_folder: Path, tmp_path: Path, name
     scan.write_bytes((data_folder / "shapes" / "openlimb_TT" / f"{name}.stl").read_bytes())
     mesh = read_limb(scan, MM_PER_UNIT).mesh
     tendon, fibula = outermost(mesh, 0.75, (0, -1)), outermost(mesh, 0.7, (-1, 0))
-    aligned = told(
+    aligned = reply_of(
         "align", scan, "--unit", MM_PER_UNIT, "--side", "right", "--kind", "transtibial",
         "--anterior", "-y", "--landmark", f"patellar tendon={tendon}",
         "--landmark", f"fibula head={fibula}",
@@ -62,7 +62,7 @@ def test_a_torn_model_goes_the_whole_way(data_folder: Path, tmp_path: Path, name
     assert any("4 loose scraps of surface" in note for note in aligned["notes"])
     height = aligned["size_mm"][2]
 
-    levels = told("measure", scan, "--every", 20)["levels"]
+    levels = reply_of("measure", scan, "--every", 20)["levels"]
     below_brim = [row for row in levels if row["from_reference_mm"] < height - 30]
     assert len(below_brim) >= 8
     for row in below_brim:
@@ -70,36 +70,38 @@ def test_a_torn_model_goes_the_whole_way(data_folder: Path, tmp_path: Path, name
         assert row["volume_below_ml"]["value"] > 0
 
     recipe, positive = tmp_path / "a.toml", tmp_path / "positive.ply"
-    told("edit", "new", recipe, "--for", scan)
+    reply_of("edit", "new", recipe, "--for", scan)
     for words in (*EDITS, ("plane-cut", f"height_mm={0.8 * height:.0f}")):
-        told("edit", "add", recipe, *words)
-    ledger = told("edit", "apply", scan, recipe, "-o", positive)["ledger"]
+        reply_of("edit", "add", recipe, *words)
+    ledger = reply_of("edit", "apply", scan, recipe, "-o", positive)["ledger"]
     assert [line["number"] for line in ledger["lines"]] == [1, 2, 3, 4, 5, 6]
     made = read_limb(positive)
     assert crossings(made.mesh) == 0
     assert face_components(made.mesh.faces).max() == 0
 
     closing = tmp_path / "closing.toml"
-    told("edit", "new", closing)
-    told("edit", "add", closing, "fill", "brim=true")
-    told("edit", "apply", positive, closing, "-o", tmp_path / "closed.ply")
+    reply_of("edit", "new", closing)
+    reply_of("edit", "add", closing, "fill", "brim=true")
+    reply_of("edit", "apply", positive, closing, "-o", tmp_path / "closed.ply")
     assert len(boundary_half_edges(read_limb(tmp_path / "closed.ply").mesh.faces)) == 0
 
     walling, sock = tmp_path / "walling.toml", tmp_path / "sock.ply"
-    told("edit", "new", walling)
-    told("edit", "add", walling, "wall", "thickness_mm=4")
-    told("edit", "apply", positive, walling, "-o", sock)
+    reply_of("edit", "new", walling)
+    reply_of("edit", "add", walling, "wall", "thickness_mm=4")
+    reply_of("edit", "apply", positive, walling, "-o", sock)
     solid = read_limb(sock)
     assert crossings(solid.mesh) == 0
     assert face_components(solid.mesh.faces).max() == 0
 
-    printed = told("export", sock, "--to", "stl", "-o", tmp_path / "sock.stl")
+    printed = reply_of("export", sock, "--to", "stl", "-o", tmp_path / "sock.stl")
     assert printed["bodies_left_out"] == 0
     assert read_limb(tmp_path / "sock.stl").notes == ()
-    carved = told("export", positive, "--to", "aop", "--side", "right")
+    carved = reply_of("export", positive, "--to", "aop", "--side", "right")
     assert carved["max_mm"] < 3
-    told("export", positive, "--to", "gcode", "--side", "right", "--tool", 19)
-    record = told("report", positive, "--against", scan, "--recipe", recipe, "-o", tmp_path / "r")
+    reply_of("export", positive, "--to", "gcode", "--side", "right", "--tool", 19)
+    record = reply_of(
+        "report", positive, "--against", scan, "--recipe", recipe, "-o", tmp_path / "r"
+    )
     assert record["written"]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from limbgram.cases import folder
-from limbgram.cases.folder import CaseFolder, disk_told, require_apart, sweep, take_in
+from limbgram.cases.folder import CaseFolder, require_apart, sweep, take_in, with_disk_advice
 from limbgram.core.errors import CaseError, PhotoError
 from limbgram.core.files import written_whole
 
@@ -262,7 +262,7 @@ def test_what_killed_runs_left_is_removed_and_nothing_else(tmp_path: Path) -> No
     ],
 )
 def test_what_the_system_says_becomes_advice(tmp_path: Path, number: int, told: str) -> None:
-    with pytest.raises(CaseError, match=told) as caught, disk_told(CaseFolder(tmp_path)):
+    with pytest.raises(CaseError, match=told) as caught, with_disk_advice(CaseFolder(tmp_path)):
         raise OSError(number, os.strerror(number), str(tmp_path / "surface.stl"))
     assert "run the same command again" in str(caught.value)
     if number not in (errno.ENOSPC, errno.EDQUOT):
@@ -270,5 +270,5 @@ def test_what_the_system_says_becomes_advice(tmp_path: Path, number: int, told: 
 
 
 def test_a_fault_of_ours_stays_one(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="cut off"), disk_told(CaseFolder(tmp_path)):
+    with pytest.raises(OSError, match="cut off"), with_disk_advice(CaseFolder(tmp_path)):
         raise OSError("image file is cut off")

@@ -15,7 +15,7 @@ from limbgram.cases import superseding as standing
 from limbgram.cases import worker
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Done, Job
-from limbgram.cases.store import KeepingRun
+from limbgram.cases.store import CachingRun
 from limbgram.cases.superseding import key_of
 from limbgram.core.errors import Cancelled, LimbgramError, ScaleError
 
@@ -40,7 +40,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Run:
         case = CaseFolder(job.case)
         case.root.mkdir(exist_ok=True)
 
-        def do(_job: Job, _run: KeepingRun) -> Done:
+        def do(_job: Job, _run: CachingRun) -> Done:
             if not isinstance(outcome, str):
                 raise outcome
             for path in written(case):
@@ -51,12 +51,12 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Run:
         monkeypatch.setattr(worker, "do", do)
         monkeypatch.setattr(worker, "write_record", recorded)
         with suppress(LimbgramError):
-            worker._do_and_record(job, KeepingRun(case=case), worker.Events(io.StringIO()))
+            worker._do_and_record(job, CachingRun(case=case), worker.Events(io.StringIO()))
         return record_of(case)
 
     plain = worker.write_record
 
-    def recorded(case: CaseFolder, state: Any, run: KeepingRun, *args: Any, **more: Any) -> None:
+    def recorded(case: CaseFolder, state: Any, run: CachingRun, *args: Any, **more: Any) -> None:
         plain(case, state, run, None, *(args[1:]), **more)
 
     return do_so

@@ -13,7 +13,7 @@ from limbgram.cases import fingerprint, store
 from limbgram.cases.fingerprint import Fingerprints, code_version
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.record import write_record
-from limbgram.cases.store import KeepingRun, read_product
+from limbgram.cases.store import CachingRun, read_product
 from limbgram.core.errors import Cancelled, CaseError
 from limbgram.core.run import track
 
@@ -63,7 +63,7 @@ def files(tmp_path: Path) -> tuple[Path, ...]:
 def chain(files: tuple[Path, ...], factor: float = 2.0) -> tuple[list[str], np.ndarray]:
     """Stages that were computed, and the last product."""
     CALLS.clear()
-    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    run = CachingRun(case=CaseFolder(files[0].parent.parent))
     parts = run(split, run(scale, run(read, files), Options(factor)))
     assert len(run.timings) == 3
     return list(CALLS), np.concatenate([part.values for part in parts])
@@ -170,21 +170,21 @@ def test_a_case_can_be_moved(files: tuple[Path, ...]) -> None:
     new = old.rename(old.with_name("moved"))
     moved = tuple(new / "photos" / file.name for file in files)
     assert chain(moved)[0] == []
-    run = KeepingRun(case=CaseFolder(new))
+    run = CachingRun(case=CaseFolder(new))
     assert run(read, moved).source == moved[0].resolve()
 
 
 def test_a_product_that_breaks_its_promise_is_a_bug_at_once(files: tuple[Path, ...]) -> None:
-    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    run = CachingRun(case=CaseFolder(files[0].parent.parent))
     with pytest.raises(TypeError, match="float32"):
         run(wrong, run(read, files))
 
 
 def test_the_same_stage_twice_keeps_both(files: tuple[Path, ...]) -> None:
-    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    run = CachingRun(case=CaseFolder(files[0].parent.parent))
     run(scale, run(scale, run(read, files), Options()), Options())
     assert list(run.keys) == ["read", "scale", "scale-2"]
-    again = KeepingRun(case=run.case)
+    again = CachingRun(case=run.case)
     CALLS.clear()
     twice = again(scale, again(scale, again(read, files), Options()), Options())
     np.testing.assert_array_equal(twice.values, [4, 8])
@@ -192,7 +192,7 @@ def test_the_same_stage_twice_keeps_both(files: tuple[Path, ...]) -> None:
 
 
 def test_stopping_keeps_what_is_finished(files: tuple[Path, ...]) -> None:
-    run = KeepingRun(case=CaseFolder(files[0].parent.parent))
+    run = CachingRun(case=CaseFolder(files[0].parent.parent))
     scaled = run(scale, run(read, files), Options())
     run.listener = lambda stage, done, _total: (
         run.cancel() if (stage, done) == ("split", 1) else None
@@ -226,7 +226,7 @@ def test_only_what_was_delivered_is_listed(tmp_path: Path) -> None:
     for name in ("surface.stl", ".surface.1.part.stl", "colmap/images.txt", ".colmap.1.old/x.txt"):
         (case.deliverables / name).parent.mkdir(parents=True, exist_ok=True)
         (case.deliverables / name).write_bytes(b"")
-    write_record(case, "finished", KeepingRun(case=case))
+    write_record(case, "finished", CachingRun(case=case))
     listed = [one["path"] for one in json.loads(case.record.read_text("utf-8"))["files"]]
     assert listed == ["deliverables/colmap/images.txt", "deliverables/surface.stl"]
 

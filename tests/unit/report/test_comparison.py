@@ -7,7 +7,7 @@ from limbgram.cli.demo import comparison_lines
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.alignment import Truth
-from limbgram.report.comparison import area_mm2, compare, girth_mm, section
+from limbgram.report.comparison import area_mm2, compare_with_truth, girth_mm, section
 
 RNG = np.random.default_rng(4)
 CENTRES_MM = RNG.normal(size=(12, 3)) * [900, 900, 200]
@@ -44,7 +44,7 @@ def moved(mesh: Mesh, scale: float = 1.0) -> Mesh:
 
 
 def test_the_truth_itself_has_no_error() -> None:
-    result = compare(moved(limb()), WORLD.apply(CENTRES_MM), truth())
+    result = compare_with_truth(moved(limb()), WORLD.apply(CENTRES_MM), truth())
     assert result.rms_mm < 1e-6
     assert abs(result.scale_error) < 1e-9
     assert result.covered == 1.0
@@ -60,7 +60,7 @@ def test_the_truth_itself_has_no_error() -> None:
 
 def test_a_wrong_scale_is_found_and_not_aligned_away() -> None:
     centres = WORLD.apply(1.002 * CENTRES_MM + RNG.normal(size=CENTRES_MM.shape) * 0.5)
-    result = compare(moved(limb(), 1.002), centres, truth())
+    result = compare_with_truth(moved(limb(), 1.002), centres, truth())
     assert result.scale_error == pytest.approx(0.002, rel=0.05)
     assert 0.05 < result.rms_mm < 0.2
     # Between fixed heights two of three dimensions grow, and a little more where it tapers.
@@ -68,7 +68,7 @@ def test_a_wrong_scale_is_found_and_not_aligned_away() -> None:
 
 
 def test_swelling_shows_in_mean_girth_and_volume() -> None:
-    result = compare(moved(limb(swell_mm=0.2)), WORLD.apply(CENTRES_MM), truth())
+    result = compare_with_truth(moved(limb(swell_mm=0.2)), WORLD.apply(CENTRES_MM), truth())
     assert result.mean_mm == pytest.approx(0.2, abs=0.02)
     assert result.girth_errors_mm == pytest.approx([2 * np.pi * 0.2] * 4, abs=0.06)
     assert 0.004 < result.volume_error < 0.01
@@ -83,10 +83,10 @@ def test_noise_shows_in_rms_and_half_a_surface_in_coverage() -> None:
     compact = np.full(len(cut), -1)
     compact[used] = np.arange(len(used))
     half = Mesh(vertices_mm=cut.vertices_mm[used], faces=compact[low].astype(np.int32))
-    result = compare(half, WORLD.apply(CENTRES_MM), truth())
+    result = compare_with_truth(half, WORLD.apply(CENTRES_MM), truth())
     assert 0.45 < result.covered < 0.53
     assert np.isnan(result.girth_errors_mm).tolist() == [False, False, True, True]
-    result = compare(moved(noisy), WORLD.apply(CENTRES_MM), truth())
+    result = compare_with_truth(moved(noisy), WORLD.apply(CENTRES_MM), truth())
     assert 0.07 < result.rms_mm < 0.11
     assert 0.15 < result.p95_mm < 0.22
 

@@ -22,7 +22,7 @@ from limbgram.workbench.edits.percent import Reduction
 from limbgram.workbench.edits.regional import Load
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
-from limbgram.workbench.measures.measuring import measure
+from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 
@@ -78,7 +78,7 @@ def case(**accuracy: Any) -> CaseSource:
 
 
 def lines(limb: Limb, of_case: CaseSource | None = None) -> dict[str, Any]:
-    found = biases(measure(limb), in_limb_frame(limb), of_case, None)
+    found = biases(measure_limb(limb), in_limb_frame(limb), of_case, None)
     return {line.step: line for line in found}
 
 

@@ -10,7 +10,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
 ABOVE_MM = 120.0
 
@@ -29,8 +29,8 @@ def views() -> list[Axes]:
         landmarks=(Landmark(name="knee", position_mm=np.array([20.0, 0, ABOVE_MM])),),
         frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="right"),
     )
-    options = MeasureOptions(heights_mm=(-100.0, 50.0), reference="knee")
-    return list(sections_drawing(measure(limb, options)).figure.axes)
+    options = LimbMeasureOptions(heights_mm=(-100.0, 50.0), reference="knee")
+    return list(sections_drawing(measure_limb(limb, options)).figure.axes)
 
 
 @pytest.mark.parametrize("view", [0, 1])

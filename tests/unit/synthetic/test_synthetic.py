@@ -14,7 +14,7 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief, make_limb
-from limbgram.synthetic.props.paint import Paint, PaintedSpot, bake
+from limbgram.synthetic.props.paint import Paint, SockSpot, bake
 from limbgram.synthetic.truth import stage_truth, surface_points
 
 TINY = CaptureOptions(photos=4, width_px=240, height_px=160, calibration_photos=2, mesh_step_mm=3.0)
@@ -181,7 +181,7 @@ def test_a_board_printed_too_large_is_larger_in_truth_and_not_in_name() -> None:
 def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
     begun, round_again = (
-        bake(limb, Paint.NONE, 0.9, 5, 0.4, [PaintedSpot(around=around, height=0.5)])
+        bake(limb, Paint.NONE, 0.9, 5, 0.4, [SockSpot(around=around, height=0.5)])
         for around in (0.0, 1.0)
     )
     np.testing.assert_array_equal(begun, round_again)

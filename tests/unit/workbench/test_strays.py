@@ -13,7 +13,7 @@ from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.strays import TINY_SHARE, without_strays
 
 
@@ -58,7 +58,7 @@ def test_torn_triangles_are_taken_away_and_what_they_left_is_closed(
     assert volume_mm3(limb.mesh) == pytest.approx(volume_mm3(stump.mesh), rel=1e-6)
     aligned = align(limb, AlignOptions(side="right", anterior=np.array([0, 1.0, 0])))
     heights = (50.0, 100.0, 150.0, 200.0)
-    rows = measure(aligned, MeasureOptions(heights_mm=heights)).rows
+    rows = measure_limb(aligned, LimbMeasureOptions(heights_mm=heights)).rows
     assert all(row.figures["volume_below_mm3"] is not None for row in rows)
 
 
@@ -121,4 +121,4 @@ def test_what_stands_off_the_skin_or_is_large_stays(stump: Limb) -> None:
         ).astype(np.int32),
     )  # fmt: skip
     assert without_strays(apart).mesh is apart
-    assert without_strays(stump.mesh).told() == ()
+    assert without_strays(stump.mesh).sentences() == ()

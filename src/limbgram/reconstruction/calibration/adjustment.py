@@ -40,21 +40,21 @@ class Projection(NamedTuple):
     by_pose: Float64[np.ndarray, "n 2 6"]
 
 
-def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], plate: Points3) -> Points3:
-    """Corners of the board as printed and bent, for the whole `plate` they belong to."""
-    return corners_mm + np.einsum("nit,t->ni", _board_slopes(corners_mm, plate), terms)
+def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], board_mm: Points3) -> Points3:
+    """Corners of the board as printed and bent, for the whole board they belong to."""
+    return corners_mm + np.einsum("nit,t->ni", _board_slopes(corners_mm, board_mm), terms)
 
 
 def project_board(
-    corners_mm: Points3, plate: Points3, shared: Float64[np.ndarray, "15"], pose: Rigid
+    corners_mm: Points3, board_mm: Points3, shared: Float64[np.ndarray, "15"], pose: Rigid
 ) -> Projection:
     """Corners in pixels, with derivatives.
 
     Args:
-        plate: All corners of the board: they set the origin and size of its shape's terms.
+        board_mm: All corners of the board: they set the origin and size of its shape's terms.
         pose: camera_from_board.
     """
-    slopes = _board_slopes(corners_mm, plate)
+    slopes = _board_slopes(corners_mm, board_mm)
     on_board = corners_mm + slopes @ shared[LENS:]
     turned = on_board @ pose.rotation.T
     in_camera = turned + pose.translation
@@ -80,10 +80,10 @@ def moved(pose: Rigid, step: Float64[np.ndarray, "6"]) -> Rigid:
     return Rigid(turn.rotation @ pose.rotation, pose.translation + step[3:])
 
 
-def _board_slopes(corners_mm: Points3, plate: Points3) -> Float64[np.ndarray, "n 3 5"]:
+def _board_slopes(corners_mm: Points3, board_mm: Points3) -> Float64[np.ndarray, "n 3 5"]:
     """Derivatives of the corners by the board's terms; its shape is linear in them."""
-    middle = 0.5 * (plate.min(axis=0) + plate.max(axis=0))
-    half_mm = 0.5 * float(np.ptp(plate, axis=0).max())
+    middle = 0.5 * (board_mm.min(axis=0) + board_mm.max(axis=0))
+    half_mm = 0.5 * float(np.ptp(board_mm, axis=0).max())
     u, v = ((corners_mm - middle)[:, :2] / half_mm).T
     slopes = np.zeros((len(corners_mm), 3, len(BOARD_TERMS)))
     slopes[:, 1, 0] = v
@@ -143,14 +143,14 @@ _TYPICAL_PX = 0.1
 
 
 @dataclass(frozen=True)
-class Sighting:
+class BoardObservation:
     """The board's corners in one photo."""
 
     name: str
     ids: Int32[np.ndarray, " n"]
     xy_px: Points2
 
-    def only(self, keep: Bool[np.ndarray, " n"]) -> "Sighting":
+    def only(self, keep: Bool[np.ndarray, " n"]) -> "BoardObservation":
         return replace(self, ids=self.ids[keep], xy_px=self.xy_px[keep])
 
 
@@ -203,8 +203,8 @@ class _Normals:
 
 
 def adjust(
-    sightings: tuple[Sighting, ...],
-    plate: Points3,
+    observations: tuple[BoardObservation, ...],
+    board_mm: Points3,
     shared: Float64[np.ndarray, "15"],
     poses: tuple[Rigid, ...],
     free: Bool[np.ndarray, "15"],
@@ -214,13 +214,13 @@ def adjust(
     Raises:
         CalibrationError: the free unknowns cannot be told apart in these photos.
     """
-    normals = _normals(sightings, plate, shared, poses)
+    normals = _normals(observations, board_mm, shared, poses)
     damping = 1e-4
     for _ in range(_STEPS):
         step, pose_steps = _step(normals, free, damping)
         tried = shared + step
         tried_poses = tuple(moved(pose, one) for pose, one in zip(poses, pose_steps))
-        new = _normals(sightings, plate, tried, tried_poses)
+        new = _normals(observations, board_mm, tried, tried_poses)
         if new.cost <= normals.cost and np.isfinite(new.cost):
             gain = normals.cost - new.cost
             shared, poses, normals = tried, tried_poses, new
@@ -236,14 +236,16 @@ def adjust(
         free=free,
         poses=poses,
         residuals_px=tuple(
-            one.xy_px - project_board(plate[one.ids], plate, shared, pose).xy_px
-            for one, pose in zip(sightings, poses)
+            one.xy_px - project_board(board_mm[one.ids], board_mm, shared, pose).xy_px
+            for one, pose in zip(observations, poses)
         ),
         cofactors=_cofactors(normals, free),
     )
 
 
-def scatter(sightings: tuple[Sighting, ...], plate: Points3, solution: Solution) -> float:
+def scatter(
+    observations: tuple[BoardObservation, ...], board_mm: Points3, solution: Solution
+) -> float:
     """How much more the lens scatters from photo to photo than its covariance says.
 
     Delete-one jackknife over photos, linearized (Bell and McCaffrey 2002, CR3): errors that the
@@ -253,8 +255,8 @@ def scatter(sightings: tuple[Sighting, ...], plate: Points3, solution: Solution)
     free = solution.free
     whole = np.linalg.pinv(solution.cofactors[np.ix_(free, free)], hermitian=True)
     shifts: list[np.ndarray] = []
-    for one, pose in zip(sightings, solution.poses):
-        alone = _normals((one,), plate, solution.shared, (pose,), with_prior=False)
+    for one, pose in zip(observations, solution.poses):
+        alone = _normals((one,), board_mm, solution.shared, (pose,), with_prior=False)
         solved = np.linalg.solve(alone.posed[0], alone.mixed[0].T)
         reduced = (alone.matrix - alone.mixed[0] @ solved)[np.ix_(free, free)]
         shifts.append(_inverse(whole - reduced) @ alone.right[free])
@@ -266,8 +268,8 @@ def scatter(sightings: tuple[Sighting, ...], plate: Points3, solution: Solution)
 
 
 def _normals(
-    sightings: tuple[Sighting, ...],
-    plate: Points3,
+    observations: tuple[BoardObservation, ...],
+    board_mm: Points3,
     shared: Float64[np.ndarray, "15"],
     poses: tuple[Rigid, ...],
     *,
@@ -278,8 +280,8 @@ def _normals(
     mixed = np.empty((len(poses), SHARED, POSE))
     posed = np.empty((len(poses), POSE, POSE))
     pose_right = np.empty((len(poses), POSE))
-    for row, (one, pose) in enumerate(zip(sightings, poses)):
-        projection = project_board(plate[one.ids], plate, shared, pose)
+    for row, (one, pose) in enumerate(zip(observations, poses)):
+        projection = project_board(board_mm[one.ids], board_mm, shared, pose)
         a = projection.by_shared.reshape(-1, SHARED)
         b = projection.by_pose.reshape(-1, POSE)
         residual = (one.xy_px - projection.xy_px).ravel()

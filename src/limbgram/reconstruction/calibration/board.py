@@ -19,7 +19,7 @@ from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.reconstruction.calibration.adjustment import (
     BOARD_TERMS,
     LENS,
-    Sighting,
+    BoardObservation,
     Solution,
     scatter,
 )
@@ -153,15 +153,17 @@ def calibrate_detections(
     refuse_few(detections, options.min_photos)
     refuse_mixed(seen_by)
     size_px = (seen_by[0].width_px, seen_by[0].height_px)
-    plate = detections.corners_mm
-    sightings = tuple(Sighting(one.name, one.ids, one.xy_px) for one in detections.photos)
+    board_mm = detections.corners_mm
+    observations = tuple(
+        BoardObservation(one.name, one.ids, one.xy_px) for one in detections.photos
+    )
 
-    bend = len(sightings) >= options.few_photos and not detections.board.has_quarter_turns
+    bend = len(observations) >= options.few_photos and not detections.board.has_quarter_turns
     screened = screen(
-        sightings,
-        plate,
+        observations,
+        board_mm,
         size_px,
-        free_unknowns(k3=len(sightings) >= options.few_photos, skew=False, board=bend),
+        free_unknowns(k3=len(observations) >= options.few_photos, skew=False, board=bend),
         min_photos=options.min_photos,
         photo_factor=options.photo_factor,
         corner_sigmas=options.corner_sigmas,
@@ -169,16 +171,16 @@ def calibrate_detections(
     refuse_undetermined(screened.solution, 1.0, _HOPELESS * options.max_focal_sigma)
     choice = choose(
         screened,
-        plate,
+        board_mm,
         size_px,
-        bend=bend and len(screened.sightings) >= options.few_photos,
+        bend=bend and len(screened.observations) >= options.few_photos,
         significance=options.significance,
         meaningful_skew_px=options.meaningful_skew_px,
         board_gain=options.board_gain,
     )
     solution = choice.solution
-    inflation = max(1.0, scatter(screened.sightings, plate, solution))
-    seen = coverage(np.concatenate([one.xy_px for one in screened.sightings]), size_px)
+    inflation = max(1.0, scatter(screened.observations, board_mm, solution))
+    seen = coverage(np.concatenate([one.xy_px for one in screened.observations]), size_px)
     refuse_contradiction(solution, max(options.max_rms_px, options.max_rms * max(size_px)))
     refuse_undetermined(solution, inflation, options.max_focal_sigma)
     covariance = solution.covariance * inflation**2
@@ -256,6 +258,6 @@ def _photo_fits(
             dropped=doubtful[one.name] + screened.dropped[one.name],
         )
         for one, pose, residuals_px in zip(
-            screened.sightings, solution.poses, solution.residuals_px
+            screened.observations, solution.poses, solution.residuals_px
         )
     )

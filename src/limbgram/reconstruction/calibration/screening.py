@@ -19,7 +19,7 @@ from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.reconstruction.calibration.adjustment import (
     LENS,
     SHARED,
-    Sighting,
+    BoardObservation,
     Solution,
     adjust,
     scatter,
@@ -36,7 +36,7 @@ _LENIENT_PX = 0.05
 class Screened:
     """What remained, its solution, and what was left out."""
 
-    sightings: tuple[Sighting, ...]
+    observations: tuple[BoardObservation, ...]
     solution: Solution
     set_aside: tuple[SetAside, ...] = ()
     dropped: dict[str, int] = field(default_factory=dict[str, int])
@@ -53,8 +53,8 @@ def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, "15"
 
 
 def screen(
-    sightings: tuple[Sighting, ...],
-    plate: Points3,
+    observations: tuple[BoardObservation, ...],
+    board_mm: Points3,
     size_px: tuple[int, int],
     free: Bool[np.ndarray, "15"],
     *,
@@ -68,39 +68,39 @@ def screen(
         photo_factor: A photo goes when its RMS is this many times the median of all.
         corner_sigmas: A corner goes when it is this many robust sigmas off.
     """
-    solution = _start(sightings, plate, size_px, free)
+    solution = _start(observations, board_mm, size_px, free)
     set_aside: list[SetAside] = []
-    while len(sightings) > min_photos:
+    while len(observations) > min_photos:
         rms_px = np.array([_rms(residual) for residual in solution.residuals_px])
         worst, limit = int(rms_px.argmax()), photo_factor * float(np.median(rms_px))
         if rms_px[worst] <= max(limit, _LENIENT_PX):
             break
         set_aside.append(
             SetAside(
-                sightings[worst].name,
+                observations[worst].name,
                 f"its corners are {rms_px[worst]:.2f} px off, those of the other photos "
                 f"{float(np.median(rms_px)):.2f} px: moved, out of focus, or a bent board",
             )
         )
-        sightings = sightings[:worst] + sightings[worst + 1 :]
-        solution = _start(sightings, plate, size_px, free)
-    return _without_bad_corners(sightings, plate, solution, tuple(set_aside), corner_sigmas)
+        observations = observations[:worst] + observations[worst + 1 :]
+        solution = _start(observations, board_mm, size_px, free)
+    return _without_bad_corners(observations, board_mm, solution, tuple(set_aside), corner_sigmas)
 
 
-def readjust(screened: Screened, plate: Points3, free: Bool[np.ndarray, "15"]) -> Solution:
+def readjust(screened: Screened, board_mm: Points3, free: Bool[np.ndarray, "15"]) -> Solution:
     """The same photos and corners with other unknowns; what is no longer free becomes zero."""
     shared = np.where(free, screened.solution.shared, 0.0)
-    return adjust(screened.sightings, plate, shared, screened.solution.poses, free)
+    return adjust(screened.observations, board_mm, shared, screened.solution.poses, free)
 
 
 def _without_bad_corners(
-    sightings: tuple[Sighting, ...],
-    plate: Points3,
+    observations: tuple[BoardObservation, ...],
+    board_mm: Points3,
     solution: Solution,
     set_aside: tuple[SetAside, ...],
     corner_sigmas: float,
 ) -> Screened:
-    dropped = {one.name: 0 for one in sightings}
+    dropped = {one.name: 0 for one in observations}
     for _ in range(3):
         off_px = [np.linalg.norm(residual, axis=1) for residual in solution.residuals_px]
         sigma_px = float(np.median(np.concatenate(off_px))) / 1.1774
@@ -108,16 +108,16 @@ def _without_bad_corners(
         keeps = [one <= limit_px for one in off_px]
         if all(keep.all() for keep in keeps):
             break
-        for one, keep in zip(sightings, keeps):
+        for one, keep in zip(observations, keeps):
             dropped[one.name] += int((~keep).sum())
-        sightings = tuple(one.only(keep) for one, keep in zip(sightings, keeps))
-        solution = adjust(sightings, plate, solution.shared, solution.poses, solution.free)
-    return Screened(sightings, solution, set_aside, dropped)
+        observations = tuple(one.only(keep) for one, keep in zip(observations, keeps))
+        solution = adjust(observations, board_mm, solution.shared, solution.poses, solution.free)
+    return Screened(observations, solution, set_aside, dropped)
 
 
 def _start(
-    sightings: tuple[Sighting, ...],
-    plate: Points3,
+    observations: tuple[BoardObservation, ...],
+    board_mm: Points3,
     size_px: tuple[int, int],
     free: Bool[np.ndarray, "15"],
 ) -> Solution:
@@ -126,8 +126,8 @@ def _start(
     guess = np.diag([float(max(size_px)), float(max(size_px)), 1.0])
     try:
         _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
-            [plate[one.ids].astype(np.float32) for one in sightings],
-            [one.xy_px.astype(np.float32).reshape(-1, 1, 2) for one in sightings],
+            [board_mm[one.ids].astype(np.float32) for one in observations],
+            [one.xy_px.astype(np.float32).reshape(-1, 1, 2) for one in observations],
             size_px,
             guess,
             np.zeros(5),
@@ -150,7 +150,7 @@ def _start(
             "The focal length cannot be told from these photos: the board was held parallel to "
             "the sensor in all of them. Tilt it by 20 to 45 degrees to all sides."
         )
-    return adjust(sightings, plate, shared, poses, free)
+    return adjust(observations, board_mm, shared, poses, free)
 
 
 def _rms(residual_px: Float64[np.ndarray, "n 2"]) -> float:
@@ -180,7 +180,7 @@ class Choice:
 
 def choose(
     screened: Screened,
-    plate: Points3,
+    board_mm: Points3,
     size_px: tuple[int, int],
     *,
     bend: bool,
@@ -194,20 +194,20 @@ def choose(
         bend: Whether the photos are such that the board's shape can be asked for.
     """
     if bend:
-        flat = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=False))
-        bent = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=True))
+        flat = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=False))
+        bent = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=True))
         bend = bent.rms_px < (1.0 - board_gain) * flat.rms_px
-    with_k3 = readjust(screened, plate, free_unknowns(k3=True, skew=False, board=bend))
+    with_k3 = readjust(screened, board_mm, free_unknowns(k3=True, skew=False, board=bend))
     k3 = _estimate(with_k3, _K3)
-    spread = max(1.0, scatter(screened.sightings, plate, with_k3))
+    spread = max(1.0, scatter(screened.observations, board_mm, with_k3))
     k3_seen = k3.sigmas_from_zero > significance * spread
-    with_skew = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=True, board=bend))
+    with_skew = readjust(screened, board_mm, free_unknowns(k3=k3_seen, skew=True, board=bend))
     skew = _estimate(with_skew, _SKEW)
-    spread = max(1.0, scatter(screened.sightings, plate, with_skew))
+    spread = max(1.0, scatter(screened.observations, board_mm, with_skew))
     shift_px = abs(skew.value) * 0.5 * size_px[1] / float(with_skew.shared[1])
     if skew.sigmas_from_zero > significance * spread and shift_px > meaningful_skew_px:
         return Choice(with_skew, skew, k3)
-    plain = readjust(screened, plate, free_unknowns(k3=k3_seen, skew=False, board=bend))
+    plain = readjust(screened, board_mm, free_unknowns(k3=k3_seen, skew=False, board=bend))
     return Choice(plain, skew, k3)
 
 

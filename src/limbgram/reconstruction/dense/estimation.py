@@ -227,13 +227,13 @@ def _neighbours(
     metric: MetricScene, region: Region, crops: Sequence[Crop], options: DenseOptions
 ) -> dict[int, list[int]]:
     """By photo, the photos to compare it with, best first; without own choice, who chose it."""
-    shown = [crop.photo_idx for crop in crops]
+    looked_at = [crop.photo_idx for crop in crops]
     choice = NeighbourOptions(most=options.sources, most_angle_deg=_WIDEST_DEG)
     chosen = choose_neighbours(metric, region, choice)
-    own = {photo: [other for other in chosen[photo] if other in shown] for photo in shown}
+    own = {photo: [other for other in chosen[photo] if other in looked_at] for photo in looked_at}
     return {
-        photo: own[photo] or [k for k in shown if photo in own[k]][: options.sources]
-        for photo in shown
+        photo: own[photo] or [k for k in looked_at if photo in own[k]][: options.sources]
+        for photo in looked_at
     }
 
 

@@ -2,7 +2,7 @@
 
 Points are sorted by the cube they lie in; a hash table tells where each cube's points start.
 
-Sighting: which photos agree on a point of the cloud, and what colour it has in them.
+Visibility: which photos agree on a point of the cloud, and what colour it has in them.
 
 Moving least squares: points go to the curved surface that their neighbours agree on (compiled).
 
@@ -137,7 +137,7 @@ _BEHIND = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sightings:
+class PointVisibility:
     """By point: photos whose depth map has it, and its mean colour in them."""
 
     views: UInt8[np.ndarray, " n"]
@@ -146,14 +146,14 @@ class Sightings:
     colours: UInt8[np.ndarray, "n 3"]
 
 
-def sight(
+def point_visibility(
     photos: PhotoSet,
     metric: MetricScene,
     depth_maps: Sequence[DepthMap],
     points_mm: Float32[np.ndarray, "n 3"],
     normals: Float32[np.ndarray, "n 3"],
     agree_mm: float,
-) -> Sightings:
+) -> PointVisibility:
     """Look for each point in each depth map; where it is, the photo's colour counts by cosine^2."""
 
     def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -172,7 +172,7 @@ def sight(
         weights[seen] += weight
         sums[seen] += weight[:, None] * colours
     colours = np.round(sums / weights[:, None]).astype(np.uint8)
-    return Sightings(views=views, through=through, colours=colours)
+    return PointVisibility(views=views, through=through, colours=colours)
 
 
 def _seen(
@@ -431,17 +431,17 @@ def fuse(
     points, normals = _surface(measured, spacing_mm, _NOISE_PX * pixel_mm, options)
     inside = region.contains(points.astype(float))
     points, normals = points[inside], normals[inside]
-    sightings = sight(photos, metric, depth_maps, points, normals, spacing_mm / 2)
-    kept = sightings.views >= min(options.least_views, len(depth_maps))
-    kept &= sightings.through <= sightings.views
+    visibility = point_visibility(photos, metric, depth_maps, points, normals, spacing_mm / 2)
+    kept = visibility.views >= min(options.least_views, len(depth_maps))
+    kept &= visibility.through <= visibility.views
     kept[kept] = _in_large_pieces(points[kept], _PIECE_REACH * spacing_mm, options.least_share)
     if kept.sum() < options.least_points:
         raise _too_few(int(kept.sum()), options)
     return Cloud(
         points_mm=points[kept],
         normals=normals[kept],
-        colours=sightings.colours[kept],
-        views=sightings.views[kept],
+        colours=visibility.colours[kept],
+        views=visibility.views[kept],
         spacing_mm=spacing_mm,
     )
 

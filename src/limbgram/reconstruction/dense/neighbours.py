@@ -16,7 +16,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.run import track
 from limbgram.reconstruction.dense.region import Region
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.sight import in_frame
+from limbgram.reconstruction.scale.visibility import in_frame
 
 _UNOBSERVED = 0.3
 """Weight of a point that a photo should see, but in which no feature of it was matched."""

@@ -37,7 +37,7 @@ from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.sight import Aim, aim_of, in_frame, in_sight
+from limbgram.reconstruction.scale.visibility import Aim, aim_of, in_frame, projectable
 
 _NEIGHBOURS = 6
 _LINK_FACTOR = 3.0
@@ -449,7 +449,7 @@ def footprint(region: Region, view: View, factor: float = 1.0) -> Footprint:
     camera = view.camera.scaled(factor)
     in_camera = view.camera_from_world.apply(region.centres_mm(region.skin()))
     radius_mm = region.cell_mm * np.sqrt(3) / 2
-    in_camera = in_camera[in_sight(camera, in_camera) & (in_camera[:, 2] > 2 * radius_mm)]
+    in_camera = in_camera[projectable(camera, in_camera) & (in_camera[:, 2] > 2 * radius_mm)]
     depth_mm = in_camera[:, 2]
     xy_px = camera.project(in_camera)
     radius_px = _STRETCH * max(camera.fx, camera.fy) * radius_mm / (depth_mm - radius_mm) + 0.5

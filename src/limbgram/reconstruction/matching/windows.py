@@ -154,7 +154,7 @@ _LEAST_CONTRAST = 2.0
 """Standard deviation of luma below which a window shows nothing."""
 _RIDGE = 1e-3
 _FINER = 2
-"""Levels down, where a window settled in a reduced photo is compared once more."""
+"""Levels down, where a window converged in a reduced photo is compared once more."""
 _AGREEMENT_WHEN_FINER = 0.9
 """Correlation from which that second comparison counts."""
 
@@ -170,7 +170,7 @@ def correlate_all(
     max_shift: float,
     result: np.ndarray,
 ) -> None:
-    """Per match x, y and correlation; NaN where a window leaves the photo or does not settle.
+    """Per match x, y and correlation; NaN where a window leaves the photo or does not converge.
 
     Rows are x, y, scale and angle (radians). A match is compared in the level that suits its
     scale, and large ones then in a finer level too.
@@ -232,7 +232,7 @@ def _compare(
     place[0], place[3] = (place[0] + 0.5) / size2 - 0.5, (place[3] + 0.5) / size2 - 0.5
     for k in (1, 2, 4, 5):
         place[k] *= size / size2
-    correlation = _settle(second, window[0], slopes, normal, place, other, max_shift)
+    correlation = _gauss_newton(second, window[0], slopes, normal, place, other, max_shift)
     place[0], place[3] = (place[0] + 0.5) * size2 - 0.5, (place[3] + 0.5) * size2 - 0.5
     for k in (1, 2, 4, 5):
         place[k] *= size2 / size
@@ -246,7 +246,7 @@ def _level_for(sigma: float, levels: int) -> int:
 
 
 @nb.njit(cache=True, nogil=True)
-def _settle(
+def _gauss_newton(
     pixels: np.ndarray,
     window: np.ndarray,
     slopes: np.ndarray,

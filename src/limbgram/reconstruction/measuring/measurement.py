@@ -24,7 +24,7 @@ from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops,
 from limbgram.reconstruction.measuring.rounds import (
     JointEquations,
     MatchingOptions,
-    Sight,
+    SeenSurface,
     joint_equations,
     look,
     match_guessed,
@@ -92,7 +92,7 @@ def measure(
     mesh = _with_even_brim(mesh, crops, imagery, views, options)
     del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
-    found: tuple[Sight, JointEquations] | None = None
+    found: tuple[SeenSurface, JointEquations] | None = None
     for _ in track(range(options.joint_rounds)):
         found = None  # two rounds' equations never lie side by side
         mesh, found = _jointly(mesh, imagery, views, seen_by, matching)
@@ -108,9 +108,9 @@ def _by_patches(
     options: MatchingOptions,
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
     """The mesh moved by a patch per vertex, and whose patch is believed."""
-    sight = look(mesh, imagery, views, seen_by)
-    moves, believed = match_patches(mesh, imagery, sight, options)
-    return _moved(mesh, moves, sight, options), believed
+    seen = look(mesh, imagery, views, seen_by)
+    moves, believed = match_patches(mesh, imagery, seen, options)
+    return _moved(mesh, moves, seen, options), believed
 
 
 def _jointly(
@@ -119,11 +119,11 @@ def _jointly(
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
     options: MatchingOptions,
-) -> tuple[Mesh, tuple[Sight, JointEquations]]:
+) -> tuple[Mesh, tuple[SeenSurface, JointEquations]]:
     """The mesh moved by all vertices at once, and what moved it."""
-    sight = look(mesh, imagery, views, seen_by)
-    equations = joint_equations(mesh, imagery, sight, options)
-    return _moved(mesh, match_jointly(mesh, sight, equations), sight, options), (sight, equations)
+    seen = look(mesh, imagery, views, seen_by)
+    equations = joint_equations(mesh, imagery, seen, options)
+    return _moved(mesh, match_jointly(mesh, seen, equations), seen, options), (seen, equations)
 
 
 def _seen_by(
@@ -164,9 +164,9 @@ def _with_even_brim(
     for imagery in (prepare(crops, views, 1), full):
         for _ in track(range(options.brim_rounds)):
             seen_by, _ = _seen_by(whole, views, matching)
-            sight = look(part, imagery, views, seen_by[chosen])
-            moves, good = match_guessed(part, imagery, sight, guessed[chosen], matching)
-            part = _moved(part, moves, sight, matching)
+            seen = look(part, imagery, views, seen_by[chosen])
+            moves, good = match_guessed(part, imagery, seen, guessed[chosen], matching)
+            part = _moved(part, moves, seen, matching)
             whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_))
 
@@ -186,9 +186,9 @@ def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.
 
 
 def _moved(
-    mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], sight: Sight, options: MatchingOptions
+    mesh: Mesh, moves_mm: Float64[np.ndarray, " n"], seen: SeenSurface, options: MatchingOptions
 ) -> Mesh:
     """The vertices moved along their normals, no further than is believed."""
-    limit = options.max_move_px * sight.pixel_mm
+    limit = options.max_move_px * seen.pixel_mm
     moves_mm = np.clip(moves_mm, -limit, limit)
-    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * sight.axes[:, 2])
+    return mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * seen.axes[:, 2])

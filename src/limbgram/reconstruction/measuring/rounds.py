@@ -20,11 +20,11 @@ from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
 from limbgram.reconstruction.measuring.joint import GAIN, LIFT, assemble, local_gains
 from limbgram.reconstruction.measuring.patches import MEASURED, measure_patches
 from limbgram.reconstruction.measuring.thin_plate import (
-    Plate,
-    plate_of,
+    ThinPlate,
     quadrics,
-    settle,
+    smoothed_moves,
     tangent_axes,
+    thin_plate_of,
 )
 
 _UNMEASURED_PX = 1.0
@@ -81,10 +81,10 @@ class MatchingOptions:
     max_move_px: float = 4.0
     """A vertex that wants to move further, in pixels of the round's photos, is not believed."""
 
-    patch_plate_px: float = 2.5
+    patch_thin_plate_px: float = 2.5
     """Patches: below this length the surface bends like a plate rather than follow the data."""
 
-    joint_plate_px: float = 3.0
+    joint_thin_plate_px: float = 3.0
     """All vertices at once: the same length."""
 
     noise_grey: float = 1.5
@@ -102,10 +102,10 @@ class MatchingOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sight:
+class SeenSurface:
     """The surface as the photos see it, before a round."""
 
-    plate: Plate
+    thin_plate: ThinPlate
     axes: Float64[np.ndarray, "n 3 3"]
     """Two tangents and the normal."""
     quadric: Float64[np.ndarray, "n 3"]
@@ -116,41 +116,41 @@ class Sight:
 
 def look(
     mesh: Mesh, imagery: Imagery, views: Sequence[View], seen_by: Int32[np.ndarray, "n c"]
-) -> Sight:
+) -> SeenSurface:
     """Frames and curvature of every vertex, and the size of a pixel on it."""
-    plate = plate_of(mesh)
+    thin_plate = thin_plate_of(mesh)
     axes = tangent_axes(mesh.vertex_normals())
-    return Sight(
-        plate=plate,
+    return SeenSurface(
+        thin_plate=thin_plate,
         axes=axes,
-        quadric=quadrics(mesh, plate, axes),
+        quadric=quadrics(mesh, thin_plate, axes),
         seen_by=seen_by,
         pixel_mm=_pixel_mm(mesh, views, seen_by[:, 0]) / imagery.factor,
     )
 
 
 def match_patches(
-    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """A patch per vertex, each on its own, then the plate through all of them.
 
     Also tells which patches were believed.
     """
-    offsets_mm, formal_mm, good = _patches(mesh, imagery, sight, options)
+    offsets_mm, formal_mm, good = _patches(mesh, imagery, seen, options)
     if good.mean() < 0.05:
         raise SurfaceError(
             f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
             "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
             "of the placed photos; paint more densely and photograph again."
         )
-    sigma_mm = np.where(good, formal_mm, _UNMEASURED_PX * sight.pixel_mm)
-    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+    sigma_mm = np.where(good, formal_mm, _UNMEASURED_PX * seen.pixel_mm)
+    return _through(mesh, seen, offsets_mm, sigma_mm, good, options), good
 
 
 def match_guessed(
     mesh: Mesh,
     imagery: Imagery,
-    sight: Sight,
+    seen: SeenSurface,
     guessed: Bool[np.ndarray, " n"],
     options: MatchingOptions,
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
@@ -159,15 +159,15 @@ def match_guessed(
     Guessed vertices without a believed patch follow the plate through their neighbours, so that
     a fill is measured from its rim inwards round by round.
     """
-    only = replace(sight, seen_by=np.where(guessed[:, None], sight.seen_by, np.int32(-1)))
+    only = replace(seen, seen_by=np.where(guessed[:, None], seen.seen_by, np.int32(-1)))
     offsets_mm, formal_mm, good = _patches(mesh, imagery, only, options)
     believed_px = np.where(guessed, _LOOSE_PX, _HELD_PX)
-    sigma_mm = np.where(good, formal_mm, believed_px * sight.pixel_mm)
-    return _through(mesh, sight, offsets_mm, sigma_mm, good, options), good
+    sigma_mm = np.where(good, formal_mm, believed_px * seen.pixel_mm)
+    return _through(mesh, seen, offsets_mm, sigma_mm, good, options), good
 
 
 def _patches(
-    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
 ) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Offset of every vertex's patch, its formal sigma, and whether it is believed."""
     state = np.zeros((len(mesh), 3))
@@ -176,31 +176,33 @@ def _patches(
         imagery.crops,
         imagery.factor,
         imagery.views,
-        sight.seen_by,
+        seen.seen_by,
         mesh.vertices_mm,
-        sight.axes,
-        sight.quadric,
-        sight.pixel_mm,
+        seen.axes,
+        seen.quadric,
+        seen.pixel_mm,
         8,
         state,
     )
-    good = _believed(report, state[:, 0], sight.pixel_mm, options)
-    return state[:, 0], np.maximum(report[:, 1], _HELD_PX * sight.pixel_mm), good
+    good = _believed(report, state[:, 0], seen.pixel_mm, options)
+    return state[:, 0], np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm), good
 
 
 def _through(
     mesh: Mesh,
-    sight: Sight,
+    seen: SeenSurface,
     offsets_mm: Float64[np.ndarray, " n"],
     sigma_mm: Float64[np.ndarray, " n"],
     good: Bool[np.ndarray, " n"],
     options: MatchingOptions,
 ) -> Float64[np.ndarray, " n"]:
     """Moves of the plate through the believed offsets."""
-    length_mm = options.patch_plate_px * float(np.median(sight.pixel_mm))
+    length_mm = options.patch_thin_plate_px * float(np.median(seen.pixel_mm))
     right = np.where(good, offsets_mm, 0.0) / sigma_mm**2
     weights = 1 / sigma_mm**2
-    return settle(mesh, sight.plate, weights, sp.csr_matrix(sp.diags(weights)), right, length_mm)
+    return smoothed_moves(
+        mesh, seen.thin_plate, weights, sp.csr_matrix(sp.diags(weights)), right, length_mm
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,11 +223,13 @@ class JointEquations:
     """Below this length the plate rules."""
 
 
-def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+def match_jointly(
+    mesh: Mesh, seen: SeenSurface, equations: JointEquations
+) -> Float64[np.ndarray, " n"]:
     """Moves of all vertices at once."""
-    return settle(
+    return smoothed_moves(
         mesh,
-        sight.plate,
+        seen.thin_plate,
         equations.weights,
         equations.soft,
         equations.right,
@@ -234,23 +238,23 @@ def match_jointly(mesh: Mesh, sight: Sight, equations: JointEquations) -> Float6
 
 
 def joint_equations(
-    mesh: Mesh, imagery: Imagery, sight: Sight, options: MatchingOptions
+    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
 ) -> JointEquations:
     """What the photos say about all vertices at once, by samples on the faces."""
-    at_vertex = np.zeros((*sight.seen_by.shape, 4), np.float32)
+    at_vertex = np.zeros((*seen.seen_by.shape, 4), np.float32)
     at_vertex[..., LIFT] = apparent_lift_mm(
-        mesh.vertices_mm, sight.axes, sight.quadric, imagery.views, sight.seen_by
+        mesh.vertices_mm, seen.axes, seen.quadric, imagery.views, seen.seen_by
     )
     local_gains(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
         imagery.views,
-        sight.seen_by,
+        seen.seen_by,
         mesh.vertices_mm,
-        sight.axes,
-        sight.quadric,
-        _GAIN_STEP_PX * sight.pixel_mm,
+        seen.axes,
+        seen.quadric,
+        _GAIN_STEP_PX * seen.pixel_mm,
         at_vertex,
     )
     matrix, right, pull, curvature = assemble(
@@ -258,17 +262,17 @@ def joint_equations(
         imagery.crops,
         imagery.factor,
         imagery.views,
-        sight.seen_by,
+        seen.seen_by,
         at_vertex,
         mesh.vertices_mm,
-        np.ascontiguousarray(sight.axes[:, 2]),
+        np.ascontiguousarray(seen.axes[:, 2]),
         mesh.faces,
         face_points(options.face_parts),
         options.noise_grey,
         options.noise_px,
         options.robust_sigmas,
     )
-    anchor = sp.diags(1 / (_UNMEASURED_PX * sight.pixel_mm) ** 2)
+    anchor = sp.diags(1 / (_UNMEASURED_PX * seen.pixel_mm) ** 2)
     data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor)
     less = _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
     return JointEquations(
@@ -277,7 +281,7 @@ def joint_equations(
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         pull=pull,
         photos=(at_vertex[..., GAIN] > 0).sum(1),
-        length_mm=options.joint_plate_px * float(np.median(sight.pixel_mm)),
+        length_mm=options.joint_thin_plate_px * float(np.median(seen.pixel_mm)),
     )
 
 

@@ -95,7 +95,7 @@ tells a fold from an error."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plate:
+class ThinPlate:
     """Operators of one mesh."""
 
     laplacian: sp.csr_matrix
@@ -109,7 +109,7 @@ class Plate:
     """Twice the mean curvature, 1/mm, averaged over rings: folds stay, noise cancels out."""
 
 
-def plate_of(mesh: Mesh) -> Plate:
+def thin_plate_of(mesh: Mesh) -> ThinPlate:
     """Laplacian, areas and adjacency of a mesh."""
     vertices, faces = mesh.vertices_mm, mesh.faces
     count = len(vertices)
@@ -135,7 +135,7 @@ def plate_of(mesh: Mesh) -> Plate:
     is_boundary = _on_boundary(faces, count)
     loose = is_boundary if mesh.filled is None else is_boundary | mesh.filled
     bend = np.einsum("ij,ij->i", mesh.vertex_normals(), laplacian @ vertices)
-    return Plate(
+    return ThinPlate(
         laplacian=laplacian,
         area_mm2=area,
         neighbours=neighbours,
@@ -160,9 +160,9 @@ def _fold(
     return np.where(near > 0, 0.0, total / mass)
 
 
-def settle(
+def smoothed_moves(
     mesh: Mesh,
-    plate: Plate,
+    thin_plate: ThinPlate,
     weights: Float64[np.ndarray, " n"],
     data: sp.csr_matrix,
     right: Float64[np.ndarray, " n"],
@@ -180,36 +180,38 @@ def settle(
         data: (n, n) normal matrix of the measurements, 1/mm^2: the step's.
         right: its right side, 1/mm.
     """
-    bending = bending_of(plate, weights, length_mm)
-    system = (data + bending @ plate.laplacian + _rim(plate, weights)).tocsr()
-    force = bending @ curvature_of(mesh, plate, length_mm)
+    bending = bending_of(thin_plate, weights, length_mm)
+    system = (data + bending @ thin_plate.laplacian + _rim(thin_plate, weights)).tocsr()
+    force = bending @ curvature_of(mesh, thin_plate, length_mm)
     return solve(system, right - force, right / np.maximum(weights, 1e-12))
 
 
-def _rim(plate: Plate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+def _rim(thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
     """(n, n) what draws the moves of rim vertices to the mean of their neighbours'."""
-    rim = np.flatnonzero(plate.is_boundary)
-    beside = plate.neighbours[rim]
+    rim = np.flatnonzero(thin_plate.is_boundary)
+    beside = thin_plate.neighbours[rim]
     mean = sp.diags(1 / np.asarray(beside.sum(1)).ravel()) @ beside
     own = sp.csr_matrix((np.ones(len(rim)), (np.arange(len(rim)), rim)), beside.shape)
     apart = sp.csr_matrix(own - mean)
     return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (apart.T @ apart))
 
 
-def bending_of(plate: Plate, weights: Float64[np.ndarray, " n"], length_mm: float) -> sp.csr_matrix:
-    """(n, n) force on each vertex by the curvature of the surface; see `settle`."""
-    density = float(np.median(weights / plate.area_mm2))
-    stiffness = np.where(plate.is_boundary, 0.0, length_mm**4 * density * plate.area_mm2)
-    return sp.csr_matrix(plate.laplacian.T @ sp.diags(stiffness))
+def bending_of(
+    thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"], length_mm: float
+) -> sp.csr_matrix:
+    """(n, n) force on each vertex by the curvature of the surface; see `smoothed_moves`."""
+    density = float(np.median(weights / thin_plate.area_mm2))
+    stiffness = np.where(thin_plate.is_boundary, 0.0, length_mm**4 * density * thin_plate.area_mm2)
+    return sp.csr_matrix(thin_plate.laplacian.T @ sp.diags(stiffness))
 
 
-def curvature_of(mesh: Mesh, plate: Plate, length_mm: float) -> Float64[np.ndarray, " n"]:
+def curvature_of(mesh: Mesh, thin_plate: ThinPlate, length_mm: float) -> Float64[np.ndarray, " n"]:
     """Twice the mean curvature along the normal that a plate of this length would take off, 1/mm.
 
     Negative where the surface is convex; next to nothing in folds.
     """
-    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), plate.laplacian @ mesh.vertices_mm)
-    return bend / (1 + (plate.fold * length_mm / _FOLD) ** 4)
+    bend = np.einsum("ij,ij->i", mesh.vertex_normals(), thin_plate.laplacian @ mesh.vertices_mm)
+    return bend / (1 + (thin_plate.fold * length_mm / _FOLD) ** 4)
 
 
 def tangent_axes(normals: Points3) -> Float64[np.ndarray, "n 3 3"]:
@@ -238,14 +240,14 @@ def _on_boundary(faces: np.ndarray, count: int) -> np.ndarray:
 
 
 def quadrics(
-    mesh: Mesh, plate: Plate, axes: Float64[np.ndarray, "n 3 3"]
+    mesh: Mesh, thin_plate: ThinPlate, axes: Float64[np.ndarray, "n 3 3"]
 ) -> Float64[np.ndarray, "n 3"]:
     """Curvature (uu, uv, vv), 1/mm, of the least-squares quadric through each vertex's rings."""
     count = len(mesh)
     normal, right = np.zeros((count, 5, 5)), np.zeros((count, 5))
     _add_up(
-        plate.neighbours.indptr.astype(np.int32),
-        plate.neighbours.indices.astype(np.int32),
+        thin_plate.neighbours.indptr.astype(np.int32),
+        thin_plate.neighbours.indices.astype(np.int32),
         mesh.vertices_mm,
         axes,
         normal,

@@ -39,8 +39,8 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.measuring.rounds import JointEquations, Sight
-from limbgram.reconstruction.measuring.thin_plate import Plate, bending_of, curvature_of, solve
+from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
+from limbgram.reconstruction.measuring.thin_plate import ThinPlate, bending_of, curvature_of, solve
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _PROBES = 3
@@ -84,34 +84,34 @@ class LocalErrors:
     """As `Mesh.lost_length` has it."""
 
 
-def local_errors(mesh: Mesh, sight: Sight, equations: JointEquations) -> LocalErrors:
+def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
     """Variances along the normal of what the photos measured."""
-    plate, length_mm = sight.plate, equations.length_mm
-    bending = bending_of(plate, equations.weights, length_mm)
-    system = sp.csr_matrix(equations.soft + bending @ plate.laplacian)
-    pool = _Pool.of(plate, equations.photos)
-    weak = pool.mean(plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
+    thin_plate, length_mm = seen.thin_plate, equations.length_mm
+    bending = bending_of(thin_plate, equations.weights, length_mm)
+    system = sp.csr_matrix(equations.soft + bending @ thin_plate.laplacian)
+    pool = _Pool.of(thin_plate, equations.photos)
+    weak = pool.mean(thin_plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
     weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
 
-    probes = _probes(mesh, sight, equations, system)
+    probes = _probes(mesh, seen, equations, system)
     noise = _noise([probe**2 for probe in probes], equations, pool, weak, _NOISE_RINGS)
-    taken = _solved(system, bending @ curvature_of(mesh, plate, length_mm))
-    seen = (taken - _solved(system, equations.soft @ taken)) ** 2
-    detail = pool.energy(seen, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
+    taken = _solved(system, bending @ curvature_of(mesh, thin_plate, length_mm))
+    taken_again = (taken - _solved(system, equations.soft @ taken)) ** 2
+    detail = pool.energy(taken_again, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * weak
-    variance += _chord(sight, pool) ** 2
-    variance[equations.photos < 2] += sight.pixel_mm[equations.photos < 2] ** 2
+    variance += _chord(seen, pool) ** 2
+    variance[equations.photos < 2] += seen.pixel_mm[equations.photos < 2] ** 2
 
-    steep = [_squared_slope(plate, probe) for probe in probes]
+    steep = [_squared_slope(thin_plate, probe) for probe in probes]
     roughened = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
     fine = [probe - _solved(system, equations.soft @ probe) for probe in probes]
-    steep = [_squared_slope(plate, probe) for probe in fine]
+    steep = [_squared_slope(thin_plate, probe) for probe in fine]
     in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
-    relief = np.maximum(pool.energy(_squared_slope(plate, taken), _WIDE_RINGS) - in_taken, 0.0)
+    relief = np.maximum(pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS) - in_taken, 0.0)
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * length_mm,
-        lost_length=_lost_length(relief, in_taken, roughened, _flatness(sight, pool)),
+        lost_length=_lost_length(relief, in_taken, roughened, _flatness(seen, pool)),
     )
 
 
@@ -138,22 +138,24 @@ def _lost_length(
     return np.column_stack([lost - roughened / 4 - flatness, sigma])
 
 
-def _squared_slope(plate: Plate, lift: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+def _squared_slope(
+    thin_plate: ThinPlate, lift: Float64[np.ndarray, " n"]
+) -> Float64[np.ndarray, " n"]:
     """Of the surface lifted by that: |grad f|^2 = (laplace(f^2) - 2 f laplace(f)) / 2."""
-    return plate.laplacian @ lift**2 / 2 - lift * (plate.laplacian @ lift)
+    return thin_plate.laplacian @ lift**2 / 2 - lift * (thin_plate.laplacian @ lift)
 
 
-def _flatness(sight: Sight, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+def _flatness(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:
     """What flat faces add to a line across the bend."""
-    edge2 = sight.plate.area_mm2 * 2 / np.sqrt(3)
-    return _FLAT * edge2 * pool.mean(sight.quadric[:, 0] + sight.quadric[:, 2], _NOISE_RINGS) ** 2
+    edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
+    return _FLAT * edge2 * pool.mean(seen.quadric[:, 0] + seen.quadric[:, 2], _NOISE_RINGS) ** 2
 
 
 def _probes(
-    mesh: Mesh, sight: Sight, equations: JointEquations, system: sp.csr_matrix
+    mesh: Mesh, seen: SeenSurface, equations: JointEquations, system: sp.csr_matrix
 ) -> list[Float64[np.ndarray, " n"]]:
     """What the photos pull the surface by, added up with different signs."""
-    photo = sight.seen_by[mesh.faces[:, 0]]
+    photo = seen.seen_by[mesh.faces[:, 0]]
     found: list[Float64[np.ndarray, " n"]] = []
     for probe in range(1, _PROBES + 1):
         bits = photo & probe
@@ -180,10 +182,10 @@ def _solved(system: sp.csr_matrix, right: Float64[np.ndarray, " n"]) -> Float64[
     return solve(system, right, right / system.diagonal())
 
 
-def _chord(sight: Sight, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+def _chord(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:
     """How far vertices stand out where faces are flat and the surface is round: edge^2 / 8 R."""
-    edge2 = sight.plate.area_mm2 * 2 / np.sqrt(3)
-    return edge2 / 8 * np.abs(pool.mean((sight.quadric[:, 0] + sight.quadric[:, 2]) / 2))
+    edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
+    return edge2 / 8 * np.abs(pool.mean((seen.quadric[:, 0] + seen.quadric[:, 2]) / 2))
 
 
 @dataclass(frozen=True)
@@ -196,10 +198,10 @@ class _Pool:
     """Away from the rim, and measured."""
 
     @classmethod
-    def of(cls, plate: Plate, photos: Int64[np.ndarray, " n"]) -> "_Pool":
-        ring = sp.csr_matrix(plate.neighbours + sp.eye(len(photos)))
+    def of(cls, thin_plate: ThinPlate, photos: Int64[np.ndarray, " n"]) -> "_Pool":
+        ring = sp.csr_matrix(thin_plate.neighbours + sp.eye(len(photos)))
         step = sp.csr_matrix(sp.diags(1 / np.asarray(ring.sum(1)).ravel()) @ ring)
-        near_rim = plate.is_boundary.astype(np.float64)
+        near_rim = thin_plate.is_boundary.astype(np.float64)
         for _ in range(_RIM_RINGS):
             near_rim = step @ near_rim
         return cls(step, (near_rim == 0) & (photos > 1))
@@ -346,13 +348,15 @@ bulbous limbs, and blur that is not known adds 0.002. Errors of 139 volumes (see
 were 0.92 of what 0.005 states."""
 
 
-def with_sigma(mesh: Mesh, sight: Sight, equations: JointEquations, metric: MetricScene) -> Mesh:
+def with_sigma(
+    mesh: Mesh, seen: SeenSurface, equations: JointEquations, metric: MetricScene
+) -> Mesh:
     """The mesh with its sigmas; NaN at filled vertices."""
-    local = local_errors(mesh, sight, equations)
+    local = local_errors(mesh, seen, equations)
     filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
     measured = ~filled & (equations.photos > 1)
-    shared = shared_errors(mesh, sight.axes, sight.seen_by, measured, metric)
-    modes_mm = np.column_stack([shared.modes_mm, _OFFSET_PX * sight.pixel_mm])
+    shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
+    modes_mm = np.column_stack([shared.modes_mm, _OFFSET_PX * seen.pixel_mm])
     cameras = modes_mm.shape[1] - 2
     variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm**2).sum(1)
     return replace(

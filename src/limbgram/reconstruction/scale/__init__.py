@@ -8,7 +8,7 @@ from limbgram.reconstruction.scale.distances import (
     KnownDistance,
     Pick,
     distance_between_marks,
-    find_marks,
+    find_markers,
 )
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
@@ -21,6 +21,6 @@ __all__ = [
     "Scale",
     "ScaleOptions",
     "distance_between_marks",
-    "find_marks",
+    "find_markers",
     "to_millimetres",
 ]

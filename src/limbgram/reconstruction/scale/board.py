@@ -6,7 +6,7 @@ detector puts some of them a pixel and more beside the truth. How far the errors
 
 Lengths: a handful of long distances between a board's corners, for people to judge by.
 
-Plate: a board of known size as a ruler in the scene.
+Board: a board of known size as a ruler in the scene.
 
 The corners are split like the colours of a checkerboard: one half sets the scale, the other half,
 which shares no corner with it, checks it. The board is taken to be printed as described; that x
@@ -37,7 +37,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
-from limbgram.reconstruction.calibration.adjustment import Sighting
+from limbgram.reconstruction.calibration.adjustment import BoardObservation
 from limbgram.reconstruction.calibration.cameras import Cameras, foreign_camera
 from limbgram.reconstruction.calibration.screening import free_unknowns, screen
 from limbgram.reconstruction.mapping.body import Body
@@ -47,7 +47,7 @@ from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.ruler import Ruler, RulerLength, jackknife_sigma
 from limbgram.reconstruction.targets.board import BoardDetections
 
-_LEAST_SIGHTINGS = 3
+_LEAST_OBSERVATIONS = 3
 _ROUNDS = 20
 _LEAST_LIMIT_PX = 0.3
 _LIMIT_SIGMAS = 4.0
@@ -66,7 +66,7 @@ class SceneCorners:
     points_in_world: Points3
     without_photo: Float64[np.ndarray, "p n 3"]
     """The same points, each time without one of the p photos."""
-    sightings: "Sightings"
+    observations: "CornerObservations"
     """Those that were believed, of corners located or not."""
     sigma_px: float
     """Standard deviation of one measured coordinate, from the residuals."""
@@ -74,7 +74,7 @@ class SceneCorners:
 
 
 @dataclass(frozen=True)
-class Sightings:
+class CornerObservations:
     """Corner point_idx[k] of the board appears in views[view_idx[k]] at xy_px[k]."""
 
     views: tuple[View, ...]
@@ -83,8 +83,8 @@ class Sightings:
     xy_px: Points2
     count: int
 
-    def only(self, kept: np.ndarray) -> "Sightings":
-        return Sightings(
+    def only(self, kept: np.ndarray) -> "CornerObservations":
+        return CornerObservations(
             self.views, self.view_idx[kept], self.point_idx[kept], self.xy_px[kept], self.count
         )
 
@@ -111,30 +111,30 @@ def locate_corners(scene: Scene, detections: BoardDetections) -> SceneCorners:
     Raises:
         ScaleError: the board's corners contradict each other in all photos.
     """
-    sightings = _sightings(scene, detections)
-    believed = _consistent(sightings)
-    _check_still(believed, sightings)
-    trusted, doubted = _without_strangers(believed, sightings)
+    observations = _corner_observations(scene, detections)
+    believed = _consistent(observations)
+    _check_still(believed, observations)
+    trusted, doubted = _without_strangers(believed, observations)
     points = trusted.points()
     seen = np.bincount(trusted.point_idx, minlength=trusted.count)
-    known = np.isfinite(points).all(1) & (seen >= _LEAST_SIGHTINGS)
+    known = np.isfinite(points).all(1) & (seen >= _LEAST_OBSERVATIONS)
     replicates = _leave_one_out(trusted, points)
     return SceneCorners(
         ids=np.flatnonzero(known).astype(np.int32),
         points_in_world=points[known],
         without_photo=replicates[:, known],
-        sightings=trusted,
+        observations=trusted,
         sigma_px=_sigma_px(trusted.residuals_px(points)),
         set_aside=doubted,
     )
 
 
-def _sightings(scene: Scene, detections: BoardDetections) -> Sightings:
+def _corner_observations(scene: Scene, detections: BoardDetections) -> CornerObservations:
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
     views = tuple(scene.view(index[photo.name]) for photo in seen)
     lengths = [len(photo.ids) for photo in seen]
-    return Sightings(
+    return CornerObservations(
         views,
         np.repeat(np.arange(len(seen), dtype=np.int32), lengths),
         np.concatenate([photo.ids for photo in seen] or [np.zeros(0, np.int32)]),
@@ -143,43 +143,43 @@ def _sightings(scene: Scene, detections: BoardDetections) -> Sightings:
     )
 
 
-def _consistent(sightings: Sightings) -> Sightings:
-    """Drop each corner's worst sighting while it is far beyond the usual residual."""
+def _consistent(observations: CornerObservations) -> CornerObservations:
+    """Drop each corner's worst observation while it is far beyond the usual residual."""
     for _ in range(_ROUNDS):
-        residuals = sightings.residuals_px(sightings.points())
+        residuals = observations.residuals_px(observations.points())
         limit = max(_LEAST_LIMIT_PX, _LIMIT_SIGMAS * _sigma_px(residuals))
-        worst = np.zeros(sightings.count)
-        np.maximum.at(worst, sightings.point_idx, np.nan_to_num(residuals))
-        dropped = (residuals > limit) & (residuals == worst[sightings.point_idx])
+        worst = np.zeros(observations.count)
+        np.maximum.at(worst, observations.point_idx, np.nan_to_num(residuals))
+        dropped = (residuals > limit) & (residuals == worst[observations.point_idx])
         if not dropped.any():
             break
-        sightings = sightings.only(~dropped)
-    return sightings
+        observations = observations.only(~dropped)
+    return observations
 
 
-def _check_still(believed: Sightings, sightings: Sightings) -> None:
+def _check_still(believed: CornerObservations, observations: CornerObservations) -> None:
     if not len(believed.xy_px):
         return
-    sigma_px = _sigma_px(sightings.residuals_px(believed.points()))
-    if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in sightings.views):
+    sigma_px = _sigma_px(observations.residuals_px(believed.points()))
+    if sigma_px > _MOST_RESIDUAL * max(view.camera.width_px for view in observations.views):
         raise ScaleError(
             f"The board's corners miss each other by {sigma_px:.1f} px in the "
-            f"{len(sightings.views)} photos that show it. The board moved against the limb, or "
+            f"{len(observations.views)} photos that show it. The board moved against the limb, or "
             "it is another board than the one described. Fix it beside the limb, or leave it "
             "out and give a known distance."
         )
 
 
 def _without_strangers(
-    believed: Sightings, sightings: Sightings
-) -> tuple[Sightings, tuple[SetAside, ...]]:
+    believed: CornerObservations, observations: CornerObservations
+) -> tuple[CornerObservations, tuple[SetAside, ...]]:
     """Leave out photos in which most corners contradict the other photos."""
-    before = np.bincount(sightings.view_idx, minlength=len(sightings.views))
-    after = np.bincount(believed.view_idx, minlength=len(sightings.views))
+    before = np.bincount(observations.view_idx, minlength=len(observations.views))
+    after = np.bincount(believed.view_idx, minlength=len(observations.views))
     strange = after < _LEAST_TRUST * before
     doubted = tuple(
         SetAside(
-            sightings.views[k].name,
+            observations.views[k].name,
             f"{before[k] - after[k]} of its {before[k]} board corners contradict the other "
             "photos; it was not used for the scale",
         )
@@ -188,11 +188,13 @@ def _without_strangers(
     return believed.only(~strange[believed.view_idx]), doubted
 
 
-def _leave_one_out(sightings: Sightings, points: Points3) -> Float64[np.ndarray, "p n 3"]:
+def _leave_one_out(
+    observations: CornerObservations, points: Points3
+) -> Float64[np.ndarray, "p n 3"]:
     """The points without each photo in turn; a point that needs the photo stays where it is."""
     replicates = [
-        sightings.only(sightings.view_idx != photo).points()
-        for photo in np.unique(sightings.view_idx)
+        observations.only(observations.view_idx != photo).points()
+        for photo in np.unique(observations.view_idx)
     ]
     stack = np.array(replicates).reshape(-1, *points.shape)
     return np.where(np.isfinite(stack), stack, points)
@@ -251,11 +253,11 @@ _LEAST_OUTLIER = 0.001
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plate:
+class SceneBoard:
     """A board found in the scene: where it is, and what it says about the scale."""
 
     scene_from_board: Similarity
-    """Board frame in millimetres (z into the plate) to the scene's world and unit."""
+    """Board frame in millimetres (z into the board) to the scene's world and unit."""
     outline_mm: Points3
     """Outer corners of the squares in the board frame."""
     corners: SceneCorners
@@ -269,7 +271,7 @@ class Plate:
     stretch_sigma: float
 
 
-def find_plate(scene: Scene, detections: BoardDetections) -> Plate:
+def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:
     """The board as a ruler.
 
     Raises:
@@ -289,7 +291,7 @@ def find_plate(scene: Scene, detections: BoardDetections) -> Plate:
     width, height = (n * detections.board.square_mm for n in detections.board.squares)
     scale = fit_similarity(board_mm[control], points[control]).scale
     scales = [fit_similarity(board_mm[control], one[control]).scale for one in replicates]
-    return Plate(
+    return SceneBoard(
         scene_from_board=pose,
         outline_mm=np.array([(0, 0, 0), (width, 0, 0), (width, height, 0), (0, height, 0)], float),
         corners=located,
@@ -377,7 +379,7 @@ _LEAST_SIGMA_PX = 1e-3
 
 
 def adjusted_with_board(
-    scene: Scene, plate: Plate, detections: BoardDetections, cameras: Cameras
+    scene: Scene, scene_board: SceneBoard, detections: BoardDetections, cameras: Cameras
 ) -> Scene:
     """The scene adjusted once more, with its new covariance; unit and observations stay.
 
@@ -390,7 +392,7 @@ def adjusted_with_board(
         hold_board_lenses=held,
         outlier_sigmas=np.inf,
         rounds=1,
-        body=_body_of(scene, plate, detections),
+        body=_body_of(scene, scene_board, detections),
     )
     return replace(
         adjusted.scene,
@@ -400,31 +402,31 @@ def adjusted_with_board(
     )
 
 
-def _body_of(scene: Scene, plate: Plate, detections: BoardDetections) -> Body:
-    seen = plate.corners.sightings
-    used = np.flatnonzero(np.isin(seen.point_idx, plate.control_ids))
+def _body_of(scene: Scene, scene_board: SceneBoard, detections: BoardDetections) -> Body:
+    seen = scene_board.corners.observations
+    used = np.flatnonzero(np.isin(seen.point_idx, scene_board.control_ids))
     used = used[np.lexsort((seen.view_idx[used], seen.point_idx[used]))]
     place = {view.name: k for k, view in enumerate(scene.views)}
     photo_of_view = np.array([place[view.name] for view in seen.views], np.int64)
-    shape_mm = detections.corners_mm[plate.control_ids]
+    shape_mm = detections.corners_mm[scene_board.control_ids]
     return Body(
         shape=shape_mm,
-        world_from_body=plate.scene_from_board,
+        world_from_body=scene_board.scene_from_board,
         offsets=np.zeros_like(shape_mm),
-        shape_sigma=_shape_sigma(plate, detections),
+        shape_sigma=_shape_sigma(scene_board, detections),
         photo_idx=photo_of_view[seen.view_idx[used]],
-        corner_idx=np.searchsorted(plate.control_ids, seen.point_idx[used]).astype(np.int64),
+        corner_idx=np.searchsorted(scene_board.control_ids, seen.point_idx[used]).astype(np.int64),
         xy_px=np.ascontiguousarray(seen.xy_px[used]),
-        sigma_px=max(plate.corners.sigma_px, _LEAST_SIGMA_PX),
+        sigma_px=max(scene_board.corners.sigma_px, _LEAST_SIGMA_PX),
         camera=scene.cameras[0],
     )
 
 
-def _shape_sigma(plate: Plate, detections: BoardDetections) -> float:
+def _shape_sigma(scene_board: SceneBoard, detections: BoardDetections) -> float:
     """How far one coordinate of a located corner lies from the board as described."""
-    printed = plate.scene_from_board.apply(detections.corners_mm[plate.corners.ids])
-    off = float(np.median(np.abs(plate.corners.points_in_world - printed)))
-    size = plate.scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
+    printed = scene_board.scene_from_board.apply(detections.corners_mm[scene_board.corners.ids])
+    off = float(np.median(np.abs(scene_board.corners.points_in_world - printed)))
+    size = scene_board.scene_from_board.scale * float(np.ptp(detections.corners_mm, axis=0).max())
     return max(_MAD_TO_SIGMA * off, _LEAST_SHAPE_SIGMA * size)
 
 
@@ -440,17 +442,17 @@ _PHOTO_FACTOR, _CORNER_SIGMAS = 3.0, 5.0
 def foreign_lens(scene: Scene, detections: BoardDetections, cameras: Cameras) -> str | None:
     """Why a calibration given is not that of the photos, by the board in them; None where it is."""
     for idx, calibration in enumerate(cameras.calibrations):
-        sightings = tuple(
-            Sighting(one.name, one.ids, one.xy_px)
+        observations = tuple(
+            BoardObservation(one.name, one.ids, one.xy_px)
             for one in detections.photos
             if scene.camera_idx[one.photo_idx] == idx and len(one.ids) >= _LENS_LEAST_CORNERS
         )
-        if calibration.source != "board" or len(sightings) < _LEAST_PHOTOS:
+        if calibration.source != "board" or len(observations) < _LEAST_PHOTOS:
             continue
         camera = calibration.camera
         try:
             solution = screen(
-                sightings,
+                observations,
                 detections.corners_mm,
                 (camera.width_px, camera.height_px),
                 free_unknowns(k3=False, skew=False, board=False),

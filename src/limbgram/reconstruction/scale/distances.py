@@ -168,31 +168,31 @@ def _ruler(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...]) -> R
 
 
 @dataclass(frozen=True)
-class MarkSighting:
+class MarkerObservation:
     """A marker's centre in a photo: where the diagonals of its black square cross."""
 
     mark_id: int
     pick: Pick
 
 
-def find_marks(photos: PhotoSet, dictionary: str) -> tuple[MarkSighting, ...]:
+def find_markers(photos: PhotoSet, dictionary: str) -> tuple[MarkerObservation, ...]:
     """All markers of a dictionary in all photos; one that a photo shows twice is left out."""
     marks = cv2.aruco.getPredefinedDictionary(DICTIONARIES[parse_dictionary(dictionary)])
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
 
-    def work(photo_idx: int) -> list[MarkSighting]:
+    def work(photo_idx: int) -> list[MarkerObservation]:
         photo = photos.photos[photo_idx]
         detector = cv2.aruco.ArucoDetector(marks, parameters)
         return _in_photo(detector, load_luma(photo), photo.name)
 
     each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
     found = in_parallel(work, range(len(photos.photos)), each_mb=each_mb)
-    return tuple(sighting for one_photo in found for sighting in one_photo)
+    return tuple(observation for one_photo in found for observation in one_photo)
 
 
 def distance_between_marks(
-    sightings: Sequence[MarkSighting], first_id: int, second_id: int, length_mm: float
+    observations: Sequence[MarkerObservation], first_id: int, second_id: int, length_mm: float
 ) -> KnownDistance:
     """The known distance between the centres of two markers.
 
@@ -200,7 +200,7 @@ def distance_between_marks(
         ScaleError: one of the markers is in fewer than two photos.
     """
     ends = [
-        tuple(one.pick for one in sightings if one.mark_id == mark_id)
+        tuple(one.pick for one in observations if one.mark_id == mark_id)
         for mark_id in (first_id, second_id)
     ]
     for mark_id, picks in zip((first_id, second_id), ends, strict=True):
@@ -217,13 +217,15 @@ def distance_between_marks(
     )
 
 
-def _in_photo(detector: cv2.aruco.ArucoDetector, luma: GreyImage, name: str) -> list[MarkSighting]:
+def _in_photo(
+    detector: cv2.aruco.ArucoDetector, luma: GreyImage, name: str
+) -> list[MarkerObservation]:
     corners, ids, _ = detector.detectMarkers(luma)
     if not corners:
         return []
     labels = np.asarray(ids).ravel()
     return [
-        MarkSighting(int(label), Pick(name, *map(float, _centre(np.reshape(square, (4, 2))))))
+        MarkerObservation(int(label), Pick(name, *map(float, _centre(np.reshape(square, (4, 2))))))
         for label, square in zip(labels, corners, strict=True)
         if np.count_nonzero(labels == label) == 1
     ]

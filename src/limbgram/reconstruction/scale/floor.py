@@ -13,7 +13,7 @@ import numpy as np
 
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.lens import View
-from limbgram.reconstruction.scale.sight import Aim
+from limbgram.reconstruction.scale.visibility import Aim
 
 _TRIALS = 20000
 _NEAR = 2.0

@@ -52,7 +52,7 @@ def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:
     return float(np.sqrt((count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)))
 
 
-_LEAST_SIGHTINGS = 3
+_LEAST_OBSERVATIONS = 3
 
 
 def scale_by_cameras(
@@ -63,7 +63,7 @@ def scale_by_cameras(
     A board that would come out larger makes the scale, and so the scene, smaller.
     """
     moves, seen = _moves_by_cameras(scene, detections, corners_in_world)
-    located = seen >= _LEAST_SIGHTINGS
+    located = seen >= _LEAST_OBSERVATIONS
     arms = corners_in_world[located] - corners_in_world[located].mean(0)
     return -np.einsum("ni,niu->u", arms, moves[located]) / float((arms**2).sum())
 
@@ -71,7 +71,7 @@ def scale_by_cameras(
 def _moves_by_cameras(
     scene: Scene, detections: BoardDetections, corners: Points3
 ) -> tuple[Float64[np.ndarray, "n 3 u"], Int64[np.ndarray, " n"]]:
-    """Derivative of each triangulated corner by the cameras' numbers, and its sightings."""
+    """Derivative of each triangulated corner by the cameras' numbers, and its observations."""
     placed = scene.placed
     lenses = POSE_SIZE * len(placed)
     unknowns = lenses + LENS_SIZE * len(scene.cameras)
@@ -95,6 +95,6 @@ def _moves_by_cameras(
         )
         right[ids, :, lens : lens + LENS_SIZE] += np.einsum("nai,nap->nip", by_point, by_lens)
         seen[ids] += 1
-    enough = seen >= _LEAST_SIGHTINGS
+    enough = seen >= _LEAST_OBSERVATIONS
     normal[~enough] = np.eye(3)
     return -np.linalg.solve(normal, right), seen

@@ -21,7 +21,12 @@ from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.scale.board import Plate, adjusted_with_board, find_plate, foreign_lens
+from limbgram.reconstruction.scale.board import (
+    SceneBoard,
+    adjusted_with_board,
+    find_scene_board,
+    foreign_lens,
+)
 from limbgram.reconstruction.scale.distances import KnownDistance, measure_distances
 from limbgram.reconstruction.scale.floor import (
     centre_of_object,
@@ -31,35 +36,36 @@ from limbgram.reconstruction.scale.floor import (
 )
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
-from limbgram.reconstruction.scale.sight import Aim, aim_of
+from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _SURE_SIGMAS = 3.0
 """A stretch within this many standard deviations of none is noise."""
 
 
-def check_plate(plate: Plate, max_disagreement: float) -> None:
+def check_scene_board(scene_board: SceneBoard, max_disagreement: float) -> None:
     """Refuse a board that is seen too poorly, is stretched, or whose halves disagree."""
-    sigma = plate.ruler.relative_sigma
+    sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
         raise ScaleError(
             f"The board gives the scale only to {sigma:.2%} (one standard deviation); "
             f"{max_disagreement:.2%} is allowed. It is too small, too far away or seen in too "
             "few photos. Lay it close beside the limb, flat and in view of most photos."
         )
-    if abs(plate.stretch) > max(max_disagreement, _SURE_SIGMAS * plate.stretch_sigma):
-        longer, shorter = ("x", "y") if plate.stretch > 0 else ("y", "x")
+    if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
+        longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
-            f"The board is {abs(plate.stretch):.2%} longer along its {longer} than along its "
+            f"The board is {abs(scene_board.stretch):.2%} longer along its {longer} than along its "
             f"{shorter}; {max_disagreement:.2%} is allowed. It was printed at different scales "
             "across and along the paper, or it is bent. Print it at 100 %, without fitting to "
             "the page, glue it to a flat plate and measure both ways; or give a known distance."
         )
-    if abs(plate.check_error) > max_disagreement:
+    if abs(scene_board.check_error) > max_disagreement:
         raise ScaleError(
             f"The corners that check the board disagree with those that set the scale by "
-            f"{plate.check_error:+.2%}; {max_disagreement:.2%} is allowed. The board is bent or "
-            "moved, or few of its corners are seen well. Glue it to a flat plate beside the limb."
+            f"{scene_board.check_error:+.2%}; {max_disagreement:.2%} is allowed. The board is bent "
+            "or moved, or few of its corners are seen well. Glue it to a flat plate beside the "
+            "limb."
         )
 
 
@@ -145,27 +151,27 @@ def _scaled(
     options: ScaleOptions,
     cameras: Cameras | None,
 ) -> MetricScene:
-    plate = find_plate(scene, detections) if detections is not None else None
-    if plate is not None and detections is not None and cameras is not None:
-        scene = adjusted_with_board(scene, plate, detections, cameras)
-        plate = find_plate(scene, detections)
+    scene_board = find_scene_board(scene, detections) if detections is not None else None
+    if scene_board is not None and detections is not None and cameras is not None:
+        scene = adjusted_with_board(scene, scene_board, detections, cameras)
+        scene_board = find_scene_board(scene, detections)
     aim = aim_of(scene.views, scene.points_in_world)
-    rulers = [] if plate is None else [plate.ruler]
+    rulers = [] if scene_board is None else [scene_board.ruler]
     if distances:
         typed = measure_distances(
-            scene, distances, options.pick_sigma_px, all_check=plate is not None
+            scene, distances, options.pick_sigma_px, all_check=scene_board is not None
         )
         rulers.append(typed)
     if not rulers:
         return _unitless(scene, aim, options)
-    scale = _scale(rulers, "distances" if plate is None else "board")
-    if plate is not None:
-        check_plate(plate, options.max_disagreement)
+    scale = _scale(rulers, "distances" if scene_board is None else "board")
+    if scene_board is not None:
+        check_scene_board(scene_board, options.max_disagreement)
     check_lengths(scale, options.max_disagreement)
     mm_per_unit = 1 / rulers[0].units_per_mm
-    if plate is not None:
-        metric = _on_plate(scene, aim, plate, mm_per_unit, scale)
-        return _with_sensitivity(metric, plate, detections)
+    if scene_board is not None:
+        metric = _on_board(scene, aim, scene_board, mm_per_unit, scale)
+        return _with_sensitivity(metric, scene_board, detections)
     return _on_floor(scene, aim, mm_per_unit, scale, options.seed)
 
 
@@ -192,31 +198,31 @@ def _scale(rulers: Sequence[Ruler], source: Literal["board", "distances"]) -> Sc
 
 
 def _with_sensitivity(
-    metric: MetricScene, plate: Plate, detections: BoardDetections | None
+    metric: MetricScene, scene_board: SceneBoard, detections: BoardDetections | None
 ) -> MetricScene:
     """The same scene, knowing how its scale hangs on its cameras."""
     if detections is None:
         return metric
     outline = np.array(metric.board_corners_mm)
-    world_from_board = fit_similarity(plate.outline_mm, outline, with_scale=False)
+    world_from_board = fit_similarity(scene_board.outline_mm, outline, with_scale=False)
     by_cameras = scale_by_cameras(
         metric.scene, detections, world_from_board.apply(detections.corners_mm)
     )
     return replace(metric, scale=replace(metric.scale, by_cameras=by_cameras))
 
 
-def _on_plate(
-    scene: Scene, aim: Aim, plate: Plate, mm_per_unit: float, scale: Scale
+def _on_board(
+    scene: Scene, aim: Aim, scene_board: SceneBoard, mm_per_unit: float, scale: Scale
 ) -> MetricScene:
     """World axes along the board; it is the floor unless much of the object lies behind it."""
-    centre = plate.scene_from_board.apply(plate.outline_mm).mean(0)
-    x, y, z = plate.scene_from_board.rotation.T
+    centre = scene_board.scene_from_board.apply(scene_board.outline_mm).mean(0)
+    x, y, z = scene_board.scene_from_board.rotation.T
     world_from_scene = _moved_to(centre, np.array([x, -y, -z]), mm_per_unit)
     moved = scene.moved(world_from_scene)
     near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < aim.reach
     heights = moved.points_in_world[near, 2]
     is_floor = np.mean(heights < -_BELOW * aim.reach * mm_per_unit) <= _MOST_BELOW
-    outline = world_from_scene.apply(plate.scene_from_board.apply(plate.outline_mm))
+    outline = world_from_scene.apply(scene_board.scene_from_board.apply(scene_board.outline_mm))
     return MetricScene(
         scene=moved,
         scale=scale,

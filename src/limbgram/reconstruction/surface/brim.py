@@ -23,7 +23,7 @@ from limbgram.core.mesh.topology import (
     taking_vertices,
     with_faces,
 )
-from limbgram.reconstruction.surface.cleaning import face_normals, settle
+from limbgram.reconstruction.surface.cleaning import face_normals, largest_manifold
 from limbgram.reconstruction.surface.holes import fill_holes, loop_area
 
 
@@ -69,7 +69,7 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
         return mesh
     capped = fill_holes(mesh.vertices_mm, mesh.faces, [brim], _CAP_EDGES * edge_mm)
     opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, options)]
-    opened = settle(capped.vertices_mm, opened)
+    opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * _area(result)
     return mesh if much or len(boundary_loops(result.faces)) > len(loops) else result

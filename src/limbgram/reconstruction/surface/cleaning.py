@@ -124,7 +124,7 @@ def drop_dangling(faces: Faces) -> Faces:
     return faces
 
 
-def settle(vertices: Points3, faces: Faces) -> Faces:
+def largest_manifold(vertices: Points3, faces: Faces) -> Faces:
     """The largest piece, manifold."""
     count = -1
     while count != len(faces):
@@ -166,4 +166,4 @@ def cut_back(mesh: Mesh, doubtful: Bool[np.ndarray, " n"], rings: int) -> Mesh:
         if not going.any():
             break
         faces = faces[~going[faces].any(axis=1)]
-    return with_faces(mesh, settle(mesh.vertices_mm, faces))
+    return with_faces(mesh, largest_manifold(mesh.vertices_mm, faces))

@@ -23,7 +23,7 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     with_faces,
 )
-from limbgram.reconstruction.surface.cleaning import drop_dangling, settle
+from limbgram.reconstruction.surface.cleaning import drop_dangling, largest_manifold
 from limbgram.reconstruction.surface.holes import fill_holes, find_openings
 from limbgram.reconstruction.surface.parts import FEWEST_FACES, Parts, nothing_left, outwards
 
@@ -47,7 +47,7 @@ def repair(
 ) -> Mesh:
     """Make one whole surface of a part, the meant one unless told; colours come from the cloud."""
     vertices, loose = parts.mesh.vertices_mm, parts.faces(number or parts.chosen)
-    main = settle(vertices, drop_dangling(loose))
+    main = largest_manifold(vertices, drop_dangling(loose))
     if len(main) < FEWEST_FACES:
         raise nothing_left(len(loose), len(main))
     start = with_faces(Mesh(vertices_mm=vertices, faces=main), main)

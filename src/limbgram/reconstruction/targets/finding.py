@@ -11,7 +11,7 @@ Consistency: which corners of one photo lie where a flat board seen by one lens 
 In      corner ids and pixels of one photo.
 Out     for each corner its distance from a robustly fitted model of the whole board.
 Method  the pixels, freed of radial distortion by a division model of two terms about the
-        picture's centre (Fitzgibbon 2001), map to the plate by a homography: ten unknowns,
+        picture's centre (Fitzgibbon 2001), map to the board by a homography: ten unknowns,
         robust weights, first forgiving and then strict. The lens need not be known, it may be
         very wide, and no corner is trusted.
 
@@ -161,7 +161,7 @@ def board_residuals_px(
     """Modelled minus found corners; NaN where fewer than five corners leave nothing to check.
 
     Args:
-        board_squares: The corners on the plate, in squares.
+        board_squares: The corners on the board, in squares.
         sides_px: For each corner a square's two sides in pixels, one a row.
         size_px: Width and height of the photo.
     """
@@ -170,8 +170,8 @@ def board_residuals_px(
     centre = 0.5 * (np.array(size_px) - 1.0)
     seen = (xy_px - centre) / (0.5 * float(np.hypot(*size_px)))
     origin = board_squares.mean(axis=0)
-    plate = board_squares - origin
-    start = np.array(cv2.findHomography(seen, plate, cv2.LMEDS)[0], float)
+    centred = board_squares - origin
+    start = np.array(cv2.findHomography(seen, centred, cv2.LMEDS)[0], float)
     if start.shape != (3, 3) or abs(start[2, 2]) < 1e-9:
         return np.full(xy_px.shape, np.nan)
     unknowns = (start / start[2, 2]).ravel()[:8]
@@ -179,7 +179,7 @@ def board_residuals_px(
         unknowns = np.concatenate([unknowns, [0.0, 0.0]])
 
     def misses_px(unknowns: np.ndarray) -> np.ndarray:
-        off_squares = _on_plate(unknowns, seen) - plate
+        off_squares = _on_board(unknowns, seen) - centred
         return np.einsum("ni,nij->nj", off_squares, sides_px).ravel()
 
     for scale_px in _SCALES_PX:
@@ -189,8 +189,8 @@ def board_residuals_px(
     return misses_px(unknowns).reshape(-1, 2)
 
 
-def _on_plate(unknowns: np.ndarray, seen: Points2) -> Points2:
-    """Places on the plate of pixels given in half diagonals from the picture's centre."""
+def _on_board(unknowns: np.ndarray, seen: Points2) -> Points2:
+    """Places on the board of pixels given in half diagonals from the picture's centre."""
     rows = np.append(unknowns[:8], 1.0).reshape(3, 3)
     weight = np.ones((len(seen), 1))
     if len(unknowns) > 8:
@@ -307,8 +307,8 @@ def _fit_and_check(
     options: TargetOptions,
 ) -> PhotoCorners | SetAside:
     size_px = (luma.shape[1], luma.shape[0])
-    plate = board.corners_mm[ids, :2] / board.square_mm
-    sides = sides_px(plate, found)
+    board_squares = board.corners_mm[ids, :2] / board.square_mm
+    sides = sides_px(board_squares, found)
     step_px = np.linalg.norm(sides, axis=2).mean(axis=1)
     reach = min(_clear_reach(board, options.reach), options.max_reach_px / np.median(step_px))
     fits = fit_corners(luma, found, sides, float(reach))
@@ -318,7 +318,7 @@ def _fit_and_check(
     shift_px = np.linalg.norm(fits.xy_px - found, axis=1)
     doubts[shift_px > options.max_shift * step_px] = "the fit moved it too far"
     doubts[np.isnan(fits.sigma_px)] = "at the picture's border, or no fit"
-    _check_flatness(doubts, plate, fits.xy_px, sides, size_px, options)
+    _check_flatness(doubts, board_squares, fits.xy_px, sides, size_px, options)
 
     good = doubts == ""
     if good.sum() < options.min_corners:
@@ -361,7 +361,7 @@ def _clear_reach(board: Board, reach: float) -> float:
 
 def _check_flatness(
     doubts: np.ndarray,
-    plate: Points2,
+    board_squares: Points2,
     xy_px: Points2,
     sides: Float64[np.ndarray, "n 2 2"],
     size_px: tuple[int, int],
@@ -370,7 +370,7 @@ def _check_flatness(
     """Doubt the corners that do not lie on the image of a flat board."""
     rows = np.flatnonzero(doubts == "")
     off_px = np.linalg.norm(
-        board_residuals_px(plate[rows], xy_px[rows], sides[rows], size_px), axis=1
+        board_residuals_px(board_squares[rows], xy_px[rows], sides[rows], size_px), axis=1
     )
     if len(rows) == 0 or np.isnan(off_px).any():
         return

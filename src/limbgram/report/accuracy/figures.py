@@ -272,11 +272,11 @@ def _median(values: list[float]) -> float:
 
 
 _BOARD_LABEL = "board, "
-"""How `scale.plate` labels lengths between the board's own corners."""
+"""How `scale.board` labels lengths between the board's own corners."""
 
 
 def length_figures(evidence: Evidence) -> Json:
-    """The scale, its control and check lengths apart, and the board's sightings."""
+    """The scale, its control and check lengths apart, and the board's observed corners."""
     scale = evidence.metric.scale
     checks = [one for one in scale.lengths if one.role == "check"]
     controls = [one for one in scale.lengths if one.role == "control"]

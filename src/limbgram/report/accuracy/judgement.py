@@ -159,7 +159,7 @@ def headline(figures: Json, judged: Sequence[Criterion]) -> str:
     word = light.upper()
     if figures["lengths"]["unit"] != "mm":
         more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
-        return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_told(more)))
+        return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_reasons(more)))
     main = next(one for one in judged if one.key == "surface_p95")
     unchecked = not size_is_checked(figures, judged)
     if light == "green":
@@ -169,7 +169,9 @@ def headline(figures: Json, judged: Sequence[Criterion]) -> str:
         return f"{word}{doubt}{colon} {main.value:.2f} mm. {main.sentence} {judged[0].sentence}"
     grave = [one for one in reasons(judged) if one.light == light and one is not main]
     doubt = " The size is unchecked: it rests on one board alone." if unchecked else ""
-    return f"{word}: {' '.join(_told(grave) or [main.sentence])} {_measured(main)}{doubt}".strip()
+    return (
+        f"{word}: {' '.join(_reasons(grave) or [main.sentence])} {_measured(main)}{doubt}".strip()
+    )
 
 
 def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
@@ -195,7 +197,7 @@ def size_is_checked(figures: Json, judged: Sequence[Criterion]) -> bool:
     )
 
 
-def _told(grave: Sequence[Criterion]) -> list[str]:
+def _reasons(grave: Sequence[Criterion]) -> list[str]:
     """The first two reasons; the surface's RMS says what its 95 % say."""
     return [one.sentence for one in grave if one.key != SURFACE_RMS.key][:2]
 

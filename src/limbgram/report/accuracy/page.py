@@ -35,7 +35,7 @@ from limbgram.report.accuracy.svg import (
     matrix,
     vectors,
 )
-from limbgram.report.document.page import card, document, shown, table
+from limbgram.report.document.page import card, document, figure_html, table
 from limbgram.report.drawings.drawing import Picture, png
 from limbgram.report.drawings.maps import signed_map, size_map
 from limbgram.report.drawings.surfaces import four_sides
@@ -57,7 +57,7 @@ class Card:
 
 
 @dataclass(frozen=True)
-class Shown:
+class TermRow:
     """One figure of the glossary, ready to print."""
 
     title: str
@@ -109,20 +109,20 @@ def text_of(value: float | None, form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-def shown_terms(tree: dict[str, Any]) -> tuple[Shown, ...]:
+def term_rows(tree: dict[str, Any]) -> tuple[TermRow, ...]:
     """Every figure of the glossary that this tree has."""
     found = ((term, value_at(tree, term.path)) for term in TERMS)
-    return tuple(_shown(term, value, tree["unit"]) for term, value in found if value is not None)
+    return tuple(_term_row(term, value, tree["unit"]) for term, value in found if value is not None)
 
 
-def _shown(term: Term, value: float, unit: str) -> Shown:
+def _term_row(term: Term, value: float, unit: str) -> TermRow:
     if term.unit == SHARE:
-        return Shown(term.title, f"{100 * value:.4g}", "%", term.definition)
+        return TermRow(term.title, f"{100 * value:.4g}", "%", term.definition)
     text = f"{value:,}" if isinstance(value, int) else f"{value:.4g}"
     name = unit if term.unit == LENGTH else term.unit.replace(LENGTH, unit).replace("^2", "²")
     if not isinstance(value, int) and abs(value) >= 10_000:
         text = f"{value:,.0f}"
-    return Shown(term.title, text, name, term.definition)
+    return TermRow(term.title, text, name, term.definition)
 
 
 def accuracy_pictures(evidence: Evidence, assessment: Assessment) -> tuple[Picture, ...]:
@@ -304,7 +304,7 @@ def against_truth(tree: Tree) -> Iterator[str]:
     yield f"<h2>Against the truth: {escape(truth['kind'])}</h2>"
     yield f'<p class="note">Alignment: {escape(truth["alignment"])}.</p>'
     distances = truth["histogram"]
-    shown = [
+    charts = [
         figure(
             histogram(
                 distances["edges_mm"],
@@ -318,8 +318,8 @@ def against_truth(tree: Tree) -> Iterator[str]:
         )
     ]
     if truth["sigma"] is not None:
-        shown.append(_honesty(truth["sigma"]))
-    yield f'<div class="two">{"".join(shown)}</div>'
+        charts.append(_honesty(truth["sigma"]))
+    yield f'<div class="two">{"".join(charts)}</div>'
     rows = [
         (
             f"{one['height_mm']:.1f}",
@@ -352,7 +352,7 @@ def sigma_section(tree: Tree) -> Iterator[str]:
     """How sure the vertices are, and what the expected error is made of."""
     yield "<h2>Expected error</h2>"
     budget = [one for one in tree["expected"]["budget"] if one["sigma_mm"] is not None]
-    shown = [
+    charts = [
         figure(
             bars(
                 [one["part"] for one in budget],
@@ -366,7 +366,7 @@ def sigma_section(tree: Tree) -> Iterator[str]:
     ]
     sigma = tree["surface"]["sigma"]
     if sigma is not None:
-        shown.append(
+        charts.append(
             figure(
                 histogram(
                     sigma["edges_mm"],
@@ -379,7 +379,7 @@ def sigma_section(tree: Tree) -> Iterator[str]:
                 "shared by all vertices.",
             )
         )
-    yield f'<div class="two">{"".join(shown)}</div>'
+    yield f'<div class="two">{"".join(charts)}</div>'
     yield from _openings(tree)
 
 
@@ -477,7 +477,7 @@ def image_section(tree: Tree) -> Iterator[str]:
 def glossary_section(tree: Tree) -> Iterator[str]:
     """Every figure with unit and definition."""
     yield "<h2>Every figure, its unit and what it is</h2>"
-    rows = [(one.title, one.value, one.unit, one.definition) for one in shown_terms(tree)]
+    rows = [(one.title, one.value, one.unit, one.definition) for one in term_rows(tree)]
     yield table(("figure", "#value", "unit", "definition"), rows)
 
 
@@ -494,7 +494,7 @@ def accuracy_page(tree: dict[str, Any], pictures: Sequence[Picture]) -> str:
         "<h2>What limits this result, and what to do</h2>",
         _findings(tree["findings"]),
         f'<p class="use">{escape(tree["intended_use"])}</p>',
-        *(shown(picture) for picture in pictures),
+        *(figure_html(picture) for picture in pictures),
         "<h2>Limits and what was found</h2>",
         _criteria(tree["criteria"]),
         *against_truth(tree),

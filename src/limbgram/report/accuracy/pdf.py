@@ -116,7 +116,7 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
         )
         for one in judged
     ]
-    shown = axes.table(
+    cells = axes.table(
         rows,
         colLabels=("Figure", "Found", "Green up to", "Red beyond", "Light"),
         colWidths=(0.46, 0.16, 0.14, 0.14, 0.10),
@@ -125,9 +125,9 @@ def _criteria(figure: Figure, judged: Sequence[dict[str, Any]]) -> None:
         bbox=Bbox.unit(),
         edges="horizontal",
     )
-    shown.auto_set_font_size(False)
-    shown.set_fontsize(7.5)
-    for (row, column), cell in shown.get_celld().items():
+    cells.auto_set_font_size(False)
+    cells.set_fontsize(7.5)
+    for (row, column), cell in cells.get_celld().items():
         cell.PAD = 0.01
         cell.set_edgecolor(RULE)
         if row == 0:

@@ -66,7 +66,7 @@ def card(question: str, answer: str, note: str) -> str:
     )
 
 
-def shown(picture: Picture) -> str:
+def figure_html(picture: Picture) -> str:
     """A picture under its title, with its caption."""
     data = base64.b64encode(picture.png.tobytes()).decode()
     return (

@@ -52,7 +52,7 @@ def _volume(axes: Axes, series: Series) -> None:
     weeks = (series.days[-1] - series.days[0]).days / 7
     line = (series.volume.at_start + np.array([0, weeks]) * series.volume.per_week) / 1000
     ends: Any = [series.days[0], series.days[0] + timedelta(weeks=weeks)]
-    axes.plot(ends, line, color=ORANGE, lw=1.5, ls="-" if series.volume.told else ":")
+    axes.plot(ends, line, color=ORANGE, lw=1.5, ls="-" if series.volume.is_clear else ":")
     axes.set_ylabel("volume, mL", fontsize=8, color=INK)
 
 
@@ -112,7 +112,7 @@ def _map(
     turned = np.roll(field, half, axis=1)
     turned = np.concatenate([turned, turned[:, :1]], axis=1)
     angles = np.linspace(-180, 180, turned.shape[1])
-    shown = axes.pcolormesh(
+    mesh = axes.pcolormesh(
         angles, template.heights, turned, norm=norm, cmap=colours, shading="gouraud"
     )
     for mark in template.marks:
@@ -127,6 +127,6 @@ def _map(
         )
     axes.set_xticks([-180, -90, 0, 90, 180], ["back", "medial", "front", "lateral", "back"])
     axes.set_ylabel(f"height: 1 at {template.reference}", fontsize=8, color=INK)
-    bar = axes.figure.colorbar(shown, ax=axes, fraction=0.05, aspect=30)
+    bar = axes.figure.colorbar(mesh, ax=axes, fraction=0.05, aspect=30)
     bar.set_label(label, fontsize=8, color=INK)
     bar.ax.tick_params(labelsize=8)

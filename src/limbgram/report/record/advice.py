@@ -79,10 +79,10 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         )
     wall = measures.wall
     if wall is not None:
-        told = wall.told("the limb's")
+        sentence = wall.sentence("the limb's")
         yield Finding(
             topic="surface",
-            what=f"{told[0].upper()}{told[1:]}.",
+            what=f"{sentence[0].upper()}{sentence[1:]}.",
             remedy=f"Less than {LEAST_WALL_MM:g} mm is not made by printers of every kind; look at "
             "the map of the wall.",
             gravity="serious" if wall.thinnest_mm < LEAST_WALL_MM else "mild",

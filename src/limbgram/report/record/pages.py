@@ -16,7 +16,7 @@ from html import escape
 from typing import Any
 
 from limbgram.core.interval import HOLDS, Interval, plus_minus
-from limbgram.report.document.page import card, document, shown, table
+from limbgram.report.document.page import card, document, figure_html, table
 from limbgram.report.document.paper import Sheet, pdf_of
 from limbgram.report.drawings.drawing import BLUE, FAINT, Picture
 from limbgram.report.record import pages as words
@@ -295,14 +295,14 @@ def record_page(tree: Tree, pictures: Sequence[Picture]) -> str:
         f'<p class="use">{escape(tree["intended_use"])}</p>',
         "<h2>Before anything is made from it</h2>",
         _findings(tree["findings"]),
-        shown(pictures[0]),
+        figure_html(pictures[0]),
         *_landmarks(tree),
         "<h2>Measures by level</h2>",
         f'<p class="note">{escape(words.measure_note(tree))}</p>',
         table(words.MEASURE_HEADS, words.measure_rows(tree)),
         *_inside(tree),
         *_comparison(tree),
-        *(shown(picture) for picture in pictures[1:]),
+        *(figure_html(picture) for picture in pictures[1:]),
         *_recipe(tree),
         "<h2>What each step does to a radius</h2>",
         f'<p class="note">{escape(words.BIAS_NOTE)}</p>',
@@ -381,16 +381,16 @@ def _first(tree: Tree, pictures: Sequence[Picture]) -> Sheet:
         sheet.table(words.LANDMARK_HEADS, marks[: sheet.rows_that_fit(4.5)], (1, 6, 2, 2, 2))
     sheet.heading("Measures by level")
     sheet.text(words.measure_note(tree), points=7, colour=FAINT)
-    told = [one for one in tree["findings"] if one["topic"] != "tape"]
+    others = [one for one in tree["findings"] if one["topic"] != "tape"]
     rows = words.measure_rows(tree)
     sentences = sum(len(row) < len(words.MEASURE_HEADS) for row in rows)
-    below_in = 1.0 + _FINDING_IN * len(told) + _SENTENCE_IN * sentences
+    below_in = 1.0 + _FINDING_IN * len(others) + _SENTENCE_IN * sentences
     most = min(_MOST_LEVELS, sheet.rows_that_fit(below_in))
     step = max(1, -(-len(rows) // max(most, 1)))
     sheet.table(words.MEASURE_HEADS, rows[::step], (2, 3, 3, 3, 3, 3, 3.4))
     if step > 1:
         sheet.text(f"One level in {step}; all are on the page.", points=6.5, colour=FAINT)
-    _pdf_findings(sheet, told)
+    _pdf_findings(sheet, others)
     _tape_boxes(sheet, tree)
     return sheet
 

@@ -42,7 +42,12 @@ from limbgram.workbench.compare.messages import comparison_tree
 from limbgram.workbench.compare.registration import RegistrationOptions, Way
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame
 from limbgram.workbench.limb import Landmark
-from limbgram.workbench.measures.measuring import MeasureOptions, Measures, measure, measure_inside
+from limbgram.workbench.measures.measuring import (
+    LimbMeasureOptions,
+    Measures,
+    measure_inside,
+    measure_limb,
+)
 from limbgram.workbench.measures.table import tree as measures_tree
 
 SCHEMA = "limbgram-report/1"
@@ -95,20 +100,25 @@ def record_of(
     """Measure, compare and replay what is named, and put it together."""
     frame = frame_of(shape.limb)
     printed = printed_names(shape, against)
-    told = nameless(shape, printed)
-    told = replace(told, limb=outside_of(told.limb))
+    nameless_shape = nameless(shape, printed)
+    nameless_shape = replace(nameless_shape, limb=outside_of(nameless_shape.limb))
     other = None if against is None else nameless(against, printed)
     reference = options.reference and printed.get(options.reference, options.reference)
-    options_of_levels = MeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
-    measures = measure(told.limb, options_of_levels)
+    options_of_levels = LimbMeasureOptions(spacing_mm=options.spacing_mm, reference=reference)
+    measures = measure_limb(nameless_shape.limb, options_of_levels)
     done = None if recipe is None else replayed_on(recipe, shape, against)
-    inside = None if measures.skin != "outside" else measure_inside(told.limb, options_of_levels)
-    compared = None if other is None else _compare(told, other, done, options)
-    mesh = in_limb_frame(told.limb)
+    inside = (
+        None
+        if measures.skin != "outside"
+        else measure_inside(nameless_shape.limb, options_of_levels)
+    )
+    compared = None if other is None else _compare(nameless_shape, other, done, options)
+    mesh = in_limb_frame(nameless_shape.limb)
     marks = tuple(
         Landmark(name=mark.name, position_mm=place)
         for mark, place in zip(
-            told.limb.landmarks, _places(told.limb.landmarks, frame.limb_from_mesh.apply)
+            nameless_shape.limb.landmarks,
+            _places(nameless_shape.limb.landmarks, frame.limb_from_mesh.apply),
         )
     )
     ledger = None if done is None else done.ledger
@@ -118,14 +128,14 @@ def record_of(
         lines = steps.result()
     tree: Json = {
         "schema": SCHEMA,
-        "id": told.id,
+        "id": nameless_shape.id,
         "side": frame.side,
         "unit": "mm",
         "intended_use": INTENDED_USE,
         "names": NAMES_NOTE,
         "size_mm": np.ptp(mesh.vertices_mm, axis=0).tolist(),
         "triangles": len(mesh.faces),
-        "notes": list(told.limb.notes),
+        "notes": list(nameless_shape.limb.notes),
         "measures": measures_tree(measures),
         "inside": None if inside is None else measures_tree(inside),
         "landmarks": [

@@ -100,13 +100,13 @@ def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
 
 def in_print(text: str, printed: Mapping[str, str]) -> str:
     """An edit in words, its landmarks under the names that are printed."""
-    for name, told in printed.items():
-        text = text.replace(f'"{name}"', f'"{told}"')
+    for name, printed_name in printed.items():
+        text = text.replace(f'"{name}"', f'"{printed_name}"')
     return text
 
 
-def _without(note: str, name: str, told: str) -> str:
-    return note.replace(name, told) if name else note
+def _without(note: str, name: str, instead: str) -> str:
+    return note.replace(name, instead) if name else note
 
 
 SAME_MM = 0.01

@@ -27,7 +27,7 @@ _GOLDEN = 0.381966
 
 
 @dataclass(frozen=True, kw_only=True)
-class PaintedSpot:
+class SockSpot:
     """A disc on the skin."""
 
     around: float
@@ -38,16 +38,16 @@ class PaintedSpot:
     diameter_mm: float = 9.0
 
 
-def scattered_spots(count: int) -> tuple[PaintedSpot, ...]:
+def scattered_spots(count: int) -> tuple[SockSpot, ...]:
     """Spots spread evenly round the limb and along it."""
     heights = np.linspace(_LOWEST, _HIGHEST, count)
     return tuple(
-        PaintedSpot(around=(k * _GOLDEN) % 1.0, height=float(height))
+        SockSpot(around=(k * _GOLDEN) % 1.0, height=float(height))
         for k, height in enumerate(heights)
     )
 
 
-def chart_place(limb: Limb, spot: PaintedSpot) -> tuple[int, int]:
+def chart_place(limb: Limb, spot: SockSpot) -> tuple[int, int]:
     """Row and column of the chart's point that is the middle of the spot."""
     columns = limb.grid_mm.shape[1] - 1
     column = int(spot.around * columns) % columns
@@ -56,7 +56,7 @@ def chart_place(limb: Limb, spot: PaintedSpot) -> tuple[int, int]:
     return int(skin[np.argmin(np.abs(heights - spot.height * limb.height_mm))]), column
 
 
-def places_mm(limb: Limb, spots: Sequence[PaintedSpot]) -> tuple[Vector3, ...]:
+def places_mm(limb: Limb, spots: Sequence[SockSpot]) -> tuple[Vector3, ...]:
     """Middles of the spots on the true surface, in the world."""
     at = (chart_place(limb, spot) for spot in spots)
     return tuple(limb.grid_mm[row, column].astype(np.float64) for row, column in at)
@@ -112,7 +112,7 @@ def bake(
     coverage: float,
     seed: int,
     texel_mm: float,
-    spots: Sequence[PaintedSpot] = (),
+    spots: Sequence[SockSpot] = (),
 ) -> UInt8[np.ndarray, "rows columns 4"]:
     """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart."""
     grid = limb.grid_mm
@@ -186,7 +186,7 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
     )
 
 
-def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[PaintedSpot]) -> _Dabs:
+def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[SockSpot]) -> _Dabs:
     """The dabs and, laid on after them, round opaque spots."""
     for spot in spots:
         row, column = chart_place(limb, spot)

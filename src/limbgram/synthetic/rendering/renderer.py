@@ -105,7 +105,7 @@ def _triangles(view: View, stage: Stage) -> Triangles:
     starts = np.cumsum([0, *(len(mesh.vertices_mm) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
     points = view.camera_from_world.apply(points)
-    painted = len(faces[0]) if stage.limb is not None else 0
+    limb_faces = len(faces[0]) if stage.limb is not None else 0
     chart = np.zeros((0, 3, 2), np.float32) if stage.limb is None else stage.limb.chart
     skin = np.zeros((2, 2, 4), np.uint8) if stage.skin is None else stage.skin
     fine = 1 if stage.limb is None else (len(skin) - 1) // (len(stage.limb.grid_mm) - 1)
@@ -114,7 +114,7 @@ def _triangles(view: View, stage: Stage) -> Triangles:
         points=points,
         normals=normals @ view.camera_from_world.rotation.T,
         faces=np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
-        painted=painted,
+        limb_faces=limb_faces,
         chart=chart,
         skin=skin,
         skin_fine=fine,

@@ -46,7 +46,7 @@ class Triangles(NamedTuple):
     points: np.ndarray
     normals: np.ndarray
     faces: np.ndarray
-    painted: int
+    limb_faces: int
     """Faces before this one are the limb's, the others the stand's."""
     chart: np.ndarray
     skin: np.ndarray
@@ -121,7 +121,7 @@ def mesh_light(px, py, k, triangles, light):
     nz = wa * n[a, 2] + wb * n[b, 2] + wc * n[c, 2]
     size = np.sqrt(nx * nx + ny * ny + nz * nz)
     lit, shine = _lit(point, (nx / size, ny / size, nz / size), light)
-    if k >= triangles.painted:
+    if k >= triangles.limb_faces:
         grey = 0.30 * lit + 0.05 * shine
         return grey, grey, grey
     chart = triangles.chart

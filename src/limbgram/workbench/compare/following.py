@@ -140,8 +140,8 @@ class Trend:
     """Root mean square of residuals over their sigmas; None for two values."""
 
     @property
-    def told(self) -> bool:
-        """Whether a change can be told from none."""
+    def is_clear(self) -> bool:
+        """Whether the change is larger than its uncertainty."""
         return abs(self.per_week) > self.per_week_95
 
 
@@ -232,7 +232,7 @@ class Series:
         span = f"{(self.days[-1] - self.days[0]).days} days"
         share = self.change_mm3 / start
         rates = f"{rate:+.1f} {about} mL a week ({self.volume.per_week / start:+.2%} a week)"
-        if not self.volume.told:
+        if not self.volume.is_clear:
             return (
                 f"No trend can be told: the volume's {rates} over {span} lies within its "
                 f"uncertainty (95 %). Last scan less first: {change:+.1f} {within} mL."

@@ -44,7 +44,7 @@ FEWEST = 12
 _SLIGHT = 1e-4
 _SINGULAR = 1e-8
 _NEARLY_STILL_MM = 0.05
-"""From here on it stays settled which places have a counterpart: else those at brims flicker."""
+"""From here on the places that have a counterpart stay the same: else those at brims flicker."""
 _TOUCHING_MM = 1e-6
 """Nearer than this the way to the nearest place is rounding, and the normal stands for it."""
 _PATCH = 0.5
@@ -103,13 +103,13 @@ class IcpOptions:
     """When to stop, and what counts as far."""
 
     tolerance_mm: float = 1e-4
-    """Settled once a round moves the places by less, or by a ten-thousandth of their distances."""
+    """The last round moves the places by less, or by a ten-thousandth of their distances."""
     max_rounds: int = 60
     cap_mm: float = 10.0
     """Largest distance that a place adds to the cost by which poses are ranked."""
 
 
-def settle(points_mm: Points3, ground: Ground, start: Rigid, options: IcpOptions) -> Fit:
+def run_icp(points_mm: Points3, ground: Ground, start: Rigid, options: IcpOptions) -> Fit:
     """Move the places onto the ground from a start."""
     pose, rounds, moved_mm = start, 0, np.inf
     scale_mm, valid = np.inf, np.ones(len(points_mm), bool)
@@ -127,8 +127,8 @@ def settle(points_mm: Points3, ground: Ground, start: Rigid, options: IcpOptions
         step = _step(placed, found, weights)
         moved_mm = float(np.sqrt(np.mean(np.sum((step.apply(placed) - placed) ** 2, axis=1))))
         pose, rounds = _orthonormal(step @ pose), rounds + 1
-    settled = rounds > 0 and moved_mm <= tolerance_mm
-    return _fit(points_mm, ground, pose, rounds, settled, options)
+    converged = rounds > 0 and moved_mm <= tolerance_mm
+    return _fit(points_mm, ground, pose, rounds, converged, options)
 
 
 def _fit(
@@ -136,7 +136,7 @@ def _fit(
     ground: Ground,
     pose: Rigid,
     rounds: int,
-    settled: bool,
+    converged: bool,
     options: IcpOptions,
 ) -> Fit:
     placed = pose.apply(points_mm)
@@ -152,7 +152,7 @@ def _fit(
         used_share=float(np.count_nonzero(weights) / len(weights)),
         cost_mm=float(np.sqrt(np.mean(capped**2))),
         rounds=rounds,
-        converged=settled,
+        converged=converged,
         undetermined=_undetermined(placed, found, weights),
         larger_share=_larger_share(placed, found, valid),
         looseness=_looseness(placed, found, weights),
@@ -430,7 +430,7 @@ def tried_starts(
     quick = IcpOptions(tolerance_mm=0.05, max_rounds=10, cap_mm=icp.cap_mm)
     starts = possible_starts(places_of(first, MIDDLE, brim_mm), middle_mm)
     fits = sorted(
-        (settle(coarse_mm, ground, start, quick) for start in starts),
+        (run_icp(coarse_mm, ground, start, quick) for start in starts),
         key=lambda fit: fit.cost_mm,
     )
     apart: list[Fit] = []
@@ -439,7 +439,7 @@ def tried_starts(
             apart.append(fit)
     longer = IcpOptions(tolerance_mm=0.01, max_rounds=40, cap_mm=icp.cap_mm)
     better = sorted(
-        (settle(middle_mm, ground, fit.first_from_second, longer) for fit in apart),
+        (run_icp(middle_mm, ground, fit.first_from_second, longer) for fit in apart),
         key=lambda fit: fit.cost_mm,
     )
     best = better[0]

@@ -127,12 +127,12 @@ def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
 def by_shape_sentence(by_shape: ByShape) -> str:
     """What the volume would be by shape, and whether that contradicts."""
     change = by_shape.volume
-    told = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
+    change_ml = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
     if not by_shape.at_odds:
-        return f"Laid by their shape alone the change would be {told}, which agrees."
+        return f"Laid by their shape alone the change would be {change_ml}, which agrees."
     return (
-        f"Laid by their shape alone the change would be {told}: the two ways disagree, and which "
-        "is right depends on where the second belongs along the axis. Look at the picture."
+        f"Laid by their shape alone the change would be {change_ml}: the two ways disagree, and "
+        "which is right depends on where the second belongs along the axis. Look at the picture."
     )
 
 
@@ -209,7 +209,7 @@ def series_lines(series: Series) -> tuple[str, ...]:
             if trend is None
             else f"{height:8.1f} mm  {trend.per_week:+.2f} "
             f"{plus_minus(Interval.of_half_width(trend.per_week_95), 2)} mm a week"
-            + ("" if trend.told else ": within the uncertainty")
+            + ("" if trend.is_clear else ": within the uncertainty")
             for height, trend in zip(scans.heights_mm, series.girths)
         ),
     )
@@ -407,7 +407,7 @@ def _trend(trend: Trend, per: float) -> dict[str, Any]:
     return {
         "per_week": trend.per_week / per,
         "per_week_95": trend.per_week_95 / per,
-        "told": trend.told,
+        "told": trend.is_clear,
         "scatter": trend.scatter,
     }
 

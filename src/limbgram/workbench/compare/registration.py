@@ -41,7 +41,7 @@ from limbgram.workbench.compare.icp import (
     Looseness,
     descent,
     places_of,
-    settle,
+    run_icp,
     tried_starts,
     width_mm,
 )
@@ -69,7 +69,7 @@ def about_mirrors(
         ),
     )
     best, _ = tried_starts(first, mirrored, ground, brim_mm, icp)
-    image = settle(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
+    image = run_icp(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
     if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
         return ()
     return (
@@ -257,13 +257,13 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
         MeasureError: no overlap, or sizes so different that the shape tells no place.
     """
     ground = Ground.of(first.mesh, options.brim_mm)
-    start = _told_start(first, second)
+    start = _start_from_frames(first, second)
     fine_mm = places_of(second, FINE, options.brim_mm)
     notes: list[str] = []
-    fit = None if start is None else settle(fine_mm, ground, start, options.icp)
+    fit = None if start is None else run_icp(fine_mm, ground, start, options.icp)
     if fit is None or fit.used_share < _LEAST_USED:
         best, rival = tried_starts(first, second, ground, options.brim_mm, options.icp)
-        fit = settle(fine_mm, ground, best.first_from_second, options.icp)
+        fit = run_icp(fine_mm, ground, best.first_from_second, options.icp)
         if rival:
             notes.append(
                 "Another pose fits nearly as well: mark landmarks on both shapes, or look at the "
@@ -316,7 +316,7 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     )
 
 
-def _told_start(first: Limb, second: Limb) -> Rigid | None:
+def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
     """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
     try:
         return by_landmarks(first, second, {}).first_from_second

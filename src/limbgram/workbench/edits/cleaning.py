@@ -93,7 +93,7 @@ def clean(limb: Limb, edit: Clean) -> Limb:
 
 def _without_scraps(limb: Limb, edit: Clean) -> Limb:
     """Without short loose pieces near the surface, and without longer ones on it."""
-    told: list[str] = []
+    notes: list[str] = []
     mesh = limb.mesh
     for reach_mm, of_scraps in ((edit.scraps_mm, True), (edit.sheets_mm, False)):
         pieces = open_pieces(mesh) if reach_mm else None
@@ -105,8 +105,8 @@ def _without_scraps(limb: Limb, edit: Clean) -> Limb:
             asked = pieces.area_mm2 <= _SHEET_SHARE * pieces.area_mm2.max()
         found = without_pieces(mesh, pieces, asked, reach_mm)
         mesh = found.mesh
-        told += found.told()
-    return limb if mesh is limb.mesh else _noted(limb.with_mesh(mesh), told)
+        notes += found.sentences()
+    return limb if mesh is limb.mesh else _noted(limb.with_mesh(mesh), notes)
 
 
 def _lengths_mm(mesh: Mesh, piece: np.ndarray, count: int) -> np.ndarray:
@@ -142,8 +142,8 @@ def _without_spikes(limb: Limb) -> Limb:
         return limb
     highest_mm = float(np.linalg.norm(vertices - mesh.vertices_mm, axis=1).max())
     laid = displaced(limb, vertices)
-    told = f"spikes of {int(moved.sum()):,} points, up to {highest_mm:.1f} mm high, were laid back"
-    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [told])
+    notes = f"spikes of {int(moved.sum()):,} points, up to {highest_mm:.1f} mm high, were laid back"
+    return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [notes])
 
 
 def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
@@ -192,14 +192,14 @@ def _without_holes(limb: Limb, edit: Clean) -> Limb:
         closed = with_closed(mesh, whole)
     if not small:
         return limb
-    told: list[str] = []
+    notes: list[str] = []
     if whole:
         widest_mm = max(_width_mm(mesh, loop) for loop in whole)
-        told.append(f"holes closed, up to {widest_mm:.1f} mm wide: {len(whole)}")
+        notes.append(f"holes closed, up to {widest_mm:.1f} mm wide: {len(whole)}")
     if len(whole) < len(small):
         left = len(small) - len(whole)
-        told.append(f"small holes that cannot be closed soundly, and were left open: {left}")
-    return _noted(limb.with_mesh(closed), told)
+        notes.append(f"small holes that cannot be closed soundly, and were left open: {left}")
+    return _noted(limb.with_mesh(closed), notes)
 
 
 def _width_mm(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> float:
@@ -211,5 +211,5 @@ def _touches_itself(mesh: Mesh, loop: Int32[np.ndarray, " l"]) -> bool:
     return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
 
 
-def _noted(limb: Limb, told: list[str]) -> Limb:
-    return replace(limb, notes=(*limb.notes, *told))
+def _noted(limb: Limb, notes: list[str]) -> Limb:
+    return replace(limb, notes=(*limb.notes, *notes))

@@ -403,7 +403,7 @@ def _smoothed(normals: Points3) -> Points3:
 
 
 _MOST_ROUNDS = 5000
-_SETTLED_MM = 1e-9
+_CONVERGED_MM = 1e-9
 
 
 def distances_from_point(
@@ -456,7 +456,7 @@ def _spread(
         better = distance.copy()
         np.minimum.at(better, triples.c[busy], offered)
         better[better > limit_mm] = np.inf
-        changed = better < distance - _SETTLED_MM
+        changed = better < distance - _CONVERGED_MM
         distance[changed] = better[changed]
     whole = start_mm.copy()
     whole[used] = distance

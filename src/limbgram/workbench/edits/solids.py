@@ -231,18 +231,18 @@ def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
             f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's own "
             "edge is: cut it by a plane or a trimline first."
         )
-    told = [found.told()]
+    notes = [found.sentence()]
     if found.thinnest_mm < _STUDIED_MM:
-        told.append(
+        notes.append(
             f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
             "let it bear no weight before it was tested"
         )
-    return replace(limb, mesh=solid, notes=(*limb.notes, *told))
+    return replace(limb, mesh=solid, notes=(*limb.notes, *notes))
 
 
 def _sentence(found: Thickness) -> str:
-    told = found.told()
-    return f"{told[0].upper()}{told[1:]}"
+    sentence = found.sentence()
+    return f"{sentence[0].upper()}{sentence[1:]}"
 
 
 def mirror(limb: Limb, edit: Mirror) -> Limb:

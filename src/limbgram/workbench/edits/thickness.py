@@ -52,7 +52,7 @@ class Thickness:
     median_mm: float
     """Half of the area is thicker."""
 
-    def told(self, axes: str = "the file's") -> str:
+    def sentence(self, axes: str = "the file's") -> str:
         """In words, without a full stop."""
         x, y, z = self.place_mm
         return (

@@ -25,7 +25,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.photos.photo import Photo
-from limbgram.workbench.marks.sighting import Caster, hue_and_saturation, sightings_of
+from limbgram.workbench.marks.pixels import Caster, coloured_pixels_by_photo, hue_and_saturation
 from limbgram.workbench.marks.spots import RoundRule, Spots, hues_of, spots_of
 
 
@@ -117,10 +117,10 @@ def find_painted_marks(
     same_rad = float(np.radians(options.same_hue_deg))
     given = None if options.colour is None else _hue_of(options.colour, options.least_saturation)
     caster = Caster(mesh)
-    sightings = sightings_of(
+    pixels = coloured_pixels_by_photo(
         photos, views, mesh, caster, options.pixel_mm, options.least_saturation
     )
-    hues = hues_of(sightings, same_rad)
+    hues = hues_of(pixels, same_rad)
     if given is not None:
         hues = _given_first(hues, given, same_rad)
     rule = RoundRule(
@@ -133,7 +133,7 @@ def find_painted_marks(
     offered: list[tuple[float, PaintedMarks]] = []
     shared = 0.0
     looked_for = len(hues) if given is None else 1
-    for found in spots_of(sightings, hues, looked_for, same_rad, rule):
+    for found in spots_of(pixels, hues, looked_for, same_rad, rule):
         plainness = found.inside_mm2 / found.total_mm2 if found.total_mm2 else 0.0
         if given is None and plainness < options.plainest_share:
             continue

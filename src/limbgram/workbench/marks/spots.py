@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import turn_rad
-from limbgram.workbench.marks.sighting import Sighting
+from limbgram.workbench.marks.pixels import ColouredPixels
 
 _BINS = 180
 _SMOOTH_BINS = 2.5
@@ -64,10 +64,10 @@ class RoundRule:
     """Mean saturation: what is mixed of several paints is less vivid than one plain colour."""
 
 
-def hues_of(sightings: Sequence[Sighting], same_rad: float) -> Float64[np.ndarray, " k"]:
+def hues_of(pixels: Sequence[ColouredPixels], same_rad: float) -> Float64[np.ndarray, " k"]:
     """Hues that stand out in the photos, each at least `same_rad` from the next stronger one."""
     area = np.zeros(_BINS)
-    for one in sightings:
+    for one in pixels:
         bins = ((one.hue_rad / (2 * np.pi)) % 1.0 * _BINS).astype(np.int64) % _BINS
         area += np.bincount(bins, one.areas_mm2, _BINS)
     total = area.sum()
@@ -83,7 +83,7 @@ def hues_of(sightings: Sequence[Sighting], same_rad: float) -> Float64[np.ndarra
 
 
 def spots_of(
-    sightings: Iterable[Sighting],
+    pixels: Iterable[ColouredPixels],
     hues: Float64[np.ndarray, " k"],
     looked_for: int,
     same_rad: float,
@@ -91,7 +91,7 @@ def spots_of(
 ) -> list[HueSpots]:
     """Round patches of each of the first `looked_for` hues in all photos."""
     parts: list[list[HueSpots]] = [[] for _ in range(looked_for)]
-    for photo_idx, one in enumerate(sightings):
+    for photo_idx, one in enumerate(pixels):
         nearest = _nearest_hue(one.hue_rad, hues, same_rad)
         for hue_idx, of_hue in enumerate(parts):
             seen = _in_photo(one, nearest == hue_idx, photo_idx, same_rad, rule)
@@ -120,7 +120,7 @@ def _nearest_hue(
 
 
 def _in_photo(
-    one: Sighting,
+    one: ColouredPixels,
     own: Bool[np.ndarray, " n"],
     photo_idx: int,
     same_rad: float,
@@ -139,7 +139,7 @@ def _in_photo(
     return _measured(one, rows[plain], labels[plain], photo_idx, rule)
 
 
-def _labels(one: Sighting, rows: Int64[np.ndarray, " k"]) -> Int64[np.ndarray, " k"]:
+def _labels(one: ColouredPixels, rows: Int64[np.ndarray, " k"]) -> Int64[np.ndarray, " k"]:
     """Number of the patch of each pixel, from 1; 0 for whiskers."""
     mask = np.zeros(one.shape, np.uint8)
     mask[one.at[rows, 0], one.at[rows, 1]] = 1
@@ -158,7 +158,7 @@ def _near_own_hue(
 
 
 def _measured(
-    one: Sighting,
+    one: ColouredPixels,
     rows: Int64[np.ndarray, " k"],
     labels: Int64[np.ndarray, " k"],
     photo_idx: int,

@@ -3,12 +3,12 @@
 from limbgram.workbench.measures.lengths import Length, length_mm, shortest_path
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
-    MeasureOptions,
+    LimbMeasureOptions,
     Measures,
     Row,
     VolumeRow,
-    measure,
     measure_inside,
+    measure_limb,
 )
 from limbgram.workbench.measures.skins import without_sock
 from limbgram.workbench.measures.tape import (
@@ -22,7 +22,7 @@ from limbgram.workbench.measures.tape import (
 __all__ = [
     "Figure",
     "Length",
-    "MeasureOptions",
+    "LimbMeasureOptions",
     "Measures",
     "Row",
     "TapeChange",
@@ -32,8 +32,8 @@ __all__ = [
     "VolumeRow",
     "fit_to_tape",
     "length_mm",
-    "measure",
     "measure_inside",
+    "measure_limb",
     "shortest_path",
     "without_sock",
 ]

@@ -43,7 +43,7 @@ _TOUCHING_MM = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeasureOptions:
+class LimbMeasureOptions:
     """What is measured. Heights count from the reference, upwards."""
 
     spacing_mm: float = 10.0
@@ -61,7 +61,7 @@ class MeasureOptions:
     tape: tuple[TapeReading, ...] = ()
 
 
-DEFAULTS = MeasureOptions()
+DEFAULTS = LimbMeasureOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +134,7 @@ class Measures:
         )
 
 
-def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:
     """Measure an aligned limb."""
     bare = limb if options.sock_mm is None else without_sock(limb, options.sock_mm)
     outside = outer_bodies(in_limb_frame(bare))
@@ -168,13 +168,13 @@ def measure(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
     )
 
 
-def measure_inside(limb: Limb, options: MeasureOptions = DEFAULTS) -> Measures:
+def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures:
     """Measure what an aligned wall, such as a socket, holds.
 
     Raises:
-        MeasureError: it goes round no hollow, or as `measure`.
+        MeasureError: it goes round no hollow, or as `measure_limb`.
     """
-    found = measure(inside_of(limb), options)
+    found = measure_limb(inside_of(limb), options)
     return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
 
 
@@ -187,7 +187,7 @@ def _place(limb: Limb, name: str) -> Place:
     return Place(name, frame_of(limb).limb_from_mesh.apply(mark.position_mm[None])[0])
 
 
-def _heights(sigmas: Sigmas, zero: float, options: MeasureOptions) -> list[float]:
+def _heights(sigmas: Sigmas, zero: float, options: LimbMeasureOptions) -> list[float]:
     """Heights in the limb frame: those asked for, or all multiples of the spacing in the limb."""
     if options.heights_mm is not None:
         if not options.heights_mm or not all(map(math.isfinite, options.heights_mm)):

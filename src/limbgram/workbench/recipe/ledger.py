@@ -136,7 +136,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
             parts.append(f"roughness {old.roughness_mm:.3f} -> {new.roughness_mm:.3f} mm")
         texts.append("   " + "; ".join(parts))
         texts += [f"   {sentence}" for sentence in line.told]
-        texts += [f"   {told(concern)}" for concern in line.concerns]
+        texts += [f"   {concern_line(concern)}" for concern in line.concerns]
         texts.append(
             "   girths along the contour, by height " + _girths(ledger.levels_mm, old, new)
         )
@@ -146,7 +146,7 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def told(concern: Concern) -> str:
+def concern_line(concern: Concern) -> str:
     """A concern in a line: what it is, and whether somebody means it."""
     if not concern.word:
         return f"! {concern.what}"

@@ -154,7 +154,7 @@ def described(entry: Entry) -> str:
     values = {one.name: getattr(entry.edit, one.name) for one in fields(entry.edit)}
     usual = {one.name: one.default for one in fields(entry.edit)}
     own = {name: value for name, value in values.items() if value != usual[name]}
-    given = [f"{name} = {_shown(value)}" for name, value in (own or values).items()]
+    given = [f"{name} = {_text_of(value)}" for name, value in (own or values).items()]
     off = "" if entry.on else " (off)"
     meant = f" (accepted: {', '.join(entry.accept)})" if entry.accept else ""
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
@@ -185,24 +185,24 @@ def _change(old: Sequence[Entry], new: Sequence[Entry], first: int, second: int)
 def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
     """What changed within an edit of one kind."""
     changes = [
-        f"{given.name} {_shown(getattr(one.edit, given.name))} -> "
-        f"{_shown(getattr(two.edit, given.name))}"
+        f"{given.name} {_text_of(getattr(one.edit, given.name))} -> "
+        f"{_text_of(getattr(two.edit, given.name))}"
         for given in fields(one.edit)
         if getattr(one.edit, given.name) != getattr(two.edit, given.name)
     ]
     if one.accept != two.accept:
-        changes.append(f"accept {_shown(one.accept)} -> {_shown(two.accept)}")
+        changes.append(f"accept {_text_of(one.accept)} -> {_text_of(two.accept)}")
     if one.on != two.on:
         changes.append("switched on" if two.on else "switched off")
     place = f"{number}" if number == old_number else f"{old_number} (now {number})"
     return f"~ {place}. {name_of(type(one.edit))}: {', '.join(changes)}"
 
 
-def _shown(value: object) -> str:
+def _text_of(value: object) -> str:
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, tuple):
-        return f"[{', '.join(_shown(part) for part in value)}]"
+        return f"[{', '.join(_text_of(part) for part in value)}]"
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -264,8 +264,8 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
         if isinstance(entry.edit, Load | Relieve):
             reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
         start = _start_after(entry.edit, start, limb, after)
-        told = not isinstance(entry.edit, Mirror | Extension | Fill | Clean)
-        moved = displacement_between(limb.mesh, after.mesh) if told else None
+        moves_skin = not isinstance(entry.edit, Mirror | Extension | Fill | Clean)
+        moved = displacement_between(limb.mesh, after.mesh) if moves_skin else None
         lines.append(
             Line(
                 number=number,

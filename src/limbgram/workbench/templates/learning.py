@@ -45,7 +45,7 @@ from limbgram.workbench.templates.template import Template, TemplateMark
 _SAMPLES = 25_000
 _STEPS = 8
 _MET_MM = 0.02
-_SETTLED_MM = 2e-3
+_CONVERGED_MM = 2e-3
 _STEEPEST = 0.3
 """Least cosine between the normals of both shapes along which a displacement is taken."""
 _MOST_MM, _MOST_RMS_MM = 15.0, 5.0
@@ -108,7 +108,7 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
         gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
         step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
         moved[active] += step
-        active = active[np.abs(step) > _SETTLED_MM]
+        active = active[np.abs(step) > _CONVERGED_MM]
     found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
     met = np.abs(found.signed_mm) < _MET_MM
     own = measured_faces(before.mesh, brim_mm)[samples.faces]

@@ -1,4 +1,4 @@
-"""Sightings of a board by a known camera, without pictures."""
+"""Observations of a board by a known camera, without pictures."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -217,9 +217,11 @@ def test_photos_that_no_camera_explains_together_are_refused(
 
 def test_a_board_that_looks_alike_after_a_quarter_turn_is_believed_flat(capture: Capture) -> None:
     taken = capture(photos=16)
-    plate = taken.detections.corners_mm
-    bent = capture(corners_mm=bent_board(plate, np.array([0, 0, 0.01, 0, 0]), plate), photos=16)
-    keep = np.flatnonzero((plate[:, 0] < 75) & (plate[:, 1] < 75))
+    board_mm = taken.detections.corners_mm
+    bent = capture(
+        corners_mm=bent_board(board_mm, np.array([0, 0, 0.01, 0, 0]), board_mm), photos=16
+    )
+    keep = np.flatnonzero((board_mm[:, 0] < 75) & (board_mm[:, 1] < 75))
     square = Board.checkerboard("7x7", 10.0)
     rows = {old: new for new, old in enumerate(keep)}
     photos = []

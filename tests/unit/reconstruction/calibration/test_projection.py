@@ -8,7 +8,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.calibration.adjustment import SHARED, bent_board, moved, project_board
 from limbgram.reconstruction.targets.board import Board
 
-PLATE = Board.checkerboard("7x5", 20.0).corners_mm
+BOARD_MM = Board.checkerboard("7x5", 20.0).corners_mm
 POSE = Rigid.from_rotation_vector(np.array([0.3, -0.4, 0.2]), np.array([-50.0, -40.0, 300.0]))
 UNKNOWNS = np.array(
     [900, 950, 300, 200, 5, -0.2, 0.1, 0.01, -0.02, 0.05, 0.01, 0.02, 0.03, -0.02, 0.01]
@@ -17,21 +17,21 @@ UNKNOWNS = np.array(
 
 def test_a_flat_board_projects_as_the_camera_does() -> None:
     camera = Camera(width_px=1, height_px=1, fx=1, fy=1, cx=0, cy=0).with_parameters(UNKNOWNS[:10])
-    shape = bent_board(PLATE, UNKNOWNS[10:], PLATE)
+    shape = bent_board(BOARD_MM, UNKNOWNS[10:], BOARD_MM)
     np.testing.assert_allclose(
-        project_board(PLATE, PLATE, UNKNOWNS, POSE).xy_px,
+        project_board(BOARD_MM, BOARD_MM, UNKNOWNS, POSE).xy_px,
         camera.project(POSE.apply(shape)),
         atol=1e-10,
     )
-    assert np.abs(shape - PLATE).max() > 0.5
+    assert np.abs(shape - BOARD_MM).max() > 0.5
 
 
 def test_the_board_bends_about_its_middle_and_stretches_along_y_only() -> None:
-    bent = bent_board(PLATE, np.array([0.1, 0.0, 0.2, 0.0, 0.0]), PLATE)
-    middle = PLATE.mean(axis=0)
-    half_mm = 0.5 * np.ptp(PLATE[:, 0])
-    np.testing.assert_allclose((bent - middle)[:, 1], 1.1 * (PLATE - middle)[:, 1])
-    np.testing.assert_allclose(bent[:, 0], PLATE[:, 0])
+    bent = bent_board(BOARD_MM, np.array([0.1, 0.0, 0.2, 0.0, 0.0]), BOARD_MM)
+    middle = BOARD_MM.mean(axis=0)
+    half_mm = 0.5 * np.ptp(BOARD_MM[:, 0])
+    np.testing.assert_allclose((bent - middle)[:, 1], 1.1 * (BOARD_MM - middle)[:, 1])
+    np.testing.assert_allclose(bent[:, 0], BOARD_MM[:, 0])
     assert bent[:, 2].max() == pytest.approx(0.2 * half_mm)
 
 
@@ -39,10 +39,10 @@ def test_the_board_bends_about_its_middle_and_stretches_along_y_only() -> None:
 def test_derivatives_by_lens_and_board(unknown: int) -> None:
     step = np.zeros(SHARED)
     step[unknown] = 1e-6 * max(1.0, abs(UNKNOWNS[unknown]))
-    ahead = project_board(PLATE, PLATE, UNKNOWNS + step, POSE).xy_px
-    behind = project_board(PLATE, PLATE, UNKNOWNS - step, POSE).xy_px
+    ahead = project_board(BOARD_MM, BOARD_MM, UNKNOWNS + step, POSE).xy_px
+    behind = project_board(BOARD_MM, BOARD_MM, UNKNOWNS - step, POSE).xy_px
     slope = (ahead - behind) / (2 * step[unknown])
-    exact = project_board(PLATE, PLATE, UNKNOWNS, POSE).by_shared[:, :, unknown]
+    exact = project_board(BOARD_MM, BOARD_MM, UNKNOWNS, POSE).by_shared[:, :, unknown]
     np.testing.assert_allclose(exact, slope, atol=1e-5 * max(1.0, np.abs(slope).max()))
 
 
@@ -50,8 +50,8 @@ def test_derivatives_by_lens_and_board(unknown: int) -> None:
 def test_derivatives_by_pose(unknown: int) -> None:
     step = np.zeros(6)
     step[unknown] = 1e-6
-    ahead = project_board(PLATE, PLATE, UNKNOWNS, moved(POSE, step)).xy_px
-    behind = project_board(PLATE, PLATE, UNKNOWNS, moved(POSE, -step)).xy_px
-    exact = project_board(PLATE, PLATE, UNKNOWNS, POSE).by_pose[:, :, unknown]
+    ahead = project_board(BOARD_MM, BOARD_MM, UNKNOWNS, moved(POSE, step)).xy_px
+    behind = project_board(BOARD_MM, BOARD_MM, UNKNOWNS, moved(POSE, -step)).xy_px
+    exact = project_board(BOARD_MM, BOARD_MM, UNKNOWNS, POSE).by_pose[:, :, unknown]
     slope = (ahead - behind) / 2e-6
     np.testing.assert_allclose(exact, slope, atol=1e-5 * max(1.0, np.abs(slope).max()))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from limbgram.reconstruction.dense.region import limb_among, link_length
-from limbgram.reconstruction.scale.sight import Aim
+from limbgram.reconstruction.scale.visibility import Aim
 
 AIM = Aim(point=np.array([0.0, 0.0, 10.0]), reach=80.0, distance=500.0)
 

@@ -7,13 +7,13 @@ import pytest
 import scipy.sparse as sp
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.rounds import JointEquations, Sight
+from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
     bending_of,
-    plate_of,
     quadrics,
     solve,
     tangent_axes,
+    thin_plate_of,
 )
 from limbgram.reconstruction.measuring.uncertainty import local_errors
 
@@ -26,7 +26,7 @@ NOISE_MM = 0.08
 @dataclass(frozen=True)
 class Solved:
     mesh: Mesh
-    sight: Sight
+    seen: SeenSurface
     equations: JointEquations
     errors_mm: np.ndarray
 
@@ -39,7 +39,7 @@ def solved(common: float, seed: int, wave_mm: float = 0.0, shortest_mm: float = 
     shared, own = random.normal(size=(count, 1)), random.normal(size=(count, PHOTOS))
     noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
     true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm)
-    plate = plate_of(mesh)
+    thin_plate = thin_plate_of(mesh)
     weight = 1 / NOISE_MM**2
     spread = sp.csr_matrix(
         (np.full(3 * count, 1 / 3), (np.repeat(np.arange(count), 3), mesh.faces.ravel())),
@@ -48,16 +48,18 @@ def solved(common: float, seed: int, wave_mm: float = 0.0, shortest_mm: float = 
     data = sp.csr_matrix(PHOTOS * weight * spread.T @ spread + 1e-3 * sp.eye(len(mesh)))
     told = noise + (spread @ true_mm)[:, None]
     right = weight * spread.T @ told.sum(1)
-    system = sp.csr_matrix(data + bending_of(plate, data.diagonal(), LENGTH_MM) @ plate.laplacian)
+    system = sp.csr_matrix(
+        data + bending_of(thin_plate, data.diagonal(), LENGTH_MM) @ thin_plate.laplacian
+    )
     moved_mm = solve(system, right, np.zeros(len(mesh)))
     left = told - (spread @ moved_mm)[:, None]
     lifted = mesh.vertices_mm + moved_mm[:, None] * [0.0, 0.0, 1.0]
     mesh = mesh.with_vertices(lifted)
     axes = tangent_axes(np.tile([0.0, 0.0, 1.0], (len(mesh), 1)))
-    sight = Sight(
-        plate=plate,
+    seen = SeenSurface(
+        thin_plate=thin_plate,
         axes=axes,
-        quadric=0 * quadrics(mesh, plate, axes),
+        quadric=0 * quadrics(mesh, thin_plate, axes),
         seen_by=np.tile(np.arange(PHOTOS, dtype=np.int32), (len(mesh), 1)),
         pixel_mm=np.full(len(mesh), EDGE_MM / 4.5),
     )
@@ -69,7 +71,7 @@ def solved(common: float, seed: int, wave_mm: float = 0.0, shortest_mm: float = 
         photos=np.full(len(mesh), PHOTOS),
         length_mm=LENGTH_MM,
     )
-    return Solved(mesh, sight, equations, moved_mm - true_mm)
+    return Solved(mesh, seen, equations, moved_mm - true_mm)
 
 
 @pytest.mark.parametrize(("common", "low", "high"), [(0.0, 0.65, 0.82), (0.2, 0.8, 0.95)])
@@ -82,15 +84,15 @@ def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: f
     ratios: list[float] = []
     for seed in range(4):
         found = solved(common, seed)
-        sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+        sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
         inside = _inside()
         ratios.append(float(np.sqrt(np.mean((found.errors_mm / sigma)[inside] ** 2))))
     assert low < np.mean(ratios) < high
 
 
-def test_detail_that_the_plate_takes_is_told() -> None:
+def test_detail_that_the_thin_plate_takes_is_told() -> None:
     found = solved(0.1, 7, wave_mm=0.3)
-    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
     inside = _inside()
     smooth = solved(0.1, 7)
     error, error_smooth = found.errors_mm[inside].std(), smooth.errors_mm[inside].std()
@@ -115,7 +117,7 @@ def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
             _squared_slope(found, one)[inside].mean() for one in (lift - found.errors_mm, lift)
         ]
         truly.append((steep[0] - steep[1]) / 4)
-        lost = local_errors(found.mesh, found.sight, found.equations).lost_length
+        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
         told.append(lost[inside].mean(0))
     expected, sigma = np.mean(told, axis=0)
     assert abs(expected - np.mean(truly)) < 1.96 * sigma
@@ -143,16 +145,16 @@ def _squared_slope(found: Solved, lift: np.ndarray) -> np.ndarray:
 def test_a_vertex_of_a_single_photo_has_a_pixel() -> None:
     found = solved(0.1, 1)
     found.equations.photos[500] = 1
-    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
     assert sigma[500] > EDGE_MM / 4.5 > 2 * np.median(sigma)
 
 
 def test_what_goes_wild_in_one_place_makes_the_rest_no_less_sure() -> None:
     found = solved(0.1, 1)
-    usual = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    usual = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
     wild = (found.mesh.faces == 30 * SIDE + 30).any(1)
     found.equations.pull[wild] *= 1000
-    sigma = np.sqrt(local_errors(found.mesh, found.sight, found.equations).variance_mm2)
+    sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
     apart_mm = np.linalg.norm(
         found.mesh.vertices_mm - found.mesh.vertices_mm[30 * SIDE + 30], axis=1
     )

@@ -164,8 +164,8 @@ def test_equations_of_a_body_are_the_slopes_of_its_cost(capture) -> None:
     draw = np.random.default_rng(0)
     scene, board = capture.scene, capture.detections(0.2)
     bundle, corners = Bundle.of(scene), np.array([0, 5, 9, 20])
-    plate = to_millimetres(scene, board).scene
-    scene_from_metric = fit_similarity(plate.points_in_world, scene.points_in_world)
+    by_board = to_millimetres(scene, board).scene
+    scene_from_metric = fit_similarity(by_board.points_in_world, scene.points_in_world)
     shape = board.corners_mm[corners] - board.corners_mm.mean(0)
     body = Body(
         shape=shape,

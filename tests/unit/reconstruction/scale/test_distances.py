@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.scale.distances import Pick, distance_between_marks, find_marks
+from limbgram.reconstruction.scale.distances import Pick, distance_between_marks, find_markers
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 
 ENDS = {
@@ -126,9 +126,9 @@ def test_marks_are_found_where_perspective_puts_their_centres(tmp_path) -> None:
         cv2.imwrite(str(tmp_path / f"m{k}.png"), cv2.GaussianBlur(picture, (0, 0), 1.0))
         centre = onto @ (149.5, 149.5, 1.0)
         centres.append(centre[:2] / centre[2])
-    sightings = find_marks(read_photos([tmp_path]), "4X4_50")
-    assert [one.mark_id for one in sightings] == [7, 7]
-    for one, centre in zip(sightings, centres, strict=True):
+    observations = find_markers(read_photos([tmp_path]), "4X4_50")
+    assert [one.mark_id for one in observations] == [7, 7]
+    for one, centre in zip(observations, centres, strict=True):
         assert np.hypot(one.pick.x_px - centre[0], one.pick.y_px - centre[1]) < 0.5
     with pytest.raises(ScaleError, match="Marker 9 was found in 0 photos"):
-        distance_between_marks(sightings, 7, 9, 100.0)
+        distance_between_marks(observations, 7, 9, 100.0)

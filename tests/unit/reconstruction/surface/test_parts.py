@@ -61,12 +61,12 @@ def pot(make_cloud: MakeCloud) -> Cloud:
     return joined(seen_by(outside, 6), seen_by(inside, 3))
 
 
-def told(cloud: Cloud, options: PartOptions = DEFAULTS) -> Parts:
+def parts_of(cloud: Cloud, options: PartOptions = DEFAULTS) -> Parts:
     return tell_parts(pivot(cloud), cloud, options=options)
 
 
 def test_both_sides_of_a_wall_are_kept_and_neither_lacks_the_other(pot: Cloud) -> None:
-    parts = told(pot)
+    parts = parts_of(pot)
     assert [part.relation for part in parts.parts] == ["chosen", "other side"]
     outside, inside = parts.parts
     assert outside.area_mm2 == pytest.approx(2 * np.pi * OUTER_MM * HIGH_MM, rel=0.05)
@@ -82,7 +82,7 @@ def test_both_sides_of_a_wall_are_kept_and_neither_lacks_the_other(pot: Cloud) -
 
 
 def test_each_part_is_made_whole_by_its_number(pot: Cloud) -> None:
-    inside = repair(told(pot), pot, number=2)
+    inside = repair(parts_of(pot), pot, number=2)
     assert not face_components(inside.faces).any()
     assert from_axis_mm(inside).max() < INNER_MM + 1
     assert len(boundary_loops(inside.faces)) <= 1
@@ -91,7 +91,7 @@ def test_each_part_is_made_whole_by_its_number(pot: Cloud) -> None:
 
 
 def test_the_user_chooses_and_the_numbers_stay(pot: Cloud) -> None:
-    parts = told(pot, PartOptions(chosen=2))
+    parts = parts_of(pot, PartOptions(chosen=2))
     assert [part.relation for part in parts.parts] == ["other side", "chosen"]
     assert parts.given
     mesh = repair(parts, pot)
@@ -104,14 +104,14 @@ def test_the_user_chooses_and_the_numbers_stay(pot: Cloud) -> None:
 @pytest.mark.parametrize("wanted", [0, 3, -1])
 def test_a_part_that_is_not_there_is_refused(pot: Cloud, wanted: int) -> None:
     with pytest.raises(OptionsError, match="2 bodies were found"):
-        told(pot, PartOptions(chosen=wanted))
+        parts_of(pot, PartOptions(chosen=wanted))
 
 
 def test_the_smaller_is_meant_where_the_photos_look_at_it(make_cloud: MakeCloud) -> None:
     small, large = tube(make_cloud, 15, 0, 40), tube(make_cloud, 30, 0, 60)
     aside = replace(large, points_mm=large.points_mm + np.array([0, 90, 0], np.float32))
     both = joined(small, aside)
-    assert [part.area_mm2 > 8000 for part in told(both).parts] == [True, False]
+    assert [part.area_mm2 > 8000 for part in parts_of(both).parts] == [True, False]
     views = [_looking_at_the_origin(angle) for angle in np.linspace(-0.8, 0.8, 5)]
     parts = tell_parts(pivot(both), both, views)
     assert [part.area_mm2 > 8000 for part in parts.parts] == [False, True]
@@ -125,7 +125,7 @@ def test_what_a_bare_strip_round_the_limb_tears_off_is_missing(
     make_cloud: MakeCloud, gap_mm: float
 ) -> None:
     cloud = joined(tube(make_cloud, 30, 0, 60), tube(make_cloud, 30, 60 + gap_mm, 100))
-    parts = told(cloud)
+    parts = parts_of(cloud)
     assert [part.relation for part in parts.parts] == ["chosen", "torn off"]
     assert parts.left_out_share == pytest.approx((40 - gap_mm) / (100 - gap_mm), rel=0.05)
 
@@ -144,7 +144,7 @@ def test_two_halves_along_the_limb_are_missing_from_each_other(
         colours=whole.colours[rows],
         views=whole.views[rows],
     )
-    parts = told(halves)
+    parts = parts_of(halves)
     assert sorted(part.relation for part in parts.parts) == ["chosen", "torn off"]
     assert parts.left_out_share == pytest.approx(0.5, abs=0.02)
 
@@ -152,7 +152,7 @@ def test_two_halves_along_the_limb_are_missing_from_each_other(
 def test_two_limbs_beside_each_other_lack_nothing(make_cloud: MakeCloud) -> None:
     one = tube(make_cloud, 30, 0, 60)
     two = replace(one, points_mm=one.points_mm + np.array([0, 75, 0], np.float32))
-    parts = told(joined(one, two))
+    parts = parts_of(joined(one, two))
     assert sorted(part.relation for part in parts.parts) == ["apart", "chosen"]
     assert parts.left_out_share == 0.0
 

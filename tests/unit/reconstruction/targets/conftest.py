@@ -33,8 +33,8 @@ def paint() -> Painter:
         texture, per_mm = _texture(board)
         directions = _rays() @ pose.rotation
         centre = pose.centre
-        plate = centre[:2] - centre[2] * directions[:, :2] / directions[:, 2:]
-        where = ((plate + board.square_mm) * per_mm - 0.5).astype(np.float32)
+        on_board = centre[:2] - centre[2] * directions[:, :2] / directions[:, 2:]
+        where = ((on_board + board.square_mm) * per_mm - 0.5).astype(np.float32)
         side = RAYS_A_SIDE
         where = where.reshape(CAMERA.height_px * side, CAMERA.width_px * side, 2)
         fine = cv2.remap(

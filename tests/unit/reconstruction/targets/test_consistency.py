@@ -1,4 +1,4 @@
-"""The check of a whole board against a flat plate seen by some lens."""
+"""The check of a whole board against a flat board seen by some lens."""
 
 import numpy as np
 import pytest
@@ -21,8 +21,10 @@ def seen(k1: float, k2: float) -> np.ndarray:
 
 
 def off_px(xy_px: np.ndarray) -> np.ndarray:
-    plate = BOARD.corners_mm[:, :2] / BOARD.square_mm
-    return np.linalg.norm(board_residuals_px(plate, xy_px, sides_px(plate, xy_px), SIZE_PX), axis=1)
+    squares = BOARD.corners_mm[:, :2] / BOARD.square_mm
+    return np.linalg.norm(
+        board_residuals_px(squares, xy_px, sides_px(squares, xy_px), SIZE_PX), axis=1
+    )
 
 
 @pytest.mark.parametrize(("k1", "k2"), [(0.0, 0.0), (-0.1, 0.01), (-0.2, 0.03)])
@@ -36,5 +38,5 @@ def test_bad_corners_stand_out_whatever_the_lens(k1: float, k2: float) -> None:
 
 
 def test_four_corners_leave_nothing_to_check() -> None:
-    plate = BOARD.corners_mm[:4, :2]
-    assert np.isnan(board_residuals_px(plate, plate, np.ones((4, 2, 2)), SIZE_PX)).all()
+    squares = BOARD.corners_mm[:4, :2]
+    assert np.isnan(board_residuals_px(squares, squares, np.ones((4, 2, 2)), SIZE_PX)).all()

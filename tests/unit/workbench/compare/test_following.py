@@ -41,13 +41,13 @@ def test_a_value_with_a_large_sigma_counts_little() -> None:
 def test_intervals_hold_the_true_slope_as_often_as_they_say() -> None:
     rng = np.random.default_rng(3)
     days = np.array([0.0, 7, 14, 21, 35, 49])
-    held = told = 0
+    held = clear = 0
     for _ in range(600):
         found = fit_trend(days, 2 * days / 7 + rng.normal(0, 1.5, 6), np.full(6, 1.5))
         held += abs(found.per_week - 2) < found.per_week_95
-        told += fit_trend(days, rng.normal(0, 1.5, 6), np.full(6, 1.5)).told
+        clear += fit_trend(days, rng.normal(0, 1.5, 6), np.full(6, 1.5)).is_clear
     assert 0.94 < held / 600 < 0.995
-    assert 0.005 < told / 600 < 0.06
+    assert 0.005 < clear / 600 < 0.06
 
 
 def test_scatter_beyond_the_sigmas_widens_the_interval() -> None:
@@ -104,7 +104,7 @@ def test_a_limb_that_shrinks_by_two_per_cent_a_week(limb) -> None:
     found = follow(visits_of(limb, [0, -0.02, -0.04, -0.06], [0, 7, 14, 21])[::-1], AS_IS)
     start = found.stack.volumes_mm3[0]
     assert found.volume.per_week / start == pytest.approx(-0.02, abs=1e-6)
-    assert found.volume.told
+    assert found.volume.is_clear
     assert found.sigma_source == "assumed"
     assert found.change_mm3 / start == pytest.approx(-0.06, abs=1e-6)
     assert found.sentence.startswith("The limb shrinks")
@@ -115,7 +115,7 @@ def test_a_limb_that_shrinks_by_two_per_cent_a_week(limb) -> None:
 
 def test_a_change_within_the_uncertainty_is_called_that(limb) -> None:
     found = follow(visits_of(limb, [0, 0.004, -0.003], [0, 7, 14]), AS_IS)
-    assert not found.volume.told
+    assert not found.volume.is_clear
     assert found.sentence.startswith("No trend can be told")
     assert abs(found.change_mm3) < found.change_95_mm3
 

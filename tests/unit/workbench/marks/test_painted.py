@@ -19,14 +19,14 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.props.paint import MAGENTA, PaintedSpot, places_mm, scattered_spots
+from limbgram.synthetic.props.paint import MAGENTA, SockSpot, places_mm, scattered_spots
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
 
 RED = (203, 32, 44)
 MARKS = scattered_spots(4)
-OF_A_DABS_COLOUR = PaintedSpot(around=0.55, height=0.5, colour=RED, diameter_mm=10.0)
-OF_A_DABS_COLOUR_TOO = PaintedSpot(around=0.2, height=0.7, colour=RED, diameter_mm=10.0)
+OF_A_DABS_COLOUR = SockSpot(around=0.55, height=0.5, colour=RED, diameter_mm=10.0)
+OF_A_DABS_COLOUR_TOO = SockSpot(around=0.2, height=0.7, colour=RED, diameter_mm=10.0)
 SPOTS = (*MARKS, OF_A_DABS_COLOUR, OF_A_DABS_COLOUR_TOO)
 
 

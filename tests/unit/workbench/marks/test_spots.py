@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from limbgram.workbench.marks.sighting import Sighting
+from limbgram.workbench.marks.pixels import ColouredPixels
 from limbgram.workbench.marks.spots import RoundRule, spots_of
 
 RULE = RoundRule(smallest_mm=4.0, largest_mm=30.0, roundest_stretch=1.6, least_vivid=0.85)
@@ -10,11 +10,11 @@ SAME_RAD = np.radians(20.0)
 PIXEL_MM = 0.5
 
 
-def seen(hue_rad: np.ndarray) -> Sighting:
+def seen(hue_rad: np.ndarray) -> ColouredPixels:
     """A plane of square pixels; NaN where nothing is coloured."""
     at = np.argwhere(np.isfinite(hue_rad)).astype(np.int32)
     count = len(at)
-    return Sighting(
+    return ColouredPixels(
         shape=(hue_rad.shape[0], hue_rad.shape[1]),
         at=at,
         hue_rad=hue_rad[at[:, 0], at[:, 1]].astype(np.float32),

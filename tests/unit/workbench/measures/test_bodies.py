@@ -15,14 +15,14 @@ from limbgram.workbench.bodies import kept, left_out, outer_bodies, outside_of, 
 from limbgram.workbench.compare.frames import outside_of as outside_of_compared
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
 
 N = 96
 GIRTH_MM = 100 * N * math.sin(math.pi / N)
 AREA_MM2 = 0.5 * N * math.sin(2 * math.pi / N) * 2500
 FRAME = LimbFrame(limb_from_mesh=Rigid.identity(), side="right")
-AT_100 = MeasureOptions(heights_mm=(100.0,), volumes_mm=((0.0, 150.0),))
+AT_100 = LimbMeasureOptions(heights_mm=(100.0,), volumes_mm=((0.0, 150.0),))
 
 
 def joined(*meshes: Mesh) -> Mesh:
@@ -50,8 +50,8 @@ def test_a_crumb_far_from_the_limb_changes_no_figure(
     make_turned: Callable[..., Mesh], cylinder: Mesh, capped: bool
 ) -> None:
     both = joined(crumb(make_turned, 200, 10, 100, capped=capped), cylinder)
-    table = measure(Limb(mesh=both, frame=FRAME), AT_100)
-    alone = measure(Limb(mesh=cylinder, frame=FRAME), AT_100)
+    table = measure_limb(Limb(mesh=both, frame=FRAME), AT_100)
+    alone = measure_limb(Limb(mesh=cylinder, frame=FRAME), AT_100)
     row = table.rows[0]
     assert row.figures["tape_mm"] is not None
     assert row.figures["tape_mm"].value == pytest.approx(GIRTH_MM, rel=1e-9)
@@ -124,7 +124,7 @@ def test_two_limbs_in_one_file_have_no_girth(
     both = joined(other.with_vertices(other.vertices_mm + np.array([150.0, 0, 0])), cylinder)
     limb = Limb(mesh=both, frame=FRAME)
     for use in (
-        lambda: measure(limb, AT_100),
+        lambda: measure_limb(limb, AT_100),
         lambda: fit_to_tape(limb, [TapeReading(height_mm=100.0, girth_mm=300.0)]),
         lambda: align(limb, AlignOptions(side="right", axis=np.array([0, 0, 1.0]))),
         lambda: write_aop(limb, tmp_path / "two.aop"),

@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
 from limbgram.workbench.measures.levels import Sigmas
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.measures.skins import without_sock
 from limbgram.workbench.measures.table import COLUMNS, csv_text, tree
 from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
@@ -47,7 +47,7 @@ def value(figures: object, name: str) -> float:
 
 
 def test_a_table_of_a_cylinder(cylinder: Mesh) -> None:
-    table = measure(aligned(cylinder), MeasureOptions(spacing_mm=25))
+    table = measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=25))
     np.testing.assert_allclose([row.height_mm for row in table.rows], np.arange(25, 200, 25))
     for row in table.rows:
         assert row.reason == ""
@@ -59,7 +59,9 @@ def test_a_table_of_a_cylinder(cylinder: Mesh) -> None:
 
 def test_heights_count_from_a_landmark(cylinder: Mesh) -> None:
     limb = aligned(cylinder, ("knee", 50, 0, 160.0))
-    table = measure(limb, MeasureOptions(spacing_mm=50, reference="knee", volumes_mm=((-60, -20),)))
+    table = measure_limb(
+        limb, LimbMeasureOptions(spacing_mm=50, reference="knee", volumes_mm=((-60, -20),))
+    )
     np.testing.assert_allclose([row.from_reference_mm for row in table.rows], [-150, -100, -50, 0])
     np.testing.assert_allclose([row.height_mm for row in table.rows], [10, 60, 110, 160])
     (volume,) = table.volumes
@@ -68,24 +70,24 @@ def test_heights_count_from_a_landmark(cylinder: Mesh) -> None:
 
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
     heights = tuple(np.linspace(-30, 230, 240).tolist())
-    table = measure(aligned(cylinder), MeasureOptions(heights_mm=heights))
+    table = measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=heights))
     assert [row.from_reference_mm for row in table.rows] == list(heights)
     inside = [0 < height <= 200 for height in heights]
     assert [row.level is not None for row in table.rows] == inside
     assert all("misses" in row.reason for row in table.rows if row.level is None)
     with pytest.raises(MeasureError, match="No height has an answer"):
-        measure(aligned(cylinder), MeasureOptions(heights_mm=(-5.0, 300.0)))
+        measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=(-5.0, 300.0)))
 
 
 def test_lengths_between_landmarks(cylinder: Mesh) -> None:
     quarter = 24 * 2 * 50 * math.sin(math.pi / N)
     limb = aligned(cylinder, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
-    (length,) = measure(limb, MeasureOptions(lengths=(("b", "a"),))).lengths
+    (length,) = measure_limb(limb, LimbMeasureOptions(lengths=(("b", "a"),))).lengths
     assert length.along_axis.value == pytest.approx(-90, abs=1e-9)
     assert length.straight.value == pytest.approx(math.sqrt(2 * 50**2 + 90**2), rel=1e-9)
     assert length.over_surface.value == pytest.approx(math.hypot(quarter, 90), rel=1e-6)
     with pytest.raises(MeasureError, match="no landmark 'c'"):
-        measure(limb, MeasureOptions(lengths=(("a", "c"),)))
+        measure_limb(limb, LimbMeasureOptions(lengths=(("a", "c"),)))
 
 
 def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
@@ -102,12 +104,12 @@ def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
 def test_sigmas_come_with_the_mesh(cylinder: Mesh) -> None:
     sure = replace(cylinder, sigma_mm=np.full(len(cylinder), 0.1, np.float32))
     limb = aligned(sure, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
-    options = MeasureOptions(
+    options = LimbMeasureOptions(
         volumes_mm=((50, 150),),
         lengths=(("a", "b"),),
         tape=(TapeReading(height_mm=60, girth_mm=314),),
     )
-    table = measure(limb, options)
+    table = measure_limb(limb, options)
     spreads = [
         *(figure.sigma for figure in table.rows[3].figures.values() if figure is not None),
         table.volumes[0].volume_mm3.sigma,
@@ -117,12 +119,12 @@ def test_sigmas_come_with_the_mesh(cylinder: Mesh) -> None:
     assert len(spreads) == 12
     assert all(spread is not None and spread > 0 for spread in spreads)
     assert "sigma_tape_mm" in csv_text(table)
-    assert "sigma_tape_mm" not in csv_text(measure(aligned(cylinder)))
+    assert "sigma_tape_mm" not in csv_text(measure_limb(aligned(cylinder)))
 
 
 def test_the_sock_comes_off_first(cylinder: Mesh) -> None:
     limb = aligned(cylinder, ("a", 50, 0, 100.0))
-    table = measure(limb, MeasureOptions(sock_mm=2.0, heights_mm=(100.0,)))
+    table = measure_limb(limb, LimbMeasureOptions(sock_mm=2.0, heights_mm=(100.0,)))
     apothem = 50 * math.cos(math.pi / N) - 2
     girth = CORNERS * apothem / math.cos(math.pi / N)
     assert value(table.rows[0].figures, "tape_mm") == pytest.approx(girth, rel=1e-6)
@@ -131,7 +133,7 @@ def test_the_sock_comes_off_first(cylinder: Mesh) -> None:
     assert np.linalg.norm(POSE.apply(mark.position_mm[None])[0][:2]) == pytest.approx(48, abs=0.01)
     again = without_sock(table.limb, 2.0)
     assert again is table.limb
-    assert measure(table.limb, MeasureOptions(heights_mm=(100.0,))).rows[0].figures == (
+    assert measure_limb(table.limb, LimbMeasureOptions(heights_mm=(100.0,))).rows[0].figures == (
         table.rows[0].figures
     )
     with pytest.raises(OptionsError, match="taken off this surface already"):
@@ -148,7 +150,7 @@ def test_a_reading_conflicts_beyond_a_millimetre(
     cylinder: Mesh, off_mm: float, conflict: bool
 ) -> None:
     reading = TapeReading(height_mm=70, girth_mm=50 * CORNERS + off_mm)
-    (check,) = measure(aligned(cylinder), MeasureOptions(tape=(reading,))).tape
+    (check,) = measure_limb(aligned(cylinder), LimbMeasureOptions(tape=(reading,))).tape
     assert check.conflict is conflict
     assert check.difference_mm == pytest.approx(-off_mm, abs=1e-9)
 
@@ -156,16 +158,16 @@ def test_a_reading_conflicts_beyond_a_millimetre(
 def test_a_reading_conflicts_beyond_a_per_cent(make_turned: Callable[..., Mesh]) -> None:
     finger = make_turned(np.full(5, 9.0), np.linspace(0, 60, 5), N)
     reading = TapeReading(height_mm=20, girth_mm=9 * CORNERS + 0.8)
-    (check,) = measure(aligned(finger), MeasureOptions(tape=(reading,))).tape
+    (check,) = measure_limb(aligned(finger), LimbMeasureOptions(tape=(reading,))).tape
     assert check.conflict
 
 
 def test_readings_that_cannot_be_are_refused(cylinder: Mesh) -> None:
     limb = aligned(cylinder)
     with pytest.raises(OptionsError, match=r"345, not 34\.5"):
-        measure(limb, MeasureOptions(tape=(TapeReading(height_mm=70, girth_mm=3.14),)))
+        measure_limb(limb, LimbMeasureOptions(tape=(TapeReading(height_mm=70, girth_mm=3.14),)))
     with pytest.raises(MeasureError, match="tape reading has no girth"):
-        measure(limb, MeasureOptions(tape=(TapeReading(height_mm=400, girth_mm=314),)))
+        measure_limb(limb, LimbMeasureOptions(tape=(TapeReading(height_mm=400, girth_mm=314),)))
     twice = [TapeReading(height_mm=70, girth_mm=314), TapeReading(height_mm=70, girth_mm=310)]
     with pytest.raises(OptionsError, match="height of its own"):
         fit_to_tape(limb, twice)
@@ -176,7 +178,7 @@ def test_fitting_to_the_tape_gives_the_girths_that_were_read(cylinder: Mesh) -> 
     limb = aligned(away, ("a", 57, -4, 100.0))
     readings = [TapeReading(height_mm=61, girth_mm=300), TapeReading(height_mm=-29, girth_mm=330)]
     fit = fit_to_tape(limb, readings, reference_mm=70)
-    table = measure(fit.limb, MeasureOptions(heights_mm=(10, 41, 131, 190)))
+    table = measure_limb(fit.limb, LimbMeasureOptions(heights_mm=(10, 41, 131, 190)))
     girths = [value(row.figures, "tape_mm") for row in table.rows]
     np.testing.assert_allclose(girths[1:3], [330, 300], rtol=1e-8)
     np.testing.assert_allclose(girths[0], 330, rtol=1e-3)  # constant beyond the last reading
@@ -204,7 +206,7 @@ def test_bones_inside_the_skin_are_not_measured(
         vertices_mm=np.concatenate([cylinder.vertices_mm, bone.vertices_mm]),
         faces=np.concatenate([cylinder.faces, bone.faces + len(cylinder)]).astype(np.int32),
     )
-    table = measure(aligned(both), MeasureOptions(heights_mm=(100.0,)))
+    table = measure_limb(aligned(both), LimbMeasureOptions(heights_mm=(100.0,)))
     assert table.bodies_left_out == 1
     assert value(table.rows[0].figures, "area_mm2") == pytest.approx(UNIT * 2500, rel=1e-9)
     hollow = replace(
@@ -213,17 +215,17 @@ def test_bones_inside_the_skin_are_not_measured(
             np.int32
         ),
     )
-    table = measure(aligned(hollow), MeasureOptions(heights_mm=(100.0,)))
+    table = measure_limb(aligned(hollow), LimbMeasureOptions(heights_mm=(100.0,)))
     assert table.bodies_left_out == 0
     assert value(table.rows[0].figures, "area_mm2") == pytest.approx(UNIT * (2500 - 144), rel=1e-9)
 
 
 def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
     """A tip that an edit moved by 5 mm is no origin any more; 0.3 mm of sock change no words."""
-    at_40 = MeasureOptions(heights_mm=(40.0,))
+    at_40 = LimbMeasureOptions(heights_mm=(40.0,))
     for up_mm, counted in ((0.3, "distal end"), (-0.3, "distal end"), (5.0, ORIGIN), (-2, ORIGIN)):
         raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, up_mm]))
-        table = measure(aligned(raised), at_40)
+        table = measure_limb(aligned(raised), at_40)
         assert table.counted_from == counted
         assert table.tip_mm == pytest.approx(up_mm)
         assert tree(table)["reference"] == counted
@@ -232,14 +234,17 @@ def test_it_is_told_from_what_heights_count(cylinder: Mesh) -> None:
         assert ("the tip lies at" in table.counting) == (counted == ORIGIN)
     assert table.counting == f"the {ORIGIN}; the tip lies at -2.0 mm"
     limb = aligned(raised, ("knee", 50, 0, 160.0))
-    assert measure(limb, MeasureOptions(heights_mm=(-100,), reference="knee")).counting == "knee"
+    assert (
+        measure_limb(limb, LimbMeasureOptions(heights_mm=(-100,), reference="knee")).counting
+        == "knee"
+    )
 
 
 def test_a_volume_from_just_below_the_tip_begins_at_the_tip(cylinder: Mesh) -> None:
     """0.31 mm of the limb's end gone with the sock, as in a thin nylon's."""
     raised = cylinder.with_vertices(cylinder.vertices_mm + np.array([0, 0, 0.31]))
     spans = ((0.0, 100.0), (100.0, 0.0), (100.0, 200.9), (50.0, 100.0))
-    table = measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=spans))
+    table = measure_limb(aligned(raised), LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=spans))
     high = [row.volume_mm3.value / (UNIT * 2500) for row in table.volumes]
     assert high == pytest.approx([99.69, -99.69, 100.31, 50.0], rel=1e-9)
     notes = [row.note for row in table.volumes]
@@ -248,28 +253,32 @@ def test_a_volume_from_just_below_the_tip_begins_at_the_tip(cylinder: Mesh) -> N
     assert notes[3] == ""
     for low, most in ((-0.8, 100.0), (50.0, 201.5)):
         with pytest.raises(MeasureError, match="or `end`"):
-            measure(aligned(raised), MeasureOptions(heights_mm=(40.0,), volumes_mm=((low, most),)))
+            measure_limb(
+                aligned(raised), LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=((low, most),))
+            )
     in_sock = replace(aligned(raised), sock_mm=2.0)
-    table = measure(in_sock, MeasureOptions(heights_mm=(40.0,), volumes_mm=((-2.5, 100.0),)))
+    table = measure_limb(
+        in_sock, LimbMeasureOptions(heights_mm=(40.0,), volumes_mm=((-2.5, 100.0),))
+    )
     assert table.volumes[0].volume_mm3.value == pytest.approx(UNIT * 2500 * 99.69, rel=1e-9)
 
 
 def test_what_cannot_be_asked_is_refused(cylinder: Mesh) -> None:
     with pytest.raises(MeasureError, match="limbgram align"):
-        measure(Limb(mesh=cylinder))
+        measure_limb(Limb(mesh=cylinder))
     for spacing in (0.0, -3.0, math.nan, 1e-4, 900.0):
         with pytest.raises(OptionsError, match="spacing"):
-            measure(aligned(cylinder), MeasureOptions(spacing_mm=spacing))
+            measure_limb(aligned(cylinder), LimbMeasureOptions(spacing_mm=spacing))
     with pytest.raises(OptionsError, match="numbers"):
-        measure(aligned(cylinder), MeasureOptions(heights_mm=(math.nan,)))
+        measure_limb(aligned(cylinder), LimbMeasureOptions(heights_mm=(math.nan,)))
 
 
 def test_the_table_reads_back_from_csv_and_json(cylinder: Mesh) -> None:
     limb = aligned(cylinder, ("knee, inner", 50, 0, 160.0))
-    options = MeasureOptions(
+    options = LimbMeasureOptions(
         heights_mm=(-100, -50, 90), reference="knee, inner", volumes_mm=((-math.inf, 0),)
     )
-    table = measure(limb, options)
+    table = measure_limb(limb, options)
     rows = list(csv.DictReader(io.StringIO(csv_text(table))))
     assert len(rows) == 3
     assert rows[0]["reference"] == "knee, inner"

@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.measuring import MeasureOptions, measure, measure_inside
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_inside, measure_limb
 
 ROUND, INNER_MM, OUTER_MM, FLOOR_MM, HIGH_MM = 180, 40.0, 44.0, 6.0, 150.0
 FLAT = np.cos(np.pi / ROUND)
@@ -88,7 +88,7 @@ def half_shell() -> Limb:
     return limb_of(made)
 
 
-OPTIONS = MeasureOptions(heights_mm=(3.0, 50.3, 101.7), volumes_mm=((50.0, 100.0),))
+OPTIONS = LimbMeasureOptions(heights_mm=(3.0, 50.3, 101.7), volumes_mm=((50.0, 100.0),))
 
 
 def area(radius_mm: float) -> float:
@@ -118,7 +118,7 @@ def test_the_inside_of_a_cup_has_its_own_girths_and_volumes(shift_mm: float) -> 
 
 
 def test_without_a_word_the_outside_is_measured_and_said_to_be() -> None:
-    found = measure(cup(), OPTIONS)
+    found = measure_limb(cup(), OPTIONS)
     assert found.skin == "outside"
     figures = found.rows[1].figures
     assert figures["tape_mm"] is not None
@@ -144,7 +144,7 @@ def test_a_wall_tells_where_it_is_thinnest() -> None:
 
 def test_a_half_shell_has_a_thickness_and_no_inner_girth() -> None:
     half = half_shell()
-    found = measure(half, OPTIONS)
+    found = measure_limb(half, OPTIONS)
     assert found.skin == "only"
     assert found.wall is not None
     assert found.wall.thinnest_mm == pytest.approx((OUTER_MM - INNER_MM) * FLAT, rel=1e-2)
@@ -157,7 +157,7 @@ def test_a_limb_is_no_wall(scale: float) -> None:
     made = trimesh.creation.capsule(height=150, radius=50, count=(48, 48))
     mesh = Mesh(vertices_mm=scale * np.asarray(made.vertices), faces=made.faces.astype(np.int32))
     limb = replace(cup(), mesh=mesh)
-    found = measure(limb, MeasureOptions(spacing_mm=20))
+    found = measure_limb(limb, LimbMeasureOptions(spacing_mm=20))
     assert (found.skin, found.wall) == ("only", None)
     with pytest.raises(MeasureError, match="no inside"):
         measure_inside(limb)
@@ -167,26 +167,26 @@ def test_a_screw_hole_makes_no_second_skin() -> None:
     made = trimesh.creation.annulus(r_min=5, r_max=45, height=150, sections=90)
     mesh = Mesh(vertices_mm=np.asarray(made.vertices), faces=made.faces.astype(np.int32))
     limb = replace(cup(), mesh=mesh)
-    assert measure(limb, MeasureOptions(spacing_mm=20)).skin == "only"
+    assert measure_limb(limb, LimbMeasureOptions(spacing_mm=20)).skin == "only"
 
 
 def test_the_command_measures_either_side_and_draws_the_wall(tmp_path: Path) -> None:
     scan, walls, table = tmp_path / "s.ply", tmp_path / "walls.png", tmp_path / "t.csv"
     write_limb(cup(2.0), scan)
 
-    def told(*words: str | Path) -> str:
+    def printed_by(*words: str | Path) -> str:
         answer = CliRunner().invoke(app, ["measure", str(scan), *map(str, words)])
         assert answer.exit_code == 0, answer.output
         return answer.stdout
 
-    outside = told("--height", "80")
+    outside = printed_by("--height", "80")
     assert "the OUTSIDE of a wall" in outside
     assert "2.00 mm thick where it is thinnest" in outside
-    inside = told("--height", "80", "--inside", "--csv", table, "--walls", walls)
+    inside = printed_by("--height", "80", "--inside", "--csv", table, "--walls", walls)
     assert "the INSIDE of the wall" in inside
     assert f"{girth(INNER_MM):.1f}" in inside
     assert table.read_text().splitlines()[1].endswith(",inside")
     assert walls.read_bytes()[:4] == b"\x89PNG"
-    tree = json.loads(told("--height", "80", "--inside", "--json"))
+    tree = json.loads(printed_by("--height", "80", "--inside", "--json"))
     assert tree["skin"] == "inside"
     assert tree["wall"]["thinnest_mm"] == pytest.approx(2.0, abs=0.01)

@@ -13,7 +13,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.edits.ends import Extension
 from limbgram.workbench.edits.solids import Fill, Offset
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.measuring import MeasureOptions, measure
+from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from limbgram.workbench.recipe.ledger import choose_levels, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
@@ -35,8 +35,8 @@ def test_printed_girths_are_found_by_measuring_at_the_printed_heights() -> None:
     last = lines_of(done.ledger)[-1]
     printed = [(float(level), float(girth)) for level, girth in AS_PRINTED.findall(last)]
     assert len(printed) == 6
-    options = MeasureOptions(heights_mm=tuple(height for height, _ in printed))
-    for (_, girth), row in zip(printed, measure(done.limb, options).rows, strict=True):
+    options = LimbMeasureOptions(heights_mm=tuple(height for height, _ in printed))
+    for (_, girth), row in zip(printed, measure_limb(done.limb, options).rows, strict=True):
         found = row.figures["contour_mm"]
         assert found is not None
         assert girth == pytest.approx(found.value, abs=0.0501)

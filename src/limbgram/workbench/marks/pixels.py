@@ -1,4 +1,4 @@
-"""Sighting: where on the surface the pixels of a photo lie, and the strong colours among them.
+"""Pixels: where on the surface the pixels of a photo lie, and the strong colours among them.
 
 Method  a ray through every strongly coloured pixel, by the exact lens; the first triangle it
         meets is what the pixel shows, so that nothing hidden counts.
@@ -25,7 +25,7 @@ _LEAST_COSINE = 0.5
 
 
 @dataclass(frozen=True)
-class Sighting:
+class ColouredPixels:
     """Strongly coloured pixels of one photo that show the surface."""
 
     shape: tuple[int, int]
@@ -74,14 +74,14 @@ class Caster:
         return bool(hit[0] and near and cosine[0] >= least_cosine)
 
 
-def sighted(
+def coloured_pixels(
     photo: Photo,
     view: View,
     caster: Caster,
     outline_mm: Points3,
     pixel_mm: float,
     least_saturation: float,
-) -> Sighting:
+) -> ColouredPixels:
     """The strongly coloured pixels of a photo on the surface.
 
     Args:
@@ -98,7 +98,7 @@ def sighted(
     at, points = at[kept], points[kept]
     depths = view.camera_from_world.apply(points)[:, 2]
     across = depths / (factor * view.camera.fx) * depths / (factor * view.camera.fy)
-    return Sighting(
+    return ColouredPixels(
         shape=(crop.shape[0], crop.shape[1]),
         at=at,
         hue_rad=hue[at[:, 0], at[:, 1]],
@@ -147,17 +147,17 @@ def _reduced_crop(
     return np.ascontiguousarray(crop), int(left), int(top), 0.5**halvings
 
 
-def sightings_of(
+def coloured_pixels_by_photo(
     photos: Sequence[Photo],
     views: Sequence[View],
     mesh: Mesh,
     caster: Caster,
     pixel_mm: float,
     least_saturation: float,
-) -> list[Sighting]:
-    """One sighting a photo."""
+) -> list[ColouredPixels]:
+    """The strongly coloured pixels of each photo."""
     outline = outline_of(mesh)
     return [
-        sighted(photo, view, caster, outline, pixel_mm, least_saturation)
+        coloured_pixels(photo, view, caster, outline, pixel_mm, least_saturation)
         for photo, view in zip(photos, views, strict=True)
     ]

@@ -1,4 +1,4 @@
-"""Sight: what the placed photos look at."""
+"""Visibility: what the placed photos look at."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def in_frame(views: Sequence[View], points_in_world: Points3) -> Bool[np.ndarray
     return np.array([_inside(view, points_in_world) for view in views])
 
 
-def in_sight(camera: Camera, points_in_camera: Points3) -> Bool[np.ndarray, " n"]:
+def projectable(camera: Camera, points_in_camera: Points3) -> Bool[np.ndarray, " n"]:
     """Points in front of the camera and not so far aside that its lens model would fold back."""
     corners = np.array(
         [(x, y) for x in (0.0, camera.width_px) for y in (0.0, camera.height_px)], float
@@ -58,9 +58,9 @@ def in_sight(camera: Camera, points_in_camera: Points3) -> Bool[np.ndarray, " n"
 
 def _inside(view: View, points_in_world: Points3) -> Bool[np.ndarray, " n"]:
     in_camera = view.camera_from_world.apply(points_in_world)
-    sighted = in_sight(view.camera, in_camera)
-    sighted[sighted] = view.camera.contains(view.camera.project(in_camera[sighted]))
-    return sighted
+    visible = projectable(view.camera, in_camera)
+    visible[visible] = view.camera.contains(view.camera.project(in_camera[visible]))
+    return visible
 
 
 def _half_frame(camera: Camera) -> float:
