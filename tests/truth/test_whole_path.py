@@ -11,6 +11,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner, Result
 
+from limbgram import compare, read_limb
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
 from limbgram.core.mesh.closest import TriangleTree
@@ -18,7 +19,8 @@ from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
 
-README = Path(__file__).parents[2] / "README.md"
+ROOT = Path(__file__).parents[2]
+README, GUIDE = ROOT / "README.md", ROOT / "docs" / "library" / "index.md"
 CAPTURE = replace(SMALL, photos=14)
 NAMES = ("surface.stl", "surface.dxf", "surface.ply", "surface.obj", "surface.glb", "cloud.ply")
 
@@ -66,15 +68,22 @@ def test_the_surface_is_true(folder: Path) -> None:
     assert score.camera_rms_mm < 0.6
 
 
-def test_the_readme_program_makes_the_same_surface(
+def programs(page: Path) -> list[str]:
+    return re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+
+
+def test_the_programs_of_the_guide_run_and_make_the_same_surface(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the README shows of Python runs as it stands there, on real photos."""
+    """What README and guide show of Python runs as it stands there, on real photos."""
+    shown = programs(GUIDE)
+    assert programs(README) == [one for one in shown if "limbgram.reconstruct(" in one]
     (tmp_path / "photos").symlink_to(folder / "capture" / "images")
-    (tmp_path / "camera.json").write_bytes((folder / "camera.json").read_bytes())
+    (tmp_path / "board").symlink_to(folder / "capture" / "calibration")
     monkeypatch.chdir(tmp_path)
-    (program,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
-    exec(program, {})
+    left: dict[str, Any] = {}
+    for program in shown:
+        exec(program, left)
     made = trimesh.load_mesh(tmp_path / "limb.stl")
     command = trimesh.load_mesh(folder / "case" / "deliverables" / "surface.stl")
     tree = TriangleTree.of(np.array(command.vertices), np.array(command.faces, np.int32))
@@ -83,6 +92,14 @@ def test_the_readme_program_makes_the_same_surface(
     # otherwise; the surface is the same within a few of its sigmas (0.06 mm).
     assert np.quantile(apart_mm, 0.95) < 0.06
     assert len(made.faces) == pytest.approx(len(command.faces), rel=0.01)
+    assert left["judged"].tree["light"] == "green"
+    volume = compare(left["limb"], left["rectified"]).levels.volume
+    assert volume is not None
+    assert 500 < volume.difference < 1500
+    carved = read_limb(tmp_path / "limb.aop")
+    assert carved.frame is not None
+    assert carved.frame.side == "left"
+    assert (tmp_path / "limb.ngc").stat().st_size > 100_000
 
 
 def test_the_expected_error_has_a_part_from_every_source(folder: Path) -> None:
