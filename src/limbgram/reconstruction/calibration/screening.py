@@ -6,6 +6,8 @@ Method  OpenCV's calibration (Zhang 2000) starts; the worst photo goes while it 
         than the others, then corners go that lie far outside the spread of all.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import cv2
@@ -125,14 +127,15 @@ def _start(
     flags = cv2.CALIB_FIX_K3 | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_ASPECT_RATIO
     guess = np.diag([float(max(size_px)), float(max(size_px)), 1.0])
     try:
-        _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
-            [board_mm[one.ids].astype(np.float32) for one in observations],
-            [one.xy_px.astype(np.float32).reshape(-1, 1, 2) for one in observations],
-            size_px,
-            guess,
-            np.zeros(5),
-            flags=flags,
-        )
+        with _opencv_on_one_thread():
+            _, matrix, distortion, turns, shifts = cv2.calibrateCamera(
+                [board_mm[one.ids].astype(np.float32) for one in observations],
+                [one.xy_px.astype(np.float32).reshape(-1, 1, 2) for one in observations],
+                size_px,
+                guess,
+                np.zeros(5),
+                flags=flags,
+            )
     except cv2.error as error:
         raise CalibrationError(
             "No camera explains these photos of the board. The board was probably held the same "
@@ -151,6 +154,21 @@ def _start(
             "the sensor in all of them. Tilt it by 20 to 45 degrees to all sides."
         )
     return adjust(observations, board_mm, shared, poses, free)
+
+
+@contextmanager
+def _opencv_on_one_thread() -> Generator[None]:
+    """Let OpenCV add its photos up in their order, so that the same photos give the same bytes.
+
+    On several threads `cv2.calibrateCamera` sums the normal equations in the order in which the
+    threads end; then the lens differed at 1e-11 from run to run, and every surface with it.
+    """
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _rms(residual_px: Float64[np.ndarray, "n 2"]) -> float:

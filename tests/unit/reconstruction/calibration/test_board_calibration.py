@@ -34,6 +34,21 @@ def test_exact_corners_give_the_exact_camera(capture: Capture, true_camera: Came
     assert result.calibration.focal_mm == 50.0
 
 
+def test_the_same_corners_give_the_same_bytes_whatever_the_threads(capture: Capture) -> None:
+    arguments = capture(photos=30, seed=2).arguments
+    before = cv2.getNumThreads()
+    cameras: set[bytes] = set()
+    try:
+        for threads in (1, 4, 4, 4, 4, 4):
+            cv2.setNumThreads(threads)
+            result = calibrate_detections(*arguments).calibration
+            cameras.add(result.camera.packed.tobytes() + result.covariance.tobytes())
+            assert cv2.getNumThreads() == threads
+    finally:
+        cv2.setNumThreads(before)
+    assert len(cameras) == 1
+
+
 def test_poses_are_those_of_the_board(capture: Capture) -> None:
     taken = capture(noise_px=0.0)
     result = calibrate_detections(*taken.arguments)
