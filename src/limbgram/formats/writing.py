@@ -56,7 +56,9 @@ def single_precision(mesh: Mesh) -> float:
 
 
 def _normals(triangles: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray, "f 3"]:
-    return crosses(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+    return crosses(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    )
 
 
 def _volume(places: Points3, normals: Float64[np.ndarray, "f 3"]) -> float:

@@ -37,7 +37,7 @@ class Truth:
     faces: Faces
     seen: Bool[np.ndarray, " n"]
     """True at vertices that three photos or more show."""
-    centres_mm: Points3
+    centres_mm: Float64[np.ndarray, "photos 3"]
     """Where the photos were taken; none where the truth tells nothing of them."""
 
     def moved(self, new_from_truth: Rigid) -> "Truth":

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
-from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
+from limbgram.core.geometry.arrays import AnyPoints3, Matrix3, Points3, Vector3
 
 _PIECE = 20_000
 
@@ -65,11 +65,11 @@ class Rigid:
             self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
         )
 
-    def apply(self, points_in_a: Points3) -> Points3:
+    def apply(self, points_in_a: AnyPoints3) -> AnyPoints3:
         return turned(points_in_a, self.rotation) + self.translation
 
 
-def turned(vectors: Points3, rotation: Matrix3) -> Points3:
+def turned(vectors: AnyPoints3, rotation: Matrix3) -> AnyPoints3:
     """Vectors after a rotation.
 
     In pieces: for more at once BLAS wakes threads that then spin, for longer than all this takes.
@@ -105,7 +105,7 @@ class Similarity:
             scale, self.rotation.T.copy(), -scale * (self.rotation.T @ self.translation)
         )
 
-    def apply(self, points_in_a: Points3) -> Points3:
+    def apply(self, points_in_a: AnyPoints3) -> AnyPoints3:
         return self.scale * points_in_a @ self.rotation.T + self.translation
 
     def move_camera(self, camera_from_a: Rigid) -> Rigid:

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
+from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
@@ -78,7 +78,7 @@ class Camera:
             cy=(self.cy + 0.5) * factor - 0.5,
         )
 
-    def distort(self, normalized: Points2) -> Points2:
+    def distort(self, normalized: AnyPoints2) -> AnyPoints2:
         """Ideal normalized coordinates to distorted normalized coordinates."""
         x, y = normalized[..., 0], normalized[..., 1]
         r2 = x * x + y * y
@@ -91,7 +91,7 @@ class Camera:
             axis=-1,
         )
 
-    def project(self, points_in_camera: Points3) -> Points2:
+    def project(self, points_in_camera: AnyPoints3) -> AnyPoints2:
         """Pixels of points in the camera frame; points behind the camera give NaN."""
         depth = np.where(points_in_camera[..., 2] > 0, points_in_camera[..., 2], np.nan)
         distorted = self.distort(points_in_camera[..., :2] / depth[..., None])
@@ -103,7 +103,7 @@ class Camera:
             axis=-1,
         )
 
-    def normalize(self, xy_px: Points2) -> Points2:
+    def normalize(self, xy_px: AnyPoints2) -> AnyPoints2:
         """Ideal normalized coordinates (X/Z, Y/Z) of pixels, by fixed-point iteration."""
         yd = (xy_px[..., 1] - self.cy) / self.fy
         xd = (xy_px[..., 0] - self.cx - self.skew * yd) / self.fx
@@ -113,13 +113,13 @@ class Camera:
             ideal = ideal + (target - self.distort(ideal))
         return ideal
 
-    def rays(self, xy_px: Points2) -> Points3:
+    def rays(self, xy_px: AnyPoints2) -> AnyPoints3:
         """Unit directions in the camera frame."""
         ideal = self.normalize(xy_px)
         directions = np.concatenate([ideal, np.ones((*ideal.shape[:-1], 1))], axis=-1)
         return directions / np.linalg.norm(directions, axis=-1, keepdims=True)
 
-    def contains(self, xy_px: Points2, margin_px: float = 0.0) -> np.ndarray:
+    def contains(self, xy_px: AnyPoints2, margin_px: float = 0.0) -> np.ndarray:
         """Whether pixels lie within the image, `margin_px` from its border (NaN: no)."""
         x, y = xy_px[..., 0], xy_px[..., 1]
         return (
@@ -138,7 +138,7 @@ class View:
     camera: Camera
     camera_from_world: Rigid
 
-    def project(self, points_in_world: Points3) -> Points2:
+    def project(self, points_in_world: AnyPoints3) -> AnyPoints2:
         return self.camera.project(self.camera_from_world.apply(points_in_world))
 
     @property

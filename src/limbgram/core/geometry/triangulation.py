@@ -90,7 +90,7 @@ def triangulate(
     views: Sequence[View],
     view_idx: Int32[np.ndarray, " m"],
     point_idx: Int32[np.ndarray, " m"],
-    xy_px: Points2,
+    xy_px: Float64[np.ndarray, "m 2"],
     count: int,
 ) -> Triangulated:
     """Each of `count` points from all its measurements: view view_idx[k] saw it at xy_px[k]."""
@@ -107,7 +107,7 @@ def triangulate_linear(
     views: Sequence[View],
     view_idx: Int32[np.ndarray, " m"],
     point_idx: Int32[np.ndarray, " m"],
-    xy_px: Points2,
+    xy_px: Float64[np.ndarray, "m 2"],
     count: int,
 ) -> Points3:
     """The linear method: least squares of x (p3 X) - p1 X and y (p3 X) - p2 X over all rays."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Int64, UInt8
+from jaxtyping import Bool, Float32, Int64, UInt8
 
 from limbgram.core.geometry.arrays import GreyImage, Mask
 from limbgram.core.run import in_parallel, worker_count
@@ -125,7 +125,7 @@ def _keypoints(
     )
 
 
-def _reduced(luma: GreyImage, max_megapixels: float) -> GreyImage:
+def _reduced(luma: GreyImage, max_megapixels: float) -> UInt8[np.ndarray, "rows columns"]:
     height_px, width_px = luma.shape
     factor = np.sqrt(max_megapixels * 1e6 / (width_px * height_px))
     if factor >= 1:
@@ -134,7 +134,9 @@ def _reduced(luma: GreyImage, max_megapixels: float) -> GreyImage:
     return cv2.resize(luma, size, interpolation=cv2.INTER_AREA).astype(np.uint8, copy=False)
 
 
-def _reduced_mask(mask: Mask | None, shape: Sequence[int]) -> Mask | None:
+def _reduced_mask(
+    mask: Mask | None, shape: Sequence[int]
+) -> Bool[np.ndarray, "rows columns"] | None:
     if mask is None or mask.shape == tuple(shape):
         return mask
     size = (shape[1], shape[0])

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from scipy.spatial.transform import Rotation
 
-from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, Camera, View, differentiate_all
 from limbgram.reconstruction.mapping.bundle import Bundle
@@ -35,7 +35,7 @@ class Body:
     """Standard deviation of one coordinate of an offset, in the world's unit."""
     photo_idx: Int64[np.ndarray, " m"]
     corner_idx: Int64[np.ndarray, " m"]
-    xy_px: Points2
+    xy_px: Float64[np.ndarray, "m 2"]
     sigma_px: float
     """Standard deviation of a measured coordinate."""
     camera: Camera

@@ -27,7 +27,7 @@ class Bundle:
     points: Points3
     photo_idx: Int64[np.ndarray, " m"]
     point_idx: Int64[np.ndarray, " m"]
-    xy_px: Points2
+    xy_px: Float64[np.ndarray, "m 2"]
 
     @classmethod
     def of(cls, scene: Scene) -> "Bundle":

@@ -127,7 +127,7 @@ def _slope_weights(t: float) -> tuple[float, float, float, float]:
     return -s * s / 2, -2 * t + 1.5 * t * t, 2 * s - 1.5 * s * s, t * t / 2
 
 
-def _halved(luma: GreyImage) -> GreyImage:
+def _halved(luma: GreyImage) -> UInt8[np.ndarray, "half_h half_w"]:
     height_px, width_px = luma.shape[0] // 2, luma.shape[1] // 2
     even = luma[: 2 * height_px, : 2 * width_px]
     return cv2.resize(even, (width_px, height_px), interpolation=cv2.INTER_AREA).astype(

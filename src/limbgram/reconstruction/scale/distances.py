@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float32, Float64
 
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.arrays import GreyImage, Matrix3, Vector3
@@ -231,7 +231,7 @@ def _in_photo(
     ]
 
 
-def _centre(square: Float64[np.ndarray, "4 2"]) -> Float64[np.ndarray, "2"]:
+def _centre(square: Float32[np.ndarray, "4 2"]) -> Float64[np.ndarray, "2"]:
     """Crossing of the diagonals, which perspective keeps."""
     rows = np.column_stack([square.astype(float), np.ones(4)])
     crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float64
 
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.lens import View
@@ -66,7 +67,9 @@ def find_floor(
     return floor if _is_floor(floor, near, centres, aim, thickness) else None
 
 
-def _candidates(sample: Points3, centres: Points3, draw: np.random.Generator) -> np.ndarray | None:
+def _candidates(
+    sample: Points3, centres: Float64[np.ndarray, "photos 3"], draw: np.random.Generator
+) -> np.ndarray | None:
     """Rows normal, height of planes through three points with all cameras above them."""
     a, b, c = (sample[draw.integers(len(sample), size=_TRIALS)] for _ in range(3))
     normals = np.cross(b - a, c - a)
@@ -94,7 +97,13 @@ def _refined(plane: Plane, points: Points3, thickness: float) -> Plane:
     return plane
 
 
-def _is_floor(plane: Plane, points: Points3, centres: Points3, aim: Aim, thickness: float) -> bool:
+def _is_floor(
+    plane: Plane,
+    points: Points3,
+    centres: Float64[np.ndarray, "photos 3"],
+    aim: Aim,
+    thickness: float,
+) -> bool:
     heights = plane.above(points)
     on = points[np.abs(heights) < thickness]
     if len(on) < max(_LEAST_POINTS, _LEAST_SHARE * len(points)):

@@ -7,7 +7,7 @@ Out     the mesh without the doubtful vertices along its openings.
 """
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64
+from jaxtyping import Bool, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.mesh import Mesh, crosses, unit
@@ -33,7 +33,7 @@ _TONGUE_ROUNDS = 5
 """Rounds of taking long faces off an opening: a part of sparse points must not be eaten up."""
 
 
-def drop_flat_and_double(vertices: Points3, faces: Faces) -> Faces:
+def drop_flat_and_double(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "kept 3"]:
     """Faces with three different corners and an area, each only once."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     along, across, area = b - a, c - a, crosses(vertices, faces)

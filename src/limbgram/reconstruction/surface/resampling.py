@@ -15,7 +15,7 @@ Fails   SurfaceError: the mesh is not a manifold.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Float64, Int32, Int64
 from numba import njit
 
 from limbgram.core.errors import SurfaceError
@@ -100,7 +100,9 @@ def split_long(mesh: Triangles, longest: float) -> Triangles:
     )
 
 
-def _subdivide(vertices: Points3, faces: Faces, middle: Int64[np.ndarray, "f 3"]) -> Faces:
+def _subdivide(
+    vertices: Points3, faces: Faces, middle: Int64[np.ndarray, "f 3"]
+) -> Int32[np.ndarray, "parts 3"]:
     """Faces by the pattern of their split edges; middle[f, k] is on the edge from corner k."""
     count = (middle >= 0).sum(1)
     parts = [faces[count == 0]]
@@ -132,7 +134,7 @@ def _subdivide(vertices: Points3, faces: Faces, middle: Int64[np.ndarray, "f 3"]
     return np.concatenate(parts).astype(np.int32)
 
 
-def _apart(vertices: Points3, a: np.ndarray, b: np.ndarray) -> Float64[np.ndarray, " n"]:
+def _apart(vertices: Points3, a: np.ndarray, b: np.ndarray) -> Float64[np.ndarray, " e"]:
     return np.linalg.norm(vertices[a] - vertices[b], axis=1)
 
 

@@ -102,7 +102,7 @@ def _seen(xy: Points2, height: Int64[np.ndarray, " n"]) -> Bool[np.ndarray, "h d
     return count.reshape(_HEIGHTS, _DIRECTIONS) > 0
 
 
-def _middles(xy: Points2, height: Int64[np.ndarray, " n"]) -> Points2:
+def _middles(xy: Points2, height: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, "heights 2"]:
     """Middle of the circle through the points of each height (Kasa 1976), of all heights at once.
 
     x^2 + y^2 = 2 a x + 2 b y + c is linear in the middle (a, b).

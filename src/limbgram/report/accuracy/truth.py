@@ -129,7 +129,10 @@ def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
 
 
 def _aligned(
-    samples: Points3, centres_mm: Points3, truth: Truth, alignment: Alignment
+    samples: Points3,
+    centres_mm: Float64[np.ndarray, "photos 3"],
+    truth: Truth,
+    alignment: Alignment,
 ) -> tuple[Rigid, float]:
     """truth_from_world and the scale error that a similarity would take away."""
     match alignment:

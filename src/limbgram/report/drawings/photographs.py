@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from jaxtyping import UInt8
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
 
@@ -78,7 +79,9 @@ def matches_of_pair(photos: PhotoSet, pairs: Pairs) -> Drawing:
     )
 
 
-def _side_by_side(left: ColourImage, right: ColourImage) -> tuple[ColourImage, int]:
+def _side_by_side(
+    left: ColourImage, right: UInt8[np.ndarray, "h2 w2 3"]
+) -> tuple[UInt8[np.ndarray, "rows columns 3"], int]:
     """Two pictures on white, and where the right one begins."""
     offset_px = left.shape[1] + _GAP_PX
     height, width = max(left.shape[0], right.shape[0]), offset_px + right.shape[1]

@@ -25,6 +25,9 @@ from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.mesh.mesh import Mesh
 
+_Grid = Float64[np.ndarray, "rows columns 3"]
+"""Points in rings: rows from the cut upwards, columns round the limb."""
+
 HEIGHT_MM = 12.0
 """How far the fin stands out."""
 _LENGTH_MM = 60.0
@@ -244,7 +247,7 @@ def _skin(
     height_mm: float,
     rng: np.random.Generator,
     fin_mm: float,
-) -> Points3:
+) -> _Grid:
     """Radius, unused, height of every grid point; `angles` from anterior towards lateral."""
     radius, height = profile[:, :1], profile[:, 1:]
     fade = np.clip(radius / radius.max(), 0, 1)
@@ -280,7 +283,7 @@ def _scar_mm(
 
 
 def _relief_mm(
-    points: Points3, wanted: Relief, rng: np.random.Generator
+    points: _Grid, wanted: Relief, rng: np.random.Generator
 ) -> Float64[np.ndarray, "n c"]:
     """Height of every point over the smooth skin."""
     lengths = np.geomspace(wanted.finest_mm, _COARSEST_MM, _WAVES)
@@ -295,7 +298,7 @@ def _relief_mm(
     return relief
 
 
-def _normals(grid: Points3) -> Points3:
+def _normals(grid: _Grid) -> _Grid:
     """Outward unit normals of a grid that is closed along its columns."""
     around = np.roll(grid, -1, 1) - np.roll(grid, 1, 1)
     along = np.gradient(grid, axis=0)
@@ -304,7 +307,7 @@ def _normals(grid: Points3) -> Points3:
     return normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
 
 
-def _cut_rings(rim: Points3) -> Points3:
+def _cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
     """Rings of the flat cut, from its middle to just inside the rim."""
     middle = rim.mean(0)
     widest = np.linalg.norm(rim - middle, axis=1).max()
@@ -312,7 +315,7 @@ def _cut_rings(rim: Points3) -> Points3:
     return middle + shares[:, None, None] * (rim - middle)
 
 
-def _limb(grid: Points3, cut_rows: int, base_mm: float) -> Limb:
+def _limb(grid: _Grid, cut_rows: int, base_mm: float) -> Limb:
     """Join the rings to one closed mesh: the first and the last row are single vertices."""
     rows, columns = grid.shape[:2]
     vertices = np.concatenate([grid[:1, 0], grid[1:-1].reshape(-1, 3), grid[-1:, 0]])

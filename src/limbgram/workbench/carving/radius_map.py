@@ -10,7 +10,7 @@ x = r sin(theta), y = r cos(theta).
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.mesh import Mesh
@@ -113,7 +113,7 @@ def _stack(*corners: np.ndarray) -> np.ndarray:
     return np.stack(corners, axis=-1)
 
 
-def _merged(faces: Faces, ring: np.ndarray, point: int) -> Faces:
+def _merged(faces: Faces, ring: np.ndarray, point: int) -> Int32[np.ndarray, "kept 3"]:
     """A ring shrunk to one vertex; faces left without three corners are dropped."""
     faces = np.where(np.isin(faces, ring), np.int32(point), faces)
     a, b, c = faces.T

@@ -43,12 +43,12 @@ class Ground:
 
     mesh: Mesh
     tree: TriangleTree
-    flat_normals: Points3
+    flat_normals: Float64[np.ndarray, "f 3"]
     smooth_normals: Points3
     corner_normals: Points3
     """Angle-weighted, by vertex."""
     edge_of_half_edge: Int64[np.ndarray, " h"]
-    edge_normals: Points3
+    edge_normals: Float64[np.ndarray, "e 3"]
     open_edges: Bool[np.ndarray, " e"]
     open_vertices: Bool[np.ndarray, " n"]
     measured: Bool[np.ndarray, " f"]
@@ -132,7 +132,7 @@ def brim_points(mesh: Mesh) -> Points3:
     return ends[edge, 0] + share[:, None] * (ends[edge, 1] - ends[edge, 0])
 
 
-def _corner_normals(mesh: Mesh, flat: Points3) -> Points3:
+def _corner_normals(mesh: Mesh, flat: Float64[np.ndarray, "f 3"]) -> Points3:
     corners = mesh.vertices_mm[mesh.faces]
     normals = np.zeros_like(mesh.vertices_mm)
     for k in range(3):

@@ -242,14 +242,14 @@ def _step(placed: Points3, found: Counterparts, weights: Float64[np.ndarray, " n
     return Rigid(turn, middle + motion[3:] - turn @ middle)
 
 
-def _arms(placed: Points3, weights: Float64[np.ndarray, " n"]) -> tuple[Points3, float]:
+def _arms(placed: Points3, weights: Float64[np.ndarray, " n"]) -> tuple[Vector3, float]:
     """Weighted middle, and the root mean square distance from it."""
     middle = weights @ placed / weights.sum()
     square = float(weights @ ((placed - middle) ** 2).sum(1) / weights.sum())
     return middle, max(np.sqrt(square), 1e-9)
 
 
-def _columns(placed: Points3, normals: Points3, middle: Points3, reach_mm: float) -> np.ndarray:
+def _columns(placed: Points3, normals: Points3, middle: Vector3, reach_mm: float) -> np.ndarray:
     """Motion along the normal for a millimetre of turning (at the reach) and of shifting."""
     return np.column_stack([np.cross(placed - middle, normals) / reach_mm, normals])
 
@@ -380,7 +380,7 @@ class _Trunk:
     """Lowest and highest place along the last axis, from the middle."""
 
 
-def possible_starts(first_mm: Points3, second_mm: Points3) -> list[Rigid]:
+def possible_starts(first_mm: Points3, second_mm: Float64[np.ndarray, "m 3"]) -> list[Rigid]:
     """Poses first_from_second: as the files lie, and long axis on long axis both ways round,
 
     turned in steps, with the middles, the lower ends or the upper ends together.

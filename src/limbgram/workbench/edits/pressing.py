@@ -127,7 +127,7 @@ def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
 
 
 def _near(
-    mesh: Mesh, places: Points3, reaches: Float64[np.ndarray, " k"]
+    mesh: Mesh, places: Float64[np.ndarray, "k 3"], reaches: Float64[np.ndarray, " k"]
 ) -> Bool[np.ndarray, " n"]:
     """Vertices that may have stood within reach of a place."""
     near = np.zeros(len(mesh), np.bool_)

@@ -32,7 +32,7 @@ _SHEET = 2.0
 """A piece with less area than so many of its opening's is flatter than half a ball."""
 _ROUNDING = 1 - 1e-6
 """A wall that is as thick as its least is not refused for a rounding."""
-Loop = Int32[np.ndarray, " l"]
+Loop = Int32[np.ndarray, " _"]
 """Vertices round an opening."""
 
 

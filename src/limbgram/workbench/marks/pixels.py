@@ -128,7 +128,7 @@ def outline_of(mesh: Mesh, most: int = 20_000) -> Points3:
 
 def _reduced_crop(
     pixels: ColourImage, view: View, outline_mm: Points3, pixel_mm: float
-) -> tuple[ColourImage, int, int, float]:
+) -> tuple[UInt8[np.ndarray, "rows columns 3"], int, int, float]:
     """The part of a photo that holds the surface, reduced; its corner, and by how much."""
     xy = view.project(outline_mm)
     xy = xy[view.camera.contains(xy)]

@@ -168,7 +168,7 @@ def _route(
     return np.array(nodes[-2:0:-1])
 
 
-def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Points3:
+def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Float64[np.ndarray, "pulled 3"]:
     """The way shortened on the surface, to within about a triangle."""
     way = rough_mm
     for count, times in _PULLS:
@@ -178,7 +178,7 @@ def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Points3:
     return way
 
 
-def _resampled(way_mm: Points3, count: int) -> Points3:
+def _resampled(way_mm: Points3, count: int) -> Float64[np.ndarray, "count 3"]:
     """Points at equal distances along a polyline."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way_mm, axis=0), axis=1))])
     wanted = np.linspace(0, along[-1], count)
@@ -267,7 +267,7 @@ def _figure(sigmas: Sigmas, value: float, places_mm: Points3, slopes: Points3) -
 
 def vertex_gradient(
     sigmas: Sigmas, places_mm: Points3, slopes: Points3
-) -> Float64[np.ndarray, " n"]:
+) -> Float64[np.ndarray, " vertices"]:
     """Change for a millimetre of each vertex along its normal; places ride on their triangles."""
     mesh = sigmas.mesh
     closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(places_mm)

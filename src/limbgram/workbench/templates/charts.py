@@ -34,6 +34,7 @@ _RINGS_MM = 2.0
 _SPOKES = 72
 
 Chart = Float64[np.ndarray, "n 2"]
+ChartPlace = Float64[np.ndarray, "2"]
 """Height and angle (radians) of places."""
 
 
@@ -118,7 +119,7 @@ def lateral_of(side: Side) -> float:
     return -1.0 if side == "left" else 1.0
 
 
-def marks_on(limb: Limb, chart: LimbChart) -> dict[str, Chart]:
+def marks_on(limb: Limb, chart: LimbChart) -> dict[str, ChartPlace]:
     """Own chart place of every landmark that has an angle."""
     if limb.frame is None or not limb.landmarks:
         return {}
@@ -128,7 +129,9 @@ def marks_on(limb: Limb, chart: LimbChart) -> dict[str, Chart]:
     return {mark.name: place for mark, place in zip(limb.landmarks, places) if place[0] > _NEAR_TIP}
 
 
-def pulled_chart(limb: Limb, chart: LimbChart, template_marks: Mapping[str, Chart]) -> LimbChart:
+def pulled_chart(
+    limb: Limb, chart: LimbChart, template_marks: Mapping[str, ChartPlace]
+) -> LimbChart:
     """A plain chart, pulled until the limb's landmarks lie where the template's do.
 
     Raises:
@@ -161,7 +164,7 @@ def pulled_chart(limb: Limb, chart: LimbChart, template_marks: Mapping[str, Char
     return pulled
 
 
-def _nearness(places: Chart, centres: Chart) -> Float64[np.ndarray, "n k"]:
+def _nearness(places: Chart, centres: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "n k"]:
     """1 at a landmark, falling off smoothly, also round the limb."""
     rise = _TALL * (places[:, None, 0] - centres[None, :, 0])
     turn = places[:, None, 1] - centres[None, :, 1]

@@ -243,12 +243,12 @@ def _blurred(values: Field, nodes: float) -> Field:
     return _wrapped(gaussian_filter(_padded(values), nodes))
 
 
-def _padded(values: Field) -> Field:
+def _padded(values: Field) -> Float64[np.ndarray, "padded_h padded_a"]:
     """The first row goes on below and the last above; columns go on round the limb."""
     return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
 
 
-def _wrapped(padded: Field) -> Field:
+def _wrapped(padded: Field) -> Float64[np.ndarray, "inner_h inner_a"]:
     return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
 
 

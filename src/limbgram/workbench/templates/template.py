@@ -14,7 +14,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
-from limbgram.workbench.templates.charts import Chart, plain_chart, pulled_chart
+from limbgram.workbench.templates.charts import ChartPlace, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, read_field
 
 
@@ -28,7 +28,7 @@ class TemplateMark:
     """From the front towards the lateral side."""
 
     @property
-    def place(self) -> Chart:
+    def place(self) -> ChartPlace:
         return np.array([self.height, np.radians(self.angle_deg)])
 
 
