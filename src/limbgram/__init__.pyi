@@ -79,12 +79,12 @@ from .workbench.frame import (
     with_landmarks as with_landmarks,
 )
 from .workbench.measures import (
-    MeasureOptions as MeasureOptions,
+    LimbMeasureOptions as LimbMeasureOptions,
     Measures as Measures,
     TapeFit as TapeFit,
     TapeReading as TapeReading,
     fit_to_tape as fit_to_tape,
-    measure as measure,
+    measure_limb as measure_limb,
     measure_inside as measure_inside,
 )
 from .workbench.recipe import (
