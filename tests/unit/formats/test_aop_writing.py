@@ -36,7 +36,7 @@ def turned_body(radii_mm: np.ndarray, z_mm: np.ndarray, spokes: int = 720) -> Ra
     """Radii by slice, all round; or by slice and spoke."""
     thetas = 360.0 / spokes * np.arange(spokes)
     full = np.broadcast_to(radii_mm.reshape(len(z_mm), -1), (len(z_mm), spokes))
-    return RadiusMap(thetas_deg=thetas, z_mm=z_mm, radii_mm=full.copy())
+    return RadiusMap(thetas_deg=thetas, z_mm=z_mm.astype(float), radii_mm=full.copy())
 
 
 def deficit(spokes: int) -> float:

@@ -147,7 +147,7 @@ def _source_pixels(
     return np.ascontiguousarray(map_x), np.ascontiguousarray(map_y)
 
 
-def reduced(grey: GreyImage, factor: int) -> GreyImage:
+def reduced(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
     """Means of factor x factor blocks: pixel centres are kept, see geometry.camera."""
     if factor == 1:
         return grey

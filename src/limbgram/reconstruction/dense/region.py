@@ -306,7 +306,7 @@ def carve(region: Region, masked: tuple[MaskedView, ...], slack_mm: float) -> Re
     return Region(origin_mm=region.origin_mm, cell_mm=region.cell_mm, occupied=occupied)
 
 
-def _distance_outside(mask: Mask, size: tuple[int, int]) -> Float32[np.ndarray, "h w"]:
+def _distance_outside(mask: Mask, size: tuple[int, int]) -> Float32[np.ndarray, "rows columns"]:
     touched = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0
     return np.asarray(
         cv2.distanceTransform((~touched).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE),

@@ -7,7 +7,7 @@ its few parameters is a central difference of 3 x 3 matrices.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol, Self, TypeVar
+from typing import Literal, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -73,6 +73,7 @@ _SMALLEST_GAIN = 1e-7
 _DIFFERENCE = 1e-6
 
 
+@runtime_checkable
 class EpipolarModel(Protocol):
     """Epipolar geometry with `size` parameters; `moved` takes a small step from it."""
 

@@ -150,13 +150,13 @@ def find_painted_marks(
 
 
 def _hue_of(colour: tuple[int, int, int], least_saturation: float) -> float:
-    hue, saturation = hue_and_saturation(np.array(colour, np.uint8))
-    if float(saturation) < least_saturation:
+    hue, saturation = hue_and_saturation(np.array([colour], np.uint8))
+    if float(saturation[0]) < least_saturation:
         raise OptionsError(
             f"The colour {colour} is too near to grey to be told from white and shade. Paint the "
             "marks in a strong colour that the sock does not have, such as magenta."
         )
-    return float(hue)
+    return float(hue[0])
 
 
 def _given_first(hues: np.ndarray, given: float, same_rad: float) -> np.ndarray:

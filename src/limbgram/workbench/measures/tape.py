@@ -116,7 +116,7 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
     """
     for reading in readings:
         require_girth(reading)
-    heights = np.array([reading.height_mm + reference_mm for reading in readings])
+    heights = np.array([reading.height_mm + reference_mm for reading in readings], np.float64)
     if not len(heights) or len(np.unique(heights)) < len(heights):
         raise OptionsError("Fitting needs tape readings, each at a height of its own.")
     order = np.argsort(heights)

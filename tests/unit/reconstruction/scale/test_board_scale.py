@@ -122,7 +122,8 @@ def test_a_mirrored_board_is_refused(capture) -> None:
 def test_too_few_corners_are_refused(capture) -> None:
     detections = capture.detections()
     few = tuple(
-        replace(photo, ids=photo.ids[:5], xy_px=photo.xy_px[:5]) for photo in detections.photos
+        replace(photo, ids=photo.ids[:5], xy_px=photo.xy_px[:5], sigmas_px=photo.sigmas_px[:5])
+        for photo in detections.photos
     )
     with pytest.raises(ScaleError, match="Only 5 corners"):
         to_millimetres(capture.scene, replace(detections, photos=few))
