@@ -43,11 +43,11 @@ from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
-from limbgram.report.accuracy.assessment import Assessment, KnownTruth, assess
+from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.page import accuracy_page, accuracy_pictures
 from limbgram.report.accuracy.pdf import accuracy_pdf
-from limbgram.report.accuracy.truth import Alignment
+from limbgram.report.accuracy.truth import Alignment, KnownTruth
 from limbgram.report.alignment import Truth
 from limbgram.report.document.page import ACCURACY_SCHEMA
 from limbgram.report.drawings.drawing import Picture
@@ -204,7 +204,7 @@ def _stack(points: list[Float64[np.ndarray, "3"]]) -> Points3:
     return np.array(points, float).reshape(-1, 3)
 
 
-def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> dict[str, Any]:
+def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> Assessment:
     """Assess a finished case from what it keeps, and write page, PDF and JSON into it.
 
     Beside a truth they have names of their own, and what the case says of itself stays.
@@ -220,7 +220,7 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> d
         write_accuracy(case, assessment, pictures)
         with written_whole(case.accuracy("pdf", against_truth=known is not None)) as beside:
             beside.write_bytes(accuracy_pdf(assessment.tree, pictures))
-    return assessment.tree
+    return assessment
 
 
 def evidence_of(done: Reconstruction) -> Evidence:
@@ -239,7 +239,7 @@ def write_accuracy(
     case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
 ) -> None:
     """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
-    against_truth = assessment.tree["truth"] is not None
+    against_truth = assessment.figures.truth is not None
     write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
     with written_whole(case.accuracy("html", against_truth=against_truth)) as beside:
         beside.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")

@@ -88,7 +88,7 @@ def do(job: Job, run: CachingRun) -> Done:
     # Judged before anything is written: files of a red result are named as what they are.
     evidence = evidence_of(done)
     assessment = run.unkept(assess, evidence)
-    red = assessment.tree["light"] == "red"
+    red = assessment.light == "red"
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)
     write_accuracy(case, assessment)
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))

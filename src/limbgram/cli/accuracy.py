@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -11,6 +11,8 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run
+from limbgram.report.accuracy.assessment import Assessment
+from limbgram.report.accuracy.figures import TruthFigures
 
 _SHOWN = 5
 
@@ -47,47 +49,43 @@ def accuracy_command(
     """
     folder = CaseFolder(case)
     with display(as_json) as screen:
-        tree = Run(listener=screen.listen)(assess_case, folder, truth, align.value)
-    return Reply(accuracy_lines(folder, tree), tree, tree["light"])
+        found = Run(listener=screen.listen)(assess_case, folder, truth, align.value)
+    return Reply(accuracy_lines(folder, found), found.tree, found.light)
 
 
-def accuracy_lines(case: CaseFolder, tree: dict[str, Any]) -> tuple[str, ...]:
+def accuracy_lines(case: CaseFolder, assessment: Assessment) -> tuple[str, ...]:
     """The assessment for people at a terminal."""
-    found, against_truth = tree["findings"], tree["truth"] is not None
-    advice = [f"  {one['what']}\n    -> {one['remedy']}" for one in found[:_SHOWN]]
+    found, truth = assessment.findings, assessment.figures.truth
+    advice = [f"  {one.what}\n    -> {one.remedy}" for one in found[:_SHOWN]]
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
     return (
-        tree["headline"],
-        *_truth_lines(tree["truth"]),
+        assessment.headline,
+        *(() if truth is None else _truth_lines(truth)),
         *(("What limits it:", *advice, *more) if found else ()),
-        f"Look at it: {case.accuracy('html', against_truth=against_truth)}",
-        f"To print or file: {case.accuracy('pdf', against_truth=against_truth)}",
+        f"Look at it: {case.accuracy('html', against_truth=truth is not None)}",
+        f"To print or file: {case.accuracy('pdf', against_truth=truth is not None)}",
     )
 
 
-def _truth_lines(truth: dict[str, Any] | None) -> tuple[str, ...]:
-    if truth is None:
-        return ()
-    girths = ", ".join(
-        f"{one['error_mm']:+.2f} at {one['height_mm']:.1f}" for one in truth["girths"]
-    )
-    sigma = truth["sigma"]
+def _truth_lines(truth: TruthFigures) -> tuple[str, ...]:
+    girths = ", ".join(f"{one.error_mm:+.2f} at {one.height_mm:.1f}" for one in truth.girths)
+    sigma = truth.sigma
     return (
-        f"Against {truth['kind']} ({truth['alignment']}):",
-        f"  surface   RMS {truth['rms_mm']:.4f} mm ({truth['rms_px']:.3f} px), 95 % within "
-        f"{truth['p95_mm']:.4f} mm, mean {truth['mean_mm']:+.4f} mm",
-        f"  within    0.1 mm {truth['within']['0.1 mm']:.2%}, 0.25 mm "
-        f"{truth['within']['0.25 mm']:.2%} of the measured surface",
-        f"  covered   0.1 mm {truth['covered']['0.1 mm']:.2%}, 0.25 mm "
-        f"{truth['covered']['0.25 mm']:.2%} of the visible truth",
-        f"  scale     {truth['scale_error']:+.4%}; volume {truth['volume_error']:+.3%}",
+        f"Against {truth.kind} ({truth.alignment}):",
+        f"  surface   RMS {truth.rms_mm:.4f} mm ({truth.rms_px:.3f} px), 95 % within "
+        f"{truth.p95_mm:.4f} mm, mean {truth.mean_mm:+.4f} mm",
+        f"  within    0.1 mm {truth.within['0.1 mm']:.2%}, 0.25 mm "
+        f"{truth.within['0.25 mm']:.2%} of the measured surface",
+        f"  covered   0.1 mm {truth.covered['0.1 mm']:.2%}, 0.25 mm "
+        f"{truth.covered['0.25 mm']:.2%} of the visible truth",
+        f"  scale     {truth.scale_error:+.4%}; volume {truth.volume_error:+.3%}",
         f"  girths    {girths} mm of height in the truth",
         *(
             ()
             if sigma is None
             else (
-                f"  sigma     robust spread of error / sigma {sigma['robust_spread']:.2f}, "
-                f"{sigma['within_95_share']:.1%} inside the 95 % interval",
+                f"  sigma     robust spread of error / sigma {sigma.robust_spread:.2f}, "
+                f"{sigma.within_95_share:.1%} inside the 95 % interval",
             )
         ),
     )

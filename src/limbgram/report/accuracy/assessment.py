@@ -1,18 +1,19 @@
-"""The assessment: everything that a finished case says about its own accuracy, as one JSON tree.
+"""The assessment: everything that a finished case says about its own accuracy.
 
 In      Evidence, and the truth where there is one.
-Out     a tree (ACCURACY_SCHEMA); lengths in mm, or in scene units where nothing gives the scale
-        (`unit`). What a key means, and its unit, is in the glossary.
+Out     an Assessment; `tree` is what accuracy.json holds (ACCURACY_SCHEMA). What a key means, and
+        its unit, is in the glossary.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
-from limbgram.core.geometry.arrays import Points3
-from limbgram.report.accuracy.evidence import Evidence, Json
-from limbgram.report.accuracy.figures import (
+from limbgram.core.typed import tree_of
+from limbgram.report.accuracy.evaluation import (
     camera_figures,
     image_figures,
     length_figures,
@@ -21,67 +22,85 @@ from limbgram.report.accuracy.figures import (
     residual_figures,
     surface_figures,
 )
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.figures import Figures
 from limbgram.report.accuracy.glossary import glossary_tree
-from limbgram.report.accuracy.judgement import criteria, expectation, headline, reasons, worst
-from limbgram.report.accuracy.limits import findings
-from limbgram.report.accuracy.truth import Alignment, truth_figures
-from limbgram.report.alignment import Truth
-from limbgram.report.document.page import ACCURACY_SCHEMA, finite
+from limbgram.report.accuracy.judgement import (
+    Criterion,
+    Light,
+    criteria,
+    expectation,
+    headline,
+    reasons,
+    worst,
+)
+from limbgram.report.accuracy.limits import Finding, findings
+from limbgram.report.accuracy.truth import KnownTruth, truth_figures
+from limbgram.report.document.page import ACCURACY_SCHEMA
 from limbgram.report.summary import INTENDED_USE
 
 
 @dataclass(frozen=True, kw_only=True)
-class KnownTruth:
-    """The true surface, what it is, and how ours is laid onto it."""
-
-    kind: str
-    """Such as "a mesh file": its name may be a patient's."""
-    truth: Truth
-    centres_mm: Points3
-    """Our camera centres, in the order of the truth's; none where it has none."""
-    alignment: Alignment = "surface"
-
-
-@dataclass(frozen=True)
 class Assessment:
-    """The tree, and what only the pictures need."""
+    """What a case says of its own error, or what a comparison with a truth said."""
 
-    tree: Json
-    off_mm: Float64[np.ndarray, " n"] | None
+    case: str
+    unit: str
+    """What a length is called: mm, or scene units."""
+    light: Light
+    headline: str
+    reasons: tuple[str, ...]
+    """Everything that is not green, the gravest first."""
+    criteria: tuple[Criterion, ...]
+    findings: tuple[Finding, ...]
+    figures: Figures
+    off_mm: Float64[np.ndarray, " n"] | None = None
     """Each vertex's signed distance from the truth; NaN where it has none. None without truth."""
+
+    @cached_property
+    def tree(self) -> dict[str, Any]:
+        """What accuracy.json holds."""
+        return {
+            "schema": ACCURACY_SCHEMA,
+            "case": self.case,
+            "unit": self.unit,
+            "light": self.light,
+            "headline": self.headline,
+            "reasons": list(self.reasons),
+            "intended_use": INTENDED_USE,
+            "criteria": tree_of(self.criteria),
+            "findings": tree_of(self.findings),
+            **tree_of(self.figures),
+            "glossary": glossary_tree(),
+        }
 
 
 def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
-    """Assess a case; NaN becomes None."""
-    compared = None
-    if known is not None:
-        compared = truth_figures(evidence.mesh, known.centres_mm, known.truth, known.alignment)
-    figures: Json = {
-        "residuals": residual_figures(evidence.metric.scene),
-        "network": network_figures(evidence.metric.scene),
-        "lengths": length_figures(evidence),
-        "cameras": camera_figures(evidence),
-        "poses": pose_figures(evidence.metric.scene),
-        "surface": surface_figures(evidence),
-        "images": image_figures(evidence),
-        "truth": None,
-    }
-    if known is not None and compared is not None:
-        in_pixels = compared.figures["rms_mm"] / figures["images"]["pixel"]
-        figures["truth"] = {"kind": known.kind, "rms_px": in_pixels, **compared.figures}
-    figures["expected"] = expectation(figures)
+    """Assess a case."""
+    scene = evidence.metric.scene
+    lengths, network = length_figures(evidence), network_figures(scene)
+    surface, images = surface_figures(evidence), image_figures(evidence)
+    compared = None if known is None else truth_figures(evidence.mesh, known, images.pixel)
+    figures = Figures(
+        residuals=residual_figures(scene),
+        network=network,
+        lengths=lengths,
+        cameras=camera_figures(evidence),
+        poses=pose_figures(scene),
+        surface=surface,
+        images=images,
+        truth=None if compared is None else compared.figures,
+        expected=expectation(surface, lengths, network),
+    )
     judged = criteria(figures)
-    tree: Json = {
-        "schema": ACCURACY_SCHEMA,
-        "case": evidence.name,
-        "unit": evidence.unit,
-        "light": worst(judged),
-        "headline": headline(figures, judged),
-        "reasons": [one.sentence for one in reasons(judged)],
-        "intended_use": INTENDED_USE,
-        "criteria": [asdict(one) for one in judged],
-        "findings": [asdict(one) for one in findings(figures)],
-        **figures,
-        "glossary": glossary_tree(),
-    }
-    return Assessment(finite(tree), None if compared is None else compared.off_mm)
+    return Assessment(
+        case=evidence.name,
+        unit=evidence.unit,
+        light=worst(judged),
+        headline=headline(figures, judged),
+        reasons=tuple(one.sentence for one in reasons(judged)),
+        criteria=judged,
+        findings=findings(figures),
+        figures=figures,
+        off_mm=None if compared is None else compared.off_mm,
+    )

@@ -1,7 +1,6 @@
 """Evidence: the products of a finished reconstruction from which its accuracy is read."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -11,9 +10,6 @@ from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
 
 _DIGITS = 8
-
-Json = dict[str, Any]
-"""A tree of plain values; NaN stands for what is not known until `finite` makes it None."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,883 +1,828 @@
-"""Around: how much of the limb is missing, seen from its own middle.
+"""Figures: everything that an assessment says, and what each figure of the glossary means.
 
-Every height has a middle of its own, that of the circle through what was measured there: it lies
-where the limb's axis is even if only one side was measured, where a centre of gravity would move
-towards that side and see half of the gap. Directions are level ones: the way up is that of the
-board's plane or of the photos, so the sole of a standing foot and the brim of a cast are not
-asked for. An open rim counts by the surface that would be needed to close it.
-
-Images: noise, sharpness and size of a pixel on the object, photo by photo.
-
-Lengths: what sets the scale (control), what tests it (check), and how well the board is seen.
-
-Cameras: every lens parameter before and after the adjustment with its sigma; sigmas of poses.
-
-The network: how many rays meet in a point, at what angles, and how much is left over to check.
-
-Redundancy is the number of measured coordinates (and calibrated lens parameters) beyond the
-unknowns; sigma0 is the standard deviation of one measured coordinate that the residuals show.
-
-Residuals: how far the measured image points lie from where the scene puts them, and where.
-
-A residual is measured minus projected, px, one coordinate at a time; x to the right, y down. What
-the lens model misses shows as a pattern over the picture: the mean residual of a cell of the grid,
-over all photos of one camera, is then larger than chance makes it.
-
-The surface: what of it was measured, where it is open, how sure each vertex is.
-
-Areas are shared out to vertices, a third of each triangle to each corner, so that a share is a
-share of the surface and not of a number of vertices.
+Every class is one table of accuracy.json, every field one key. Where a field is a figure of the
+glossary, its meaning (title, unit, definition) hangs on the field, so that no entry of the
+glossary can be without a figure. NaN stands for what is not known; JSON has null for it. Lengths
+are in mm, or in scene units where nothing gives the scale.
 """
 
-import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
-import cv2
-import numpy as np
-from jaxtyping import Bool, Float64, Int32, Int64
-from scipy import sparse
-from scipy.sparse import csgraph
-from scipy.spatial import ConvexHull, QhullError
-from scipy.special import erf
+from limbgram.core.mesh.mesh import Relation
 
-from limbgram.core.errors import PhotoError
-from limbgram.core.geometry.arrays import GreyImage, Points2, Points3
-from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera, View
-from limbgram.core.geometry.triangulation import triangulate
-from limbgram.core.mesh.mesh import Mesh, Part
-from limbgram.core.mesh.topology import boundary_half_edges
-from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.measuring.visibility import incidence_cosines
-from limbgram.reconstruction.photos.decoding import load_luma
-from limbgram.reconstruction.photos.photo import Photo
-from limbgram.reconstruction.photos.quality import remarks
-from limbgram.reconstruction.scale.metric import LengthCheck
-from limbgram.reconstruction.scale.taping import TapeWitness
-from limbgram.report.accuracy.evidence import Evidence, Json
-from limbgram.report.drawings.charts import image_scales
-
-_HEIGHTS = 30
-_DIRECTIONS = 60
-_FRINGE = 0.02
-"""Share of the area that is left out at either end: a slanted brim is no gap."""
-_LEAST_POINTS = 8
-_FARTHEST = 1.0
-"""A circle wider than the whole shape is none; the middle of what is there is taken instead."""
-_ON_FLOOR = 0.05
-"""A rim this near to the floor, in heights of the shape, is where the shape stands on it."""
-_SLANTED = 1.25
-"""A brim may be this much larger than the widest level section, being cut at a slant."""
+LENGTH = "length"
+"""Stands for the unit of the case, mm or scene units."""
+SHARE = "share"
+"""A fraction, shown in percent."""
 
 
-def around_figures(mesh: Mesh, floor_z: float | None) -> Json:
-    """Directions without measured surface, the widest gap, and what is open beyond one brim."""
-    measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
-    faces = mesh.faces[measured[mesh.faces].any(1)]
-    corners = np.unique(faces)
-    corners = corners[measured[corners]]
-    places = np.concatenate([mesh.vertices_mm[faces].mean(1), mesh.vertices_mm[corners]])
-    if len(places) < _LEAST_POINTS:
-        return {"missing_share": float("nan"), "widest_gap_deg": float("nan"), "open_share": 0.0}
-    low, high = np.quantile(places[:, 2], (_FRINGE, 1 - _FRINGE))
-    inside = (places[:, 2] >= low) & (places[:, 2] <= high)
-    places = places[inside]
-    height = ((places[:, 2] - low) / max(high - low, 1e-12) * _HEIGHTS).astype(np.int64)
-    height = np.minimum(height, _HEIGHTS - 1)
-    seen = _seen(places[:, :2], height)
-    return {
-        "missing_share": float(1 - seen.mean()),
-        "widest_gap_deg": float(np.median([_widest_gap(row) for row in seen])),
-        "open_share": _open_share(mesh, floor_z, _widest_section(places[:, :2], height)),
-    }
+def meaning(title: str, unit: str, definition: str) -> Mapping[str, str]:
+    """What a field is, for the glossary."""
+    return {"title": title, "unit": unit, "definition": definition}
 
 
-def _seen(xy: Points2, height: Int64[np.ndarray, " n"]) -> Bool[np.ndarray, "h d"]:
-    """Whether there is surface at a height in a direction from the middle there."""
-    away = xy - _middles(xy, height)[height]
-    turn = np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) % 1.0
-    cell = height * _DIRECTIONS + np.minimum((turn * _DIRECTIONS).astype(np.int64), _DIRECTIONS - 1)
-    count = np.bincount(cell, minlength=_HEIGHTS * _DIRECTIONS)
-    return count.reshape(_HEIGHTS, _DIRECTIONS) > 0
+@dataclass(frozen=True, kw_only=True)
+class PixelHistogram:
+    """Residuals by their size, each coordinate."""
+
+    edges_px: tuple[float, ...]
+    x: tuple[int, ...]
+    y: tuple[int, ...]
 
 
-def _middles(xy: Points2, height: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, "heights 2"]:
-    """Middle of the circle through the points of each height (Kasa 1976), of all heights at once.
+@dataclass(frozen=True, kw_only=True)
+class PhotoResiduals:
+    """How well one photo fits."""
 
-    x^2 + y^2 = 2 a x + 2 b y + c is linear in the middle (a, b).
-    """
-    origin = xy.mean(0)
-    x, y = (xy - origin).T
-    terms = np.stack([x, y, np.ones_like(x)], axis=1)
-    square = x * x + y * y
-
-    def summed(values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " h"]:
-        return np.bincount(height, values, _HEIGHTS)
-
-    normal = np.stack(
-        [np.stack([summed(terms[:, i] * terms[:, j]) for j in range(3)], 1) for i in range(3)], 1
-    )
-    right = np.stack([summed(terms[:, i] * square) for i in range(3)], 1)
-    solved = (np.linalg.pinv(normal, rcond=1e-10) @ right[..., None])[..., 0]
-    middle = solved[:, :2] / 2
-    squared_radius = solved[:, 2] + (middle**2).sum(1)
-    number = np.maximum(summed(np.ones_like(x)), 1)
-    plain = np.stack([summed(x) / number, summed(y) / number], 1)
-    size = float(np.ptp(xy, axis=0).max())
-    good = (squared_radius > 0) & (squared_radius < (_FARTHEST * size) ** 2)
-    return origin + np.where(good[:, None], middle, plain)
+    name: str
+    observations: int
+    rms_px: float
+    mean_x_px: float
+    mean_y_px: float
+    largest_px: float
 
 
-def _widest_gap(seen: Bool[np.ndarray, " d"]) -> float:
-    """Degrees in a row without surface."""
-    if not seen.any():
-        return 360.0
-    there = np.flatnonzero(seen)
-    steps = np.diff(np.append(there, there[0] + len(seen))) - 1
-    return float(steps.max() * 360.0 / len(seen))
+@dataclass(frozen=True, kw_only=True)
+class ResidualGrid:
+    """Cells of the picture row after row, from the top left; NaN where a cell has too few."""
+
+    rows: int
+    columns: int
+    width_px: int
+    height_px: int
+    observations: tuple[int, ...]
+    mean_x_px: tuple[float, ...]
+    mean_y_px: tuple[float, ...]
+    rms_px: tuple[float, ...]
 
 
-def _widest_section(xy: Points2, height: Int64[np.ndarray, " n"]) -> float:
-    """Area within a tape round the shape, at the height where that is largest."""
-    order = np.argsort(height, kind="stable")
-    found = [0.0]
-    for part in np.split(xy[order], np.flatnonzero(np.diff(height[order])) + 1):
-        try:
-            found.append(float(ConvexHull(part).volume))  # of two dimensions: its area
-        except (QhullError, ValueError):
-            continue  # too few points, or all on a line: no section
-    return max(found)
+@dataclass(frozen=True, kw_only=True)
+class Zone:
+    """A ring round the middle of the picture, in shares of the way to the corner."""
+
+    from_share: float
+    to_share: float
+    observations: int
+    rms_px: float
+    outward_px: float
+    """Mean residual away from the middle."""
 
 
-def _open_share(mesh: Mesh, floor_z: float | None, section: float) -> float:
-    """What would close the rims beyond one brim, as a share of the closed whole."""
-    border = boundary_half_edges(mesh.faces)
-    if not len(border):
-        return 0.0
-    ones = np.ones(len(border), np.int8)
-    graph = sparse.coo_array((ones, (border[:, 0], border[:, 1])), (len(mesh), len(mesh)))
-    rim = csgraph.connected_components(graph, directed=False)[1][border[:, 0]]
-    _, rim = np.unique(rim, return_inverse=True)
-    open_area = _fans(mesh.vertices_mm, border, rim)
-    if floor_z is not None:
-        z = mesh.vertices_mm[:, 2]
-        top = np.full(len(open_area), -np.inf)
-        np.maximum.at(top, rim, z[border[:, 0]])
-        open_area = open_area[top > floor_z + _ON_FLOOR * (z.max() - floor_z)]
-    brim = min(float(open_area.max(initial=0.0)), _SLANTED * section)
-    beyond = float(open_area.sum()) - brim
-    surface = float(np.linalg.norm(mesh.face_normals(), axis=1).sum()) / 2
-    return beyond / (surface + beyond + brim)
+@dataclass(frozen=True, kw_only=True)
+class CameraResiduals:
+    """What all photos of one camera have in common."""
+
+    camera: int
+    observations: int
+    grid: ResidualGrid
+    zones: tuple[Zone, ...]
+    systematic_px: float
+    """RMS of one coordinate's mean over a cell, less what chance makes of it."""
 
 
-def _fans(
-    vertices: Points3, border: Int32[np.ndarray, "b 2"], rim: Int64[np.ndarray, " b"]
-) -> Float64[np.ndarray, " r"]:
-    """Area of triangles from each rim's middle to its edges."""
-    number = np.maximum(np.bincount(rim), 1)
-    first, second = vertices[border[:, 0]], vertices[border[:, 1]]
-    middle = np.stack([np.bincount(rim, first[:, k]) / number for k in range(3)], 1)[rim]
-    twice = np.linalg.norm(np.cross(first - middle, second - middle), axis=1)
-    return np.bincount(rim, twice) / 2
+@dataclass(frozen=True, kw_only=True)
+class ResidualFigures:
+    """How far the measured image points lie from where the scene puts them."""
 
-
-_NOISE_PHOTOS = 2
-_NOISE_SIDE_PX = 1000
-_FLAT_SHARE = 0.5
-"""Part of the pixels, those with the least slope, in which noise is looked for."""
-_MIDDLE_GREY = (20, 235)
-
-
-def image_figures(evidence: Evidence) -> Json:
-    """What the photos are worth; NaN for the noise where their files are gone."""
-    scene, photos = evidence.metric.scene, evidence.photos
-    scales = {one.name: one for one in image_scales(photos, evidence.metric)}
-    said: dict[str, list[str]] = {}
-    for remark in remarks(photos):
-        said.setdefault(remark.name, []).append(remark.text)
-    rows: list[Json] = []
-    stated: list[float] = []
-    for photo, verdict in zip(photos.photos, scene.verdicts, strict=True):
-        scale = scales.get(photo.name)
-        if scale is not None and photo.exif.subject_m is not None:
-            stated.append(scale.distance_mm / (1000 * photo.exif.subject_m))
-        rows.append(
-            {
-                "name": photo.name,
-                "placed": verdict.placed,
-                "reason": verdict.reason,
-                "remarks": said.get(photo.name, []),
-                "points": verdict.points,
-                "edge_width_px": photo.sharpness,
-                "burnt_share": photo.burnt,
-                "distance": float("nan") if scale is None else scale.distance_mm,
-                "pixel": float("nan") if scale is None else scale.pixel_mm,
-            }
+    rms_px: float = field(
+        metadata=meaning(
+            "Residuals, RMS",
+            "px",
+            "Root mean square of one coordinate, measured minus projected, over all image points.",
         )
-    return {
-        "photos": len(rows),
-        "placed": sum(bool(row["placed"]) for row in rows),
-        "set_aside": [
-            {"name": part.name, "reason": part.reason}
-            for part in (*photos.set_aside, *evidence.metric.scale.set_aside)
-        ],
-        "pixel": _median([row["pixel"] for row in rows]),
-        "distance": _median([row["distance"] for row in rows]),
-        "distance_over_stated": _median(stated),
-        "edge_width_px": _median([row["edge_width_px"] for row in rows]),
-        "noise_grey": _noise(evidence),
-        "by_photo": rows,
-    }
-
-
-def noise_grey(luma: GreyImage) -> float:
-    """Standard deviation of a pixel in plain parts of the picture, grey levels of 256.
-
-    The kernel of Immerkaer (1996) answers to noise and not to planes or edges; it is asked in the
-    plainer half of the pixels. JPEG has smoothed away part of the noise before.
-    """
-    top, left = (max(0, (side - _NOISE_SIDE_PX) // 2) for side in luma.shape)
-    grey = luma[top : top + _NOISE_SIDE_PX, left : left + _NOISE_SIDE_PX].astype(np.float32)
-    kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
-    answer = np.abs(cv2.filter2D(grey, cv2.CV_32F, kernel))
-    smooth = cv2.GaussianBlur(grey, (0, 0), 3.0)
-    slope = np.hypot(
-        cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)
     )
-    lit = (smooth > _MIDDLE_GREY[0]) & (smooth < _MIDDLE_GREY[1])
-    if lit.sum() < 100:
-        return float("nan")
-    plain = lit & (slope <= np.quantile(slope[lit], _FLAT_SHARE))
-    return float(answer[plain].mean()) * np.sqrt(np.pi / 2) / 6.0
-
-
-def _noise(evidence: Evidence) -> float:
-    """Median of a few photos spread over the capture."""
-    placed = [evidence.photos.photos[k] for k in evidence.metric.scene.placed]
-    step = max(1, len(placed) // _NOISE_PHOTOS)
-    return _median([_of_photo(photo) for photo in placed[::step][:_NOISE_PHOTOS]])
-
-
-def _of_photo(photo: Photo) -> float:
-    try:
-        return noise_grey(load_luma(photo))
-    except PhotoError:
-        return float("nan")
-
-
-def _median(values: list[float]) -> float:
-    known = [value for value in values if np.isfinite(value)]
-    return float(np.median(known)) if known else float("nan")
-
-
-_BOARD_LABEL = "board, "
-"""How `scale.board` labels lengths between the board's own corners."""
-
-
-def length_figures(evidence: Evidence) -> Json:
-    """The scale, its control and check lengths apart, and the board's observed corners."""
-    scale = evidence.metric.scale
-    checks = [one for one in scale.lengths if one.role == "check"]
-    controls = [one for one in scale.lengths if one.role == "control"]
-    return {
-        "unit": scale.unit,
-        "source": scale.source,
-        "relative_sigma": scale.relative_sigma,
-        "control": [_length(one) for one in controls],
-        "check": [_length(one) for one in checks],
-        "control_rms": _rms(controls),
-        "check_rms": _rms(checks),
-        "check_worst": max((abs(one.error) for one in checks), default=float("nan")),
-        "check_worst_label": max(checks, key=lambda one: abs(one.error)).label if checks else "",
-        "checked_off_the_board": any(not one.label.startswith(_BOARD_LABEL) for one in checks),
-        "tapes": [_tape(one) for one in evidence.tapes.found] if scale.unit == "mm" else [],
-        "board": _board(evidence),
-    }
-
-
-def _length(one: LengthCheck) -> Json:
-    return {
-        "label": one.label,
-        "known_mm": one.known_mm,
-        "measured_mm": one.measured_mm,
-        "error_mm": one.measured_mm - one.known_mm,
-        "error": one.error,
-        "sigma_mm": one.sigma_mm,
-    }
-
-
-def _tape(one: TapeWitness) -> Json:
-    off_mm = one.measured_mm - one.taped.girth_mm
-    return {
-        "place": one.taped.place,
-        "read_mm": one.taped.girth_mm,
-        "measured_mm": one.measured_mm,
-        "error_mm": off_mm,
-        "error": off_mm / one.taped.girth_mm,
-        "sigma_mm": one.sigma_mm,
-        "reason": one.reason,
-    }
-
-
-def _rms(lengths: list[LengthCheck]) -> float:
-    """Of the relative errors."""
-    if not lengths:
-        return float("nan")
-    return float(np.sqrt(np.mean([one.error**2 for one in lengths])))
-
-
-def _board(evidence: Evidence) -> Json | None:
-    found, scene = evidence.detections, evidence.metric.scene
-    if found is None:
-        return None
-    placed = {scene.names[k] for k in scene.placed}
-    seen = [photo for photo in found.photos if photo.name in placed]
-    return {
-        "board": str(found.board),
-        "photos": len(seen),
-        "placed_photos": len(placed),
-        "corners": len(found.corners_mm),
-        "corners_per_photo": float(np.mean([len(photo.ids) for photo in seen]))
-        if seen
-        else float("nan"),
-        "diagonal_mm": float(np.linalg.norm(np.ptp(found.corners_mm, axis=0))),
-    }
-
-
-_LEAST_LEARNED = 1e-4
-"""Of the variance before: less than this is rounding."""
-IN_PIXELS = ("fx", "fy", "cx", "cy", "skew")
-"""Lens parameters with a unit; the others have none."""
-
-
-def camera_figures(evidence: Evidence) -> list[Json]:
-    """Each camera of the capture."""
-    scene = evidence.metric.scene
-    covariances = scene.lens_covariance
-    return [
-        _camera(idx, given, camera, None if covariances is None else covariances[idx])
-        for idx, (given, camera) in enumerate(
-            zip(evidence.cameras.calibrations, scene.cameras, strict=True)
-        )
-    ]
-
-
-def _camera(
-    idx: int, given: Calibration, camera: Camera, covariance: Float64[np.ndarray, "10 10"] | None
-) -> Json:
-    before, after = given.camera.packed, camera.packed
-    sigmas = np.full(len(PARAMETERS), np.nan) if covariance is None else _sigmas(covariance)
-    return {
-        "camera": idx,
-        "label": given.label,
-        "source": given.source,
-        "width_px": camera.width_px,
-        "height_px": camera.height_px,
-        "calibration_rms_px": given.rms_px,
-        "parameters": [
-            {
-                "name": name,
-                "unit": "px" if name in IN_PIXELS else "",
-                "value": float(after[k]),
-                "sigma": float(sigmas[k]),
-                "calibrated": float(before[k]),
-                "calibrated_sigma": float(given.sigmas[k]),
-                "moved_sigmas": _ratio(after[k] - before[k], given.sigmas[k]),
-                "contradicted_sigmas": _contradiction(
-                    after[k] - before[k], given.sigmas[k], sigmas[k]
-                ),
-                "held": bool(given.sigmas[k] == 0),
-            }
-            for k, name in enumerate(PARAMETERS)
-        ],
-        "correlations": _correlations(covariance),
-    }
-
-
-def _sigmas(covariance: Float64[np.ndarray, "10 10"]) -> Float64[np.ndarray, "10"]:
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
-
-
-def _ratio(shift: float, sigma: float) -> float:
-    return float(shift / sigma) if sigma > 0 else float("nan")
-
-
-def _contradiction(shift: float, before: float, after: float) -> float:
-    """The shift over the sigma that it has where calibration and photos agree.
-
-    What is known before and learned from independent photos moves by chance with the variance that
-    was lost on the way, before^2 - after^2. A tight calibration hardly moves however wrong it is;
-    by this measure it is seen.
-    """
-    if not (before > 0 and np.isfinite(after)):
-        return _ratio(shift, before)
-    learned = max(before**2 - after**2, _LEAST_LEARNED * before**2)
-    return float(shift / np.sqrt(learned))
-
-
-def _correlations(covariance: Float64[np.ndarray, "10 10"] | None) -> Any:
-    """Of the parameters that are free; None where the scene keeps no covariance."""
-    if covariance is None:
-        return None
-    free = np.flatnonzero(np.diag(covariance) > 0)
-    if not len(free):
-        return None
-    sigmas = _sigmas(covariance)[free]
-    matrix = covariance[np.ix_(free, free)] / np.outer(sigmas, sigmas)
-    return {"order": [PARAMETERS[k] for k in free], "matrix": matrix.tolist()}
-
-
-def pose_figures(scene: Scene) -> Json | None:
-    """Sigma of every photo's place and turn; None where the scene keeps no covariance of them.
-
-    Of all three coordinates together (root of the trace), in the frame of the points' own
-    average: what moves or turns the whole scene carries nothing.
-    """
-    covariance = scene.camera_covariance
-    if covariance is None:
-        return None
-    rows: list[Json] = []
-    for k, view in enumerate(scene.views):
-        part = slice(POSE_SIZE * k, POSE_SIZE * (k + 1))
-        pose = covariance[part, part]
-        x, y, z = view.camera_from_world.translation
-        crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        # C = -R' t; a turn w and a shift d of t move it by -R' (t x w + d).
-        moved = -view.camera_from_world.rotation.T @ np.hstack([crossed, np.eye(3)])
-        rows.append(
-            {
-                "name": view.name,
-                "centre": _root_trace(moved @ pose @ moved.T),
-                "rotation_deg": float(np.degrees(_root_trace(pose[:3, :3]))),
-            }
-        )
-    return {
-        "centre_median": float(np.median([row["centre"] for row in rows])),
-        "centre_largest": max(row["centre"] for row in rows),
-        "rotation_median_deg": float(np.median([row["rotation_deg"] for row in rows])),
-        "by_photo": rows,
-    }
-
-
-def _root_trace(covariance: Float64[np.ndarray, "3 3"]) -> float:
-    return float(np.sqrt(max(np.trace(covariance), 0.0)))
-
-
-_GAUGE_FREEDOM = 7
-_ANGLE_STEP_DEG = 5.0
-_LARGEST_ANGLE_DEG = 120.0
-_MOST_RAYS = 12
-_BELOW_DEG = 5.0
-
-
-def network_figures(scene: Scene) -> Json:
-    """Rays, angles, redundancy, overlap and the ring."""
-    seen = _network_seen(scene)
-    rays = seen.sum(1)
-    angles = widest_angles_deg(scene, seen)
-    return {
-        "points": len(scene.points_in_world),
-        "observations": int(len(scene.observations.xy_px)),
-        **_freedom(scene),
-        "rays": {
-            "mean": float(rays.mean()),
-            "median": float(np.median(rays)),
-            "two_share": float(np.mean(rays == 2)),
-            "numbers": list(range(2, _MOST_RAYS + 1)),
-            "points": np.bincount(np.clip(rays, 2, _MOST_RAYS), minlength=_MOST_RAYS + 1)[
-                2:
-            ].tolist(),
-        },
-        "angles": {
-            "median_deg": float(np.median(angles)),
-            "low_deg": float(np.quantile(angles, 0.05)),
-            "narrow_share": float(np.mean(angles < _BELOW_DEG)),
-            **_angle_histogram(angles),
-        },
-        "point_sigma": _point_sigma(scene),
-        "overlap": _overlap(scene, seen),
-        "ring": None
-        if scene.ring is None
-        else {
-            "largest_gap_deg": scene.ring.largest_gap_deg,
-            "weakest_bridge_points": scene.ring.weakest_bridge,
-            "closed": scene.ring.closed,
-        },
-    }
-
-
-def widest_angles_deg(scene: Scene, seen: Bool[np.ndarray, "n p"]) -> Float64[np.ndarray, " n"]:
-    """Largest angle between any two of a point's rays."""
-    # Single precision: 0.03 degrees at worst, and half the memory of the largest array here.
-    centres = np.array([view.centre_in_world for view in scene.views])
-    middle = centres.mean(0)
-    rays = (centres - middle).astype(np.float32)[None] - (
-        (scene.points_in_world - middle).astype(np.float32)[:, None]
+    median_distance_px: float
+    largest_px: float = field(
+        metadata=meaning("Largest residual", "px", "Distance; farther ones were dropped.")
     )
-    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
-    smallest = np.ones(len(rays))
-    for first in range(len(centres)):
-        for second in range(first):
-            both = seen[:, first] & seen[:, second]
-            cosine = np.einsum("ij,ij->i", rays[both, first], rays[both, second])
-            smallest[both] = np.minimum(smallest[both], cosine)
-    return np.degrees(np.arccos(np.clip(smallest, -1.0, 1.0)))
-
-
-def _network_seen(scene: Scene) -> Bool[np.ndarray, "n p"]:
-    """Which placed photo sees which point."""
-    place = np.full(len(scene.names), -1)
-    place[list(scene.placed)] = np.arange(len(scene.placed))
-    observed = scene.observations
-    used = place[observed.photo_idx] >= 0
-    seen = np.zeros((len(scene.points_in_world), len(scene.placed)), bool)
-    seen[observed.point_idx[used], place[observed.photo_idx[used]]] = True
-    return seen
-
-
-def _freedom(scene: Scene) -> Json:
-    """Redundancy, and sigma0 two ways: from all residuals, and robustly.
-
-    A lens parameter that moves is observed too, by its calibration, so it takes nothing away.
-    """
-    residuals = scene.residuals_px()
-    known = np.isfinite(residuals).all(1)
-    coordinates = 2 * int(known.sum())
-    unknowns = POSE_SIZE * len(scene.placed) + 3 * len(scene.points_in_world) - _GAUGE_FREEDOM
-    redundancy = coordinates - unknowns
-    squares = float((residuals[known] ** 2).sum())
-    return {
-        "unknowns": unknowns,
-        "redundancy": redundancy,
-        "redundancy_share": redundancy / coordinates if coordinates else float("nan"),
-        "sigma0_px": float(np.sqrt(squares / redundancy)) if redundancy > 0 else float("nan"),
-        "sigma0_robust_px": scene.sigma_px,
-    }
-
-
-def _angle_histogram(angles: Float64[np.ndarray, " n"]) -> Json:
-    edges = np.arange(0, _LARGEST_ANGLE_DEG + _ANGLE_STEP_DEG, _ANGLE_STEP_DEG)
-    inside = np.clip(angles, 0, _LARGEST_ANGLE_DEG - 1e-9)
-    return {"edges_deg": edges.tolist(), "points": np.histogram(inside, edges)[0].tolist()}
-
-
-def _point_sigma(scene: Scene) -> Json:
-    """Formal sigma of a point along the direction that its rays fix worst, cameras exact."""
-    seen = scene.observations
-    place = np.full(len(scene.names), -1, np.int32)
-    place[list(scene.placed)] = np.arange(len(scene.placed), dtype=np.int32)
-    used = place[seen.photo_idx] >= 0
-    found = triangulate(
-        scene.views,
-        place[seen.photo_idx[used]],
-        seen.point_idx[used],
-        seen.xy_px[used],
-        len(scene.points_in_world),
-    )
-    covariance = found.covariance[np.isfinite(found.covariance).all((1, 2))]
-    if not len(covariance):
-        return {"median": float("nan"), "p95": float("nan")}
-    worst = scene.sigma_px * np.sqrt(np.linalg.eigvalsh(covariance)[:, 2])
-    return {"median": float(np.median(worst)), "p95": float(np.quantile(worst, 0.95))}
-
-
-def _overlap(scene: Scene, seen: Bool[np.ndarray, "n p"]) -> Json:
-    """Points that each pair of placed photos shares; a photo's own points on the diagonal."""
-    numbers = seen.astype(np.float32)
-    shared = np.rint(numbers.T @ numbers).astype(int)
-    apart = shared - np.diag(np.diag(shared))
-    return {
-        "names": [scene.names[k] for k in scene.placed],
-        "shared_points": shared.tolist(),
-        "best_partner": apart.max(1).tolist() if len(apart) else [],
-        "partners": (apart > 0).sum(1).tolist() if len(apart) else [],
-    }
-
-
-_BINS = 61
-_REACH_SIGMAS = 5.0
-_CELLS_ACROSS = 12
-_ZONES = 5
-_FEWEST_IN_CELL = 5
-
-
-def residual_figures(scene: Scene) -> Json:
-    """Histogram, by photo, by distance from the picture's middle, and the systematic part."""
-    residuals = scene.residuals_px()
-    known = np.isfinite(residuals).all(1)
-    off, seen = residuals[known], scene.observations
-    photo_idx, xy_px = seen.photo_idx[known], seen.xy_px[known]
-    cameras = np.array(scene.camera_idx, np.int64)[photo_idx]
-    return {
-        "rms_px": _residuals_rms(off),
-        "median_distance_px": float(np.median(np.hypot(*off.T))) if len(off) else float("nan"),
-        "largest_px": float(np.hypot(*off.T).max(initial=0.0)),
-        "beyond_3_sigma_share": _beyond(off, scene.sigma_px),
-        "histogram": _histogram(off, scene.sigma_px),
-        "by_photo": _by_photo(scene, photo_idx, off),
-        "by_camera": [
-            _of_camera(idx, camera, xy_px[cameras == idx], off[cameras == idx])
-            for idx, camera in enumerate(scene.cameras)
-        ],
-    }
-
-
-def _residuals_rms(off: Points2) -> float:
-    """Of one coordinate."""
-    return float(np.sqrt(np.mean(off**2))) if len(off) else float("nan")
-
-
-def _beyond(off: Points2, sigma_px: float) -> float:
-    """Share of coordinates beyond three robust sigmas; 0.27 % where the errors are Gaussian."""
-    return float(np.mean(np.abs(off) > 3 * sigma_px)) if len(off) else float("nan")
-
-
-def _histogram(off: Points2, sigma_px: float) -> Json:
-    reach = _REACH_SIGMAS * sigma_px if sigma_px > 0 else max(float(np.abs(off).max(initial=0)), 1)
-    edges = np.linspace(-reach, reach, _BINS + 1)
-    inside = np.clip(off, -reach, reach)
-    return {
-        "edges_px": edges.tolist(),
-        "x": np.histogram(inside[:, 0], edges)[0].tolist(),
-        "y": np.histogram(inside[:, 1], edges)[0].tolist(),
-    }
-
-
-def _by_photo(scene: Scene, photo_idx: np.ndarray, off: Points2) -> list[Json]:
-    rows: list[Json] = []
-    for photo in scene.placed:
-        own = off[photo_idx == photo]
-        mean = own.mean(0) if len(own) else np.full(2, np.nan)
-        rows.append(
-            {
-                "name": scene.names[photo],
-                "observations": len(own),
-                "rms_px": _residuals_rms(own),
-                "mean_x_px": float(mean[0]),
-                "mean_y_px": float(mean[1]),
-                "largest_px": float(np.hypot(*own.T).max(initial=0.0)),
-            }
+    beyond_3_sigma_share: float = field(
+        metadata=meaning(
+            "Residuals beyond three sigmas",
+            SHARE,
+            "Of the robust sigma0; 0.27 % where errors are Gaussian.",
         )
-    return rows
+    )
+    histogram: PixelHistogram
+    by_photo: tuple[PhotoResiduals, ...]
+    by_camera: tuple[CameraResiduals, ...]
 
 
-def _of_camera(idx: int, camera: Camera, xy_px: Points2, off: Points2) -> Json:
-    return {
-        "camera": idx,
-        "observations": len(off),
-        "grid": _grid(camera, xy_px, off),
-        "zones": _zones(camera, xy_px, off),
-        "systematic_px": systematic_px(_cells(camera, xy_px), off),
-    }
+@dataclass(frozen=True, kw_only=True)
+class Rays:
+    """How many photos see a scene point."""
+
+    mean: float = field(
+        metadata=meaning("Rays per point, mean", "", "Photos that see a scene point.")
+    )
+    median: float
+    two_share: float = field(
+        metadata=meaning(
+            "Points with two rays",
+            SHARE,
+            "Share of the points that two photos see: a third photo would check them.",
+        )
+    )
+    numbers: tuple[int, ...]
+    """Numbers of rays that are counted; the last one holds what lies beyond."""
+    points: tuple[int, ...]
 
 
-def _shape(camera: Camera) -> tuple[int, int]:
-    """Rows and columns of the grid: cells about square."""
-    rows = max(2, round(_CELLS_ACROSS * camera.height_px / camera.width_px))
-    return rows, _CELLS_ACROSS
+@dataclass(frozen=True, kw_only=True)
+class Angles:
+    """Largest angle between any two rays of a point."""
+
+    median_deg: float = field(
+        metadata=meaning(
+            "Intersection angle, median", "deg", "Largest angle between any two rays of a point."
+        )
+    )
+    low_deg: float = field(
+        metadata=meaning(
+            "Intersection angle, 5 %", "deg", "5 % of the points have a smaller angle."
+        )
+    )
+    narrow_share: float
+    edges_deg: tuple[float, ...]
+    points: tuple[int, ...]
 
 
-def _cells(camera: Camera, xy_px: Points2) -> Int64[np.ndarray, " m"]:
-    rows, columns = _shape(camera)
-    size = np.array([camera.width_px, camera.height_px])
-    column, row = ((xy_px + 0.5) / size * (columns, rows)).astype(np.int64).T
-    return np.clip(row, 0, rows - 1) * columns + np.clip(column, 0, columns - 1)
+@dataclass(frozen=True, kw_only=True)
+class PointSigma:
+    """Formal sigma of a scene point along the direction that its rays fix worst."""
+
+    median: float = field(
+        metadata=meaning(
+            "Sigma of a scene point, median",
+            LENGTH,
+            "Formal, along the direction its rays fix worst, cameras exact; three to four times "
+            "too small by experience.",
+        )
+    )
+    p95: float
 
 
-def _grid(camera: Camera, xy_px: Points2, off: Points2) -> Json:
-    """Cells row after row, from the top left: observations, mean residual, RMS."""
-    rows, columns = _shape(camera)
-    cell, count = _cells(camera, xy_px), rows * columns
-    number = np.bincount(cell, minlength=count)
-    divisor = np.where(number >= _FEWEST_IN_CELL, number, np.nan)
-    sums = [np.bincount(cell, off[:, axis], count) / divisor for axis in (0, 1)]
-    squares = np.bincount(cell, (off**2).sum(1) / 2, count) / divisor
-    return {
-        "rows": rows,
-        "columns": columns,
-        "width_px": camera.width_px,
-        "height_px": camera.height_px,
-        "observations": number.tolist(),
-        "mean_x_px": sums[0].tolist(),
-        "mean_y_px": sums[1].tolist(),
-        "rms_px": np.sqrt(squares).tolist(),
-    }
+@dataclass(frozen=True, kw_only=True)
+class Overlap:
+    """Points that two placed photos share; a photo's own points on the diagonal."""
+
+    names: tuple[str, ...]
+    shared_points: tuple[tuple[int, ...], ...]
+    best_partner: tuple[int, ...]
+    partners: tuple[int, ...]
 
 
-def systematic_px(cell: Int64[np.ndarray, " m"], off: Points2) -> float:
-    """RMS of one coordinate's mean over a cell, less what chance alone makes of it.
+@dataclass(frozen=True, kw_only=True)
+class RingFigures:
+    """The walk round the object."""
 
-    Unbiased: the sum of squares between cells estimates systematic^2 + variance within / number.
-    """
-    count = int(cell.max(initial=-1)) + 1
-    number = np.bincount(cell, minlength=count)
-    used = number >= _FEWEST_IN_CELL
-    if not used.any():
-        return float("nan")
-    excess, weight = 0.0, float(number[used].sum())
-    for axis in (0, 1):
-        mean = np.bincount(cell, off[:, axis], count)[used] / number[used]
-        square = np.bincount(cell, off[:, axis] ** 2, count)[used] / number[used]
-        by_chance = np.maximum(square - mean**2, 0.0) / (number[used] - 1)
-        excess += float(np.sum(number[used] * (mean**2 - by_chance))) / weight / 2
-    return float(np.sqrt(max(excess, 0.0)))
-
-
-def _zones(camera: Camera, xy_px: Points2, off: Points2) -> list[Json]:
-    """Rings round the picture's middle: RMS, and the mean residual away from the middle."""
-    middle = np.array([camera.width_px - 1, camera.height_px - 1]) / 2
-    arm = xy_px - middle
-    radius = np.hypot(*arm.T)
-    share: Float64[np.ndarray, " m"] = radius / float(np.hypot(*(middle + 0.5)))
-    outward = (off * arm).sum(1) / np.maximum(radius, 1e-9)
-    zone = np.clip((share * _ZONES).astype(np.int64), 0, _ZONES - 1)
-    return [
-        {
-            "from_share": k / _ZONES,
-            "to_share": (k + 1) / _ZONES,
-            "observations": int((zone == k).sum()),
-            "rms_px": _residuals_rms(off[zone == k]),
-            "outward_px": float(outward[zone == k].mean()) if (zone == k).any() else float("nan"),
-        }
-        for k in range(_ZONES)
-    ]
+    largest_gap_deg: float = field(
+        metadata=meaning(
+            "Widest gap between photos",
+            "deg",
+            "Angle without a photo, seen from the object, in the plane that fits the cameras best.",
+        )
+    )
+    weakest_bridge_points: int = field(
+        metadata=meaning(
+            "Weakest bridge",
+            "points",
+            "Fewest scene points that join the photos on both sides of a place in the ring.",
+        )
+    )
+    closed: bool
 
 
-_STEEPEST_DEG = 65.0
-"""A photo that looks more closely along the surface than this hardly measures it."""
-_RAY_VERTICES = 20_000
-_SURFACE_BINS = 50
-_SHOWN_QUANTILE = 0.995
-_TELL_OPENINGS = 5
-_BISECTIONS = 50
-UNNAMED = "shared by all vertices"
-"""What a shared source is called where the mesh does not tell."""
+@dataclass(frozen=True, kw_only=True)
+class NetworkFigures:
+    """How many rays meet in a point, at what angles, and how much is left over to check."""
+
+    points: int = field(metadata=meaning("Points", "", "Scene points of the adjustment."))
+    observations: int = field(
+        metadata=meaning("Image points", "", "Measured images of scene points.")
+    )
+    unknowns: int
+    redundancy: int = field(
+        metadata=meaning(
+            "Redundancy",
+            "",
+            "Measured coordinates less unknowns (6 a photo, 3 a point, 7 of the frame given back); "
+            "lens parameters are observed by their calibration and count nil.",
+        )
+    )
+    redundancy_share: float = field(
+        metadata=meaning(
+            "Mean redundancy number",
+            "",
+            "Redundancy over measured coordinates: what share of an error shows in its residual.",
+        )
+    )
+    sigma0_px: float = field(
+        metadata=meaning(
+            "Sigma0 (a posteriori)",
+            "px",
+            "sqrt(sum of squared residuals / redundancy): standard deviation of one measured "
+            "coordinate.",
+        )
+    )
+    sigma0_robust_px: float = field(
+        metadata=meaning(
+            "Sigma0, robust",
+            "px",
+            "Standard deviation of one measured coordinate, from the median of the residuals of "
+            "points with three rays or more.",
+        )
+    )
+    rays: Rays
+    angles: Angles
+    point_sigma: PointSigma
+    overlap: Overlap
+    ring: RingFigures | None
 
 
-def surface_figures(evidence: Evidence) -> Json:
-    """Completeness, openings, photos per place, and sigma."""
-    mesh = evidence.mesh
-    areas = mesh.vertex_areas_mm2()
-    measured = measured_vertices(mesh)
-    repairs = mesh.repairs
-    return {
-        "vertices": len(mesh),
-        "faces": len(mesh.faces),
-        "size": np.ptp(mesh.vertices_mm, axis=0).tolist(),
-        "height_from": float(mesh.vertices_mm[:, 2].min()),
-        "area": float(areas.sum()),
-        "measured_share": _share(measured, areas),
-        "filled_share": _share(~measured, areas),
-        "left_out_share": 0.0 if repairs is None else repairs.island_share,
-        "other_parts": [] if repairs is None else [_part(one) for one in repairs.others],
-        "part_given": repairs is not None and repairs.part_given,
-        "holes_filled": 0 if repairs is None else repairs.holes_filled,
-        "openings": openings(mesh),
-        "around": around_figures(mesh, evidence.metric.floor_z_mm),
-        "photos_per_place": _photos_per_place(mesh, evidence.metric.scene.views),
-        "sigma": _sigma(mesh, areas),
-    }
+@dataclass(frozen=True, kw_only=True)
+class KnownLength:
+    """A length that was given, beside what the scene makes of it."""
+
+    label: str
+    known_mm: float
+    measured_mm: float
+    error_mm: float
+    error: float
+    """A fraction of the known length."""
+    sigma_mm: float
 
 
-def _part(part: Part) -> Json:
+@dataclass(frozen=True, kw_only=True)
+class TapedLength:
+    """A girth that was taped, beside the surface's own."""
+
+    place: str
+    read_mm: float
+    measured_mm: float
+    error_mm: float
+    error: float
+    sigma_mm: float
+    reason: str
+    """Why there is no figure; empty where there is one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardSeen:
+    """How well the scale board is seen."""
+
+    board: str
+    photos: int
+    placed_photos: int
+    corners: int
+    corners_per_photo: float
+    diagonal_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthFigures:
+    """What sets the scale (control), what tests it (check), and how well the board is seen."""
+
+    unit: Literal["mm", "unitless"]
+    source: Literal["board", "distances", "none"]
+    relative_sigma: float = field(
+        metadata=meaning(
+            "Sigma of the scale",
+            SHARE,
+            "Standard deviation of the scale factor by leaving out one photo after the other; "
+            "without errors that all photos share and without an error of the board's print.",
+        )
+    )
+    control: tuple[KnownLength, ...]
+    check: tuple[KnownLength, ...]
+    control_rms: float = field(
+        metadata=meaning(
+            "Control lengths, RMS",
+            SHARE,
+            "Root mean square of the relative errors of the lengths that set the scale: how well "
+            "they fit, not how true they are.",
+        )
+    )
+    check_rms: float = field(
+        metadata=meaning(
+            "Check lengths, RMS",
+            SHARE,
+            "Root mean square of the relative errors of the known lengths that did not set the "
+            "scale.",
+        )
+    )
+    check_worst: float = field(
+        metadata=meaning(
+            "Worst check length",
+            SHARE,
+            "Largest relative error of a known length that did not set the scale.",
+        )
+    )
+    check_worst_label: str
+    checked_off_the_board: bool
+    """Whether a check length does not lie between the board's own corners."""
+    tapes: tuple[TapedLength, ...]
+    board: BoardSeen | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LensParameter:
+    """One parameter of a lens before and after the adjustment."""
+
+    name: str
+    unit: str
+    value: float
+    sigma: float
+    calibrated: float
+    calibrated_sigma: float
+    moved_sigmas: float
+    """By how many sigmas of the calibration it moved."""
+    contradicted_sigmas: float
+    """The same over the sigma that the move has where calibration and photos agree."""
+    held: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Correlations:
+    """Of the parameters that are free, in this order."""
+
+    order: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LensFigures:
+    """A camera of the capture."""
+
+    camera: int
+    label: str
+    source: Literal["board", "exif"]
+    width_px: int
+    height_px: int
+    calibration_rms_px: float
+    parameters: tuple[LensParameter, ...]
+    correlations: Correlations | None
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return self.label or f"camera {self.camera + 1}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoPose:
+    """How surely one photo is placed."""
+
+    name: str
+    centre: float
+    rotation_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseFigures:
+    """Sigma of every photo's place and turn, all three coordinates together."""
+
+    centre_median: float = field(
+        metadata=meaning(
+            "Sigma of a camera's place, median",
+            LENGTH,
+            "All three coordinates together, from the covariance of the adjustment; what moves the "
+            "whole scene carries nothing.",
+        )
+    )
+    centre_largest: float = field(
+        metadata=meaning(
+            "Sigma of a camera's place, largest",
+            LENGTH,
+            "All three coordinates together, of the photo that is placed least surely.",
+        )
+    )
+    rotation_median_deg: float = field(
+        metadata=meaning(
+            "Sigma of a camera's turn, median",
+            "deg",
+            "About all three axes together, from the covariance of the adjustment.",
+        )
+    )
+    by_photo: tuple[PhotoPose, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherBody:
     """A sizeable body beside this surface."""
-    return {"number": part.number, "relation": part.relation, "area": part.area_mm2}
+
+    number: int
+    relation: Relation
+    area: float
 
 
-def measured_vertices(mesh: Mesh) -> np.ndarray:
-    """True where photos measured the surface."""
-    return np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
+@dataclass(frozen=True, kw_only=True)
+class Opening:
+    """A hole of the surface: length of its rim, and where its middle is."""
+
+    rim: float
+    middle: tuple[float, ...]
 
 
-def openings(mesh: Mesh) -> list[Json]:
-    """The largest openings: length of the rim, and where its middle is."""
-    border = boundary_half_edges(mesh.faces)
-    if not np.array_equal(np.sort(border[:, 0]), np.unique(border[:, 1])):
-        return []  # rims that touch or branch: no loops to tell
-    following = np.zeros(len(mesh), np.int64)
-    following[border[:, 0]] = border[:, 1]
-    found: list[Json] = []
-    left = set(border[:, 0].tolist())
-    while left:
-        loop = [left.pop()]
-        while (vertex := int(following[loop[-1]])) in left:
-            left.remove(vertex)
-            loop.append(vertex)
-        rim = mesh.vertices_mm[loop]
-        sides = np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)
-        found.append({"rim": float(sides.sum()), "middle": rim.mean(0).tolist()})
-    return sorted(found, key=lambda one: -one["rim"])[:_TELL_OPENINGS]
+@dataclass(frozen=True, kw_only=True)
+class Around:
+    """How much of the limb is missing, seen from its own middle."""
+
+    missing_share: float = field(
+        metadata=meaning(
+            "Directions round the limb without surface",
+            SHARE,
+            "Of sixty level directions from the middle at each of thirty heights, those in which "
+            "no measured surface lies. The middle is that of a circle through the surface there.",
+        )
+    )
+    widest_gap_deg: float = field(
+        metadata=meaning(
+            "Widest gap in the surface",
+            "deg",
+            "Directions in a row without measured surface; median over the heights.",
+        )
+    )
+    open_share: float = field(
+        metadata=meaning(
+            "Surface missing beyond one brim",
+            SHARE,
+            "Area that would close the open rims, less one brim and less rims on the table, over "
+            "the area of the closed whole.",
+        )
+    )
 
 
-def _share(chosen: np.ndarray, areas: Float64[np.ndarray, " n"]) -> float:
-    total = float(areas.sum())
-    return float(areas[chosen].sum()) / total if total > 0 else float("nan")
+@dataclass(frozen=True, kw_only=True)
+class PhotosPerPlace:
+    """How many photos see a place of the surface squarely enough to measure it."""
+
+    median: float = field(
+        metadata=meaning(
+            "Photos per place",
+            "photos",
+            "Median number of photos that see a place of the surface, at 65 degrees or squarer.",
+        )
+    )
+    below_3_share: float = field(
+        metadata=meaning(
+            "Seen by fewer than three photos",
+            SHARE,
+            "Share of the surface; nothing checks the measurement there.",
+        )
+    )
+    places: tuple[int, ...]
+    """Number of places that no photo sees, that one sees, and so on."""
 
 
-def _photos_per_place(mesh: Mesh, views: Sequence[View]) -> Json:
-    """Photos that see a place under `_STEEPEST_DEG` or squarer; some vertices stand for all."""
-    step = max(1, len(mesh) // _RAY_VERTICES)
-    number = (incidence_cosines(mesh, views, _STEEPEST_DEG, step) > 0).sum(1)
-    return {
-        "median": float(np.median(number)),
-        "below_3_share": float(np.mean(number < 3)),
-        "places": np.bincount(number).tolist(),
-    }
+@dataclass(frozen=True, kw_only=True)
+class SurfaceSigma:
+    """How sure the measured surface is, along its normal, weighted by area."""
+
+    rms_mm: float = field(
+        metadata=meaning(
+            "Sigma of the surface, RMS",
+            LENGTH,
+            "Standard deviation of a vertex along its normal, root mean square by area.",
+        )
+    )
+    median_mm: float = field(
+        metadata=meaning("Sigma, median", LENGTH, "Half of the area is surer.")
+    )
+    p95_mm: float = field(metadata=meaning("Sigma, 95 %", LENGTH, "95 % of the area is surer."))
+    shared_rms_mm: float = field(
+        metadata=meaning(
+            "Shared part of sigma",
+            LENGTH,
+            "What all vertices have in common: cameras, lens, scale. It does not average out in "
+            "girths and volumes.",
+        )
+    )
+    shares_mm: dict[str, float]
+    """Part of each shared source, by its name."""
+    own_rms_mm: float
+    correlation_mm: float = field(
+        metadata=meaning(
+            "Reach of the other errors",
+            LENGTH,
+            "Distance over which the rest of a vertex's error is like its neighbours'.",
+        )
+    )
+    expected_error_p95_mm: float
+    edges_mm: tuple[float, ...]
+    area_share: tuple[float, ...]
 
 
-def _sigma(mesh: Mesh, areas: Float64[np.ndarray, " n"]) -> Json | None:
-    """Along the normal, over the measured surface; None where the mesh carries no sigmas."""
-    if mesh.sigma_mm is None:
-        return None
-    known = np.isfinite(mesh.sigma_mm) & measured_vertices(mesh) & (areas > 0)
-    if not known.any():
-        return None
-    sigmas, weights = mesh.sigma_mm[known].astype(np.float64), areas[known]
-    weights = weights / weights.sum()
-    shares = _shares(mesh, known, weights)
-    shared = math.hypot(*shares.values())
-    total = float(np.sqrt(weights @ sigmas**2))
-    reach = float(np.quantile(sigmas, _SHOWN_QUANTILE))
-    edges = np.linspace(0.0, reach, _SURFACE_BINS + 1)
-    return {
-        "rms_mm": total,
-        "median_mm": _weighted_quantile(sigmas, weights, 0.5),
-        "p95_mm": _weighted_quantile(sigmas, weights, 0.95),
-        "shared_rms_mm": shared,
-        "shares_mm": shares,
-        "own_rms_mm": float(np.sqrt(max(total**2 - shared**2, 0.0))),
-        "correlation_mm": float("nan") if mesh.correlation_mm is None else mesh.correlation_mm,
-        "expected_error_p95_mm": expected_p95(sigmas, weights),
-        "edges_mm": edges.tolist(),
-        "area_share": np.histogram(np.minimum(sigmas, reach), edges, weights=weights)[0].tolist(),
-    }
+@dataclass(frozen=True, kw_only=True)
+class SurfaceFigures:
+    """What of the surface was measured, where it is open, how sure each vertex is.
+
+    Areas are shared out to vertices, a third of each triangle to each corner, so that a share is a
+    share of the surface and not of a number of vertices.
+    """
+
+    vertices: int
+    faces: int
+    size: tuple[float, ...]
+    height_from: float
+    area: float = field(metadata=meaning("Area", "length^2", "Of the delivered surface."))
+    measured_share: float = field(
+        metadata=meaning("Measured", SHARE, "Share of the area that photos measured.")
+    )
+    filled_share: float = field(
+        metadata=meaning(
+            "Filled in",
+            SHARE,
+            "Share of the area that was closed by interpolation: fewer than two photos see it.",
+        )
+    )
+    left_out_share: float = field(
+        metadata=meaning(
+            "Left out",
+            SHARE,
+            "Area that was measured and is not in the surface though it is its own: crumbs that "
+            "hang on nothing, and pieces torn off by a bare strip, as a share of the surface with "
+            "them. The other side of a wall and bodies apart are parts with files of their own.",
+        )
+    )
+    other_parts: tuple[OtherBody, ...]
+    part_given: bool
+    holes_filled: int
+    openings: tuple[Opening, ...]
+    around: Around
+    photos_per_place: PhotosPerPlace
+    sigma: SurfaceSigma | None
 
 
-def _shares(mesh: Mesh, known: Bool[np.ndarray, " n"], weights: Float64[np.ndarray, " k"]) -> Json:
-    """RMS over the area of what each shared source does to the surface, by the source's name."""
-    if mesh.shared_mm is None:
-        return {}
-    energies = weights @ mesh.shared_mm[known].astype(np.float64) ** 2
-    names = mesh.shared_sources or len(energies) * (UNNAMED,)
-    return {
-        name: float(np.sqrt(sum(e for e, of in zip(energies, names, strict=True) if of == name)))
-        for name in dict.fromkeys(names)
-    }
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """Something that was not used, and why."""
+
+    name: str
+    reason: str
 
 
-def expected_p95(sigmas: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"]) -> float:
-    """Error within which 95 % of the surface is expected, its errors being Gaussian."""
-    low, high = 0.0, 4.0 * float(sigmas.max())
-    for _ in range(_BISECTIONS):
-        middle = (low + high) / 2
-        inside = erf(middle / np.maximum(sigmas, 1e-12) / np.sqrt(2))
-        low, high = (middle, high) if float(weights @ inside) < 0.95 else (low, middle)
-    return (low + high) / 2
+@dataclass(frozen=True, kw_only=True)
+class PhotoFigures:
+    """What one photo is worth."""
+
+    name: str
+    placed: bool
+    reason: str
+    remarks: tuple[str, ...]
+    points: int
+    edge_width_px: float
+    burnt_share: float
+    distance: float
+    pixel: float
 
 
-def _weighted_quantile(
-    values: Float64[np.ndarray, " n"], weights: Float64[np.ndarray, " n"], share: float
-) -> float:
-    order = np.argsort(values)
-    return float(values[order][np.searchsorted(np.cumsum(weights[order]), share)])
+@dataclass(frozen=True, kw_only=True)
+class ImageFigures:
+    """Noise, sharpness and size of a pixel on the object; NaN for the noise without the files."""
+
+    photos: int
+    placed: int
+    set_aside: tuple[LeftOut, ...]
+    pixel: float = field(
+        metadata=meaning("Pixel on the object", LENGTH, "Median over photos: distance / f in px.")
+    )
+    distance: float = field(
+        metadata=meaning("Distance", LENGTH, "Median over photos, along the optical axis.")
+    )
+    distance_over_stated: float = field(
+        metadata=meaning(
+            "Distance over that in EXIF",
+            "",
+            "Distance of the camera by this scale over the distance at which EXIF says that the "
+            "lens was focused; median over photos. Far from 1: the scale is in doubt.",
+        )
+    )
+    edge_width_px: float = field(
+        metadata=meaning(
+            "Edge width",
+            "px",
+            "Gaussian sigma of a photo's sharpest edges in the worst direction; median over "
+            "photos.",
+        )
+    )
+    noise_grey: float = field(
+        metadata=meaning(
+            "Image noise",
+            "grey levels",
+            "Standard deviation of a pixel in plain parts, of 256 levels, after JPEG.",
+        )
+    )
+    by_photo: tuple[PhotoFigures, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrueGirth:
+    """A girth of ours beside the true one."""
+
+    height_mm: float
+    measured_mm: float
+    true_mm: float
+    error_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistanceHistogram:
+    """Signed distances from the truth; the ends hold what lies beyond."""
+
+    edges_mm: tuple[float, ...]
+    vertices: tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SigmaPart:
+    """A tenth of the vertices: the sigma they claim and the error they have."""
+
+    sigma_mm: float
+    rms_error_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SigmaTest:
+    """Error over sigma: its robust spread is 1 where sigmas are honest, above 1 if too small."""
+
+    vertices: int
+    robust_spread: float = field(
+        metadata=meaning(
+            "Error over sigma, robust spread",
+            "",
+            "1.4826 times the median of |error / sigma|: 1 where sigmas are honest, above 1 where "
+            "they are too small.",
+        )
+    )
+    rms_spread: float
+    within_sigma_share: float
+    within_95_share: float = field(
+        metadata=meaning(
+            "Inside the 95 % interval",
+            SHARE,
+            "Share of vertices with |error| below 1.96 sigma; 95 % where sigmas are honest.",
+        )
+    )
+    rank_correlation: float = field(
+        metadata=meaning(
+            "Rank correlation of |error| and sigma",
+            "",
+            "Spearman's; above 0 where larger sigmas mark larger errors.",
+        )
+    )
+    by_sigma: tuple[SigmaPart, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TruthFigures:
+    """The surface beside a known truth."""
+
+    kind: str
+    """What the truth is, such as "a mesh file"."""
+    rms_px: float = field(
+        metadata=meaning(
+            "Distance to the truth, RMS, in pixels",
+            "px",
+            "Root mean square signed distance from the true surface over the size of a pixel on "
+            "the object.",
+        )
+    )
+    alignment: str
+    vertices: int
+    rms_mm: float = field(
+        metadata=meaning(
+            "Distance to the truth, RMS",
+            LENGTH,
+            "Root mean square signed distance of the measured vertices from the true surface, "
+            "after the alignment that is stated; no scale is fitted.",
+        )
+    )
+    p95_mm: float = field(
+        metadata=meaning(
+            "Distance to the truth, 95 %", LENGTH, "95 % quantile of the absolute distance."
+        )
+    )
+    mean_mm: float = field(
+        metadata=meaning(
+            "Mean signed distance to the truth (bias)",
+            LENGTH,
+            "Mean signed distance of the measured vertices, by the shortest way, not along radii; "
+            "positive: our surface lies outside the truth.",
+        )
+    )
+    median_mm: float
+    iqr_mm: float = field(
+        metadata=meaning(
+            "Interquartile range (IQR)",
+            LENGTH,
+            "75 % less 25 % quantile of the signed distance.",
+        )
+    )
+    largest_mm: float = field(
+        metadata=meaning("Largest distance", LENGTH, "Largest absolute distance.")
+    )
+    within: dict[str, float] = field(
+        metadata={
+            "0.1 mm": meaning(
+                "Within 0.1 mm",
+                SHARE,
+                "Share of the measured vertices no farther than 0.1 mm from the truth.",
+            ),
+            "0.25 mm": meaning(
+                "Within 0.25 mm",
+                SHARE,
+                "Share of the measured vertices no farther than 0.25 mm from the truth.",
+            ),
+        }
+    )
+    covered: dict[str, float] = field(
+        metadata={
+            "0.1 mm": meaning(
+                "Covered within 0.1 mm",
+                SHARE,
+                "Share of the true vertices that three photos or more see with our surface within "
+                "0.1 mm.",
+            ),
+            "0.25 mm": meaning(
+                "Covered within 0.25 mm",
+                SHARE,
+                "Share of the true vertices that three photos or more see with our surface within "
+                "0.25 mm.",
+            ),
+        }
+    )
+    scale_error: float = field(
+        metadata=meaning(
+            "Scale error",
+            SHARE,
+            "By how much our surface is too large: what a similarity would take away on top of the "
+            "alignment.",
+        )
+    )
+    girths: tuple[TrueGirth, ...]
+    volume_error: float = field(
+        metadata=meaning(
+            "Volume error",
+            SHARE,
+            "Of the volume between the 10 % and the 90 % quantile of the seen truth's height.",
+        )
+    )
+    camera_rms_mm: float = field(
+        metadata=meaning(
+            "Camera places, RMS",
+            LENGTH,
+            "Distance of the camera centres from the true ones after the same alignment.",
+        )
+    )
+    histogram: DistanceHistogram
+    sigma: SigmaTest | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BudgetPart:
+    """One part of the expected error, one standard deviation."""
+
+    part: str
+    sigma_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedError:
+    """The error to expect on the surface, and what it is made of."""
+
+    basis: Literal["vertex sigmas", "points of the scene"]
+    rms_mm: float = field(
+        metadata=meaning(
+            "Expected error, RMS",
+            LENGTH,
+            "Root mean square distance along the normal that is expected between the measured "
+            "surface and the limb, weighted by area.",
+        )
+    )
+    p95_mm: float = field(
+        metadata=meaning(
+            "Expected error, 95 %",
+            LENGTH,
+            "Distance along the normal within which 95 % of the measured surface is expected to "
+            "lie from the limb, Gaussian errors assumed. From the vertex sigmas where there are "
+            "any.",
+        )
+    )
+    budget: tuple[BudgetPart, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures:
+    """All figures of an assessment."""
+
+    residuals: ResidualFigures
+    network: NetworkFigures
+    lengths: LengthFigures
+    cameras: tuple[LensFigures, ...]
+    poses: PoseFigures | None
+    surface: SurfaceFigures
+    images: ImageFigures
+    truth: TruthFigures | None
+    expected: ExpectedError

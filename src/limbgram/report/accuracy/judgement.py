@@ -1,6 +1,6 @@
 """The judgement: green, amber or red in millimetres, with the reason, and the criteria behind it.
 
-In      the figures of an assessment (plain trees).
+In      the figures of an assessment.
 Out     criteria, each with its limits and light; the worst one gives the light of the whole.
 Limits  for capture of limb shapes: a tenth of a percent of scale and a few tenths of a millimetre
         of surface are below what a socket's fit shows; beyond the red limits a girth or volume is
@@ -14,7 +14,16 @@ from typing import Literal
 
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
-from limbgram.report.accuracy.evidence import Json
+from limbgram.report.accuracy.figures import (
+    BudgetPart,
+    ExpectedError,
+    Figures,
+    LengthFigures,
+    NetworkFigures,
+    SurfaceFigures,
+    TapedLength,
+    TruthFigures,
+)
 
 Light = Literal["green", "amber", "red"]
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
@@ -95,49 +104,50 @@ GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
 VOLUME = _Limit("volume", "Volume: error", "%", 0.5, 1.1)
 
 
-def expectation(figures: Json) -> Json:
+def expectation(
+    surface: SurfaceFigures, lengths: LengthFigures, network: NetworkFigures
+) -> ExpectedError:
     """The error to expect on the surface, mm, and what it is made of.
 
     With vertex sigmas: from those; each source's part is its own RMS over the same area, so the
     parts add up in squares to the whole. Without: four times the formal sigma of the scene's
     points, and the scale at the far end.
     """
-    surface, lengths = figures["surface"], figures["lengths"]
-    sigma = surface["sigma"]
+    sigma = surface.sigma
     if sigma is not None:
-        return {
-            "basis": "vertex sigmas",
-            "rms_mm": sigma["rms_mm"],
-            "p95_mm": sigma["expected_error_p95_mm"],
-            "budget": _budget({IMAGE: sigma["own_rms_mm"], **sigma["shares_mm"]}),
-        }
-    arm = max(surface["size"]) / 2
+        return ExpectedError(
+            basis="vertex sigmas",
+            rms_mm=sigma.rms_mm,
+            p95_mm=sigma.expected_error_p95_mm,
+            budget=_budget({IMAGE: sigma.own_rms_mm, **sigma.shares_mm}),
+        )
+    arm = max(surface.size) / 2
     relative = scale_sigma(lengths)
     scale_mm = 0.0 if math.isnan(relative) else relative * arm
-    image_mm = _FORMAL_TOO_SMALL * figures["network"]["point_sigma"]["median"]
+    image_mm = _FORMAL_TOO_SMALL * network.point_sigma.median
     rms_mm = math.hypot(image_mm, scale_mm)
-    return {
-        "basis": "points of the scene",
-        "rms_mm": rms_mm,
-        "p95_mm": COVER * rms_mm,
-        "budget": _budget({IMAGE: image_mm, CAMERAS: math.nan, FAR_SCALE: scale_mm}),
-    }
+    return ExpectedError(
+        basis="points of the scene",
+        rms_mm=rms_mm,
+        p95_mm=COVER * rms_mm,
+        budget=_budget({IMAGE: image_mm, CAMERAS: math.nan, FAR_SCALE: scale_mm}),
+    )
 
 
-def scale_sigma(lengths: Json) -> float:
+def scale_sigma(lengths: LengthFigures) -> float:
     """Standard deviation of the scale, a fraction: as estimated, or as the checks show it."""
-    known = [one for one in (lengths["relative_sigma"], lengths["check_rms"]) if one == one]
+    known = [one for one in (lengths.relative_sigma, lengths.check_rms) if not math.isnan(one)]
     return max(known, default=math.nan)
 
 
-def _budget(parts_mm: dict[str, float]) -> list[Json]:
+def _budget(parts_mm: dict[str, float]) -> tuple[BudgetPart, ...]:
     """What the expected error is made of, one standard deviation each."""
-    return [{"part": part, "sigma_mm": sigma_mm} for part, sigma_mm in parts_mm.items()]
+    return tuple(BudgetPart(part=part, sigma_mm=sigma_mm) for part, sigma_mm in parts_mm.items())
 
 
-def criteria(figures: Json) -> tuple[Criterion, ...]:
+def criteria(figures: Figures) -> tuple[Criterion, ...]:
     """Every figure that has a limit, judged."""
-    truth = figures["truth"]
+    truth = figures.truth
     surface = _expected(figures) if truth is None else _against_truth(truth)
     return (
         *_scale(figures),
@@ -153,11 +163,11 @@ def worst(judged: Sequence[Criterion]) -> Light:
     return _ORDER[max(_ORDER.index(one.light) for one in judged)]
 
 
-def headline(figures: Json, judged: Sequence[Criterion]) -> str:
+def headline(figures: Figures, judged: Sequence[Criterion]) -> str:
     """The first line: light, reason, millimetres."""
     light = worst(judged)
     word = light.upper()
-    if figures["lengths"]["unit"] != "mm":
+    if figures.lengths.unit != "mm":
         more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
         return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_reasons(more)))
     main = next(one for one in judged if one.key == "surface_p95")
@@ -181,18 +191,18 @@ def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
     return tuple(sorted(doubtful, key=lambda one: (-_ORDER.index(one.light), one.key not in first)))
 
 
-def size_is_checked(figures: Json, judged: Sequence[Criterion]) -> bool:
+def size_is_checked(figures: Figures, judged: Sequence[Criterion]) -> bool:
     """Whether a length that owes nothing to what set the scale agrees with it.
 
     Lengths between a board's own corners are no such lengths: a board printed too large as a whole
     is too large in all of them.
     """
-    lengths = figures["lengths"]
+    lengths = figures.lengths
     taped = [one for one in judged if one.key == TAPE.key]
     return (
-        lengths["source"] != "board"
-        or figures["truth"] is not None
-        or lengths["checked_off_the_board"]
+        lengths.source != "board"
+        or figures.truth is not None
+        or lengths.checked_off_the_board
         or any(one.light == "green" for one in taped)
     )
 
@@ -209,13 +219,13 @@ def _measured(main: Criterion) -> str:
     return f"What was measured is sure to {main.value:.2f} mm."
 
 
-def _scale(figures: Json) -> tuple[Criterion, ...]:
-    lengths = figures["lengths"]
-    if lengths["unit"] != "mm":
+def _scale(figures: Figures) -> tuple[Criterion, ...]:
+    lengths = figures.lengths
+    if lengths.unit != "mm":
         sentence = "Nothing in the photos says how large the limb is."
         return (SCALE.judge(math.nan, sentence, "red"),)
-    count = len(lengths["check"])
-    error = 100 * lengths["check_worst"]
+    count = len(lengths.check)
+    error = 100 * lengths.check_worst
     plural = "check length" if count == 1 else "check lengths"
     if not count:
         sentence = "No length that did not set the scale confirms it."
@@ -225,10 +235,10 @@ def _scale(figures: Json) -> tuple[Criterion, ...]:
         )
     else:
         sentence = (
-            f"The check length {lengths['check_worst_label']} is off by {error:.3f} % "
+            f"The check length {lengths.check_worst_label} is off by {error:.3f} % "
             f"(limit {SCALE.green} %)."
         )
-    two_sigma = 200 * lengths["relative_sigma"]
+    two_sigma = 200 * lengths.relative_sigma
     return (
         SCALE.judge(error, sentence),
         SCALE_SIGMA.judge(
@@ -237,13 +247,13 @@ def _scale(figures: Json) -> tuple[Criterion, ...]:
     )
 
 
-def _independent(figures: Json) -> Iterator[Criterion]:
+def _independent(figures: Figures) -> Iterator[Criterion]:
     """What owes nothing to the scale's own source: tapes, and the distance in EXIF."""
-    if figures["lengths"]["unit"] != "mm":
+    if figures.lengths.unit != "mm":
         return
-    for tape in figures["lengths"]["tapes"]:
-        yield _taped(tape, figures["lengths"]["source"])
-    ratio = figures["images"]["distance_over_stated"]
+    for tape in figures.lengths.tapes:
+        yield _taped(tape, figures.lengths.source)
+    ratio = figures.images.distance_over_stated
     if math.isfinite(ratio):
         factor = max(ratio, 1 / ratio)
         yield FOCUSED.judge(
@@ -254,16 +264,16 @@ def _independent(figures: Json) -> Iterator[Criterion]:
         )
 
 
-def _taped(tape: Json, source: str) -> Criterion:
-    if tape["reason"]:
+def _taped(tape: TapedLength, source: str) -> Criterion:
+    if tape.reason:
         return TAPE.judge(
             math.nan,
-            f"The taped girth {tape['place']} could not be compared: {tape['reason'].rstrip('.')}.",
+            f"The taped girth {tape.place} could not be compared: {tape.reason.rstrip('.')}.",
         )
-    off_mm, sigma_mm = tape["error_mm"], tape["sigma_mm"]
+    off_mm, sigma_mm = tape.error_mm, tape.sigma_mm
     said = (
-        f"The tape read {tape['read_mm']:g} mm {tape['place']}; the surface has "
-        f"{tape['measured_mm']:.1f} mm there ({tape['error']:+.1%}, a tape is sure to "
+        f"The tape read {tape.read_mm:g} mm {tape.place}; the surface has "
+        f"{tape.measured_mm:.1f} mm there ({tape.error:+.1%}, a tape is sure to "
         f"{COVER * sigma_mm:.0f} mm)"
     )
     judged = TAPE.judge(abs(off_mm) / sigma_mm, f"{said}.")
@@ -277,26 +287,26 @@ def _taped(tape: Json, source: str) -> Criterion:
     return replace(judged, sentence=f"{said}: {cause}, and tape again.")
 
 
-def _cameras(figures: Json) -> Iterator[Criterion]:
+def _cameras(figures: Figures) -> Iterator[Criterion]:
     """What the photos say against the calibrations that were given."""
-    limit_px = max(LENS_PATTERN.green, _PATTERN_SIGMAS * figures["network"]["sigma0_robust_px"])
-    for camera, lens in zip(figures["residuals"]["by_camera"], figures["cameras"], strict=True):
-        if lens["source"] != "board":
+    limit_px = max(LENS_PATTERN.green, _PATTERN_SIGMAS * figures.network.sigma0_robust_px)
+    for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
+        if lens.source != "board":
             continue
-        name = lens["label"] or f"camera {lens['camera'] + 1}"
-        free = [one for one in lens["parameters"] if math.isfinite(one["contradicted_sigmas"])]
+        name = lens.name
+        free = [one for one in lens.parameters if math.isfinite(one.contradicted_sigmas)]
         if free:
-            worst_one = max(free, key=lambda one: abs(one["contradicted_sigmas"]))
-            sigmas = abs(worst_one["contradicted_sigmas"])
+            worst_one = max(free, key=lambda one: abs(one.contradicted_sigmas))
+            sigmas = abs(worst_one.contradicted_sigmas)
             yield LENS.judge(
                 sigmas,
                 f"The photos contradict the camera file of {name}: they say another "
-                f"{worst_one['name']}, by {sigmas:.1f} sigmas. Was zoom or focus touched since the "
+                f"{worst_one.name}, by {sigmas:.1f} sigmas. Was zoom or focus touched since the "
                 "calibration, or is it another camera's file?"
                 if sigmas > LENS.green
                 else f"The photos agree with the camera file of {name}.",
             )
-        pattern = camera["systematic_px"]
+        pattern = camera.systematic_px
         if math.isfinite(pattern):
             yield replace(LENS_PATTERN, green=limit_px).judge(
                 pattern,
@@ -307,11 +317,11 @@ def _cameras(figures: Json) -> Iterator[Criterion]:
             )
 
 
-def _expected(figures: Json) -> tuple[Criterion, ...]:
-    expected = figures["expected"]
-    if figures["lengths"]["unit"] != "mm":
+def _expected(figures: Figures) -> tuple[Criterion, ...]:
+    expected = figures.expected
+    if figures.lengths.unit != "mm":
         return ()
-    p95, rms = expected["p95_mm"], expected["rms_mm"]
+    p95, rms = expected.p95_mm, expected.rms_mm
     return (
         SURFACE_P95.judge(
             p95,
@@ -324,10 +334,10 @@ def _expected(figures: Json) -> tuple[Criterion, ...]:
     )
 
 
-def _against_truth(truth: Json) -> tuple[Criterion, ...]:
-    p95, rms, mean, iqr = (truth[k] for k in ("p95_mm", "rms_mm", "mean_mm", "iqr_mm"))
-    girth = max((abs(one["error_mm"]) for one in truth["girths"]), default=math.nan)
-    volume = 100 * abs(truth["volume_error"])
+def _against_truth(truth: TruthFigures) -> tuple[Criterion, ...]:
+    p95, rms, mean, iqr = truth.p95_mm, truth.rms_mm, truth.mean_mm, truth.iqr_mm
+    girth = max((abs(one.error_mm) for one in truth.girths), default=math.nan)
+    volume = 100 * abs(truth.volume_error)
     return (
         SURFACE_P95.judge(
             p95,
@@ -345,19 +355,19 @@ def _against_truth(truth: Json) -> tuple[Criterion, ...]:
     )
 
 
-def _completeness(figures: Json) -> tuple[Criterion, ...]:
-    surface, images = figures["surface"], figures["images"]
-    ring = figures["network"]["ring"]
-    gap = math.nan if ring is None else ring["largest_gap_deg"]
-    around = surface["around"]
-    round_about, beyond = 100 * around["missing_share"], 100 * around["open_share"]
-    filled, left_out = 100 * surface["filled_share"], 100 * surface["left_out_share"]
-    missing = images["photos"] - images["placed"]
+def _completeness(figures: Figures) -> tuple[Criterion, ...]:
+    surface, images = figures.surface, figures.images
+    ring = figures.network.ring
+    gap = math.nan if ring is None else ring.largest_gap_deg
+    around = surface.around
+    round_about, beyond = 100 * around.missing_share, 100 * around.open_share
+    filled, left_out = 100 * surface.filled_share, 100 * surface.left_out_share
+    missing = images.photos - images.placed
     return (
         AROUND.judge(
             round_about,
             f"{round_about:.0f} % of the directions round the limb have no measured surface (the "
-            f"widest gap is {around['widest_gap_deg']:.0f} degrees, seen from its middle): a tape "
+            f"widest gap is {around.widest_gap_deg:.0f} degrees, seen from its middle): a tape "
             "there would run over air."
             if round_about > AROUND.green
             else f"{round_about:.0f} % of the directions round the limb have no measured surface.",
@@ -377,8 +387,8 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
         ),
         _which(surface),
         MISSING.judge(
-            100 * missing / max(images["photos"], 1),
-            f"{missing} of {images['photos']} photos could not be placed.",
+            100 * missing / max(images.photos, 1),
+            f"{missing} of {images.photos} photos could not be placed.",
         ),
         GAP.judge(
             gap,
@@ -389,14 +399,14 @@ def _completeness(figures: Json) -> tuple[Criterion, ...]:
     )
 
 
-def _which(surface: Json) -> Criterion:
+def _which(surface: SurfaceFigures) -> Criterion:
     """Whether it is clear which body is meant; the other side of its wall is no rival."""
-    rivals = [one for one in surface["other_parts"] if one["relation"] == "apart"]
-    count = 0 if surface["part_given"] else len(rivals)
+    rivals = [one for one in surface.other_parts if one.relation == "apart"]
+    count = 0 if surface.part_given else len(rivals)
     plural = "Another body lies" if count == 1 else f"{count} other bodies lie"
     sentence = "It is clear which body is meant."
     if count:
-        numbers = ", ".join(str(one["number"]) for one in rivals)
+        numbers = ", ".join(str(one.number) for one in rivals)
         sentence = (
             f"{plural} apart from it (part {numbers}): the photos look at this one most. Say "
             "--part NUMBER to choose."

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
-from limbgram.report.accuracy.evidence import Json
-from limbgram.report.accuracy.figures import UNNAMED
+from limbgram.report.accuracy.evaluation import UNNAMED
+from limbgram.report.accuracy.figures import Figures
 from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE
 
 Gravity = Literal["serious", "worth doing", "note"]
@@ -46,29 +46,29 @@ class Finding:
     remedy: str
 
 
-def findings(figures: Json) -> tuple[Finding, ...]:
+def findings(figures: Figures) -> tuple[Finding, ...]:
     """What limits this result and how to better it, the gravest first."""
     rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 
-def _scale(figures: Json) -> Iterator[Finding]:
-    lengths, board = figures["lengths"], figures["lengths"]["board"]
-    if lengths["unit"] != "mm":
+def _scale(figures: Figures) -> Iterator[Finding]:
+    lengths, board = figures.lengths, figures.lengths.board
+    if lengths.unit != "mm":
         yield Finding(
             "serious",
             "Nothing says how large the limb is: every length here has an unknown unit.",
             "Lay the scale board beside the limb, or give a known distance, and run again.",
         )
         return
-    if not lengths["check"]:
+    if not lengths.check:
         yield Finding(
             "serious",
             "No second length checks the scale: a mistyped or misprinted length goes unnoticed.",
             "Give one more known distance between marks that the photos show.",
         )
-    elif not lengths["checked_off_the_board"] and not lengths["tapes"]:
+    elif not lengths.checked_off_the_board and not lengths.tapes:
         yield Finding(
             "worth doing",
             "The size rests on one board alone: all check lengths lie on the board itself, and "
@@ -76,70 +76,70 @@ def _scale(figures: Json) -> Iterator[Finding]:
             "Tape a girth and say so: `--tape 150=354` for 354 mm round the limb at 150 mm above "
             "the table, or `--tape widest=354`. Or measure ten printed squares with a ruler.",
         )
-    for tape in lengths["tapes"]:
-        if abs(tape["error_mm"]) > _TAPE_SIGMAS * tape["sigma_mm"]:
+    for tape in lengths.tapes:
+        if abs(tape.error_mm) > _TAPE_SIGMAS * tape.sigma_mm:
             yield Finding(
                 "serious",
-                f"The girth that was taped {tape['place']} is {abs(tape['error_mm']):.1f} mm "
-                f"{'smaller' if tape['error_mm'] > 0 else 'larger'} than the surface's.",
+                f"The girth that was taped {tape.place} is {abs(tape.error_mm):.1f} mm "
+                f"{'smaller' if tape.error_mm > 0 else 'larger'} than the surface's.",
                 "Tape it again; then measure a long row of the board's squares, or the known "
                 "distance, and give its true size.",
             )
-    if lengths["check_worst"] > _CHECK_OFF:
+    if lengths.check_worst > _CHECK_OFF:
         yield Finding(
             "serious",
-            f"The check length {lengths['check_worst_label']} is off by "
-            f"{100 * lengths['check_worst']:.2f} %.",
+            f"The check length {lengths.check_worst_label} is off by "
+            f"{100 * lengths.check_worst:.2f} %.",
             "Measure that length again; look whether the board is flat and did not move.",
         )
-    if board is not None and board["photos"] < _BOARD_PHOTOS * board["placed_photos"]:
+    if board is not None and board.photos < _BOARD_PHOTOS * board.placed_photos:
         yield Finding(
             "worth doing",
-            f"The scale board is seen in {board['photos']} of {board['placed_photos']} photos.",
+            f"The scale board is seen in {board.photos} of {board.placed_photos} photos.",
             "Lay it closer to the limb, flat, so that most photos show the whole of it.",
         )
 
 
-def _surface(figures: Json) -> Iterator[Finding]:
-    surface = figures["surface"]
-    if surface["around"]["missing_share"] > _NOT_ROUND:
+def _surface(figures: Figures) -> Iterator[Finding]:
+    surface = figures.surface
+    if surface.around.missing_share > _NOT_ROUND:
         yield Finding(
             "serious",
-            f"{surface['around']['missing_share']:.0%} of the directions round the limb have no "
-            f"measured surface; the widest gap is {surface['around']['widest_gap_deg']:.0f} "
+            f"{surface.around.missing_share:.0%} of the directions round the limb have no "
+            f"measured surface; the widest gap is {surface.around.widest_gap_deg:.0f} "
             "degrees.",
             "Walk all the way round in steps of 20 degrees or less; look which photos were not "
             "placed.",
         )
-    if surface["around"]["open_share"] > _OPEN:
+    if surface.around.open_share > _OPEN:
         yield Finding(
             "serious",
-            f"The surface is open beyond one brim: {surface['around']['open_share']:.0%} of it is "
+            f"The surface is open beyond one brim: {surface.around.open_share:.0%} of it is "
             "missing there.",
             "Take photos that look at the open places squarely, at the limb's end from above.",
         )
-    if surface["sigma"] is None:
+    if surface.sigma is None:
         yield Finding(
             "note",
             "The surface carries no uncertainty of its own: the expected error is a rough guess "
             "from the scene's points.",
             "Run `limbgram reconstruct` again with this version.",
         )
-    if surface["filled_share"] > _FILLED:
+    if surface.filled_share > _FILLED:
         yield Finding(
             "worth doing",
-            f"{surface['filled_share']:.1%} of the surface was filled in where fewer than two "
+            f"{surface.filled_share:.1%} of the surface was filled in where fewer than two "
             "photos measured it (orange in the picture).",
             "Add photos that look at those places squarely, from above and below as needed.",
         )
-    if surface["left_out_share"] > _LEFT_OUT:
+    if surface.left_out_share > _LEFT_OUT:
         yield Finding(
             "serious",
-            f"{surface['left_out_share']:.1%} of what was measured of the surface was torn off by "
+            f"{surface.left_out_share:.1%} of what was measured of the surface was torn off by "
             "a bare strip, or hangs on nothing, and is not in it.",
             "Look whether the wanted side is there; paint bare places and overlap more.",
         )
-    few = surface["photos_per_place"]["below_3_share"]
+    few = surface.photos_per_place.below_3_share
     if few > _FEW_PHOTOS:
         yield Finding(
             "worth doing",
@@ -149,9 +149,9 @@ def _surface(figures: Json) -> Iterator[Finding]:
         )
 
 
-def _photographs(figures: Json) -> Iterator[Finding]:
-    images = figures["images"]
-    missing = [row["name"] for row in images["by_photo"] if not row["placed"]]
+def _photographs(figures: Figures) -> Iterator[Finding]:
+    images = figures.images
+    missing = [row.name for row in images.by_photo if not row.placed]
     if missing:
         yield Finding(
             "worth doing",
@@ -159,63 +159,63 @@ def _photographs(figures: Json) -> Iterator[Finding]:
             f"{' ...' if len(missing) > 4 else ''}).",
             "The table of photos says why, and what to do, for each.",
         )
-    if images["edge_width_px"] > _BLURRED_PX:
+    if images.edge_width_px > _BLURRED_PX:
         yield Finding(
             "worth doing",
-            f"The photos are soft: the sharpest edges are {images['edge_width_px']:.1f} px wide.",
+            f"The photos are soft: the sharpest edges are {images.edge_width_px:.1f} px wide.",
             "Hold the camera still, use a shorter exposure or a flash, focus on the limb.",
         )
-    if images["noise_grey"] > _NOISY_GREY:
+    if images.noise_grey > _NOISY_GREY:
         yield Finding(
             "worth doing",
-            f"The photos are noisy: {images['noise_grey']:.1f} grey levels.",
+            f"The photos are noisy: {images.noise_grey:.1f} grey levels.",
             "More light and a lower ISO number.",
         )
-    for row in images["by_photo"]:
-        for remark in row["remarks"]:
-            yield Finding("note", f"{row['name']}: {remark}.", "Take that photo again if you can.")
-    usual = figures["residuals"]["rms_px"]
-    for row in figures["residuals"]["by_photo"]:
-        if row["rms_px"] > _ODD_PHOTO * usual:
+    for row in images.by_photo:
+        for remark in row.remarks:
+            yield Finding("note", f"{row.name}: {remark}.", "Take that photo again if you can.")
+    usual = figures.residuals.rms_px
+    for row in figures.residuals.by_photo:
+        if row.rms_px > _ODD_PHOTO * usual:
             yield Finding(
                 "worth doing",
-                f"{row['name']} fits worse than the others: {row['rms_px']:.2f} px against "
+                f"{row.name} fits worse than the others: {row.rms_px:.2f} px against "
                 f"{usual:.2f} px.",
                 "Leave it out or take it again: the limb may have moved, or it is blurred.",
             )
 
 
-def _geometry(figures: Json) -> Iterator[Finding]:
-    network = figures["network"]
-    ring, angles = network["ring"], network["angles"]
-    if ring is not None and ring["largest_gap_deg"] > _WIDE_GAP_DEG:
-        gaping = ring["largest_gap_deg"] > _GAPING_DEG
+def _geometry(figures: Figures) -> Iterator[Finding]:
+    network = figures.network
+    ring, angles = network.ring, network.angles
+    if ring is not None and ring.largest_gap_deg > _WIDE_GAP_DEG:
+        gaping = ring.largest_gap_deg > _GAPING_DEG
         yield Finding(
             "serious" if gaping else "note",
             f"The widest gap between photos, seen from the limb, is "
-            f"{ring['largest_gap_deg']:.0f} degrees.",
+            f"{ring.largest_gap_deg:.0f} degrees.",
             "Take photos in steps of 20 degrees or less all the way round.",
         )
-    if angles["median_deg"] < _NARROW_DEG:
+    if angles.median_deg < _NARROW_DEG:
         yield Finding(
             "worth doing",
-            f"The base is small: rays meet at {angles['median_deg']:.0f} degrees (median), which "
+            f"The base is small: rays meet at {angles.median_deg:.0f} degrees (median), which "
             "leaves depth uncertain.",
             "Walk round the limb rather than turn the camera; keep 15 to 20 degrees between "
             "photos that show the same place.",
         )
-    if network["rays"]["two_share"] > _TWO_RAYS:
+    if network.rays.two_share > _TWO_RAYS:
         yield Finding(
             "note",
-            f"{network['rays']['two_share']:.0%} of the points are seen by two photos only.",
+            f"{network.rays.two_share:.0%} of the points are seen by two photos only.",
             "More overlap: smaller steps, or a second round at another height.",
         )
 
 
-def _lens(figures: Json) -> Iterator[Finding]:
-    for camera, lens in zip(figures["residuals"]["by_camera"], figures["cameras"], strict=True):
-        name = lens["label"] or f"camera {lens['camera'] + 1}"
-        if lens["source"] == "exif":
+def _lens(figures: Figures) -> Iterator[Finding]:
+    for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
+        name = lens.name
+        if lens.source == "exif":
             yield Finding(
                 "serious",
                 f"{name} was not calibrated: its lens was guessed from EXIF and refined on the "
@@ -223,19 +223,19 @@ def _lens(figures: Json) -> Iterator[Finding]:
                 "Photograph the calibration board at the same zoom and focus, then run "
                 "`limbgram calibrate`.",
             )
-        limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures["network"]["sigma0_robust_px"])
-        if camera["systematic_px"] > limit_px:
+        limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures.network.sigma0_robust_px)
+        if camera.systematic_px > limit_px:
             yield Finding(
                 "worth doing",
                 f"The residuals of {name} follow a pattern over the picture "
-                f"({camera['systematic_px']:.3f} px): its lens is not what the calibration says.",
+                f"({camera.systematic_px:.3f} px): its lens is not what the calibration says.",
                 "Calibrate again at the zoom and focus of these photos, with the board reaching "
                 "into every corner of the picture.",
             )
         moved = [
-            one["name"]
-            for one in lens["parameters"]
-            if lens["source"] == "board" and abs(one["contradicted_sigmas"]) > _MOVED_SIGMAS
+            one.name
+            for one in lens.parameters
+            if lens.source == "board" and abs(one.contradicted_sigmas) > _MOVED_SIGMAS
         ]
         if moved:
             yield Finding(
@@ -246,13 +246,13 @@ def _lens(figures: Json) -> Iterator[Finding]:
             )
 
 
-def _largest_part(figures: Json) -> Iterator[Finding]:
+def _largest_part(figures: Figures) -> Iterator[Finding]:
     """The largest part of the expected error, which is where effort pays."""
-    known = [one for one in figures["expected"]["budget"] if math.isfinite(one["sigma_mm"])]
-    if not known or figures["lengths"]["unit"] != "mm":
+    known = [one for one in figures.expected.budget if math.isfinite(one.sigma_mm)]
+    if not known or figures.lengths.unit != "mm":
         return
-    largest = max(known, key=lambda one: one["sigma_mm"])
-    pixel = figures["images"]["pixel"]
+    largest = max(known, key=lambda one: one.sigma_mm)
+    pixel = figures.images.pixel
     larger = "A larger board, closer to the limb and in more photos; or a longer known distance."
     overlap = "More overlap between photos, and a fresh calibration with more board photos."
     remedies = {
@@ -266,7 +266,7 @@ def _largest_part(figures: Json) -> Iterator[Finding]:
     }
     yield Finding(
         "note",
-        f"The largest part of the expected error is {largest['part']}: "
-        f"{largest['sigma_mm']:.3f} mm (one sigma).",
-        remedies[largest["part"]],
+        f"The largest part of the expected error is {largest.part}: "
+        f"{largest.sigma_mm:.3f} mm (one sigma).",
+        remedies[largest.part],
     )

@@ -22,7 +22,8 @@ from jaxtyping import Float64
 
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.glossary import LENGTH, SHARE, TERMS, Term, value_at
+from limbgram.report.accuracy.figures import LENGTH, SHARE
+from limbgram.report.accuracy.glossary import Term, terms, value_at
 from limbgram.report.accuracy.svg import (
     BLUE,
     GREEN,
@@ -111,7 +112,7 @@ def text_of(value: float | None, form: str) -> str:
 
 def term_rows(tree: dict[str, Any]) -> tuple[TermRow, ...]:
     """Every figure of the glossary that this tree has."""
-    found = ((term, value_at(tree, term.path)) for term in TERMS)
+    found = ((term, value_at(tree, term.path)) for term in terms())
     return tuple(_term_row(term, value, tree["unit"]) for term, value in found if value is not None)
 
 

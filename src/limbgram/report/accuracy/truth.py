@@ -1,5 +1,6 @@
 """Against the truth: signed distances, girths, volume, and whether the sigmas say what is so."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,8 +13,14 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.accuracy.evidence import Json
-from limbgram.report.accuracy.figures import measured_vertices
+from limbgram.report.accuracy.evaluation import measured_vertices
+from limbgram.report.accuracy.figures import (
+    DistanceHistogram,
+    SigmaPart,
+    SigmaTest,
+    TrueGirth,
+    TruthFigures,
+)
 from limbgram.report.alignment import (
     Truth,
     by_cameras,
@@ -41,18 +48,29 @@ _WORDS = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class KnownTruth:
+    """The true surface, what it is, and how ours is laid onto it."""
+
+    kind: str
+    """Such as "a mesh file": its name may be a patient's."""
+    truth: Truth
+    centres_mm: Points3
+    """Our camera centres, in the order of the truth's; none where it has none."""
+    alignment: Alignment = "surface"
+
+
 @dataclass(frozen=True)
 class Compared:
     """Figures, and each vertex's signed distance from the truth; NaN where there is none."""
 
-    figures: Json
+    figures: TruthFigures
     off_mm: Float64[np.ndarray, " n"]
 
 
-def truth_figures(
-    mesh: Mesh, centres_mm: Points3, truth: Truth, alignment: Alignment = "surface"
-) -> Compared:
-    """Compare with the truth; `centres_mm` are the cameras in the truth's order, or none."""
+def truth_figures(mesh: Mesh, known: KnownTruth, pixel_mm: float) -> Compared:
+    """Compare with the truth; `pixel_mm` is the size of a pixel on the object."""
+    truth, centres_mm, alignment = known.truth, known.centres_mm, known.alignment
     samples = mesh.vertices_mm[measured_samples(mesh)]
     if alignment == "surface" and len(centres_mm) < _FEWEST_CAMERAS:
         # Sections are cut across our own vertical: the truth's frame may lie anyhow.
@@ -75,57 +93,59 @@ def truth_figures(
     girths, volume_error = sections(placed, truth)
     centres_off = (pose.apply(centres_mm) - truth.centres_mm) if len(centres_mm) else None
     low, high = np.quantile(off_mm, [0.25, 0.75])
-    figures: Json = {
-        "alignment": _WORDS[alignment],
-        "vertices": len(off_mm),
-        "rms_mm": _rms(off_mm),
-        "p95_mm": float(np.quantile(np.abs(off_mm), 0.95)),
-        "mean_mm": float(off_mm.mean()),
-        "median_mm": float(np.median(off_mm)),
-        "iqr_mm": float(high - low),
-        "largest_mm": float(np.abs(off_mm).max()),
-        "within": {f"{near} mm": float(np.mean(np.abs(off_mm) <= near)) for near in _NEAR_MM},
-        "covered": {f"{near} mm": float(np.mean(missed_mm <= near)) for near in _NEAR_MM},
-        "scale_error": scale_error,
-        "girths": [
-            {
-                "height_mm": one.height_mm,
-                "measured_mm": one.measured_mm,
-                "true_mm": one.true_mm,
-                "error_mm": one.error_mm,
-            }
+    figures = TruthFigures(
+        kind=known.kind,
+        rms_px=_rms(off_mm) / pixel_mm,
+        alignment=_WORDS[alignment],
+        vertices=len(off_mm),
+        rms_mm=_rms(off_mm),
+        p95_mm=float(np.quantile(np.abs(off_mm), 0.95)),
+        mean_mm=float(off_mm.mean()),
+        median_mm=float(np.median(off_mm)),
+        iqr_mm=float(high - low),
+        largest_mm=float(np.abs(off_mm).max()),
+        within=_near(np.abs(off_mm)),
+        covered=_near(missed_mm),
+        scale_error=scale_error,
+        girths=tuple(
+            TrueGirth(
+                height_mm=one.height_mm,
+                measured_mm=one.measured_mm,
+                true_mm=one.true_mm,
+                error_mm=one.error_mm,
+            )
             for one in girths
             if np.isfinite(one.error_mm)
-        ],
-        "volume_error": volume_error,
-        "camera_rms_mm": float("nan")
+        ),
+        volume_error=volume_error,
+        camera_rms_mm=math.nan
         if centres_off is None
         else float(np.sqrt(np.mean((centres_off**2).sum(1)))),
-        "histogram": _histogram(off_mm),
-        "sigma": None if mesh.sigma_mm is None else sigma_test(off_mm, mesh.sigma_mm[compared]),
-    }
+        histogram=_histogram(off_mm),
+        sigma=None if mesh.sigma_mm is None else sigma_test(off_mm, mesh.sigma_mm[compared]),
+    )
     return Compared(figures, np.where(compared, all_mm, np.nan))
 
 
-def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> Json:
+def sigma_test(off_mm: Float64[np.ndarray, " n"], sigma_mm: np.ndarray) -> SigmaTest:
     """Error over sigma: its robust spread is 1 where sigmas are honest, above 1 where too small."""
     known = np.isfinite(sigma_mm) & (sigma_mm > 0)
     error, sigma = off_mm[known], sigma_mm[known].astype(np.float64)
     ratio = error / sigma
     order = np.argsort(sigma, kind="stable")
     parts = [part for part in np.array_split(order, _SIGMA_BINS) if len(part)]
-    return {
-        "vertices": len(error),
-        "robust_spread": float(_MAD_TO_SIGMA * np.median(np.abs(ratio))),
-        "rms_spread": _rms(ratio),
-        "within_sigma_share": float(np.mean(np.abs(ratio) <= 1)),
-        "within_95_share": float(np.mean(np.abs(ratio) <= COVER)),
-        "rank_correlation": _rank_correlation(np.abs(error), sigma),
-        "by_sigma": [
-            {"sigma_mm": float(np.median(sigma[part])), "rms_error_mm": _rms(error[part])}
+    return SigmaTest(
+        vertices=len(error),
+        robust_spread=float(_MAD_TO_SIGMA * np.median(np.abs(ratio))),
+        rms_spread=_rms(ratio),
+        within_sigma_share=float(np.mean(np.abs(ratio) <= 1)),
+        within_95_share=float(np.mean(np.abs(ratio) <= COVER)),
+        rank_correlation=_rank_correlation(np.abs(error), sigma),
+        by_sigma=tuple(
+            SigmaPart(sigma_mm=float(np.median(sigma[part])), rms_error_mm=_rms(error[part]))
             for part in parts
-        ],
-    }
+        ),
+    )
 
 
 def _aligned(
@@ -151,7 +171,7 @@ def _aligned(
 def _rank_correlation(first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]) -> float:
     """Spearman's; NaN where one of the two does not vary."""
     if np.ptp(first) == 0 or np.ptp(second) == 0:
-        return float("nan")
+        return math.nan
     from scipy.stats import rankdata  # all of scipy.stats takes a quarter of a second to import
 
     return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
@@ -161,10 +181,13 @@ def _rms(values: Float64[np.ndarray, " n"]) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _histogram(off_mm: Float64[np.ndarray, " n"]) -> Json:
+def _near(off_mm: Float64[np.ndarray, " n"]) -> dict[str, float]:
+    """Share of the distances up to each of a few."""
+    return {f"{near} mm": float(np.mean(off_mm <= near)) for near in _NEAR_MM}
+
+
+def _histogram(off_mm: Float64[np.ndarray, " n"]) -> DistanceHistogram:
     reach = max(float(np.quantile(np.abs(off_mm), _SHOWN_QUANTILE)), 1e-6)
     edges = np.linspace(-reach, reach, _BINS + 1)
-    return {
-        "edges_mm": edges.tolist(),
-        "vertices": np.histogram(np.clip(off_mm, -reach, reach), edges)[0].tolist(),
-    }
+    vertices = np.histogram(np.clip(off_mm, -reach, reach), edges)[0]
+    return DistanceHistogram(edges_mm=tuple(edges.tolist()), vertices=tuple(vertices.tolist()))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.accuracy.figures import around_figures
+from limbgram.report.accuracy.evaluation import around_figures
 
 RADIUS_MM, HEIGHT_MM = 50.0, 240.0
 RINGS, SPOKES = 61, 120
@@ -45,8 +45,8 @@ def test_a_gap_counts_with_its_share_wherever_it_lies(gap_deg: float) -> None:
     whole = tube()
     turned = moved(without(whole, azimuth_deg(whole) < gap_deg), (300.0, -80.0, 60.0), 33.0)
     found = around_figures(turned, 60.0)
-    assert found["missing_share"] == pytest.approx(gap_deg / 360, abs=0.02)
-    assert found["widest_gap_deg"] == pytest.approx(gap_deg, abs=7)
+    assert found.missing_share == pytest.approx(gap_deg / 360, abs=0.02)
+    assert found.widest_gap_deg == pytest.approx(gap_deg, abs=7)
 
 
 def test_a_cone_that_leans_has_nothing_missing() -> None:
@@ -56,25 +56,25 @@ def test_a_cone_that_leans_has_nothing_missing() -> None:
     cone[:, 2] = z[:, 0]
     cone[:, 0] += 0.5 * z[:, 0]
     found = around_figures(mesh.with_vertices(cone), None)
-    assert found["missing_share"] == 0
+    assert found.missing_share == 0
 
 
 def test_what_was_filled_in_is_no_surface() -> None:
     whole = tube()
     filled = azimuth_deg(whole) < 180
     mesh = Mesh(vertices_mm=whole.vertices_mm, faces=whole.faces, filled=filled)
-    assert around_figures(mesh, 0.0)["missing_share"] == pytest.approx(0.5, abs=0.03)
+    assert around_figures(mesh, 0.0).missing_share == pytest.approx(0.5, abs=0.03)
 
 
 def test_one_brim_and_what_stands_on_the_table_are_no_opening() -> None:
     ring = np.pi * RADIUS_MM**2
     wall = 2 * np.pi * RADIUS_MM * HEIGHT_MM
-    assert around_figures(tube(), 0.0)["open_share"] == pytest.approx(0, abs=1e-3)
-    hanging = around_figures(tube(), -60.0)["open_share"]
+    assert around_figures(tube(), 0.0).open_share == pytest.approx(0, abs=1e-3)
+    hanging = around_figures(tube(), -60.0).open_share
     assert hanging == pytest.approx(ring / (wall + 2 * ring), rel=0.02)
 
 
 def test_half_a_shell_is_open_beyond_its_brim() -> None:
     whole = tube()
     half = without(whole, azimuth_deg(whole) < 180)
-    assert around_figures(half, 0.0)["open_share"] > 0.25
+    assert around_figures(half, 0.0).open_share > 0.25

@@ -53,7 +53,7 @@ def test_a_finished_case_gets_json_page_and_pdf(with_sigmas: Evidence, tmp_path:
     case = CaseFolder(tmp_path / "Erika Mustermann 1951")
     case.root.mkdir()
     keep(case, with_sigmas)
-    tree = assess_case(case, None, "surface")
+    tree = assess_case(case, None, "surface").tree
     assert unsealed(json.loads(case.accuracy("json").read_text("utf-8"))) == tree
     told = with_sigmas.name
     assert tree["case"] == told
@@ -69,10 +69,10 @@ def test_a_mesh_file_in_the_same_frame_is_a_truth(with_sigmas: Evidence, tmp_pat
     case.root.mkdir()
     keep(case, with_sigmas)
     known = write_ply(with_sigmas.mesh, tmp_path / "true.ply", with_sigmas.metric.scale.unit)
-    tree = assess_case(case, known, "frame")
-    truth = tree["truth"]
+    found = assess_case(case, known, "frame")
+    truth = found.tree["truth"]
     assert truth["rms_mm"] < 1e-5  # single precision of the file
-    told = next(line for line in accuracy_lines(case, tree) if line.startswith("  girths"))
+    told = next(line for line in accuracy_lines(case, found) if line.startswith("  girths"))
     heights = [one["height_mm"] for one in truth["girths"]]
     assert len(set(heights)) == 4
     assert [f" at {height:.1f}" in told for height in heights] == [True] * 4
@@ -91,7 +91,7 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
     own = {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")}
     larger = with_sigmas.mesh.with_vertices(1.2 * with_sigmas.mesh.vertices_mm)
     wrong = write_ply(larger, tmp_path / "wrong.ply", with_sigmas.metric.scale.unit)
-    tree = assess_case(case, wrong, "frame")
+    tree = assess_case(case, wrong, "frame").tree
     assert tree["light"] == "red"
     assert {path.name: path.read_bytes() for path in case.root.glob("accuracy.*")} == own
     beside = case.accuracy("json", against_truth=True)
@@ -106,7 +106,7 @@ def test_a_wrong_truth_leaves_what_the_case_says_of_itself(
 def test_an_edited_accuracy_is_not_cited(with_sigmas: Evidence, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path)
     keep(case, with_sigmas)
-    tree = assess_case(case, None, "surface")
+    tree = assess_case(case, None, "surface").tree
     path = case.accuracy("json")
     whole = path.read_text("utf-8")
     assert cited(case).accuracy == tree

@@ -8,8 +8,7 @@ import pytest
 from scipy.special import erf
 
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.figures import (
+from limbgram.report.accuracy.evaluation import (
     camera_figures,
     expected_p95,
     image_figures,
@@ -20,6 +19,7 @@ from limbgram.report.accuracy.figures import (
     residual_figures,
     surface_figures,
 )
+from limbgram.report.accuracy.evidence import Evidence
 
 NOISE_PX, RADIUS_MM, HEIGHT_MM, PHOTOS = 0.1, 50.0, 240.0, 12
 
@@ -34,24 +34,24 @@ def shifted(scene: Scene, by_px: np.ndarray) -> Scene:
 
 def test_residuals_are_the_noise_that_was_put_in(make_scene: MakeScene) -> None:
     found = residual_figures(make_scene())
-    assert found["rms_px"] == pytest.approx(NOISE_PX, rel=0.02)
-    assert 0.002 < found["beyond_3_sigma_share"] < 0.0035  # Gaussian: 0.0027
-    assert sum(found["histogram"]["x"]) == len(make_scene().observations.xy_px)
-    assert 0 <= found["by_camera"][0]["systematic_px"] < 0.1 * NOISE_PX
+    assert found.rms_px == pytest.approx(NOISE_PX, rel=0.02)
+    assert 0.002 < found.beyond_3_sigma_share < 0.0035  # Gaussian: 0.0027
+    assert sum(found.histogram.x) == len(make_scene().observations.xy_px)
+    assert 0 <= found.by_camera[0].systematic_px < 0.1 * NOISE_PX
 
 
 def test_a_pattern_over_the_picture_is_told_from_noise(make_scene: MakeScene) -> None:
     scene = make_scene()
     right = scene.observations.xy_px[:, 0] > 600
     pattern = np.where(right, 0.15, -0.15)[:, None] * [1.0, 0.0]
-    camera = residual_figures(shifted(scene, pattern))["by_camera"][0]
+    camera = residual_figures(shifted(scene, pattern)).by_camera[0]
     # RMS of one of two coordinates, of which only x is off.
-    assert camera["systematic_px"] == pytest.approx(0.15 / np.sqrt(2), rel=0.03)
-    grid = camera["grid"]
-    mean_x = np.array(grid["mean_x_px"]).reshape(grid["rows"], grid["columns"])
+    assert camera.systematic_px == pytest.approx(0.15 / np.sqrt(2), rel=0.03)
+    grid = camera.grid
+    mean_x = np.array(grid.mean_x_px).reshape(grid.rows, grid.columns)
     assert np.nanmean(mean_x[:, 6]) == pytest.approx(0.15, abs=0.01)
     assert np.nanmean(mean_x[:, 5]) == pytest.approx(-0.15, abs=0.01)
-    assert sum(grid["observations"]) == len(scene.observations.xy_px)
+    assert sum(grid.observations) == len(scene.observations.xy_px)
 
 
 def test_the_photo_that_fits_worse_is_named(make_scene: MakeScene) -> None:
@@ -59,10 +59,10 @@ def test_the_photo_that_fits_worse_is_named(make_scene: MakeScene) -> None:
     own = scene.observations.photo_idx == 4
     rng = np.random.default_rng(0)
     noise = rng.normal(size=(len(own), 2)) * np.where(own, 0.3, 0.0)[:, None]
-    rows = residual_figures(shifted(scene, noise))["by_photo"]
-    assert rows[4]["name"] == "IMG_5.jpg"
-    assert rows[4]["rms_px"] == pytest.approx(np.hypot(0.1, 0.3), rel=0.05)
-    assert max(row["rms_px"] for k, row in enumerate(rows) if k != 4) < 0.11
+    rows = residual_figures(shifted(scene, noise)).by_photo
+    assert rows[4].name == "IMG_5.jpg"
+    assert rows[4].rms_px == pytest.approx(np.hypot(0.1, 0.3), rel=0.05)
+    assert max(row.rms_px for k, row in enumerate(rows) if k != 4) < 0.11
 
 
 def test_rays_redundancy_and_overlap_are_counted(make_scene: MakeScene) -> None:
@@ -70,28 +70,28 @@ def test_rays_redundancy_and_overlap_are_counted(make_scene: MakeScene) -> None:
     found = network_figures(scene)
     rays = np.bincount(scene.observations.point_idx, minlength=len(scene.points_in_world))
     coordinates = 2 * len(scene.observations.xy_px)
-    assert found["redundancy"] == coordinates - 6 * PHOTOS - 3 * len(rays) + 7
-    assert found["rays"]["mean"] == pytest.approx(rays.mean())
-    assert found["rays"]["points"][:3] == [int((rays == n).sum()) for n in (2, 3, 4)]
-    shared = np.array(found["overlap"]["shared_points"])
+    assert found.redundancy == coordinates - 6 * PHOTOS - 3 * len(rays) + 7
+    assert found.rays.mean == pytest.approx(rays.mean())
+    assert found.rays.points[:3] == tuple(int((rays == n).sum()) for n in (2, 3, 4))
+    shared = np.array(found.overlap.shared_points)
     assert (shared == shared.T).all()
     assert shared.diagonal().sum() == len(scene.observations.xy_px)
     # Points lie where they truly are, not where they were adjusted to: no freedom was spent.
-    spent = coordinates / found["redundancy"]
-    assert found["sigma0_px"] == pytest.approx(NOISE_PX * np.sqrt(spent), rel=0.02)
+    spent = coordinates / found.redundancy
+    assert found.sigma0_px == pytest.approx(NOISE_PX * np.sqrt(spent), rel=0.02)
 
 
 def test_angles_are_those_between_the_outer_photos(make_scene: MakeScene) -> None:
     # Photos stand 30 degrees apart and look from 900 mm: three or four of them see each point.
-    angles = network_figures(make_scene())["angles"]
-    assert 58 < angles["median_deg"] < 100
-    assert angles["narrow_share"] == 0
-    assert sum(angles["points"]) == 4000
+    angles = network_figures(make_scene()).angles
+    assert 58 < angles.median_deg < 100
+    assert angles.narrow_share == 0
+    assert sum(angles.points) == 4000
 
 
 def test_point_sigma_follows_the_noise(make_scene: MakeScene) -> None:
-    one = network_figures(make_scene(0.1))["point_sigma"]["median"]
-    two = network_figures(make_scene(0.2))["point_sigma"]["median"]
+    one = network_figures(make_scene(0.1)).point_sigma.median
+    two = network_figures(make_scene(0.2)).point_sigma.median
     assert two == pytest.approx(2 * one, rel=0.02)
     pixel_mm = (900.0 - RADIUS_MM) / 1500.0
     assert 0.4 * 0.1 * pixel_mm < one < 2 * 0.1 * pixel_mm
@@ -101,24 +101,24 @@ def test_what_was_filled_counts_by_its_area(evidence: Evidence) -> None:
     mesh = evidence.mesh
     filled = mesh.vertices_mm[:, 2] > 0.75 * HEIGHT_MM + 1e-6
     found = surface_figures(replace(evidence, mesh=replace(mesh, filled=filled)))
-    assert found["filled_share"] == pytest.approx(0.25, abs=0.01)
-    assert found["filled_share"] + found["measured_share"] == pytest.approx(1)
-    assert found["area"] == pytest.approx(2 * np.pi * RADIUS_MM * HEIGHT_MM, rel=0.002)
+    assert found.filled_share == pytest.approx(0.25, abs=0.01)
+    assert found.filled_share + found.measured_share == pytest.approx(1)
+    assert found.area == pytest.approx(2 * np.pi * RADIUS_MM * HEIGHT_MM, rel=0.002)
 
 
 def test_openings_are_found_where_they_are(evidence: Evidence) -> None:
-    found = surface_figures(evidence)["openings"]
+    found = surface_figures(evidence).openings
     assert len(found) == 2
     for one in found:
-        assert one["rim"] == pytest.approx(2 * np.pi * RADIUS_MM, rel=0.002)
-    assert sorted(round(one["middle"][2]) for one in found) == [0, 240]
+        assert one.rim == pytest.approx(2 * np.pi * RADIUS_MM, rel=0.002)
+    assert sorted(round(one.middle[2]) for one in found) == [0, 240]
 
 
 def test_every_place_of_the_tube_is_seen_by_the_photos_of_its_side(evidence: Evidence) -> None:
     # 65 degrees of incidence either way, photos 30 degrees apart: four or five of them.
-    found = surface_figures(evidence)["photos_per_place"]
-    assert 3.5 <= found["median"] <= 5
-    assert found["below_3_share"] == 0
+    found = surface_figures(evidence).photos_per_place
+    assert 3.5 <= found.median <= 5
+    assert found.below_3_share == 0
 
 
 def test_expected_error_of_equal_and_of_mixed_sigmas() -> None:
@@ -130,27 +130,29 @@ def test_expected_error_of_equal_and_of_mixed_sigmas() -> None:
 
 
 def test_sigma_is_parted_into_shared_and_own(with_sigmas: Evidence) -> None:
-    sigma = surface_figures(with_sigmas)["sigma"]
-    assert sigma["rms_mm"] == pytest.approx(0.1, rel=1e-5)
-    assert sigma["shared_rms_mm"] == pytest.approx(0.06, rel=1e-5)
-    assert sigma["own_rms_mm"] == pytest.approx(0.08, rel=1e-4)
+    sigma = surface_figures(with_sigmas).sigma
+    assert sigma is not None
+    assert sigma.rms_mm == pytest.approx(0.1, rel=1e-5)
+    assert sigma.shared_rms_mm == pytest.approx(0.06, rel=1e-5)
+    assert sigma.own_rms_mm == pytest.approx(0.08, rel=1e-4)
 
 
 def test_control_and_check_lengths_are_kept_apart(evidence: Evidence) -> None:
     found = length_figures(evidence)
-    assert [one["label"] for one in found["control"]] == ["C-D"]
-    assert found["check_worst"] == pytest.approx(0.0005)
-    assert found["check"][0]["error_mm"] == pytest.approx(0.06)
-    assert found["checked_off_the_board"] is True
+    assert [one.label for one in found.control] == ["C-D"]
+    assert found.check_worst == pytest.approx(0.0005)
+    assert found.check[0].error_mm == pytest.approx(0.06)
+    assert found.checked_off_the_board is True
 
 
 def test_lens_sigmas_and_correlation(evidence: Evidence) -> None:
     (lens,) = camera_figures(evidence)
-    fx = lens["parameters"][0]
-    assert (fx["sigma"], fx["calibrated_sigma"]) == (pytest.approx(0.2), pytest.approx(0.3))
-    assert lens["correlations"]["order"] == ["fx", "fy"]
-    assert lens["correlations"]["matrix"][0][1] == pytest.approx(0.5)
-    assert lens["parameters"][5]["held"] is True
+    fx = lens.parameters[0]
+    assert (fx.sigma, fx.calibrated_sigma) == (pytest.approx(0.2), pytest.approx(0.3))
+    assert lens.correlations is not None
+    assert lens.correlations.order == ("fx", "fy")
+    assert lens.correlations.matrix[0][1] == pytest.approx(0.5)
+    assert lens.parameters[5].held is True
 
 
 def test_sigmas_of_poses_follow_from_their_covariance(make_scene: MakeScene) -> None:
@@ -163,18 +165,18 @@ def test_sigmas_of_poses_follow_from_their_covariance(make_scene: MakeScene) -> 
     turned_only = pose_figures(replace(scene, camera_covariance=np.diag(turns)))
     assert shifted_only is not None
     assert turned_only is not None
-    assert shifted_only["centre_median"] == pytest.approx(0.2)
-    assert shifted_only["rotation_median_deg"] == 0
+    assert shifted_only.centre_median == pytest.approx(0.2)
+    assert shifted_only.rotation_median_deg == 0
     # The cameras look at the world's middle from 900 mm: so far is its origin along z or beside.
     arm_mm = np.hypot(*scene.view(0).camera_from_world.translation[1:])
-    assert turned_only["centre_median"] == pytest.approx(0.001 * arm_mm, rel=1e-6)
-    assert turned_only["rotation_median_deg"] == pytest.approx(np.degrees(0.001))
+    assert turned_only.centre_median == pytest.approx(0.001 * arm_mm, rel=1e-6)
+    assert turned_only.rotation_median_deg == pytest.approx(np.degrees(0.001))
 
 
 def test_photos_that_are_gone_leave_the_noise_unknown(evidence: Evidence) -> None:
     found = image_figures(evidence)
-    assert np.isnan(found["noise_grey"])
-    assert found["pixel"] == pytest.approx((900 - 0.85 * RADIUS_MM) / 1500, rel=0.02)
+    assert np.isnan(found.noise_grey)
+    assert found.pixel == pytest.approx((900 - 0.85 * RADIUS_MM) / 1500, rel=0.02)
 
 
 @pytest.mark.parametrize("sigma", [1.0, 3.0])

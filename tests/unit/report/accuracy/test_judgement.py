@@ -20,10 +20,6 @@ GIRTH_MM = 2 * math.pi * RADIUS_MM
 """Of the tube."""
 
 
-def tree_of(evidence: Evidence) -> dict[str, Any]:
-    return assess(evidence).tree
-
-
 def with_check(evidence: Evidence, error: float) -> Evidence:
     control, check = evidence.metric.scale.lengths
     lengths = (control, replace(check, measured_mm=check.known_mm * (1 + error)))
@@ -48,12 +44,12 @@ def test_lights_change_at_their_limits(limit: Any, value: float, light: str) -> 
 
 
 def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
-    tree = tree_of(with_sigmas)
-    assert tree["light"] == "green"
-    assert tree["headline"].startswith("GREEN: 0.20 mm.")  # 1.96 * 0.1
-    assert "0.050 %" in tree["headline"]
-    assert tree["expected"]["basis"] == "vertex sigmas"
-    assert {one["part"]: round(one["sigma_mm"], 3) for one in tree["expected"]["budget"]} == {
+    tree = assess(with_sigmas)
+    assert tree.light == "green"
+    assert tree.headline.startswith("GREEN: 0.20 mm.")  # 1.96 * 0.1
+    assert "0.050 %" in tree.headline
+    assert tree.figures.expected.basis == "vertex sigmas"
+    assert {one.part: round(one.sigma_mm, 3) for one in tree.figures.expected.budget} == {
         "image measurement": 0.08,
         "scale": 0.06,
     }
@@ -83,19 +79,19 @@ def test_a_share_put_into_the_surface_is_the_share_of_the_budget(with_sigmas: Ev
         sources.OFFSET: offset[:, None],
     }
     for case in (with_sigmas, with_check(with_sigmas, 0.004)):
-        expected = tree_of(replace(case, mesh=uneven))["expected"]
-        budget = {one["part"]: one["sigma_mm"] for one in expected["budget"]}
+        expected = assess(replace(case, mesh=uneven)).figures.expected
+        budget = {one.part: one.sigma_mm for one in expected.budget}
         assert budget == pytest.approx(
             {name: np.sqrt(areas @ (of**2).sum(1) / areas.sum()) for name, of in put_in.items()},
             rel=1e-4,
         )
-        assert np.hypot.reduce([*budget.values()]) == pytest.approx(expected["rms_mm"], rel=1e-6)
+        assert np.hypot.reduce([*budget.values()]) == pytest.approx(expected.rms_mm, rel=1e-6)
 
 
 def test_sources_without_names_stay_in_the_budget(with_sigmas: Evidence) -> None:
     unnamed = replace(with_sigmas.mesh, shared_sources=())
-    budget = tree_of(replace(with_sigmas, mesh=unnamed))["expected"]["budget"]
-    assert {one["part"]: round(one["sigma_mm"], 3) for one in budget} == {
+    budget = assess(replace(with_sigmas, mesh=unnamed)).figures.expected.budget
+    assert {one.part: round(one.sigma_mm, 3) for one in budget} == {
         "image measurement": 0.08,
         "shared by all vertices": 0.06,
     }
@@ -105,44 +101,44 @@ def test_sources_without_names_stay_in_the_budget(with_sigmas: Evidence) -> None
 def test_a_check_length_that_is_off_sets_the_light_and_is_named(
     with_sigmas: Evidence, error: float, light: str
 ) -> None:
-    tree = tree_of(with_check(with_sigmas, error))
-    assert tree["light"] == light
-    assert f"A-B is off by {100 * abs(error):.3f} %" in tree["headline"]
-    assert tree["findings"][0]["gravity"] == "serious"
+    tree = assess(with_check(with_sigmas, error))
+    assert tree.light == light
+    assert f"A-B is off by {100 * abs(error):.3f} %" in tree.headline
+    assert tree.findings[0].gravity == "serious"
 
 
 def test_without_a_check_it_is_never_green(with_sigmas: Evidence) -> None:
     scale = replace(with_sigmas.metric.scale, lengths=with_sigmas.metric.scale.lengths[:1])
-    tree = tree_of(replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale)))
-    assert tree["light"] == "amber"
-    assert "No length" in tree["headline"]
-    assert any("second length" in one["what"] for one in tree["findings"])
+    tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale)))
+    assert tree.light == "amber"
+    assert "No length" in tree.headline
+    assert any("second length" in one.what for one in tree.findings)
 
 
 def test_without_scale_there_are_no_millimetres(evidence: Evidence) -> None:
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
-    tree = tree_of(replace(evidence, metric=replace(evidence.metric, scale=scale)))
-    assert tree["headline"].startswith("RED: no millimetres.")
-    assert tree["unit"] == "scene units"
+    tree = assess(replace(evidence, metric=replace(evidence.metric, scale=scale)))
+    assert tree.headline.startswith("RED: no millimetres.")
+    assert tree.unit == "scene units"
 
 
 def test_a_side_without_photos_is_red_however_sure_the_rest_is(with_sigmas: Evidence) -> None:
     scene = with_sigmas.metric.scene
     assert scene.ring is not None
     half = replace(scene, ring=replace(scene.ring, largest_gap_deg=190.0))
-    tree = tree_of(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=half)))
-    assert tree["light"] == "red"
-    assert "190 degrees" in tree["headline"]
+    tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=half)))
+    assert tree.light == "red"
+    assert "190 degrees" in tree.headline
 
 
 def test_advice_names_what_is_wrong_and_nothing_else(with_sigmas: Evidence) -> None:
-    said = " ".join(one["what"] for one in tree_of(with_sigmas)["findings"])
+    said = " ".join(one.what for one in assess(with_sigmas).findings)
     assert "largest part of the expected error is image measurement: 0.080 mm" in said
     for absent in ("board", "EXIF", "filled", "pattern", "soft", "base is small"):
         assert absent not in said
     camera = replace(with_sigmas.cameras.calibrations[0], source="exif")
     guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(camera,)))
-    assert any("EXIF" in one["what"] for one in tree_of(guessed)["findings"])
+    assert any("EXIF" in one.what for one in assess(guessed).findings)
 
 
 def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: bool) -> Evidence:
@@ -168,21 +164,21 @@ def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: 
 
 
 def test_the_other_side_of_a_wall_is_nothing_missing(with_sigmas: Evidence) -> None:
-    assert tree_of(with_part(with_sigmas, "other side", 0.0, given=False))["light"] == "green"
+    assert assess(with_part(with_sigmas, "other side", 0.0, given=False)).light == "green"
 
 
 def test_what_was_torn_off_is_red(with_sigmas: Evidence) -> None:
-    tree = tree_of(with_part(with_sigmas, "torn off", 0.45, given=True))
-    assert tree["light"] == "red"
-    assert "45.0 % of what was measured" in tree["headline"]
+    tree = assess(with_part(with_sigmas, "torn off", 0.45, given=True))
+    assert tree.light == "red"
+    assert "45.0 % of what was measured" in tree.headline
 
 
 def test_a_body_apart_leaves_a_doubt_until_the_user_chooses(with_sigmas: Evidence) -> None:
-    tree = tree_of(with_part(with_sigmas, "apart", 0.0, given=False))
-    assert tree["light"] == "amber"
-    assert "part 2" in tree["headline"]
-    assert "--part" in tree["headline"]
-    assert tree_of(with_part(with_sigmas, "apart", 0.0, given=True))["light"] == "green"
+    tree = assess(with_part(with_sigmas, "apart", 0.0, given=False))
+    assert tree.light == "amber"
+    assert "part 2" in tree.headline
+    assert "--part" in tree.headline
+    assert assess(with_part(with_sigmas, "apart", 0.0, given=True)).light == "green"
 
 
 def with_tape(found: Evidence, read_mm: float, sigma_mm: float = 1.5) -> Evidence:
@@ -202,17 +198,17 @@ def on_one_board(found: Evidence) -> Evidence:
 
 
 def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evidence) -> None:
-    tree = tree_of(on_one_board(with_sigmas))
-    assert tree["light"] == "green"
-    assert tree["headline"].startswith("GREEN for the shape; size unchecked: it rests on one board")
-    taped = tree_of(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
-    assert taped["headline"].startswith("GREEN: 0.20 mm.")
-    assert not any("one board alone" in one["what"] for one in taped["findings"])
+    tree = assess(on_one_board(with_sigmas))
+    assert tree.light == "green"
+    assert tree.headline.startswith("GREEN for the shape; size unchecked: it rests on one board")
+    taped = assess(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
+    assert taped.headline.startswith("GREEN: 0.20 mm.")
+    assert not any("one board alone" in one.what for one in taped.findings)
     typed = on_one_board(with_sigmas)
     other = replace(typed.metric.scale.lengths[1], label="A-B")
     scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
-    checked = tree_of(replace(typed, metric=replace(typed.metric, scale=scale)))
-    assert checked["headline"].startswith("GREEN: 0.20 mm.")
+    checked = assess(replace(typed, metric=replace(typed.metric, scale=scale)))
+    assert checked.headline.startswith("GREEN: 0.20 mm.")
 
 
 @pytest.mark.parametrize(
@@ -229,12 +225,12 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
 def test_a_tape_is_believed_within_its_own_error_and_no_further(
     with_sigmas: Evidence, off_mm: float, sigma_mm: float, light: str
 ) -> None:
-    tree = tree_of(with_tape(on_one_board(with_sigmas), GIRTH_MM + off_mm, sigma_mm))
-    assert tree["light"] == light
-    named = "the scale board is probably not as large as stated" in tree["headline"]
+    tree = assess(with_tape(on_one_board(with_sigmas), GIRTH_MM + off_mm, sigma_mm))
+    assert tree.light == light
+    named = "the scale board is probably not as large as stated" in tree.headline
     assert named == (light != "green")
-    assert ("unchecked" in tree["headline"]) == (light != "green")
-    advised = any("girth that was taped" in one["what"] for one in tree["findings"])
+    assert ("unchecked" in tree.headline) == (light != "green")
+    advised = any("girth that was taped" in one.what for one in tree.findings)
     assert advised == (light != "green")
 
 
@@ -245,13 +241,12 @@ def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) 
         sigma_mm=math.nan,
         reason="the surface has no whole girth there",
     )
-    tree = tree_of(replace(on_one_board(with_sigmas), tapes=TapeWitnesses((witness,))))
-    assert tree["light"] == "amber"
+    tree = assess(replace(on_one_board(with_sigmas), tapes=TapeWitnesses((witness,))))
+    assert tree.light == "amber"
     assert (
-        "girth at 40 mm above the table could not be compared: the surface has no"
-        in tree["headline"]
+        "girth at 40 mm above the table could not be compared: the surface has no" in tree.headline
     )
-    assert "unchecked" in tree["headline"]
+    assert "unchecked" in tree.headline
 
 
 @pytest.mark.parametrize(("stated_m", "light"), [(0.9, "green"), (0.5, "amber"), (9.0, "red")])
@@ -263,9 +258,9 @@ def test_a_scale_that_contradicts_the_focus_is_questioned(
         for photo in with_sigmas.photos.photos
     )
     found = replace(with_sigmas, photos=replace(with_sigmas.photos, photos=photos))
-    tree = tree_of(found)
-    assert tree["light"] == light
-    assert ("another unit" in tree["headline"]) == (light != "green")
+    tree = assess(found)
+    assert tree.light == light
+    assert ("another unit" in tree.headline) == (light != "green")
 
 
 @pytest.mark.parametrize(("sigmas", "light"), [(2.9, "green"), (-3.1, "amber"), (300.0, "amber")])
@@ -278,24 +273,24 @@ def test_a_camera_that_the_photos_contradict_is_amber(
     learned = math.sqrt(given.covariance[0, 0] - after)
     moved = replace(given.camera, fx=given.camera.fx - sigmas * learned)
     cameras = replace(with_sigmas.cameras, calibrations=(replace(given, camera=moved),))
-    tree = tree_of(replace(with_sigmas, cameras=cameras))
-    assert tree["light"] == light
-    assert ("say another fx" in tree["headline"]) == (light != "green")
+    tree = assess(replace(with_sigmas, cameras=cameras))
+    assert tree.light == light
+    assert ("say another fx" in tree.headline) == (light != "green")
 
 
 def test_half_a_limb_is_red_though_every_photo_was_placed(with_sigmas: Evidence) -> None:
     mesh = with_sigmas.mesh
     y = mesh.vertices_mm[:, 1]
     half = replace(mesh, faces=mesh.faces[(y[mesh.faces] >= 0).all(1)])
-    tree = tree_of(replace(with_sigmas, mesh=half))
-    assert tree["light"] == "red"
-    assert "directions round the limb have no measured surface" in tree["headline"]
-    assert tree["headline"].startswith("RED: ")
-    assert tree["reasons"][0] in tree["headline"]
+    tree = assess(replace(with_sigmas, mesh=half))
+    assert tree.light == "red"
+    assert "directions round the limb have no measured surface" in tree.headline
+    assert tree.headline.startswith("RED: ")
+    assert tree.reasons[0] in tree.headline
 
 
 def test_every_reason_is_kept_the_gravest_first(with_sigmas: Evidence) -> None:
-    tree = tree_of(with_tape(with_check(with_sigmas, 0.002), GIRTH_MM + 30))
-    assert [one["light"] for one in tree["criteria"] if one["light"] != "green"]
-    assert "tape read" in tree["reasons"][0]
-    assert "A-B is off" in tree["reasons"][1]
+    tree = assess(with_tape(with_check(with_sigmas, 0.002), GIRTH_MM + 30))
+    assert [one.light for one in tree.criteria if one.light != "green"]
+    assert "tape read" in tree.reasons[0]
+    assert "A-B is off" in tree.reasons[1]
