@@ -92,7 +92,7 @@ def test_the_programs_of_the_guide_run_and_make_the_same_surface(
     # otherwise; the surface is the same within a few of its sigmas (0.06 mm).
     assert np.quantile(apart_mm, 0.95) < 0.06
     assert len(made.faces) == pytest.approx(len(command.faces), rel=0.01)
-    assert left["judged"].tree["light"] == "green"
+    assert left["judged"].light == "green"
     volume = compare(left["limb"], left["rectified"]).levels.volume
     assert volume is not None
     assert 500 < volume.difference < 1500
