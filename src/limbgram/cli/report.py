@@ -14,7 +14,9 @@ from limbgram.cli.shapes import AlignedShape, UnitOfAll, shape_of
 from limbgram.core.errors import ExportError, OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.formats.sidecar import hash_of, limb_file_beside
-from limbgram.report.record.pages import record_page, record_pdf
+from limbgram.report.html import html_of
+from limbgram.report.pdf import pdf_of
+from limbgram.report.record.layout import record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import RecipeSource, ShapeSource
 from limbgram.workbench.recipe.file import read_recipe
@@ -101,7 +103,7 @@ def _recipe(path: Path) -> RecipeSource:
 
 
 def _write(record: Record, folder: Path) -> list[Path]:
-    """JSON first: page and PDF are made of it."""
+    """JSON first: page and PDF are made of its tree."""
     if CaseFolder(folder).record.exists():
         raise OptionsError(
             f"{folder} is a case, and its own report.html would be lost. Choose another folder by "
@@ -113,13 +115,12 @@ def _write(record: Record, folder: Path) -> list[Path]:
         raise ExportError(
             f"The folder {folder} cannot be made: {error.strerror or error}. Choose another by -o."
         ) from error
+    report = record_report(record.tree, record.pictures)
     tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)
     return [
         write_bytes(folder / "report.json", f"{tree}\n".encode()),
-        write_bytes(
-            folder / "report.html", record_page(record.tree, record.pictures).encode("utf-8")
-        ),
-        write_bytes(folder / "report.pdf", record_pdf(record.tree, record.pictures)),
+        write_bytes(folder / "report.html", html_of(report).encode("utf-8")),
+        write_bytes(folder / "report.pdf", pdf_of(report)),
     ]
 
 

@@ -5,17 +5,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from matplotlib.text import Text
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.record import pages as pdf
-from limbgram.report.record import pages as words
+from limbgram.report.html import html_of
+from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.bias import biases
-from limbgram.report.record.pages import record_page
+from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import RecordOptions, record_of
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.edits.percent import Reduction
@@ -98,13 +96,13 @@ def test_plus_minus_on_the_record_is_what_holds_in_95_of_100() -> None:
     known = replace(scanned.mesh, sigma_mm=shared[:, 0], shared_mm=shared, correlation_mm=1.0)
     bare = record_of(source(scanned))
     tree = record_of(source(replace(scanned, mesh=known))).tree
-    page = record_page(tree, bare.pictures)
+    page = html_of(record_report(tree, bare.pictures))
     told = tree["measures"]["levels"][1]["tape_mm"]
     assert told["sigma"] == pytest.approx(2 * np.pi * 0.1, rel=0.02)
     assert f"{told['value']:.1f} ± {1.96 * told['sigma']:.2f}" in page
     assert f"± {told['sigma']:.2f}" not in page
     assert page.count(HOLDS) == 1
-    assert HOLDS not in record_page(bare.tree, bare.pictures)
+    assert HOLDS not in html_of(record_report(bare.tree, bare.pictures))
 
 
 def test_scale_and_sock_in_millimetres_of_radius() -> None:
@@ -136,7 +134,7 @@ def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
     assert record.tree["notes"] == ["shape aaaaaaaa has a seam"]
     assert record.tree["comparison"]["first"] == "shape bbbbbbbb"
     assert record.tree["comparison"]["volume"]["ml"]["difference"] == pytest.approx(0, abs=1e-6)
-    assert words.badge(record.tree) == "RIGHT · mm"
+    assert badge(record.tree) == "RIGHT · mm"
 
 
 def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
@@ -147,7 +145,7 @@ def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
     assert record.tree["measures"]["reference"] == "own landmark 1"
     heights = [row["from_reference_mm"] for row in record.tree["measures"]["levels"]]
     assert heights[0] == pytest.approx(-60.0)
-    assert words.measure_rows(record.tree)[0][0] == "-60.0"
+    assert measure_rows(record.tree)[0][0] == "-60.0"
 
 
 def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
@@ -178,7 +176,7 @@ def test_what_is_not_sure_stands_first() -> None:
     assert topics == {"case", "surface", "tape", "file"}
 
 
-def test_a_load_on_bone_stands_in_page_paper_and_tree(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     """Accepted or not: the record tells what was done, it refuses nothing."""
     edits = (
         Entry(edit=Load(at="tibial crest", depth_mm=4.0, falloff_mm=15.0)),
@@ -199,12 +197,12 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree(monkeypatch: pytest.Monkey
     assert "presses 4.0 mm on the tibial crest" in told[0]["what"]
     assert "NOT accepted in the recipe: load on tibial crest" in told[0]["what"]
     assert "tibial crest 4.9 mm" in told[2]["what"]
-    page = record_page(record.tree, record.pictures)
-    sheets: list[Figure] = []
-    monkeypatch.setattr(pdf, "pdf_of", lambda figures: sheets.extend(figures) or b"")
-    pdf.record_pdf(record.tree, record.pictures)
-    texts = (text.get_text() for sheet in sheets for text in sheet.findobj(Text))
-    paper = " ".join(" ".join(texts).split())
+    report = record_report(record.tree, record.pictures)
+    page = html_of(report)
+    sheets = sheets_of(report)
+    assert len(sheets) == 2
+    lines = (mark.words for sheet in sheets for mark in sheet if isinstance(mark, Line))
+    paper = " ".join(" ".join(lines).split())
     for words_of in (" ".join(page.split()), paper):
         assert "presses 4.0 mm on the tibial crest: bone edge under the skin (NOT acc" in words_of
         assert "inward (pressure)" in words_of
@@ -245,7 +243,7 @@ def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
     expected = 2 * np.pi * 0.94 * RADIUS_MM
     assert all(girth["value"] == pytest.approx(expected, rel=1e-3) for girth in girths)
     assert [picture.name for picture in record.pictures] == ["sides", "sections", "wall"]
-    page = record_page(record.tree, record.pictures)
+    page = html_of(record_report(record.tree, record.pictures))
     assert "Measures of the inside by level" in page
     assert "Of the OUTSIDE of the wall" in page
     assert "mm thick where it is thinnest" in page

@@ -1,6 +1,7 @@
 """A drawing: a figure and the sentence that explains it; colours that all drawings share."""
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from PIL.PngImagePlugin import PngInfo
 from limbgram.report.drawings.shading import Frame
 
 INK, FAINT = "#22303a", "#8a97a0"
+PALE_INK = "#55636c"
+"""Of small print: dark enough for a printer."""
 BLUE, ORANGE, GREEN, RED = "#2b6ca3", "#d9822b", "#3c8d5a", "#b8403a"
 _DOTS_PER_INCH = 110
 _COMPRESSION = 4
@@ -41,6 +44,36 @@ class Picture:
     title: str
     caption: str
     png: UInt8[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """A diagram in one pair of axes, drawn as vectors wherever it is put."""
+
+    draw: Callable[[Axes], None]
+    title: str
+    """Read out to those who cannot see it."""
+    width_in: float = 3.45
+    height_in: float = 1.9
+    left_in: float = 0.5
+    right_in: float = 0.12
+    top_in: float = 0.1
+    bottom_in: float = 0.42
+    """Room beside the axes for ticks and labels."""
+
+    def draw_at(
+        self, figure: Figure, left_in: float, top_in: float, width_in: float, height_in: float
+    ) -> None:
+        """Draw it into this part of a figure."""
+        self.draw(
+            axes_at(
+                figure,
+                left_in + self.left_in,
+                top_in + self.top_in,
+                width_in - self.left_in - self.right_in,
+                height_in - self.top_in - self.bottom_in,
+            )
+        )
 
 
 def blank(width_in: float, height_in: float) -> Figure:

@@ -1,0 +1,410 @@
+"""Layout: what the page and the PDF of a record show, and in which order.
+
+In      the tree of a record and its pictures.
+Out     a Report of two sheets: the shape, its measures and what to check, to be signed; what was
+        done to it and how sure it is.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from limbgram.core.interval import HOLDS, Interval, plus_minus
+from limbgram.report.blocks import (
+    Advice,
+    AdviceList,
+    Banner,
+    Block,
+    Card,
+    Fields,
+    Heading,
+    Illustration,
+    Report,
+    Section,
+    Table,
+    Text,
+)
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.record.advice import tape_checks
+
+Tree = dict[str, Any]
+Row = tuple[str, ...]
+
+SIDES = {"left": "LEFT", "right": "RIGHT", "none": "NO SIDE"}
+BIAS_NOTE = (
+    "A bias shifts all radii one way (+ outwards); typical (RMS) and largest go both ways. 0.25 mm "
+    "of radius is what a socket's fit can show."
+)
+COMPARISON_NOTE = "This shape is the second one: differences are this shape less the other."
+MEASURE_HEADS = (
+    "#height mm", "#tape mm", "#contour mm", "#ML mm", "#AP mm", "#area cm²", "#volume below mL",
+)  # fmt: skip
+LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
+CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
+                "#mL since the last level", "#change")  # fmt: skip
+LEDGER_NOTE = (
+    "Largest and mean: how far the surface moved, + outward (room), - inward (pressure). Volume: "
+    "of the closed shape, an open brim closed from its middle."
+)
+LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
+BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "how it is known")
+FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
+
+
+def record_report(tree: Tree, pictures: Sequence[Picture]) -> Report:
+    """The record, the four sides first among its pictures."""
+    return Report(
+        title=f"Record of {tree['id']}",
+        banner=Banner(badge=badge(tree), words=_banner(tree), colour="blue"),
+        cards=tuple(_cards(tree)),
+        intended_use=tree["intended_use"],
+        sections=(
+            _findings(tree),
+            _shape(tree, pictures[0]),
+            _measures(tree),
+            _to_sign(tree),
+            *_comparison(tree),
+            *_recipe(tree),
+            *(
+                Section(title=one.title, blocks=(_illustration(one, optional=True),), sheet=2)
+                for one in pictures[1:]
+            ),
+            Section(
+                title="What each step does to a radius",
+                blocks=(
+                    Text(words=BIAS_NOTE, note=True),
+                    Table(heads=BIAS_HEADS, rows=tuple(bias_rows(tree))),
+                ),
+                sheet=2,
+            ),
+            Section(
+                title="Files and versions",
+                blocks=(
+                    Text(words=tree["names"], note=True),
+                    Table(heads=FILE_HEADS, rows=tuple(file_rows(tree))),
+                    Text(words=versions(tree), note=True),
+                ),
+                sheet=2,
+            ),
+        ),
+    )
+
+
+def _findings(tree: Tree) -> Section:
+    items = tuple(
+        Advice(what=one["what"], remedy=one["remedy"], serious=one["gravity"] == "serious")
+        for one in tree["findings"]
+    )
+    return Section(
+        title="Before anything is made from it", blocks=(AdviceList(items=items),), sheet=1
+    )
+
+
+def _shape(tree: Tree, picture: Picture) -> Section:
+    marks = tuple(landmark_rows(tree))
+    return Section(
+        title=picture.title,
+        blocks=(
+            _illustration(picture, least_in=1.9),
+            Heading(words="Landmarks, in the limb's axes"),
+            Table(heads=LANDMARK_HEADS, rows=marks, shorten="cut")
+            if marks
+            else Text(words="None were marked."),
+        ),
+        sheet=1,
+    )
+
+
+def _measures(tree: Tree) -> Section:
+    blocks: list[Block] = [
+        Text(words=measure_note(tree), note=True),
+        Table(heads=MEASURE_HEADS, rows=tuple(measure_rows(tree)), shorten="thin"),
+    ]
+    if tree["inside"] is not None:
+        blocks += [
+            Heading(words="Measures of the inside by level", page_only=True),
+            Text(words=_skin("inside").strip(), note=True, page_only=True),
+            Table(heads=MEASURE_HEADS, rows=tuple(inside_rows(tree)), page_only=True),
+        ]
+    return Section(title="Measures by level", blocks=tuple(blocks), sheet=1)
+
+
+def _to_sign(tree: Tree) -> Section:
+    """Where a professional writes what the tape says."""
+    blocks: list[Block] = []
+    checks = tape_checks(tree)
+    if checks:
+        labels = tuple(f"at {height:g} mm: {girth:.1f}, tape" for height, girth in checks)
+        blocks = [
+            Fields(labels=labels),
+            Text(
+                words=f"Heights count from: {tree['measures']['reference']}. More than 1 mm or "
+                "1 % apart: find out why before anything is made.",
+                note=True,
+            ),
+        ]
+    return Section(
+        title="Girths, mm, and what the tape reads" if checks else "",
+        blocks=(*blocks, Fields(labels=("Checked by:", "Date:", "Signature:"))),
+        sheet=1,
+    )
+
+
+def _comparison(tree: Tree) -> Iterator[Section]:
+    compared = tree["comparison"]
+    if compared is None:
+        return
+    yield Section(
+        title=f"Compared with {compared['first']}",
+        blocks=(
+            Text(words=compared["verdict"]),
+            Text(words=COMPARISON_NOTE, note=True),
+            Table(heads=CHANGE_HEADS, rows=tuple(change_rows(tree)), page_only=True),
+        ),
+        sheet=2,
+    )
+
+
+def _recipe(tree: Tree) -> Iterator[Section]:
+    if tree["recipe"] is None:
+        return
+    heads, rows = girth_ledger(tree)
+    title = "Girths after each edit, by height in the limb frame (contour, mm)"
+    yield Section(
+        title="Edits and what they did",
+        blocks=(
+            Text(words=recipe_note(tree), note=True),
+            Table(heads=LEDGER_HEADS, rows=tuple(ledger_rows(tree)), shorten="cut"),
+            Text(words=LEDGER_NOTE, note=True),
+            Heading(words=title, page_only=True),
+            Table(heads=heads, rows=tuple(rows), page_only=True),
+        ),
+        sheet=2,
+    )
+
+
+def _illustration(
+    picture: Picture, *, least_in: float = 1.2, optional: bool = False
+) -> Illustration:
+    return Illustration(
+        image=picture, caption=picture.caption, least_in=least_in, optional=optional
+    )
+
+
+def badge(tree: Tree) -> str:
+    """What nobody may overlook."""
+    return f"{SIDES[tree['side']]} · mm"
+
+
+def _banner(tree: Tree) -> str:
+    """Side, unit and frame, in a sentence."""
+    side = tree["side"]
+    whose = "No side was given" if side == "none" else f"The patient's {side} side"
+    sock = tree["measures"]["sock_taken_off_mm"]
+    worn = f"{sock:g} mm of sock are off" if sock else "no sock is recorded as taken off"
+    return (
+        f"{whose}. All lengths are in millimetres (mm), volumes in millilitres. Aligned: +Z "
+        f"proximal, +Y anterior, +X the patient's right, origin distal; {worn}."
+    )
+
+
+def _cards(tree: Tree) -> Iterator[Card]:
+    """What is asked first."""
+    across, deep, long = tree["size_mm"]
+    rows = [row for row in tree["measures"]["levels"] if row["volume_below_ml"] is not None]
+    girths = [row for row in tree["measures"]["levels"] if row["tape_mm"] is not None]
+    yield Card(
+        "Size",
+        f"{long:.1f} mm long",
+        f"{across:.1f} mm from side to side, {deep:.1f} mm from front to back",
+    )
+    if rows:
+        top = rows[-1]
+        yield Card(
+            "Volume",
+            f"{_figure(top['volume_below_ml'], 1)} mL",
+            f"from the distal end up to {_height(tree, top)}",
+        )
+    if girths:
+        widest = max(girths, key=lambda row: row["tape_mm"]["value"])
+        yield Card(
+            "Largest tape girth",
+            f"{_figure(widest['tape_mm'], 1)} mm",
+            f"at {_height(tree, widest)}",
+        )
+    compared = tree["comparison"]
+    if compared is not None and compared["volume"]["ml"] is not None:
+        change, plies = compared["volume"]["ml"], compared["volume"]["sock_plies"]
+        yield Card(
+            "Change of volume",
+            f"{change['difference']:+.1f} mL",
+            f"{100 * change['share']:+.2f} %, like {plies:+.1f} sock plies",
+        )
+
+
+def inside_rows(tree: Tree) -> list[Row]:
+    """The same of what a wall holds."""
+    return [_measure_row(row) for row in tree["inside"]["levels"]]
+
+
+def measure_rows(tree: Tree) -> list[Row]:
+    """A row a level; one without an answer has a second cell alone, which says why."""
+    return [_measure_row(row) for row in tree["measures"]["levels"]]
+
+
+def measure_note(tree: Tree) -> str:
+    with_sigma = any(
+        row["tape_mm"] is not None and row["tape_mm"]["sigma"] is not None
+        for row in tree["measures"]["levels"]
+    )
+    spread = f"{HOLDS}." if with_sigma else ""
+    skin, reference = _skin(tree["measures"]["skin"]), tree["measures"]["reference"]
+    return (
+        f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
+        f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
+    ).strip()
+
+
+def landmark_rows(tree: Tree) -> list[Row]:
+    return [
+        (str(number), mark["name"], *(f"{value:+.1f}" for value in mark["in_limb_mm"]))
+        for number, mark in enumerate(tree["landmarks"], start=1)
+    ]
+
+
+def change_rows(tree: Tree) -> list[Row]:
+    """What differs, level by level."""
+    return [_change_row(row) for row in tree["comparison"]["levels"]]
+
+
+def ledger_rows(tree: Tree) -> list[Row]:
+    """A row an edit; under it a sentence for each thing that somebody has to mean or to know."""
+    rows: list[Row] = []
+    for line in tree["recipe"]["lines"]:
+        before, after = line["before"]["volume_ml"], line["after"]["volume_ml"]
+        moved = line["displacement"]
+        rows.append(
+            (
+                str(line["number"]),
+                line["edit"],
+                f"{after:.1f}",
+                f"{after - before:+.2f}",
+                f"{100 * (after / before - 1):+.3f}" if before else "",
+                "" if moved is None else f"{moved['largest_mm']:+.2f}",
+                "" if moved is None else f"{moved['mean_mm']:+.3f}",
+            )
+        )
+        rows += [("", sentence) for sentence in line["told"]]
+        rows += [("!", _mark(concern)) for concern in line["concerns"]]
+    return rows
+
+
+def girth_ledger(tree: Tree) -> tuple[Row, list[Row]]:
+    """Girths after each edit, at levels that stay the same: heads and rows."""
+    recipe = tree["recipe"]
+    heads = ("#no.", *(f"#{level:.0f} mm" for level in recipe["levels_mm"]))
+    lines = recipe["lines"]
+    start = [] if not lines else [("before", *_girths(lines[0]["before"]))]
+    return heads, [*start, *((str(one["number"]), *_girths(one["after"])) for one in lines)]
+
+
+def recipe_note(tree: Tree) -> str:
+    """What the ledger is, and whether it is this shape's."""
+    recipe = tree["recipe"]
+    done = f"Computed for this record by doing {recipe['id']} to {recipe['scan']} again"
+    apart = recipe["apart_mm"]
+    if apart is None:
+        return f"{done}; the rest of this record shows the shape before these edits."
+    return f"{done}; the result and the shape of this record are {apart:.3f} mm apart at most."
+
+
+def bias_rows(tree: Tree) -> list[Row]:
+    return [
+        (
+            one["step"],
+            _number(one["bias_mm"], "+.3f"),
+            "" if one["typical_mm"] is None else f"{one['typical_mm']:.3f}",
+            "" if one["largest_mm"] is None else f"{one['largest_mm']:.3f}",
+            "" if one["volume_share"] is None else f"{100 * one['volume_share']:+.3f}",
+            one["basis"],
+        )
+        for one in tree["bias"]
+    ]
+
+
+def file_rows(tree: Tree) -> list[Row]:
+    return [(one["what"], one["id"], one["kind"], one["sha256"]) for one in tree["files"]]
+
+
+def versions(tree: Tree) -> str:
+    return "Made by " + ", ".join(f"{name} {what}" for name, what in tree["versions"].items()) + "."
+
+
+def _height(tree: Tree, row: Tree) -> str:
+    """A height, and what it counts from where that is no end of the limb."""
+    reference = tree["measures"]["reference"]
+    counted = "" if reference == "distal end" else f" from {reference}"
+    return f"{row['from_reference_mm']:g} mm{counted}"
+
+
+def _measure_row(row: Tree) -> Row:
+    height = f"{row['from_reference_mm']:.1f}"
+    if row["tape_mm"] is None:
+        return height, row["reason"]
+    area, volume = row["area_mm2"], row["volume_below_ml"]
+    per = {"value": area["value"] / 100, "sigma": area["sigma"] and area["sigma"] / 100}
+    return (
+        height,
+        _figure(row["tape_mm"], 1),
+        _figure(row["contour_mm"], 1),
+        _figure(row["ml_mm"], 1),
+        _figure(row["ap_mm"], 1),
+        _figure(per, 2),
+        "-" if volume is None else _figure(volume, 1),
+    )
+
+
+def _change_row(row: Tree) -> Row:
+    height = f"{row['height_mm']:.1f}"
+    tape, slab = row.get("tape_mm"), row["volume_since_last_level_ml"]
+    if tape is None:
+        return height, row["reason"] or "-"
+    return (
+        height,
+        f"{tape['second']:.1f}",
+        f"{tape['difference']:+.1f}",
+        f"{100 * tape['share']:+.2f}",
+        f"{row['ml_mm']['difference']:+.1f}",
+        f"{row['ap_mm']['difference']:+.1f}",
+        "-" if slab is None else f"{slab['second']:.1f}",
+        "-" if slab is None else f"{slab['difference']:+.1f}",
+    )
+
+
+def _skin(skin: str) -> str:
+    """Which skin of a wall the figures are of."""
+    if skin == "inside":
+        return "Of the INSIDE of the wall; areas and volumes are of what it holds. "
+    if skin == "outside":
+        return "Of the OUTSIDE of the wall; areas and volumes are of its material. "
+    return ""
+
+
+def _mark(concern: Tree) -> str:
+    """What somebody had to mean, or has to know, of an edit."""
+    if not concern["word"]:
+        return concern["what"]
+    return f"{concern['what']} ({'accepted' if concern['accepted'] else 'NOT accepted'})"
+
+
+def _girths(figures: Tree) -> Row:
+    return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures["girths_mm"])
+
+
+def _figure(figure: Tree, decimals: int) -> str:
+    sigma = figure["sigma"]
+    interval = None if sigma is None else Interval.of_sigma(sigma)
+    return f"{figure['value']:.{decimals}f} {plus_minus(interval, max(decimals, 2))}".rstrip()
+
+
+def _number(value: float | None, form: str) -> str:
+    return "not known" if value is None else format(value, form)
