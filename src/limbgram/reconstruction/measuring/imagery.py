@@ -157,7 +157,7 @@ def _box(view: View, points_mm: Points3, aligned_px: int) -> tuple[int, int, int
     return int(x0), int(y0), right, bottom
 
 
-def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "h w"]:
+def _summed(pixels: GreyImage, halvings: int) -> UInt16[np.ndarray, "rows columns"]:
     """Sums of blocks of 2^halvings pixels a side; exact up to four halvings."""
     summed = pixels.astype(np.uint16)
     for _ in range(halvings):
