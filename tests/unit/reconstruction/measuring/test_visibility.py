@@ -45,6 +45,7 @@ def meets_any(origin: np.ndarray, ray: np.ndarray, triangles: np.ndarray) -> boo
     two = two - first
     across = np.cross(ray, two)
     determinant = (one * across).sum(1)
+    determinant = np.where(np.abs(determinant) < 1e-12, np.nan, determinant)
     u = ((origin - first) * across).sum(1) / determinant
     along = np.cross(origin - first, one)
     v, far = (along @ ray) / determinant, (two * along).sum(1) / determinant

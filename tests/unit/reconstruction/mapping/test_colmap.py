@@ -1,0 +1,96 @@
+"""COLMAP counts from a pixel's corner: half a pixel is added on the way there and taken off."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pycolmap
+import pytest
+
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.colmap import _lens, _write_photos, map_incrementally
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+
+LENS = Camera(
+    width_px=900, height_px=700, fx=1500.0, fy=1500.0, cx=444.0, cy=345.0, k1=-0.08
+)  # fmt: skip
+
+
+def given(scene: Scene, source: Literal["board", "exif"]) -> tuple[PhotoSet, Cameras]:
+    sizes = {"width_px": 900, "height_px": 700, "exif": Exif()}
+    photos = tuple(
+        Photo(name=name, path=Path(name), sha256="", camera_idx=0, **sizes) for name in scene.names
+    )
+    calibration = Calibration(
+        label="", source=source, camera=scene.cameras[0], covariance=np.zeros((10, 10)), rms_px=0.1
+    )
+    return PhotoSet(photos, (CameraGroup(label="", **sizes),)), Cameras((calibration,))
+
+
+@pytest.mark.parametrize("source", ["board", "exif"])
+def test_keypoints_and_centre_go_there_half_a_pixel_further(
+    make_scene: Callable[..., Scene], source: Literal["board", "exif"]
+) -> None:
+    """And without skew, which a camera there does not have."""
+    scene = make_scene(photos=3, points=20, lenses=(replace(LENS, skew=1.5),))
+    photos, cameras = given(scene, source)
+    seen = scene.observations
+    places = [seen.xy_px[seen.photo_idx == k] for k in range(3)]
+    with pycolmap.Database.open(":memory:") as database:
+        _write_photos(database, photos, places, cameras)
+        camera = database.read_camera(1)
+        written = [database.read_keypoints(k + 1) for k in range(3)]
+    assert (camera.principal_point_x, camera.principal_point_y) == (LENS.cx + 0.5, LENS.cy + 0.5)
+    for xy, there in zip(places, written, strict=True):
+        straight = xy[:, 0] - 1.5 * (xy[:, 1] - LENS.cy) / LENS.fy
+        np.testing.assert_allclose(there[:, 0], straight + 0.5, atol=1e-4)
+        np.testing.assert_allclose(there[:, 1], xy[:, 1] + 0.5, atol=1e-4)
+
+
+def test_a_refined_lens_comes_back_half_a_pixel_nearer() -> None:
+    model = pycolmap.Reconstruction()
+    model.add_camera(
+        pycolmap.Camera(
+            camera_id=1, model="SIMPLE_RADIAL", width=900, height=700,
+            params=[1490.0, 450.5, 350.5, 0.05],
+        )
+    )  # fmt: skip
+    held = Calibration(
+        label="", source="board", camera=LENS, covariance=np.zeros((10, 10)), rms_px=0.1
+    )
+    free = replace(held, source="exif")
+    expected = Camera(
+        width_px=900, height_px=700, fx=1490.0, fy=1490.0, cx=450.0, cy=350.0, k1=0.05
+    )
+    assert _lens(model, 1, free) == expected
+    assert _lens(model, 1, held) == LENS
+    assert _lens(model, 2, free) == LENS, "a camera that no placed photo uses"
+
+
+def test_exact_matches_come_back_as_an_exact_scene(
+    make_scene: Callable[..., Scene], make_pair: Callable[..., VerifiedPair]
+) -> None:
+    """With a principal point that half a pixel would miss: through our lens nothing is left."""
+    scene = make_scene(photos=12, points=120, share=1.0, lenses=(LENS,))
+    photos, cameras = given(scene, "board")
+    places = [view.project(scene.points_in_world) for view in scene.views]
+    rows = np.tile(np.arange(120)[:, None], 2)
+    pairs = []
+    for first in range(12):
+        for second in (first + 1, first + 2):
+            if second < 12:
+                poses = [scene.view(k).camera_from_world for k in (first, second)]
+                pairs.append(make_pair(first, second, rows, poses[1] @ poses[0].inverse))
+    found = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras)
+    assert len(found) == 1
+    assert found[0].placed == tuple(range(12))
+    assert found[0].cameras == scene.cameras
+    assert len(found[0].points_in_world) == 120
+    assert np.abs(found[0].residuals_px()).max() < 0.01
+    again = map_incrementally(photos, places, Pairs(tuple(pairs), ()), cameras)[0]
+    np.testing.assert_array_equal(again.points_in_world, found[0].points_in_world)

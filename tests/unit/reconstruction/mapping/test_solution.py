@@ -1,0 +1,114 @@
+"""Adjustment: known scenes come back, priors hold what they know, and errors are as told."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import Camera, turned
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.bundle import Bundle
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.solution import adjust
+
+MakeScene = Callable[..., Scene]
+LENS = Camera(width_px=900, height_px=900, fx=1500.0, fy=1500.0, cx=450.0, cy=450.0)
+
+
+def calibrated(camera: Camera, **sigmas: float) -> Calibration:
+    """Known to the sigmas given, the rest exactly."""
+    order = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
+    variance = np.array([sigmas.get(name, 0.0) ** 2 for name in order])
+    return Calibration(
+        label="", source="board", camera=camera, covariance=np.diag(variance), rms_px=0.1
+    )
+
+
+def shaken(scene: Scene, seed: int) -> Scene:
+    """Poses and points beside the truth: turns of 0.3 degrees, shifts of 2, points 1 off."""
+    random, bundle = np.random.default_rng(seed), Bundle.of(scene)
+    views = [
+        turned(view, np.concatenate([random.normal(0, 5e-3, 3), random.normal(0, 2, 3)]))
+        for view in bundle.views
+    ]
+    points = bundle.points + random.normal(0, 1, bundle.points.shape)
+    return replace(bundle, views=np.array(views), points=points).scene(scene)
+
+
+def centre_errors(found: Scene, true: Scene) -> np.ndarray:
+    """After the similarity that fits the centres best."""
+    ours, theirs = (np.array([v.centre_in_world for v in s.views]) for s in (found, true))
+    return fit_similarity(ours, theirs).apply(ours) - theirs
+
+
+def test_exact_measurements_give_the_exact_scene(make_scene: MakeScene) -> None:
+    true = make_scene(photos=7, points=40)
+    known = [calibrated(camera) for camera in true.cameras]
+    adjusted = adjust(shaken(true, 1), known, rounds=4)
+    assert np.abs(centre_errors(shaken(true, 1), true)).max() > 1
+    assert np.abs(centre_errors(adjusted.scene, true)).max() < 1e-5
+    assert np.abs(adjusted.scene.residuals_px()).max() < 1e-5
+    assert len(adjusted.scene.observations.xy_px) == len(true.observations.xy_px)
+    assert adjusted.scene.cameras == true.cameras, "lenses known exactly are held"
+
+
+def test_a_wrong_focal_length_is_put_right_where_it_may_move(make_scene: MakeScene) -> None:
+    true = make_scene(photos=7, points=60, lenses=(LENS,))
+    wrong = replace(LENS, fx=1520.0, fy=1520.0)
+    start = shaken(replace(true, cameras=(wrong,)), 2)
+    free = adjust(start, [calibrated(wrong, fx=50.0, fy=50.0)], rounds=4).scene.cameras[0]
+    np.testing.assert_allclose([free.fx, free.fy], 1500.0, atol=0.05)
+    assert free.cx == LENS.cx
+    held = adjust(start, [calibrated(wrong, fx=50.0, fy=50.0)], hold_board_lenses=True)
+    assert held.scene.cameras[0] == wrong
+    assert not held.lens_covariance.any()
+
+
+def test_wrong_measurements_are_dropped_and_do_no_harm(make_scene: MakeScene) -> None:
+    true = make_scene(photos=8, points=80, noise_px=0.2, share=0.9, lenses=(LENS,))
+    random, seen = np.random.default_rng(4), true.observations
+    wrong = random.random(len(seen.xy_px)) < 0.05
+    aside = random.uniform(5, 50, seen.xy_px.shape) * random.choice([-1, 1], seen.xy_px.shape)
+    xy = seen.xy_px + np.where(wrong[:, None], aside, 0)
+    start = replace(true, observations=Observations(seen.photo_idx, seen.point_idx, xy))
+    adjusted = adjust(shaken(start, 4), [calibrated(LENS)])
+    left = {tuple(row) for row in adjusted.scene.observations.xy_px.tolist()}
+    assert not left & {tuple(row) for row in xy[wrong].tolist()}
+    assert len(left) > 0.9 * (~wrong).sum()
+    assert 0.17 < adjusted.sigma_px < 0.23
+    clean = adjust(shaken(true, 4), [calibrated(LENS)])
+    with_wrong, without = (centre_errors(one.scene, true).std() for one in (adjusted, clean))
+    assert 0.05 < with_wrong < 1.7 * without
+
+
+def test_a_prior_weighs_as_its_covariance_says(make_scene: MakeScene) -> None:
+    """A focal length that the photos hardly tell stays; its sigma is no larger than before."""
+    true = make_scene(photos=4, points=12, noise_px=1.0, lenses=(LENS,))
+    tight = adjust(shaken(true, 5), [calibrated(LENS, fx=0.01)])
+    assert abs(tight.scene.cameras[0].fx - LENS.fx) < 0.02
+    sigma = float(np.sqrt(tight.lens_covariance[0, 0, 0]))
+    assert 0.009 < sigma <= 0.01 * (1 + 1e-9)
+    assert np.count_nonzero(tight.lens_covariance) == 1
+
+
+def test_focal_lengths_scatter_as_their_covariance_says(make_scene: MakeScene) -> None:
+    """Nine neighbours err as one, which the adjustment takes for granted."""
+    alike, errors, told = 9, [], []
+    for seed in range(14):
+        scene = make_scene(photos=6, points=40, noise_px=0.3, share=1.0, seed=seed, lenses=(LENS,))
+        seen, count = scene.observations, len(scene.points_in_world)
+        many = replace(
+            scene,
+            points_in_world=np.tile(scene.points_in_world, (alike, 1)),
+            observations=Observations(
+                np.tile(seen.photo_idx, alike),
+                np.concatenate([seen.point_idx + np.int32(k * count) for k in range(alike)]),
+                np.tile(seen.xy_px, (alike, 1)),
+            ),
+        )
+        adjusted = adjust(many, [calibrated(LENS, fx=100.0, fy=100.0)], outlier_sigmas=6.0)
+        errors.append(adjusted.scene.cameras[0].fx - LENS.fx)
+        told.append(np.sqrt(adjusted.lens_covariance[0, 0, 0]))
+    assert max(told) < 10, "the photos told more than the prior"
+    assert 0.5 < np.sqrt(np.mean(np.square(errors))) / np.mean(told) < 1.6

@@ -1,0 +1,163 @@
+"""Agreement of keypoints, contradictions and the words that photos get."""
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.frames import Rigid
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.verdicts import (
+    agreed_places,
+    contradicted,
+    judge,
+    photo_points,
+)
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+
+MakeScene = Callable[..., Scene]
+MakePair = Callable[..., VerifiedPair]
+
+
+def described(
+    xy_px: np.ndarray, scale_px: np.ndarray | float = 1.0, angle_deg: np.ndarray | float = 0.0
+) -> Keypoints:
+    count = len(xy_px)
+    return Keypoints(
+        xy_px=xy_px.astype(np.float32),
+        scale_px=np.broadcast_to(scale_px, count).astype(np.float32),
+        angle_deg=np.broadcast_to(angle_deg, count).astype(np.float32),
+        descriptors=np.zeros((count, 128), np.uint8),
+    )
+
+
+def agreed(features: Features, pairs: list[VerifiedPair]) -> list[np.ndarray]:
+    """Shifts s of all keypoints: least sum of w |s_second - turn s_first - move|^2 + 0.1 |s|^2.
+
+    A turn is a complex factor, second's scale and angle over first's; weights are Cauchy's at
+    0.3 px, of the moves first and then once of what is left.
+    """
+    places = [keypoints.xy_px.astype(float) for keypoints in features.keypoints]
+    names = [(k, i) for k, xy in enumerate(places) for i in range(len(xy))]
+    rows: list[np.ndarray] = []
+    moves: list[complex] = []
+
+    def spin(photo: int, idx: int) -> complex:
+        keypoints = features.keypoints[photo]
+        angle = math.radians(float(keypoints.angle_deg[idx]))
+        return cmath.rect(float(keypoints.scale_px[idx]), angle)
+
+    for pair in pairs:
+        first, second = pair.matches.first, pair.matches.second
+        for (i, j), found in zip(pair.matches.keypoint_idx.tolist(), pair.matches.xy_second_px):
+            row = np.zeros(len(names), complex)
+            row[names.index((second, j))] += 1
+            row[names.index((first, i))] -= spin(second, j) / spin(first, i)
+            rows.append(row)
+            moves.append(complex(*(found - places[second][j])))
+    design, wanted = np.array(rows), np.array(moves)
+    left, shifts = wanted, np.zeros(len(names), complex)
+    for _ in range(2):
+        root = np.sqrt(1 / (1 + np.abs(left) ** 2 / 0.3**2))
+        whole = np.vstack([root[:, None] * design, math.sqrt(0.1) * np.eye(len(names))])
+        shifts = np.linalg.lstsq(whole, np.concatenate([root * wanted, 0 * shifts]), rcond=None)[0]
+        left = wanted - design @ shifts
+    steps = iter(shifts)
+    return [np.array([xy + np.array([s.real, s.imag]) for xy, s in zip(row, steps)]) for row in places]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_places_agree_with_all_window_matches(make_pair: MakePair, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    features = Features(
+        tuple(
+            described(
+                random.uniform(0, 90, (9, 2)), random.uniform(1, 3, 9), random.uniform(-180, 180, 9)
+            )
+            for _ in range(3)
+        )
+    )
+    pairs = []
+    for first, second in [(0, 1), (1, 2), (0, 2)]:
+        rows = np.column_stack([random.permutation(9)[:6], random.permutation(9)[:6]])
+        places = features.keypoints[second].xy_px.astype(float)[rows[:, 1]]
+        moved = places + random.normal(0, 0.3, (6, 2))
+        moved[0] += 5.0  # a wrong one, which the robust weights play down
+        pairs.append(make_pair(first, second, rows, xy_px=(np.zeros((6, 2)), moved)))
+    found = agreed_places(features, Pairs(tuple(pairs), ()))
+    for ours, expected in zip(found, agreed(features, pairs), strict=True):
+        np.testing.assert_allclose(ours, expected, atol=1e-9)
+    still = agreed_places(features, Pairs((), ()))
+    for ours, keypoints in zip(still, features.keypoints, strict=True):
+        np.testing.assert_array_equal(ours, keypoints.xy_px)
+
+
+def relative(scene: Scene, first: int, second: int, turn_deg: float = 0.0) -> Rigid:
+    turn = Rigid.from_rotation_vector(np.array([0.0, np.radians(turn_deg), 0.0]), np.zeros(3))
+    poses = scene.view(first).camera_from_world, scene.view(second).camera_from_world
+    return turn @ poses[1] @ poses[0].inverse
+
+
+@pytest.mark.parametrize(("turn_deg", "wrong"), [(14.0, False), (16.0, True)])
+def test_a_photo_contradicts_where_most_of_its_matches_say_so(
+    make_scene: MakeScene, make_pair: MakePair, turn_deg: float, wrong: bool
+) -> None:
+    """Photo 2 has 30 matches that may be turned and 20 that agree; planes are not asked."""
+    scene = make_scene(photos=4)
+    some, more, plane = np.zeros((20, 2)), np.zeros((30, 2)), np.zeros((90, 2))
+    verified = (
+        make_pair(1, 2, some, relative(scene, 1, 2)),
+        make_pair(2, 3, more, relative(scene, 2, 3, turn_deg)),
+        make_pair(0, 3, plane, relative(scene, 0, 3)),
+        make_pair(0, 2, plane, relative(scene, 0, 2, 90.0), kind="planar"),
+        make_pair(0, 1, plane, None, kind="rotation"),
+    )
+    found = contradicted(scene, Pairs(verified, ()))
+    assert found.tolist() == [False, False, wrong, False]
+
+
+def test_points_and_residuals_are_counted_by_photo(make_scene: MakeScene) -> None:
+    scene = make_scene(noise_px=0.5, points=20)
+    figures, residuals = photo_points(scene), scene.residuals_px()
+    for photo in range(5):
+        own = residuals[scene.observations.photo_idx == photo]
+        mean = sum(float(row @ row) for row in own) / len(own)
+        np.testing.assert_allclose(figures[photo], [len(own), math.sqrt(mean)])
+
+
+def test_every_photo_that_is_left_out_gets_its_own_reason(
+    make_scene: MakeScene, make_pair: MakePair
+) -> None:
+    scene = make_scene(photos=7, points=30)
+    poses = scene.camera_from_world
+    placed = replace(scene, camera_from_world=(*poses[:2], *5 * (None,)))
+    other = replace(scene, camera_from_world=(None, None, None, *poses[3:5], None, None))
+    plenty, rows = described(np.zeros((300, 2))), np.zeros((9, 2))
+    features = Features((plenty, plenty, described(np.zeros((150, 2))), *4 * (plenty,)))
+    pairs = (
+        make_pair(0, 2, rows),
+        make_pair(0, 5, rows, kind="rotation"),
+        make_pair(0, 6, rows),
+        make_pair(1, 6, rows),
+    )
+    verdicts = judge(placed, features, Pairs(pairs, ()), [other], {1: "unused", 4: "It moved."})
+    assert [verdict.placed for verdict in verdicts] == [True, True, *5 * (False,)]
+    starts = [
+        "",
+        "",
+        "Only 150 feature points",
+        "It joins only with 4.jpg,",
+        "It moved.",
+        "It was taken from the same spot",
+        "It matches 2 photos but fits no pose",
+    ]
+    for verdict, start in zip(verdicts, starts, strict=True):
+        assert verdict.reason.startswith(start)
+        assert bool(verdict.reason) != verdict.placed
+        assert np.isnan(verdict.rms_px) != verdict.placed
+    alone = judge(placed, features, Pairs((), ()), [], {})
+    assert alone[6].reason.startswith("No other photo shows the same points")
