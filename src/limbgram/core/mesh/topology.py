@@ -8,7 +8,7 @@ from functools import lru_cache
 from hashlib import blake2b
 
 import numpy as np
-from jaxtyping import Bool, Int32, Int64
+from jaxtyping import Bool, Int32, Int64, Integer
 from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3
@@ -207,7 +207,7 @@ def with_faces(mesh: Mesh, faces: Faces) -> Mesh:
     return replace(taking_vertices(mesh, np.flatnonzero(used)), faces=compact[faces])
 
 
-def taking_vertices(mesh: Mesh, idx: Int64[np.ndarray, " k"]) -> Mesh:
+def taking_vertices(mesh: Mesh, idx: Integer[np.ndarray, " k"]) -> Mesh:
     """Vertices idx with all that is known about them; the faces are left as they are."""
     return replace(
         mesh,

@@ -46,7 +46,10 @@ def bent_board(corners_mm: Points3, terms: Float64[np.ndarray, "5"], board_mm: P
 
 
 def project_board(
-    corners_mm: Points3, board_mm: Points3, shared: Float64[np.ndarray, "15"], pose: Rigid
+    corners_mm: Points3,
+    board_mm: Float64[np.ndarray, "all 3"],
+    shared: Float64[np.ndarray, "15"],
+    pose: Rigid,
 ) -> Projection:
     """Corners in pixels, with derivatives.
 
@@ -80,7 +83,9 @@ def moved(pose: Rigid, step: Float64[np.ndarray, "6"]) -> Rigid:
     return Rigid(turn.rotation @ pose.rotation, pose.translation + step[3:])
 
 
-def _board_slopes(corners_mm: Points3, board_mm: Points3) -> Float64[np.ndarray, "n 3 5"]:
+def _board_slopes(
+    corners_mm: Points3, board_mm: Float64[np.ndarray, "all 3"]
+) -> Float64[np.ndarray, "n 3 5"]:
     """Derivatives of the corners by the board's terms; its shape is linear in them."""
     middle = 0.5 * (board_mm.min(axis=0) + board_mm.max(axis=0))
     half_mm = 0.5 * float(np.ptp(board_mm, axis=0).max())

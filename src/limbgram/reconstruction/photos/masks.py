@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Bool
 from PIL import Image
 
 from limbgram.core.errors import PhotoError
@@ -106,7 +107,7 @@ def _levels(picture: Image.Image) -> np.ndarray | str:
     return colour[:, :, 1]
 
 
-def _turned_back(upright: Mask, exif: Exif) -> Mask:
+def _turned_back(upright: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
     stored = np.rot90(upright, exif.quarter_turns)
     return stored[:, ::-1] if exif.mirrored else stored
 

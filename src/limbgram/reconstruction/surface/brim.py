@@ -75,7 +75,9 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     return mesh if much or len(boundary_loops(result.faces)) > len(loops) else result
 
 
-def _level(brim: Points3, body: Points3, share: float) -> tuple[Vector3, float, float]:
+def _level(
+    brim: Points3, body: Float64[np.ndarray, "m 3"], share: float
+) -> tuple[Vector3, float, float]:
     """Unit normal towards the body, height along it and edge length of the brim's level.
 
     The level is the plane under which `share` of the brim's length lies: a regression by

@@ -21,6 +21,8 @@ from limbgram.core.mesh.topology import (
     with_faces,
 )
 
+_FewerFaces = Int32[np.ndarray, "kept 3"]
+
 _MOST_ROUNDS = 50
 _FOLD_COSINE = -0.2
 """Neighbouring faces whose normals differ by more than 101 degrees make a fold."""
@@ -33,7 +35,7 @@ _TONGUE_ROUNDS = 5
 """Rounds of taking long faces off an opening: a part of sparse points must not be eaten up."""
 
 
-def drop_flat_and_double(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "kept 3"]:
+def drop_flat_and_double(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Faces with three different corners and an area, each only once."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     along, across, area = b - a, c - a, crosses(vertices, faces)
@@ -46,7 +48,7 @@ def drop_flat_and_double(vertices: Points3, faces: Faces) -> Int32[np.ndarray, "
     return faces if len(firsts) == len(faces) else faces[np.sort(firsts)]
 
 
-def make_manifold(faces: Faces) -> Faces:
+def make_manifold(faces: Faces) -> _FewerFaces:
     """Take faces away until every edge has two sides at most and every vertex one fan.
 
     At a vertex of several fans the largest stays.
@@ -74,7 +76,7 @@ def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
     return np.asarray(lesser[fans].reshape(-1, 3).any(1))
 
 
-def drop_folds(vertices: Points3, faces: Faces) -> Faces:
+def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Take away the faces at sharp folds and at spikes."""
     normals = face_normals(vertices, faces)
     sides = find_edges(faces).faces()
@@ -103,7 +105,7 @@ def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
     return away > _SPIKE_LINKS * link
 
 
-def drop_tongues(vertices: Points3, faces: Faces) -> Faces:
+def drop_tongues(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Take long faces off the openings."""
     edges = find_edges(faces)
     lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
@@ -115,7 +117,7 @@ def drop_tongues(vertices: Points3, faces: Faces) -> Faces:
     return faces
 
 
-def drop_dangling(faces: Faces) -> Faces:
+def drop_dangling(faces: Faces) -> _FewerFaces:
     """Take away faces that hang on by one edge or less."""
     going = _open_sides(faces) >= 2
     while going.any():

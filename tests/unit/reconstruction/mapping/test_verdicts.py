@@ -67,7 +67,7 @@ def agreed(features: Features, pairs: list[VerifiedPair]) -> list[np.ndarray]:
         shifts = np.linalg.lstsq(whole, np.concatenate([root * wanted, 0 * shifts]), rcond=None)[0]
         left = wanted - design @ shifts
     steps = iter(shifts)
-    return [np.array([xy + np.array([s.real, s.imag]) for xy, s in zip(row, steps)]) for row in places]
+    return [row + np.array([[s.real, s.imag] for _, s in zip(row, steps)]) for row in places]
 
 
 @pytest.mark.parametrize("seed", range(3))
