@@ -30,7 +30,7 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.regions import roughness_mm
-from limbgram.workbench.edits.smoothing import Smoothing, smoothing
+from limbgram.workbench.edits.smoothing import Smoothing
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 from tables import made_on, table
@@ -212,7 +212,7 @@ def smoothed(folder: Path) -> Iterator[str]:
     for name, unit in SHAPES.items():
         limb = read_limb(folder / name, unit)
         try:
-            calm = smoothing(limb, Smoothing(passes=20))
+            calm = Smoothing(passes=20).apply(limb)
         except LimbgramError as error:
             rows.append((name, "-", "-", str(error).split(". ")[0]))
             continue

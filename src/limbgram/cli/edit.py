@@ -1,11 +1,8 @@
 """`limbgram edit`: a recipe of edits made, changed, compared, and done to a scan."""
 
-import ast
-import inspect
-from dataclasses import MISSING, asdict, fields
-from itertools import pairwise
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, cast, get_type_hints
+from typing import Annotated, Any, BinaryIO
 
 import typer
 
@@ -14,7 +11,8 @@ from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, requir
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import require, toml_of, write_file
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.editing import EDITS
+from limbgram.workbench.edits.edit import parameters_of, purpose_of
+from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.file import encode_recipe, make_edit, read_recipe
 from limbgram.workbench.recipe.ledger import lines_of
 from limbgram.workbench.recipe.recipe import (
@@ -225,17 +223,15 @@ def kinds_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """List the edits there are, or the parameters of one."""
-    if kind is not None and kind not in EDITS:
-        raise OptionsError(f'There is no edit "{kind}". There are: {", ".join(EDITS)}.')
-    chosen = EDITS if kind is None else {kind: EDITS[kind]}
+    if kind is not None and kind not in EDIT_NAMED:
+        raise OptionsError(f'There is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.')
+    chosen = EDIT_NAMED if kind is None else {kind: EDIT_NAMED[kind]}
     lines: list[str] = []
     content: dict[str, Any] = {}
     for name, made in chosen.items():
-        does = " ".join((made.__doc__ or "").split())
-        meanings = _meanings(made)
+        does = purpose_of(made)
         parameters = {
-            field.name: f"{_expected(made, field.name)}. {meanings.get(field.name, '')}".rstrip()
-            for field in fields(made)
+            one.name: f"{one.expected}. {one.meaning}".rstrip() for one in parameters_of(made)
         }
         content[name] = {"does": does, "parameters": parameters}
         if kind is None:
@@ -282,26 +278,6 @@ def _parameter(text: str) -> tuple[str, Any]:
         if value[:1] in ("[", '"', "'", "{"):
             raise OptionsError(f"{text} cannot be read: {error}.") from error
         return name, value
-
-
-def _expected(made: type, name: str) -> str:
-    """The type of a parameter and its default."""
-    hint = get_type_hints(made)[name]
-    kind = hint.__name__ if isinstance(hint, type) else str(hint).replace("typing.", "")
-    default = {field.name: field.default for field in fields(made)}[name]
-    return kind if default is MISSING else f"{kind}, else {default!r}"
-
-
-def _meanings(made: type) -> dict[str, str]:
-    """What the source says under each parameter."""
-    body = cast(ast.ClassDef, ast.parse(inspect.getsource(made)).body[0]).body
-    said: dict[str, str] = {}
-    for field, text in pairwise(body):
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name):
-            docstring = text.value if isinstance(text, ast.Expr) else None
-            if isinstance(docstring, ast.Constant):
-                said[field.target.id] = " ".join(str(docstring.value).split())
-    return said
 
 
 for _name, _command in {

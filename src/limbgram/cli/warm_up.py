@@ -23,7 +23,7 @@ from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
 from limbgram.workbench.carving.setup import CarveOptions
-from limbgram.workbench.edits.cutting import PlaneCut, plane_cut
+from limbgram.workbench.edits.cutting import PlaneCut
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
@@ -72,5 +72,5 @@ def work_on_shape(limb: Limb, program: Path) -> None:
     offset(limb.mesh, -0.5)
     shortest_path(limb.mesh, limb.mesh.vertices_mm[0], limb.mesh.vertices_mm[-1])
     middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
-    plane_cut(limb, PlaneCut(height_mm=middle_mm, capped=True))
+    PlaneCut(height_mm=middle_mm, capped=True).apply(limb)
     write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))

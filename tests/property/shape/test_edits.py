@@ -16,7 +16,8 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
 )
 from limbgram.workbench.edits.cutting import PlaneCut, Trimline
-from limbgram.workbench.edits.editing import Edit, do_edit
+from limbgram.workbench.edits.edit import Edit
+from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
 from limbgram.workbench.edits.percent import Increase, Reduction
 from limbgram.workbench.edits.presets import Liner, Sock, SockPly

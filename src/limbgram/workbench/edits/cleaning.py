@@ -9,6 +9,7 @@ Fails   EditError: an amount out of its range, or what is closed would fold.
 """
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Int32
@@ -18,6 +19,7 @@ from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.reconstruction.surface.holes import find_openings
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.regions import at_brim, averaging, displaced, moved_by, with_closed
 from limbgram.workbench.limb import Limb
@@ -52,43 +54,44 @@ class Clean:
     holes_mm: float = 15.0
     """Holes up to this wide are closed; the brim never is; 0: none."""
 
+    title: ClassVar[str] = "The cleaning"
+    effect: ClassVar[Effect] = Effect(reports_displacement=False)
 
-def require_cleaning(edit: Clean, what: str) -> None:
-    """Refuse amounts that are none, or so large that a part of the limb could go.
+    def check(self) -> None:
+        """Refuse amounts that are none, or so large that a part of the limb could go.
 
-    Raises:
-        EditError: an amount is negative or too large, or nothing is asked for.
-    """
-    amounts = {
-        "scraps_mm": edit.scraps_mm,
-        "sheets_mm": edit.sheets_mm,
-        "holes_mm": edit.holes_mm,
-    }
-    for name, amount_mm in amounts.items():
-        if not 0 <= amount_mm <= _LARGEST_MM:
-            raise EditError(
-                f"{what} takes {name} from 0 (none) to {_LARGEST_MM:g} mm, not {amount_mm:g}: "
-                "what is larger may be the limb. Cut it off, or fill it, by an edit of its own."
-            )
-    if not edit.spikes and not any(amounts.values()):
-        raise EditError(f"{what} is asked for nothing. Leave this edit out.")
+        Raises:
+            EditError: an amount is negative or too large, or nothing is asked for.
+        """
+        amounts = {
+            "scraps_mm": self.scraps_mm,
+            "sheets_mm": self.sheets_mm,
+            "holes_mm": self.holes_mm,
+        }
+        for name, amount_mm in amounts.items():
+            if not 0 <= amount_mm <= _LARGEST_MM:
+                raise EditError(
+                    f"{self.title} takes {name} from 0 (none) to {_LARGEST_MM:g} mm, not "
+                    f"{amount_mm:g}: what is larger may be the limb. Cut it off, or fill it, by an "
+                    "edit of its own."
+                )
+        if not self.spikes and not any(amounts.values()):
+            raise EditError(f"{self.title} is asked for nothing. Leave this edit out.")
 
+    def apply(self, limb: Limb) -> Limb:
+        """The limb without what its scanner left.
 
-def clean(limb: Limb, edit: Clean) -> Limb:
-    """The limb without what its scanner left.
-
-    Raises:
-        EditError: what is closed would fold.
-    """
-    what = "The cleaning"
-    require_cleaning(edit, what)
-    cleared = _without_scraps(limb, edit)
-    smooth = _without_spikes(cleared) if edit.spikes else cleared
-    whole = _without_holes(smooth, edit) if edit.holes_mm else smooth
-    if whole is limb:
-        return replace(limb, notes=(*limb.notes, "nothing was found to be cleaned"))
-    require_sound(what, cleared.mesh, whole.mesh)
-    return whole
+        Raises:
+            EditError: what is closed would fold.
+        """
+        what = self.title
+        cleared = _without_scraps(limb, self)
+        smooth = _without_spikes(cleared) if self.spikes else cleared
+        whole = _without_holes(smooth, self) if self.holes_mm else smooth
+        if whole is limb:
+            return replace(limb, notes=(*limb.notes, "nothing was found to be cleaned"))
+        require_sound(what, cleared.mesh, whole.mesh)
+        return whole
 
 
 def _without_scraps(limb: Limb, edit: Clean) -> Limb:

@@ -6,7 +6,7 @@ Cuts: along a plane across the limb's axis, and along a trimline drawn on the su
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -18,6 +18,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, find_edges, with_faces
 from limbgram.reconstruction.surface.holes import loop_area
 from limbgram.reconstruction.surface.resampling import Triangles, even_out
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.fineness import divide
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
@@ -291,6 +292,47 @@ class PlaneCut:
     capped: bool = False
     """Whether the cut is closed by a flat surface."""
 
+    title: ClassVar[str] = "The plane cut"
+    effect: ClassVar[Effect] = Effect()
+
+    def check(self) -> None:
+        """Refuse a plane that no longer lies across the limb.
+
+        Raises:
+            EditError: it is too steep.
+        """
+        if not max(abs(self.forward_deg), abs(self.right_deg)) <= _STEEPEST_DEG:
+            raise EditError(
+                f"{self.title} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} "
+                f"degrees, not {self.forward_deg:g} and {self.right_deg:g}. Draw a trimline to cut "
+                "along it."
+            )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Cut by a plane; triangles across it are split, so the new edge lies in it.
+
+        Raises:
+            EditError: the plane misses the shape, or cannot be closed.
+        """
+        what = self.title
+        level = height_mm(limb, self.height_mm, self.above, what)
+        points = in_limb_frame(limb, what)
+        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
+        tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
+        normal = np.array([tilt[0], tilt[1], 1.0])
+        normal /= np.linalg.norm(normal)
+        values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
+        if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
+            low, high = float(points[:, 2].min()), float(points[:, 2].max())
+            raise EditError(
+                f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
+                f"{high:.1f} mm along the axis."
+            )
+        cut = keep_positive(limb.mesh, values)
+        mesh = cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh
+        require_sound(what, limb.mesh, mesh)
+        return limb.with_mesh(mesh)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Trimline:
@@ -303,65 +345,33 @@ class Trimline:
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
+    title: ClassVar[str] = "The trimline"
+    effect: ClassVar[Effect] = Effect()
 
-def require_tilts(edit: PlaneCut, what: str) -> None:
-    """Refuse a plane that no longer lies across the limb.
+    def check(self) -> None:
+        require_ring(self.through, self.title)
 
-    Raises:
-        EditError: it is too steep.
-    """
-    if not max(abs(edit.forward_deg), abs(edit.right_deg)) <= _STEEPEST_DEG:
-        raise EditError(
-            f"{what} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} degrees, not "
-            f"{edit.forward_deg:g} and {edit.right_deg:g}. Draw a trimline to cut along it."
+    def apply(self, limb: Limb) -> Limb:
+        """Cut along a curve; triangles across it are split, so the new brim follows it.
+
+        Raises:
+            EditError: the curve does not part the surface in two.
+        """
+        what = self.title
+        picked = np.stack(
+            [position_mm(limb, place, self.positions_in, what) for place in self.through]
         )
-
-
-def plane_cut(limb: Limb, edit: PlaneCut) -> Limb:
-    """Cut by a plane; triangles across it are split, so the new edge lies in it.
-
-    Raises:
-        EditError: the plane misses the shape, or cannot be closed.
-    """
-    what = "The plane cut"
-    require_tilts(edit, what)
-    level = height_mm(limb, edit.height_mm, edit.above, what)
-    points = in_limb_frame(limb, what)
-    middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
-    tilt = np.tan(np.radians([edit.right_deg, edit.forward_deg]))
-    normal = np.array([tilt[0], tilt[1], 1.0])
-    normal /= np.linalg.norm(normal)
-    values = ((points - middle) * normal).sum(1) * (1.0 if edit.keep == "proximal" else -1.0)
-    if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
-        low, high = float(points[:, 2].min()), float(points[:, 2].max())
-        raise EditError(
-            f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
-            f"{high:.1f} mm along the axis."
+        curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+        fine = fine_along(limb.mesh, curve, _EDGE_MM)
+        sides = find_sides(fine, curve, what)
+        heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
+        left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
+        apart = np.where(
+            np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
         )
-    cut = keep_positive(limb.mesh, values)
-    mesh = cap(cut.mesh, cut.on_cut, what) if edit.capped else cut.mesh
-    require_sound(what, limb.mesh, mesh)
-    return limb.with_mesh(mesh)
-
-
-def trimline(limb: Limb, edit: Trimline) -> Limb:
-    """Cut along a curve; triangles across it are split, so the new brim follows it.
-
-    Raises:
-        EditError: the curve does not part the surface in two.
-    """
-    what = "The trimline"
-    require_ring(edit.through, what)
-    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.through])
-    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-    fine = fine_along(limb.mesh, curve, _EDGE_MM)
-    sides = find_sides(fine, curve, what)
-    heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
-    left_is_kept = _is_kept(fine, sides.left, heights, edit.keep)
-    apart = np.where(np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3))
-    cut = keep_positive(fine, apart if left_is_kept else -apart)
-    require_sound(what, limb.mesh, cut.mesh)
-    return limb.with_mesh(cut.mesh)
+        cut = keep_positive(fine, apart if left_is_kept else -apart)
+        require_sound(what, limb.mesh, cut.mesh)
+        return limb.with_mesh(cut.mesh)
 
 
 def _is_kept(

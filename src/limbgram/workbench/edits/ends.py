@@ -4,6 +4,7 @@ The distal end: made longer or shorter, and rounder.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float64, Int64
@@ -11,6 +12,7 @@ from jaxtyping import Float64, Int64
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.topology import boundary_loops
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.fineness import refine_where
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regional import fading
@@ -44,6 +46,54 @@ class Extension:
     length_mm: float
     """From the highest point of the brim as it is to the new, level edge."""
 
+    title: ClassVar[str] = "The extension"
+    effect: ClassVar[Effect] = Effect(reports_displacement=False)
+
+    def check(self) -> None:
+        """Refuse a length that makes sense on no limb.
+
+        Raises:
+            EditError: it is not above 0 mm.
+        """
+        if self.length_mm <= 0:
+            raise EditError(f"{self.title} needs a length above 0 mm.")
+
+    def apply(self, limb: Limb) -> Limb:
+        """Add a wall from the brim to a level edge: it goes on with the slope, then turns upright.
+
+        Raises:
+            EditError: no open brim, or a wall that would cut through the limb.
+        """
+        what = self.title
+        loop = brim_loop(limb, what)
+        points = in_limb_frame(limb, what)
+        start = points[loop]
+        rise = start[:, 2].max() + self.length_mm - start[:, 2]
+        slope = _slope(limb, loop, points, what)
+        edge = np.linalg.norm(np.roll(start, -1, axis=0) - start, axis=1)
+        rows = max(2, int(np.ceil(rise.max() / max(float(np.median(edge)), 0.5))))
+        rows = min(rows, _MOST_ROWS)
+        share = (np.arange(1, rows + 1) / rows)[:, None]
+        up = share * rise
+        out = (share - share**2 / 2) * rise * slope[:, 2]
+        ring = np.stack(
+            [start[:, 0] + out * slope[:, 0], start[:, 1] + out * slope[:, 1], start[:, 2] + up],
+            axis=2,
+        )
+        count = len(loop)
+        number = np.concatenate(
+            [loop[None], len(limb.mesh) + np.arange(rows * count).reshape(rows, -1)]
+        )
+        here, ahead = number, np.roll(number, -1, axis=1)
+        # The old faces run along the loop; the new ones below each row run against it.
+        one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)
+        two = np.stack([ahead[:-1], here[1:], ahead[1:]], axis=-1)
+        faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
+        places = moved_by(frame_of(limb, what).limb_from_mesh.inverse, ring.reshape(-1, 3))
+        grown = with_added(limb.mesh, places, np.tile(loop, rows).astype(np.int64), faces)
+        require_sound(what, limb.mesh, grown)
+        return limb.with_mesh(grown)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Flare:
@@ -54,87 +104,42 @@ class Flare:
     height_mm: float
     """Width of the bent band, over the surface."""
 
+    title: ClassVar[str] = "The flare"
+    effect: ClassVar[Effect] = Effect()
 
-def require_length(edit: Extension, what: str) -> None:
-    """Refuse a length that makes sense on no limb.
+    def check(self) -> None:
+        """Refuse a flare that makes sense on no limb.
 
-    Raises:
-        EditError: it is not above 0 mm.
-    """
-    if edit.length_mm <= 0:
-        raise EditError(f"{what} needs a length above 0 mm.")
+        Raises:
+            EditError: its depth or height is not above 0 mm.
+        """
+        if self.depth_mm <= 0 or self.height_mm <= 0:
+            raise EditError(f"{self.title} needs a depth and a height above 0 mm.")
 
+    def apply(self, limb: Limb) -> Limb:
+        """Move a band at the brim outwards, most at the brim itself.
 
-def require_flare(edit: Flare, what: str) -> None:
-    """Refuse a flare that makes sense on no limb.
-
-    Raises:
-        EditError: its depth or height is not above 0 mm.
-    """
-    if edit.depth_mm <= 0 or edit.height_mm <= 0:
-        raise EditError(f"{what} needs a depth and a height above 0 mm.")
-
-
-def extension(limb: Limb, edit: Extension) -> Limb:
-    """Add a wall from the brim to a level edge; it goes on with the slope, and turns to the axis.
-
-    Raises:
-        EditError: no open brim, or a wall that would cut through the limb.
-    """
-    what = "The extension"
-    require_length(edit, what)
-    loop = brim_loop(limb, what)
-    points = in_limb_frame(limb, what)
-    start = points[loop]
-    rise = start[:, 2].max() + edit.length_mm - start[:, 2]
-    slope = _slope(limb, loop, points, what)
-    edge = np.linalg.norm(np.roll(start, -1, axis=0) - start, axis=1)
-    rows = max(2, int(np.ceil(rise.max() / max(float(np.median(edge)), 0.5))))
-    rows = min(rows, _MOST_ROWS)
-    share = (np.arange(1, rows + 1) / rows)[:, None]
-    up = share * rise
-    out = (share - share**2 / 2) * rise * slope[:, 2]
-    ring = np.stack(
-        [start[:, 0] + out * slope[:, 0], start[:, 1] + out * slope[:, 1], start[:, 2] + up], axis=2
-    )
-    count = len(loop)
-    number = np.concatenate(
-        [loop[None], len(limb.mesh) + np.arange(rows * count).reshape(rows, -1)]
-    )
-    here, ahead = number, np.roll(number, -1, axis=1)
-    # The old faces run along the loop; the new ones below each row run against it.
-    one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)
-    two = np.stack([ahead[:-1], here[1:], ahead[1:]], axis=-1)
-    faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
-    places = moved_by(frame_of(limb, what).limb_from_mesh.inverse, ring.reshape(-1, 3))
-    grown = with_added(limb.mesh, places, np.tile(loop, rows).astype(np.int64), faces)
-    require_sound(what, limb.mesh, grown)
-    return limb.with_mesh(grown)
-
-
-def flare(limb: Limb, edit: Flare) -> Limb:
-    """Move a band at the brim outwards, most at the brim itself.
-
-    Raises:
-        EditError: no open brim, or a surface that would fold.
-    """
-    what = "The flare"
-    require_flare(edit, what)
-    loop = brim_loop(limb, what)
-    reached = np.isfinite(_from_brim_mm(limb, loop, edit.height_mm))
-    close = np.asarray(reached[limb.mesh.faces].any(1))
-    edge_mm = max(edit.height_mm / _FINENESS, _FINEST_MM)
-    limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
-    distance = _from_brim_mm(limb, brim_loop(limb, what), edit.height_mm)
-    weight = np.clip(1 - distance / edit.height_mm, 0, 1) ** 2
-    points = in_limb_frame(limb, what)
-    outward = points - middles_mm(limb, points, what)
-    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
-    x_axis, y_axis, _ = axes_in_mesh(limb, what)
-    step = edit.depth_mm * weight[:, None] * (outward[:, :1] * x_axis + outward[:, 1:2] * y_axis)
-    changed = displaced(limb, limb.mesh.vertices_mm + step)
-    require_sound(what, limb.mesh, changed.mesh)
-    return changed
+        Raises:
+            EditError: no open brim, or a surface that would fold.
+        """
+        what = self.title
+        loop = brim_loop(limb, what)
+        reached = np.isfinite(_from_brim_mm(limb, loop, self.height_mm))
+        close = np.asarray(reached[limb.mesh.faces].any(1))
+        edge_mm = max(self.height_mm / _FINENESS, _FINEST_MM)
+        limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
+        distance = _from_brim_mm(limb, brim_loop(limb, what), self.height_mm)
+        weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2
+        points = in_limb_frame(limb, what)
+        outward = points - middles_mm(limb, points, what)
+        outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
+        x_axis, y_axis, _ = axes_in_mesh(limb, what)
+        step = (
+            self.depth_mm * weight[:, None] * (outward[:, :1] * x_axis + outward[:, 1:2] * y_axis)
+        )
+        changed = displaced(limb, limb.mesh.vertices_mm + step)
+        require_sound(what, limb.mesh, changed.mesh)
+        return changed
 
 
 def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
@@ -195,47 +200,49 @@ class DistalEnd:
     roundness: float = 0.0
     """0 leaves the shape, 1 makes it half an ellipsoid on the section at that height."""
 
+    title: ClassVar[str] = "The distal end"
+    effect: ClassVar[Effect] = Effect(presses=True)
 
-def require_end(edit: DistalEnd, what: str) -> None:
-    """Refuse numbers that make sense on no limb.
+    def check(self) -> None:
+        """Refuse numbers that make sense on no limb.
 
-    Raises:
-        EditError: a height, a roundness or a shortening out of its range.
-    """
-    if not edit.height_mm > 0:
-        raise EditError(f"{what} needs a height above 0 mm, counted from the lowest point.")
-    if not 0 <= edit.roundness <= 1:
-        raise EditError(f"{what} takes a roundness from 0 to 1, not {edit.roundness:g}.")
-    if edit.lengthen_mm <= -edit.height_mm / 2:
-        raise EditError(
-            f"{what} can be shortened by less than half of its height, {edit.height_mm:g} mm. Give "
-            "a larger height_mm, or cut it by a plane."
-        )
+        Raises:
+            EditError: a height, a roundness or a shortening out of its range.
+        """
+        if not self.height_mm > 0:
+            raise EditError(
+                f"{self.title} needs a height above 0 mm, counted from the lowest point."
+            )
+        if not 0 <= self.roundness <= 1:
+            raise EditError(f"{self.title} takes a roundness from 0 to 1, not {self.roundness:g}.")
+        if self.lengthen_mm <= -self.height_mm / 2:
+            raise EditError(
+                f"{self.title} can be shortened by less than half of its height, "
+                f"{self.height_mm:g} mm. Give a larger height_mm, or cut it by a plane."
+            )
 
+    def apply(self, limb: Limb) -> Limb:
+        """Lengthen, shorten or round the distal end.
 
-def distal_end(limb: Limb, edit: DistalEnd) -> Limb:
-    """Lengthen, shorten or round the distal end.
-
-    Raises:
-        EditError: numbers that make no sense, or a surface that would fold.
-    """
-    what = "The distal end"
-    require_end(edit, what)
-    points = in_limb_frame(limb, what)
-    low, high = float(points[:, 2].min()), float(points[:, 2].max())
-    if edit.height_mm >= high - low:
-        raise EditError(
-            f"{what} needs a height below the length of the shape, {high - low:.0f} mm."
-        )
-    top = low + edit.height_mm
-    depth = np.clip((top - points[:, 2]) / edit.height_mm, 0, 1)
-    target = points + edit.roundness * _towards_round(limb, points, top, edit.height_mm, what)
-    target[:, 2] -= edit.lengthen_mm * (1 - fading(depth))
-    axes = axes_in_mesh(limb, what)
-    step = np.einsum("nj,jk->nk", target - points, axes)
-    changed = displaced(limb, limb.mesh.vertices_mm + step)
-    require_sound(what, limb.mesh, changed.mesh)
-    return changed
+        Raises:
+            EditError: numbers that make no sense, or a surface that would fold.
+        """
+        what = self.title
+        points = in_limb_frame(limb, what)
+        low, high = float(points[:, 2].min()), float(points[:, 2].max())
+        if self.height_mm >= high - low:
+            raise EditError(
+                f"{what} needs a height below the length of the shape, {high - low:.0f} mm."
+            )
+        top = low + self.height_mm
+        depth = np.clip((top - points[:, 2]) / self.height_mm, 0, 1)
+        target = points + self.roundness * _towards_round(limb, points, top, self.height_mm, what)
+        target[:, 2] -= self.lengthen_mm * (1 - fading(depth))
+        axes = axes_in_mesh(limb, what)
+        step = np.einsum("nj,jk->nk", target - points, axes)
+        changed = displaced(limb, limb.mesh.vertices_mm + step)
+        require_sound(what, limb.mesh, changed.mesh)
+        return changed
 
 
 def _towards_round(limb: Limb, points: Points3, top: float, height: float, what: str) -> Points3:

@@ -5,12 +5,13 @@ cent scales its area so, and its radius by the root of that. Every vertex keeps 
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import EditError
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
     axes_in_mesh,
@@ -40,6 +41,21 @@ class Reduction:
     above: str = ""
     """Landmark from which heights count; without it the distal end's origin."""
 
+    title: ClassVar[str] = "The reduction"
+    effect: ClassVar[Effect] = Effect(presses=True)
+
+    def check(self) -> None:
+        _require_levels(self, self.title)
+
+    def apply(self, limb: Limb) -> Limb:
+        """Scale sections towards their middles.
+
+        Raises:
+            EditError: the levels make no sense, or the surface would cut through itself.
+        """
+        _require_on_limb(limb, self, self.title)
+        return change_by_levels(limb, self.title, self, -1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Increase:
@@ -54,28 +70,23 @@ class Increase:
     above: str = ""
     """Landmark from which heights count; without it the distal end's origin."""
 
+    title: ClassVar[str] = "The increase"
+    effect: ClassVar[Effect] = Effect(presses=True)
 
-def reduction(limb: Limb, edit: Reduction) -> Limb:
-    """Scale sections towards their middles.
+    def check(self) -> None:
+        _require_levels(self, self.title)
 
-    Raises:
-        EditError: the levels make no sense, or the surface would cut through itself.
-    """
-    _require_on_limb(limb, edit, "The reduction")
-    return change_by_levels(limb, "The reduction", edit, -1.0)
+    def apply(self, limb: Limb) -> Limb:
+        """Scale sections away from their middles.
 
-
-def increase(limb: Limb, edit: Increase) -> Limb:
-    """Scale sections away from their middles.
-
-    Raises:
-        EditError: the levels make no sense, or the surface would cut through itself.
-    """
-    _require_on_limb(limb, edit, "The increase")
-    return change_by_levels(limb, "The increase", edit, 1.0)
+        Raises:
+            EditError: the levels make no sense, or the surface would cut through itself.
+        """
+        _require_on_limb(limb, self, self.title)
+        return change_by_levels(limb, self.title, self, 1.0)
 
 
-def require_levels(edit: Reduction | Increase, what: str) -> None:
+def _require_levels(edit: Reduction | Increase, what: str) -> None:
     """Refuse levels that make sense on no limb.
 
     Raises:
@@ -98,7 +109,6 @@ def require_levels(edit: Reduction | Increase, what: str) -> None:
 
 def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
     """Refuse levels none of which the shape has; some beyond its ends are of a longer limb."""
-    require_levels(edit, what)
     heights = in_limb_frame(limb, what)[:, 2]
     low, high = float(heights.min()), float(heights.max())
     levels = height_mm(limb, 0.0, edit.above, what) + np.array(edit.heights_mm)
@@ -115,7 +125,6 @@ def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
 
 def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: float) -> Limb:
     """Scale sections by sign times the per cent."""
-    require_levels(edit, what)
     heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
     base = height_mm(limb, 0.0, edit.above, what)
     points = in_limb_frame(limb, what)

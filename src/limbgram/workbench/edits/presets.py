@@ -7,9 +7,10 @@ Sock ply    one ply is about 1.1 % of volume: J. Sanders et al., J Rehabil Res D
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from limbgram.core.errors import EditError
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
 from limbgram.workbench.edits.regions import displaced, height_mm, in_limb_frame
@@ -58,12 +59,91 @@ class Liner:
     above: str = ""
     """Landmark from which that height counts; without it the distal end's origin."""
 
+    title: ClassVar[str] = "The liner preset"
+    effect: ClassVar[Effect] = Effect(presses=True)
+
+    def check(self) -> None:
+        """Refuse a choice that no maker's range has, or a height where it has none.
+
+        Raises:
+            EditError: the share is out of its range, or a height is given that nothing counts by.
+        """
+        what = f"The liner preset {self.name}"
+        if not 0 <= self.share <= 1:
+            raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {self.share:g}.")
+        if not LINERS[self.name].tapers and (self.proximal_mm is not None or self.above):
+            raise EditError(f"{what} is the same at all levels: leave out proximal_mm and above.")
+        if self.proximal_mm is None and self.above:
+            raise EditError(
+                f"{what} reaches its full per cent at the shape's top unless proximal_mm says "
+                f'where: give the height over "{self.above}", or leave out above.'
+            )
+        if self.proximal_mm is not None and self.proximal_mm <= 0 and not self.above:
+            raise EditError(
+                f"{what} cannot reach its full per cent at {self.proximal_mm:g} mm, where the limb "
+                "ends. Give proximal_mm as the height over the distal end."
+            )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Reduce for a liner.
+
+        Raises:
+            EditError: the share or the height makes no sense.
+        """
+        what = f"The liner preset {self.name}"
+        made = LINERS[self.name]
+        per_cent = made.least_per_cent + self.share * (made.most_per_cent - made.least_per_cent)
+        heights = in_limb_frame(limb, what)[:, 2]
+        low, high = float(heights.min()), float(heights.max())
+        if not made.tapers:
+            levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
+            return change_by_levels(limb, what, levels, -1.0)
+        if self.proximal_mm is not None:
+            high = height_mm(limb, self.proximal_mm, self.above, what)
+            top = float(heights.max())
+            if not low < high <= low + _MOST_LENGTHS * (top - low):
+                raise EditError(
+                    f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
+                    f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "
+                    "its top."
+                )
+        levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
+        return change_by_levels(limb, what, levels, -1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class SockPly:
     """Make the shape larger by sock plies of 1.1 % of volume each, or smaller by negative ones."""
 
     plies: float
+
+    title: ClassVar[str] = "The change by sock plies"
+    effect: ClassVar[Effect] = Effect(presses=True)
+
+    def check(self) -> None:
+        """Refuse more plies than anybody wears.
+
+        Raises:
+            EditError: there are more.
+        """
+        if abs(self.plies) > _MOST_PLIES:
+            raise EditError(
+                f"{self.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most."
+            )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Change the volume of every section by plies.
+
+        Raises:
+            EditError: more plies than anybody wears.
+        """
+        per_cent = (PLY_VOLUME_PER_CENT * abs(self.plies),)
+        what = f"The change by {self.plies:g} sock plies"
+        if self.plies < 0:
+            levels = Reduction(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+            return change_by_levels(limb, what, levels, -1.0)
+        more = Increase(heights_mm=(0.0,), per_cent=per_cent, of="volume")
+        return change_by_levels(limb, what, more, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,108 +153,31 @@ class Sock:
     thickness_mm: float = 0.3
     """As worn: about 0.3 for a nylon sheath, 2.3 for a thick terry sock."""
 
+    title: ClassVar[str] = "The sock"
+    effect: ClassVar[Effect] = Effect(start="follows")
 
-def require_thickness(edit: Sock) -> None:
-    """Refuse a thickness that no sock has.
+    def check(self) -> None:
+        """Refuse a thickness that no sock has.
 
-    Raises:
-        EditError: it is not above 0 mm, or larger than any sock's.
-    """
-    if not 0 < edit.thickness_mm <= THICKEST_SOCK_MM:
-        raise EditError(
-            f"A sock of {edit.thickness_mm:g} mm cannot be. Give its thickness as worn: about 0.3 "
-            "mm for a nylon sheath, 2.3 mm for a thick terry sock."
-        )
-
-
-def require_plies(edit: SockPly) -> None:
-    """Refuse more plies than anybody wears.
-
-    Raises:
-        EditError: there are more.
-    """
-    if abs(edit.plies) > _MOST_PLIES:
-        raise EditError(f"{edit.plies:g} sock plies are not plausible; {_MOST_PLIES} is the most.")
-
-
-def require_preset(edit: Liner) -> None:
-    """Refuse a choice that no maker's range has, or a height where it has none.
-
-    Raises:
-        EditError: the share is out of its range, or a height is told that nothing counts by.
-    """
-    what = f"The liner preset {edit.name}"
-    if not 0 <= edit.share <= 1:
-        raise EditError(f"{what} takes a share from 0 (least) to 1 (most), not {edit.share:g}.")
-    if not LINERS[edit.name].tapers and (edit.proximal_mm is not None or edit.above):
-        raise EditError(f"{what} is the same at all levels: leave out proximal_mm and above.")
-    if edit.proximal_mm is None and edit.above:
-        raise EditError(
-            f"{what} reaches its full per cent at the shape's top unless proximal_mm says where: "
-            f'give the height over "{edit.above}", or leave out above.'
-        )
-    if edit.proximal_mm is not None and edit.proximal_mm <= 0 and not edit.above:
-        raise EditError(
-            f"{what} cannot reach its full per cent at {edit.proximal_mm:g} mm, where the limb "
-            "ends. Give proximal_mm as the height over the distal end."
-        )
-
-
-def sock(limb: Limb, edit: Sock) -> Limb:
-    """Move the surface inwards by the sock.
-
-    Raises:
-        EditError: a thickness that no sock has, a sock is off already, or the surface would fold.
-    """
-    require_thickness(edit)
-    if limb.sock_mm:
-        raise EditError(
-            f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
-            "twice. Leave this edit out, or start from the scan."
-        )
-    bare = displaced(limb, offset(limb.mesh, -edit.thickness_mm).vertices_mm)
-    return replace(bare, sock_mm=edit.thickness_mm)
-
-
-def liner(limb: Limb, edit: Liner) -> Limb:
-    """Reduce for a liner.
-
-    Raises:
-        EditError: the share or the height makes no sense.
-    """
-    require_preset(edit)
-    what = f"The liner preset {edit.name}"
-    made = LINERS[edit.name]
-    per_cent = made.least_per_cent + edit.share * (made.most_per_cent - made.least_per_cent)
-    heights = in_limb_frame(limb, what)[:, 2]
-    low, high = float(heights.min()), float(heights.max())
-    if not made.tapers:
-        levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)
-        return change_by_levels(limb, what, levels, -1.0)
-    if edit.proximal_mm is not None:
-        high = height_mm(limb, edit.proximal_mm, edit.above, what)
-        top = float(heights.max())
-        if not low < high <= low + _MOST_LENGTHS * (top - low):
+        Raises:
+            EditError: it is not above 0 mm, or larger than any sock's.
+        """
+        if not 0 < self.thickness_mm <= THICKEST_SOCK_MM:
             raise EditError(
-                f"{what} is to reach its full per cent at {high:.1f} mm, and the shape reaches "
-                f"from {low:.1f} to {top:.1f} mm along the axis. Leave out proximal_mm to take "
-                "its top."
+                f"A sock of {self.thickness_mm:g} mm cannot be. Give its thickness as worn: about "
+                "0.3 mm for a nylon sheath, 2.3 mm for a thick terry sock."
             )
-    levels = Reduction(heights_mm=(low, high), per_cent=(0.0, per_cent), of=made.of)
-    return change_by_levels(limb, what, levels, -1.0)
 
+    def apply(self, limb: Limb) -> Limb:
+        """Move the surface inwards by the sock.
 
-def sock_ply(limb: Limb, edit: SockPly) -> Limb:
-    """Change the volume of every section by plies.
-
-    Raises:
-        EditError: more plies than anybody wears.
-    """
-    require_plies(edit)
-    per_cent = (PLY_VOLUME_PER_CENT * abs(edit.plies),)
-    what = f"The change by {edit.plies:g} sock plies"
-    if edit.plies < 0:
-        levels = Reduction(heights_mm=(0.0,), per_cent=per_cent, of="volume")
-        return change_by_levels(limb, what, levels, -1.0)
-    more = Increase(heights_mm=(0.0,), per_cent=per_cent, of="volume")
-    return change_by_levels(limb, what, more, 1.0)
+        Raises:
+            EditError: a sock is off already, or the surface would fold.
+        """
+        if limb.sock_mm:
+            raise EditError(
+                f"{limb.sock_mm:g} mm of sock are off this surface already, and no sock comes off "
+                "twice. Leave this edit out, or start from the scan."
+            )
+        bare = displaced(limb, offset(limb.mesh, -self.thickness_mm).vertices_mm)
+        return replace(bare, sock_mm=self.thickness_mm)

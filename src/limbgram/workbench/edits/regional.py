@@ -9,12 +9,14 @@ by which this program once called the carving, is no edit any more.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.fineness import refine_under, refine_where
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import (
@@ -38,8 +40,6 @@ from limbgram.workbench.limb import Limb
 _FINENESS = 8.0
 """Edges along the falloff, at least."""
 _FINEST_MM = 0.4
-RELIEVING, LOADING = "The edit relieve", "The edit load"
-"""What messages call the edits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +60,20 @@ class Relieve:
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
+    title: ClassVar[str] = "The edit relieve"
+    effect: ClassVar[Effect] = Effect(presses=True)
+
+    def check(self) -> None:
+        _require_area(self)
+
+    def apply(self, limb: Limb) -> Limb:
+        """Build an area up along the surface's normals.
+
+        Raises:
+            EditError: no such area, or the surface would fold or cut through itself.
+        """
+        return _pushed(limb, self, 1.0)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
@@ -79,26 +93,22 @@ class Load:
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
+    title: ClassVar[str] = "The edit load"
+    effect: ClassVar[Effect] = Effect(presses=True)
 
-def relieve(limb: Limb, edit: Relieve) -> Limb:
-    """Build an area up along the surface's normals.
+    def check(self) -> None:
+        _require_area(self)
 
-    Raises:
-        EditError: no such area, or the surface would fold or cut through itself.
-    """
-    return _press(limb, edit, RELIEVING, 1.0)
+    def apply(self, limb: Limb) -> Limb:
+        """Carve an area in along the surface's normals.
 
-
-def load(limb: Limb, edit: Load) -> Limb:
-    """Carve an area in along the surface's normals.
-
-    Raises:
-        EditError: no such area, or the surface would fold or cut through itself.
-    """
-    return _press(limb, edit, LOADING, -1.0)
+        Raises:
+            EditError: no such area, or the surface would fold or cut through itself.
+        """
+        return _pushed(limb, self, -1.0)
 
 
-def require_area(edit: Relieve | Load, what: str) -> None:
+def _require_area(edit: Relieve | Load) -> None:
     """Refuse an area that makes sense on no limb.
 
     Raises:
@@ -106,18 +116,19 @@ def require_area(edit: Relieve | Load, what: str) -> None:
     """
     if edit.depth_mm <= 0 or edit.falloff_mm <= 0 or edit.flat_mm < 0:
         raise EditError(
-            f"{what} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or more. "
-            "For room say relieve (outwards), for pressure load (inwards); neither takes a "
+            f"{edit.title} needs a depth and a falloff above 0 mm, and a flat radius of 0 mm or "
+            "more. For room say relieve (outwards), for pressure load (inwards); neither takes a "
             "negative depth."
         )
     if (edit.at is None) == (not edit.within):
-        raise EditError(f'{what} needs either a place ("at") or a drawn region ("within").')
+        raise EditError(f'{edit.title} needs either a place ("at") or a drawn region ("within").')
     if edit.within:
-        require_ring(edit.within, what)
+        require_ring(edit.within, edit.title)
 
 
-def _press(limb: Limb, edit: Relieve | Load, what: str, sign: float) -> Limb:
-    require_area(edit, what)
+def _pushed(limb: Limb, edit: Relieve | Load, sign: float) -> Limb:
+    """The limb with the area moved along its normals: outwards by sign 1, inwards by -1."""
+    what = edit.title
     given = limb.mesh
     limb, weight = (
         _in_a_region(limb, edit, what)

@@ -6,6 +6,7 @@ Method  Taubin 1995: each pass takes a step to the neighbours' mean and a slight
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float64
@@ -14,6 +15,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.core.run import track
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.regional import fading
 from limbgram.workbench.edits.regions import (
@@ -52,55 +54,56 @@ class Smoothing:
     positions_in: FrameName = "limb"
     """Frame of coordinates."""
 
+    title: ClassVar[str] = "The smoothing"
+    effect: ClassVar[Effect] = Effect(presses=True)
 
-def require_amounts(edit: Smoothing, what: str) -> None:
-    """Refuse numbers that make sense on no limb.
+    def check(self) -> None:
+        """Refuse numbers that make sense on no limb.
 
-    Raises:
-        EditError: passes or widths out of range.
-    """
-    if not 1 <= edit.passes <= _MOST_PASSES or edit.brim_mm < 0 or edit.leave_mm <= 0:
-        raise EditError(
-            f"{what} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a radius to "
-            "leave above 0 mm."
-        )
-
-
-def smoothing(limb: Limb, edit: Smoothing) -> Limb:
-    """Calm the surface.
-
-    Raises:
-        EditError: numbers that make no sense, or a surface that would fold.
-    """
-    what = "The smoothing"
-    require_amounts(edit, what)
-    free = freedom(limb, edit, what)
-    if not (free > 0).any():
-        raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
-    smooth = calmed(limb.mesh, free, edit.passes)
-    for _ in range(_RETREATS):
-        spoilt = spoilt_vertices(limb.mesh, smooth)
-        if not spoilt.any():
-            break
-        # Where triangles would fold, their surroundings stay as they are.
-        for _ in range(2):
-            spoilt[limb.mesh.faces[spoilt[limb.mesh.faces].any(1)]] = True
-        free[spoilt] = 0.0
-        if not free.any():
+        Raises:
+            EditError: passes or widths out of range.
+        """
+        if not 1 <= self.passes <= _MOST_PASSES or self.brim_mm < 0 or self.leave_mm <= 0:
             raise EditError(
-                f"{what} would fold triangles over wherever it is free to move: they are too few, "
-                "or too large for the surface's bends, to tell wrinkles. Leave this edit out."
+                f"{self.title} takes 1 to {_MOST_PASSES} passes, a brim of 0 mm or more, and a "
+                "radius to leave above 0 mm."
             )
-        smooth = calmed(limb.mesh, free, edit.passes)
-    before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
-    if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
-        raise EditError(
-            f"{what} would change the volume by {(after - before) / 1000:+.3g} mL: it pulls the "
-            "few triangles out of shape. Take fewer passes, or leave this edit out."
-        )
-    changed = displaced(limb, smooth.vertices_mm)
-    require_sound(what, limb.mesh, changed.mesh)
-    return changed
+
+    def apply(self, limb: Limb) -> Limb:
+        """Calm the surface.
+
+        Raises:
+            EditError: numbers that make no sense, or a surface that would fold.
+        """
+        what = self.title
+        free = freedom(limb, self, what)
+        if not (free > 0).any():
+            raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
+        smooth = calmed(limb.mesh, free, self.passes)
+        for _ in range(_RETREATS):
+            spoilt = spoilt_vertices(limb.mesh, smooth)
+            if not spoilt.any():
+                break
+            # Where triangles would fold, their surroundings stay as they are.
+            for _ in range(2):
+                spoilt[limb.mesh.faces[spoilt[limb.mesh.faces].any(1)]] = True
+            free[spoilt] = 0.0
+            if not free.any():
+                raise EditError(
+                    f"{what} would fold triangles over wherever it is free to move: they are too "
+                    "few, or too large for the surface's bends, to tell wrinkles. Leave this edit "
+                    "out."
+                )
+            smooth = calmed(limb.mesh, free, self.passes)
+        before, after = volume_mm3(limb.mesh), volume_mm3(smooth)
+        if not abs(after - before) <= _VOLUME_KEPT * abs(before) + _TOUCH_MM3:
+            raise EditError(
+                f"{what} would change the volume by {(after - before) / 1000:+.3g} mL: it pulls "
+                "the few triangles out of shape. Take fewer passes, or leave this edit out."
+            )
+        changed = displaced(limb, smooth.vertices_mm)
+        require_sound(what, limb.mesh, changed.mesh)
+        return changed
 
 
 def calmed(mesh: Mesh, free: Float64[np.ndarray, " n"], passes: int) -> Mesh:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Int32
@@ -11,6 +11,7 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
+from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.offset import offset, offset_unchecked
 from limbgram.workbench.edits.regions import displaced, frame_of, moved_by, with_added, with_closed
@@ -43,6 +44,20 @@ class Offset:
     distance_mm: float
     """Outwards; negative inwards."""
 
+    title: ClassVar[str] = "The offset"
+    effect: ClassVar[Effect] = Effect(presses=True)
+
+    def check(self) -> None:
+        """Refuse nothing: any value may make sense."""
+
+    def apply(self, limb: Limb) -> Limb:
+        """Move every face by a distance.
+
+        Raises:
+            EditError: the surface would fold or cut through itself.
+        """
+        return displaced(limb, offset(limb.mesh, self.distance_mm).vertices_mm)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Fill:
@@ -50,6 +65,39 @@ class Fill:
 
     brim: bool = False
     """Whether the open brim is closed too, straight across where that folds nothing."""
+
+    title: ClassVar[str] = "The filling"
+    effect: ClassVar[Effect] = Effect(reports_displacement=False)
+
+    def check(self) -> None:
+        """Refuse nothing: any value may make sense."""
+
+    def apply(self, limb: Limb) -> Limb:
+        """Close holes.
+
+        A hole that touches itself in a point has no sound triangle there: it stays, with a note.
+
+        Raises:
+            EditError: there is none that can be filled.
+        """
+        what = self.title
+        found = _to_fill(limb, self, what)
+        grown = _filled(limb.mesh, found, bent=False)
+        domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
+        if domed:
+            grown = _filled(limb.mesh, found, bent=True)
+        require_sound(what, limb.mesh, grown)
+        notes: list[str] = []
+        if found.left:
+            notes.append(
+                f"holes that touch themselves in a point, and were left open: {found.left}"
+            )
+        if domed:
+            notes.append(
+                "the brim was closed by a dome, which adds to the volume: straight across it, the "
+                "lid would have folded onto the surface there"
+            )
+        return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +110,58 @@ class Wall:
     least_mm: float = LEAST_WALL_MM
     """Thinner than this nowhere: the wall is refused if it is, as a ragged brim can make it."""
 
+    title: ClassVar[str] = "The wall"
+    effect: ClassVar[Effect] = Effect(start="anew")
+
+    def check(self) -> None:
+        """Refuse a thickness that no wall has.
+
+        Raises:
+            EditError: it is not above 0 mm, or thinner than the least that is asked for.
+        """
+        if not self.least_mm > 0:
+            raise EditError(f"{self.title} needs a least_mm above 0 mm, not {self.least_mm:g}.")
+        if not self.thickness_mm >= self.least_mm:
+            raise EditError(
+                f"{self.title} needs a thickness of {self.least_mm:g} mm or more, not "
+                f"{self.thickness_mm:g}: thinner ones are not made by printers, unless least_mm "
+                'says what yours makes. On which side it lies is said by side = "outward" or '
+                '"inward".'
+            )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Give the surface a thickness; the result is watertight.
+
+        Raises:
+            EditError: the shape is closed already, or the wall would cut through itself, or be
+                thinner somewhere than its least.
+        """
+        what = self.title
+        mesh = limb.mesh
+        border = boundary_half_edges(mesh.faces)
+        parts = face_components(mesh.faces)
+        if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
+            raise EditError(
+                f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
+                "closed. Cut it open by a plane or a trimline first; a socket that is a solid "
+                "already needs no wall."
+            )
+        ease = np.zeros(len(mesh), np.bool_)
+        solid = _solid(mesh, border, self, ease)
+        spoilt = spoilt_vertices(mesh, solid)
+        for _ in range(_RETRIES):
+            if not spoilt.any():
+                return _thick_enough(limb, self, solid)
+            # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
+            ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
+            for _ in range(2):
+                ease[mesh.faces[ease[mesh.faces].any(1)]] = True
+            last, solid = solid, _solid(mesh, border, self, ease)
+            changed = (solid.vertices_mm != last.vertices_mm).any(1)
+            spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
+        require_sound(what, mesh, solid)
+        return _thick_enough(limb, self, solid)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mirror:
@@ -70,56 +170,48 @@ class Mirror:
     confirmed_side: Literal["left", "right"]
     """The side that the limb is of afterwards: said here so that no mirror happens unnoticed."""
 
+    title: ClassVar[str] = "The mirror"
+    effect: ClassVar[Effect] = Effect(reports_displacement=False, start="follows")
 
-def require_wall(edit: Wall, what: str) -> None:
-    """Refuse a thickness that no wall has.
+    def check(self) -> None:
+        """Refuse nothing: any value may make sense."""
 
-    Raises:
-        EditError: it is not above 0 mm, or thinner than the least that is asked for.
-    """
-    if not edit.least_mm > 0:
-        raise EditError(f"{what} needs a least_mm above 0 mm, not {edit.least_mm:g}.")
-    if not edit.thickness_mm >= edit.least_mm:
-        raise EditError(
-            f"{what} needs a thickness of {edit.least_mm:g} mm or more, not "
-            f"{edit.thickness_mm:g}: thinner ones are not made by printers, unless least_mm says "
-            'what yours makes. On which side it lies is said by side = "outward" or "inward".'
+    def apply(self, limb: Limb) -> Limb:
+        """Reflect the limb in its own plane of left and right; landmarks and side go with it.
+
+        Raises:
+            EditError: the limb is not aligned, has no side, or has the confirmed side already.
+        """
+        what = self.title
+        frame = frame_of(limb, what)
+        if frame.side == "none":
+            raise EditError(
+                f"{what} swaps left and right, and nobody has said which this limb is. Align it "
+                "with its side first."
+            )
+        if frame.side == self.confirmed_side:
+            raise EditError(
+                f"{what}: the limb is a {frame.side} one, so the mirrored one is not. Confirm the "
+                f"side it will have: confirmed_side = "
+                f'"{"left" if frame.side == "right" else "right"}".'
+            )
+        motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
+        flip = np.array([-1.0, 1.0, 1.0])
+
+        def reflected(points: np.ndarray) -> np.ndarray:
+            return moved_by(back, moved_by(motion, points) * flip)
+
+        mesh = replace(
+            limb.mesh,
+            vertices_mm=reflected(limb.mesh.vertices_mm),
+            faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
         )
-
-
-def offset_whole(limb: Limb, edit: Offset) -> Limb:
-    """Move every face by a distance.
-
-    Raises:
-        EditError: the surface would fold or cut through itself.
-    """
-    return displaced(limb, offset(limb.mesh, edit.distance_mm).vertices_mm)
-
-
-def fill(limb: Limb, edit: Fill) -> Limb:
-    """Close holes.
-
-    A hole that touches itself in a point has no sound triangle there: it stays, with a note.
-
-    Raises:
-        EditError: there is none that can be filled.
-    """
-    what = "The filling"
-    found = _to_fill(limb, edit, what)
-    grown = _filled(limb.mesh, found, bent=False)
-    domed = bool(found.brim) and bool(spoilt_vertices(limb.mesh, grown).any())
-    if domed:
-        grown = _filled(limb.mesh, found, bent=True)
-    require_sound(what, limb.mesh, grown)
-    notes: list[str] = []
-    if found.left:
-        notes.append(f"holes that touch themselves in a point, and were left open: {found.left}")
-    if domed:
-        notes.append(
-            "the brim was closed by a dome, which adds to the volume: straight across it, the lid "
-            "would have folded onto the surface there"
+        marks = tuple(
+            Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
+            for mark in limb.landmarks
         )
-    return replace(limb, mesh=grown, notes=(*limb.notes, *notes))
+        framed = replace(frame, side=self.confirmed_side)
+        return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
 
 
 @dataclass(frozen=True)
@@ -165,41 +257,6 @@ def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
     return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
 
 
-def wall(limb: Limb, edit: Wall) -> Limb:
-    """Give the surface a thickness; the result is watertight.
-
-    Raises:
-        EditError: the shape is closed already, or the wall would cut through itself, or be
-            thinner somewhere than its least.
-    """
-    what = "The wall"
-    require_wall(edit, what)
-    mesh = limb.mesh
-    border = boundary_half_edges(mesh.faces)
-    parts = face_components(mesh.faces)
-    if len(np.unique(parts[_faces_at(mesh, border)])) <= int(parts.max()):
-        raise EditError(
-            f"{what} joins two surfaces at the open brim, and this shape, or a part of it, is "
-            "closed. Cut it open by a plane or a trimline first; a socket that is a solid already "
-            "needs no wall."
-        )
-    ease = np.zeros(len(mesh), np.bool_)
-    solid = _solid(mesh, border, edit, ease)
-    spoilt = spoilt_vertices(mesh, solid)
-    for _ in range(_RETRIES):
-        if not spoilt.any():
-            return _thick_enough(limb, edit, solid)
-        # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
-        ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
-        for _ in range(2):
-            ease[mesh.faces[ease[mesh.faces].any(1)]] = True
-        last, solid = solid, _solid(mesh, border, edit, ease)
-        changed = (solid.vertices_mm != last.vertices_mm).any(1)
-        spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
-    require_sound(what, mesh, solid)
-    return _thick_enough(limb, edit, solid)
-
-
 def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
     """Refuse what later edits made of a wall, if it is thinner than the wall's least.
 
@@ -243,43 +300,6 @@ def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
 def _sentence(found: Thickness) -> str:
     sentence = found.sentence()
     return f"{sentence[0].upper()}{sentence[1:]}"
-
-
-def mirror(limb: Limb, edit: Mirror) -> Limb:
-    """Reflect the limb in its own plane of left and right; landmarks and side go with it.
-
-    Raises:
-        EditError: the limb is not aligned, has no side, or the confirmed side is the one it has.
-    """
-    what = "The mirror"
-    frame = frame_of(limb, what)
-    if frame.side == "none":
-        raise EditError(
-            f"{what} swaps left and right, and nobody has said which this limb is. Align it with "
-            "its side first."
-        )
-    if frame.side == edit.confirmed_side:
-        raise EditError(
-            f"{what}: the limb is a {frame.side} one, so the mirrored one is not. Confirm the side "
-            f'it will have: confirmed_side = "{"left" if frame.side == "right" else "right"}".'
-        )
-    motion, back = frame.limb_from_mesh, frame.limb_from_mesh.inverse
-    flip = np.array([-1.0, 1.0, 1.0])
-
-    def reflected(points: np.ndarray) -> np.ndarray:
-        return moved_by(back, moved_by(motion, points) * flip)
-
-    mesh = replace(
-        limb.mesh,
-        vertices_mm=reflected(limb.mesh.vertices_mm),
-        faces=np.ascontiguousarray(limb.mesh.faces[:, ::-1]),
-    )
-    marks = tuple(
-        Landmark(name=mark.name, position_mm=reflected(mark.position_mm[None])[0])
-        for mark in limb.landmarks
-    )
-    framed = replace(frame, side=edit.confirmed_side)
-    return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
 
 
 def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:

@@ -3,7 +3,7 @@
 A load on a sensitive place, and a depth beyond DEEPEST_MM, need a word that stands with the edit in
 the recipe: `accept = ["load on fibula head"]`, `accept = ["depth to 12 mm"]`. A load's place may
 be named, or be found near a landmark when the edit is done. What presses as a whole (per cent,
-liners, plies, offsets, templates) is told, and needs no word.
+liners, plies, offsets, templates) is stated in the ledger, and needs no word.
 """
 
 import math
@@ -12,14 +12,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from limbgram.core.errors import EditError, OptionsError
-from limbgram.workbench.edits.editing import Edit
-from limbgram.workbench.edits.ends import DistalEnd
-from limbgram.workbench.edits.percent import Increase, Reduction
-from limbgram.workbench.edits.presets import Liner, SockPly
+from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.pressing import DEEPEST_MM, AtPlaces, Pressure
 from limbgram.workbench.edits.regional import Load, Relieve
-from limbgram.workbench.edits.smoothing import Smoothing
-from limbgram.workbench.edits.solids import Offset
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Kind
 
@@ -28,8 +23,6 @@ _FINDING_MM = 0.1
 _LOAD = re.compile(r"load on (.+)")
 _DEPTH = re.compile(r"depth to (\d{1,3}(?:\.\d{1,3})?) ?mm")
 _FORMS = '"load on PLACE", such as "load on fibula head", or "depth to N mm"'
-MOVING = (Load, Relieve, Reduction, Increase, Liner, SockPly, Offset, Smoothing, DistalEnd)
-"""Edits that move the surface on a limb; a sock that is taken off, or a cut, presses on nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,7 +40,8 @@ from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hin
 
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
-from limbgram.workbench.edits.editing import EDITS, Edit, name_of
+from limbgram.workbench.edits.edit import Edit, name_of
+from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.accepting import plain_words
 from limbgram.workbench.recipe.recipe import Entry, Recipe
 
@@ -121,9 +122,11 @@ def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
     """
     if kind in _MISREAD:
         raise OptionsError(f'{what}: "{kind}" is not taken: {_MISREAD[kind]}.')
-    made = EDITS.get(_SAME.get(kind, kind))
+    made = EDIT_NAMED.get(_SAME.get(kind, kind))
     if made is None:
-        raise OptionsError(f'{what}: there is no edit "{kind}". There are: {", ".join(EDITS)}.')
+        raise OptionsError(
+            f'{what}: there is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.'
+        )
     hints = get_type_hints(made)
     allowed = {field.name: field for field in fields(made)}
     unknown = [key for key in parameters if key not in allowed]

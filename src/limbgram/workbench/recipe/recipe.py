@@ -20,17 +20,14 @@ from difflib import SequenceMatcher
 from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.run import track
 from limbgram.workbench.bodies import outside_of
-from limbgram.workbench.edits.cleaning import Clean
-from limbgram.workbench.edits.editing import Edit, do_edit, name_of, require_sense
-from limbgram.workbench.edits.ends import Extension
-from limbgram.workbench.edits.presets import Sock
+from limbgram.workbench.edits.edit import Edit, name_of
+from limbgram.workbench.edits.editing import do_edit, require_sense
 from limbgram.workbench.edits.pressing import AtPlaces, at_places, reach_of
 from limbgram.workbench.edits.regional import Load, Relieve
-from limbgram.workbench.edits.solids import Fill, Mirror, Wall, require_thickness_kept
+from limbgram.workbench.edits.solids import Wall, require_thickness_kept
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.accepting import (
-    MOVING,
     Concern,
     concerns_of,
     concerns_on_limb,
@@ -257,15 +254,15 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
         gained = figures_of(after, levels)
         found = AtPlaces(pressures=(), shifts_mm={})
         reach_mm = (0.0, 0.0)
-        if isinstance(entry.edit, MOVING):
+        if entry.edit.effect.presses:
             found = at_places(limb, after)
             for name, moved_mm in found.shifts_mm.items():
                 places[name] = places.get(name, 0.0) + moved_mm
         if isinstance(entry.edit, Load | Relieve):
             reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
         start = _start_after(entry.edit, start, limb, after)
-        moves_skin = not isinstance(entry.edit, Mirror | Extension | Fill | Clean)
-        moved = displacement_between(limb.mesh, after.mesh) if moves_skin else None
+        reports = entry.edit.effect.reports_displacement
+        moved = displacement_between(limb.mesh, after.mesh) if reports else None
         lines.append(
             Line(
                 number=number,
@@ -289,11 +286,13 @@ def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
 
 def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
     """The skin from which depths count: without its sock, on the side that it has now."""
-    if isinstance(edit, Wall):
-        return after
-    if isinstance(edit, Mirror | Sock):
-        return after if start is before else do_edit(start, edit)
-    return start
+    match edit.effect.start:
+        case "stays":
+            return start
+        case "follows":
+            return after if start is before else do_edit(start, edit)
+        case "anew":
+            return after
 
 
 def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:

@@ -5,9 +5,10 @@ import pytest
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, volume_mm3
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline, plane_cut, trimline
+from limbgram.workbench.edits.cutting import PlaneCut, Trimline
+from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.regions import draw_curve
-from limbgram.workbench.edits.solids import Wall, wall
+from limbgram.workbench.edits.solids import Wall
 from limbgram.workbench.limb import Limb
 
 RADIUS_MM, SPOKES = 40.0, 72
@@ -22,8 +23,8 @@ def heights_mm(limb: Limb) -> np.ndarray:
 
 @pytest.mark.parametrize("level_mm", [100.0, 101.3])  # on a row of vertices, and between rows
 def test_a_capped_cut_is_closed_and_of_the_right_volume(limb: Limb, level_mm: float) -> None:
-    whole = plane_cut(limb, PlaneCut(height_mm=159.0, capped=True))
-    cut = plane_cut(limb, PlaneCut(height_mm=level_mm, capped=True))
+    whole = do_edit(limb, PlaneCut(height_mm=159.0, capped=True))
+    cut = do_edit(limb, PlaneCut(height_mm=level_mm, capped=True))
     assert not boundary_loops(cut.mesh.faces)
     assert is_edge_manifold(cut.mesh.faces)
     assert heights_mm(cut).max() == pytest.approx(level_mm, abs=1.1e-3)
@@ -33,21 +34,21 @@ def test_a_capped_cut_is_closed_and_of_the_right_volume(limb: Limb, level_mm: fl
 
 def test_a_tilted_cut_rises_towards_the_back_as_said(limb: Limb) -> None:
     assert limb.frame is not None
-    cut = plane_cut(limb, PlaneCut(height_mm=100.0, forward_deg=20.0))
+    cut = do_edit(limb, PlaneCut(height_mm=100.0, forward_deg=20.0))
     (rim,) = boundary_loops(cut.mesh.faces)
     points = limb.frame.limb_from_mesh.apply(cut.mesh.vertices_mm[rim])
     expected = 100 - np.tan(np.radians(20)) * points[:, 1]
     np.testing.assert_allclose(points[:, 2], expected, atol=2e-3)
-    other = plane_cut(limb, PlaneCut(height_mm=100.0, forward_deg=20.0, keep="proximal"))
+    other = do_edit(limb, PlaneCut(height_mm=100.0, forward_deg=20.0, keep="proximal"))
     assert len(boundary_loops(other.mesh.faces)) == 2
     area = sum(np.linalg.norm(c.mesh.face_normals(), axis=1).sum() for c in (cut, other))
     assert area == pytest.approx(np.linalg.norm(limb.mesh.face_normals(), axis=1).sum(), rel=1e-9)
 
 
 def test_the_cap_of_a_wall_has_a_hole(limb: Limb) -> None:
-    cup = wall(limb, Wall(thickness_mm=5.0))
-    whole = plane_cut(cup, PlaneCut(height_mm=150.0, capped=True))
-    cut = plane_cut(cup, PlaneCut(height_mm=110.0, capped=True))
+    cup = do_edit(limb, Wall(thickness_mm=5.0))
+    whole = do_edit(cup, PlaneCut(height_mm=150.0, capped=True))
+    cut = do_edit(cup, PlaneCut(height_mm=110.0, capped=True))
     assert not boundary_loops(cut.mesh.faces)
     outer = RADIUS_MM * np.cos(np.pi / SPOKES) + 5
     ring = SPOKES * np.tan(np.pi / SPOKES) * outer**2 - POLYGON_AREA
@@ -57,13 +58,13 @@ def test_the_cap_of_a_wall_has_a_hole(limb: Limb) -> None:
 
 def test_a_plane_that_misses_or_leaves_no_flat_opening_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match="misses"):
-        plane_cut(limb, PlaneCut(height_mm=400.0))
+        do_edit(limb, PlaneCut(height_mm=400.0))
     for height_mm, keep in ((1e-4, "distal"), (160 - 1e-4, "distal"), (1e-4, "proximal")):
         with pytest.raises(EditError, match=r"misses the shape, which reaches from -?0\.0 to 160"):
-            plane_cut(limb, PlaneCut(height_mm=height_mm, keep=keep))  # pyright: ignore
-    assert len(plane_cut(limb, PlaneCut(height_mm=0.1)).mesh.faces) == SPOKES
+            do_edit(limb, PlaneCut(height_mm=height_mm, keep=keep))  # pyright: ignore
+    assert len(do_edit(limb, PlaneCut(height_mm=0.1)).mesh.faces) == SPOKES
     with pytest.raises(EditError, match="brim"):
-        plane_cut(limb, PlaneCut(height_mm=150.0, forward_deg=40.0, capped=True))
+        do_edit(limb, PlaneCut(height_mm=150.0, forward_deg=40.0, capped=True))
 
 
 def wave(count: int = 16) -> tuple[tuple[float, float, float], ...]:
@@ -83,7 +84,7 @@ def wave(count: int = 16) -> tuple[tuple[float, float, float], ...]:
 def test_the_new_brim_follows_the_trimline(limb: Limb, keep: str, order: int) -> None:
     assert limb.frame is not None
     edit = Trimline(through=wave()[::order], keep=keep)  # pyright: ignore
-    cut = trimline(limb, edit)
+    cut = do_edit(limb, edit)
     loops = boundary_loops(cut.mesh.faces)
     assert len(loops) == (1 if keep == "distal" else 2)
     rims = [limb.frame.limb_from_mesh.apply(cut.mesh.vertices_mm[loop]) for loop in loops]
@@ -101,4 +102,4 @@ def test_the_new_brim_follows_the_trimline(limb: Limb, keep: str, order: int) ->
 def test_a_curve_that_does_not_part_the_surface_is_refused(limb: Limb) -> None:
     eight = wave()[:8] + wave()[12:] + wave()[8:12]
     with pytest.raises(EditError, match=r"leaves the surface|part the surface"):
-        trimline(limb, Trimline(through=eight))
+        do_edit(limb, Trimline(through=eight))

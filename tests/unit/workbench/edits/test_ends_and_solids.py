@@ -8,19 +8,11 @@ import pytest
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, boundary_loops, volume_mm3, with_faces
-from limbgram.workbench.edits.cutting import PlaneCut, plane_cut
-from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare, distal_end, extension, flare
+from limbgram.workbench.edits.cutting import PlaneCut
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
 from limbgram.workbench.edits.regional import Load
-from limbgram.workbench.edits.solids import (
-    Fill,
-    Mirror,
-    Offset,
-    Wall,
-    fill,
-    mirror,
-    offset_whole,
-    wall,
-)
+from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
 from limbgram.workbench.edits.thickness import wall_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -36,7 +28,7 @@ def in_limb(limb: Limb) -> np.ndarray:
 
 
 def test_an_extension_goes_on_as_the_tube_does(limb: Limb) -> None:
-    longer = extension(limb, Extension(length_mm=25))
+    longer = do_edit(limb, Extension(length_mm=25))
     points = in_limb(longer)
     assert points[:, 2].max() == pytest.approx(TOP_MM + 25, abs=1e-9)
     new = points[len(limb.mesh) :]
@@ -48,9 +40,9 @@ def test_an_extension_goes_on_as_the_tube_does(limb: Limb) -> None:
 
 
 def test_a_long_extension_of_a_fine_brim_stays_small(limb: Limb) -> None:
-    fine = flare(limb, Flare(depth_mm=0.001, height_mm=2.0))
+    fine = do_edit(limb, Flare(depth_mm=0.001, height_mm=2.0))
     (loop,) = boundary_loops(fine.mesh.faces)
-    longer = extension(fine, Extension(length_mm=200.0))
+    longer = do_edit(fine, Extension(length_mm=200.0))
     assert len(longer.mesh.faces) - len(fine.mesh.faces) == 100 * 2 * len(loop)
     assert in_limb(longer)[:, 2].max() == pytest.approx(TOP_MM + 200, abs=0.01)
     more = volume_mm3(longer.mesh) - volume_mm3(fine.mesh)
@@ -58,15 +50,15 @@ def test_a_long_extension_of_a_fine_brim_stays_small(limb: Limb) -> None:
 
 
 def test_an_extension_levels_a_slanting_brim(limb: Limb) -> None:
-    slanting = plane_cut(limb, PlaneCut(height_mm=110, forward_deg=25))
-    level = extension(slanting, Extension(length_mm=10))
+    slanting = do_edit(limb, PlaneCut(height_mm=110, forward_deg=25))
+    level = do_edit(slanting, Extension(length_mm=10))
     (rim,) = boundary_loops(level.mesh.faces)
     top = in_limb(slanting)[:, 2].max() + 10
     np.testing.assert_allclose(in_limb(level)[rim, 2], top, atol=1e-9)
 
 
 def test_a_flare_opens_the_brim_by_its_depth(limb: Limb) -> None:
-    bent = flare(limb, Flare(depth_mm=6, height_mm=20))
+    bent = do_edit(limb, Flare(depth_mm=6, height_mm=20))
     points = in_limb(bent)
     radius = np.hypot(points[:, 0], points[:, 1])
     rim = points[:, 2] > TOP_MM - 1e-6
@@ -77,14 +69,14 @@ def test_a_flare_opens_the_brim_by_its_depth(limb: Limb) -> None:
 
 
 def test_the_distal_end_gets_longer_and_rounder(limb: Limb) -> None:
-    longer = distal_end(limb, DistalEnd(height_mm=30, lengthen_mm=8))
+    longer = do_edit(limb, DistalEnd(height_mm=30, lengthen_mm=8))
     assert in_limb(longer)[:, 2].min() == pytest.approx(-8, abs=1e-9)
     above = in_limb(limb)[:, 2] >= 30
     np.testing.assert_allclose(
         longer.mesh.vertices_mm[above], limb.mesh.vertices_mm[above], atol=1e-9
     )
-    square = plane_cut(limb, PlaneCut(height_mm=50, keep="proximal", capped=True))
-    points = in_limb(distal_end(square, DistalEnd(height_mm=40, roundness=1.0)))
+    square = do_edit(limb, PlaneCut(height_mm=50, keep="proximal", capped=True))
+    points = in_limb(do_edit(square, DistalEnd(height_mm=40, roundness=1.0)))
     low = 50.0
     ends = points[points[:, 2] < low + 40 - 0.31 * 40]
     onto = (
@@ -95,34 +87,34 @@ def test_the_distal_end_gets_longer_and_rounder(limb: Limb) -> None:
 
 @pytest.mark.parametrize(("side", "sign"), [("outward", 1), ("inward", -1)])
 def test_a_wall_is_watertight_and_of_the_right_volume(limb: Limb, side: str, sign: int) -> None:
-    solid = wall(limb, Wall(thickness_mm=4, side=side))  # pyright: ignore
+    solid = do_edit(limb, Wall(thickness_mm=4, side=side))  # pyright: ignore
     assert not boundary_loops(solid.mesh.faces)
-    other = offset_whole(limb, Offset(distance_mm=4.0 * sign))
+    other = do_edit(limb, Offset(distance_mm=4.0 * sign))
     shell = sign * (volume_mm3(other.mesh) - volume_mm3(limb.mesh))
     assert volume_mm3(solid.mesh) == pytest.approx(shell, rel=1e-3)
     r, s = RADIUS_MM, RADIUS_MM + 4 * sign
     true = sign * np.pi * (2 / 3 * (s**3 - r**3) + 120 * (s**2 - r**2))
     assert volume_mm3(solid.mesh) == pytest.approx(true, rel=5e-3)
     with pytest.raises(EditError, match="closed"):
-        wall(solid, Wall(thickness_mm=1))
+        do_edit(solid, Wall(thickness_mm=1))
 
 
 def test_holes_are_filled_and_the_brim_only_if_asked(limb: Limb) -> None:
     middle = limb.mesh.vertices_mm[limb.mesh.faces].mean(1)
     away = np.linalg.norm(middle - limb.landmarks[0].position_mm, axis=1) > 8
     torn = limb.with_mesh(with_faces(limb.mesh, limb.mesh.faces[away]))
-    mended = fill(torn, Fill())
+    mended = do_edit(torn, Fill())
     assert len(boundary_loops(torn.mesh.faces)) == 2
     assert len(boundary_loops(mended.mesh.faces)) == 1
     assert volume_mm3(mended.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-3)
-    assert not boundary_loops(fill(torn, Fill(brim=True)).mesh.faces)
+    assert not boundary_loops(do_edit(torn, Fill(brim=True)).mesh.faces)
     with pytest.raises(EditError, match="no hole"):
-        fill(limb, Fill())
+        do_edit(limb, Fill())
 
 
 def test_a_brim_is_closed_straight_across(limb: Limb) -> None:
-    cut = flare(limb, Flare(depth_mm=10, height_mm=30))
-    closed = fill(cut, Fill(brim=True))
+    cut = do_edit(limb, Flare(depth_mm=10, height_mm=30))
+    closed = do_edit(cut, Fill(brim=True))
     assert not boundary_loops(closed.mesh.faces)
     assert volume_mm3(closed.mesh) == pytest.approx(volume_mm3(cut.mesh), rel=1e-4)
     lid = in_limb(closed)[len(cut.mesh) :]
@@ -143,7 +135,7 @@ def test_a_brim_turned_over_is_closed_by_a_dome_and_said_so(limb: Limb) -> None:
     assert limb.frame is not None
     places = np.concatenate([mesh.vertices_mm, limb.frame.limb_from_mesh.inverse.apply(wide)])
     hat = limb.with_mesh(Mesh(vertices_mm=places, faces=np.concatenate([mesh.faces, flange])))
-    closed = fill(hat, Fill(brim=True))
+    closed = do_edit(hat, Fill(brim=True))
     assert not boundary_loops(closed.mesh.faces)
     assert any("dome" in note for note in closed.notes)
     assert volume_mm3(closed.mesh) > 1.02 * volume_mm3(hat.mesh)
@@ -160,9 +152,9 @@ def test_the_edge_of_a_loose_scrap_is_no_hole(limb: Limb) -> None:
         faces=np.concatenate([mesh.faces, scrap]),
     )
     with pytest.raises(EditError, match="no hole but the edges of loose scraps"):
-        fill(limb.with_mesh(both), Fill())
+        do_edit(limb.with_mesh(both), Fill())
     torn = replace(both, faces=np.delete(both.faces, 1000, axis=0))
-    mended = fill(limb.with_mesh(torn), Fill()).mesh
+    mended = do_edit(limb.with_mesh(torn), Fill()).mesh
     assert len(boundary_loops(mended.faces)) == 2
     assert volume_mm3(with_faces(mended, mended.faces[mended.faces.max(1) < last])) == (
         pytest.approx(volume_mm3(mesh), rel=1e-9)
@@ -181,8 +173,8 @@ def test_a_hole_that_touches_itself_is_left_and_told(limb: Limb) -> None:
     torn = limb.with_mesh(replace(mesh, vertices_mm=places, faces=faces))
     assert [len(loop) for loop in boundary_loops(faces)] == [SPOKES, 6]
     with pytest.raises(EditError, match="only holes that touch themselves"):
-        fill(torn, Fill())
-    closed = fill(torn, Fill(brim=True))
+        do_edit(torn, Fill())
+    closed = do_edit(torn, Fill(brim=True))
     assert closed.notes == ("holes that touch themselves in a point, and were left open: 1",)
     assert [len(loop) for loop in boundary_loops(closed.mesh.faces)] == [6]
     assert (closed.mesh.face_normals() != 0).any(1).all()
@@ -190,8 +182,8 @@ def test_a_hole_that_touches_itself_is_left_and_told(limb: Limb) -> None:
 
 def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) -> None:
     with pytest.raises(EditError, match='confirmed_side = "left"'):
-        mirror(limb, Mirror(confirmed_side="right"))
-    other = mirror(limb, Mirror(confirmed_side="left"))
+        do_edit(limb, Mirror(confirmed_side="right"))
+    other = do_edit(limb, Mirror(confirmed_side="left"))
     assert other.frame is not None
     assert other.frame.side == "left"
     np.testing.assert_allclose(in_limb(other), in_limb(limb) * [-1, 1, 1], atol=1e-9)
@@ -200,33 +192,33 @@ def test_a_mirror_swaps_sides_only_when_the_new_side_is_confirmed(limb: Limb) ->
     )
     np.testing.assert_allclose(marks, [[0, RADIUS_MM, 100], [-RADIUS_MM, 0, 100]], atol=1e-9)
     assert volume_mm3(other.mesh) == pytest.approx(volume_mm3(limb.mesh), rel=1e-12)
-    again = mirror(other, Mirror(confirmed_side="right"))
+    again = do_edit(other, Mirror(confirmed_side="right"))
     np.testing.assert_allclose(again.mesh.vertices_mm, limb.mesh.vertices_mm, atol=1e-9)
     assert limb.frame is not None
     unsure = replace(limb, frame=replace(limb.frame, side="none"))
     with pytest.raises(EditError, match="nobody has said"):
-        mirror(unsure, Mirror(confirmed_side="left"))
+        do_edit(unsure, Mirror(confirmed_side="left"))
 
 
 def test_a_wall_says_where_it_is_thinnest(limb: Limb) -> None:
-    made = wall(limb, Wall(thickness_mm=4))
+    made = do_edit(limb, Wall(thickness_mm=4))
     assert "mm thick where it is thinnest" in made.notes[-1]
     found = wall_of(made.mesh)
     assert found is not None
     assert found.thinnest_mm == pytest.approx(4, abs=0.1)
     assert any(
         "no weight before it was tested" in note
-        for note in wall(limb, Wall(thickness_mm=1.5)).notes
+        for note in do_edit(limb, Wall(thickness_mm=1.5)).notes
     )
 
 
 def test_a_wall_thinner_than_can_be_made_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match=r"1 mm or more, not 0\.2"):
-        wall(limb, Wall(thickness_mm=0.2))
-    made = wall(limb, Wall(thickness_mm=0.2, least_mm=0.1))
+        do_edit(limb, Wall(thickness_mm=0.2))
+    made = do_edit(limb, Wall(thickness_mm=0.2, least_mm=0.1))
     assert wall_of(made.mesh) is not None
     with pytest.raises(EditError, match="above 0 mm"):
-        wall(limb, Wall(thickness_mm=0.2, least_mm=0))
+        do_edit(limb, Wall(thickness_mm=0.2, least_mm=0))
 
 
 def ragged(limb: Limb, depth_mm: float) -> Limb:
@@ -243,11 +235,11 @@ def ragged(limb: Limb, depth_mm: float) -> Limb:
 def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     torn = ragged(limb, 4.0)
     with pytest.raises(EditError, match="cut it by a plane"):
-        wall(torn, Wall(thickness_mm=3))
+        do_edit(torn, Wall(thickness_mm=3))
     assert limb.frame is not None
     heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
-    cut = plane_cut(torn, PlaneCut(height_mm=float(heights.max()) - 12))
-    assert "where it is thinnest" in wall(cut, Wall(thickness_mm=3)).notes[-1]
+    cut = do_edit(torn, PlaneCut(height_mm=float(heights.max()) - 12))
+    assert "where it is thinnest" in do_edit(cut, Wall(thickness_mm=3)).notes[-1]
 
 
 def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import EditError
-from limbgram.workbench.edits.regional import Load, Relieve, fading, load, relieve
+from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.regional import Load, Relieve, fading
 from limbgram.workbench.limb import Limb
 
 RADIUS_MM = 40.0
@@ -28,7 +29,7 @@ def unrolled_mm(limb: Limb, right: float) -> np.ndarray:
 
 
 def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: Limb) -> None:
-    edited = load(limb, Load(at="right", depth_mm=4, flat_mm=5, falloff_mm=20))
+    edited = do_edit(limb, Load(at="right", depth_mm=4, flat_mm=5, falloff_mm=20))
     moved = radial_mm(edited)
     assert moved.min() == pytest.approx(-4, abs=0.05)  # coarse triangles lie inside the tube
     distance = unrolled_mm(edited, 1)
@@ -40,7 +41,7 @@ def test_a_load_round_a_landmark_has_its_depth_and_fades_over_the_surface(limb: 
 
 
 def test_the_landmark_moves_with_the_surface(limb: Limb) -> None:
-    edited = relieve(limb, Relieve(at="front", depth_mm=3, flat_mm=6, falloff_mm=15))
+    edited = do_edit(limb, Relieve(at="front", depth_mm=3, flat_mm=6, falloff_mm=15))
     front = edited.landmarks[0].position_mm - limb.landmarks[0].position_mm
     assert np.linalg.norm(front) == pytest.approx(3, abs=0.05)
     np.testing.assert_array_equal(edited.landmarks[1].position_mm, limb.landmarks[1].position_mm)
@@ -59,7 +60,7 @@ def ring(radius_mm: float, count: int = 12) -> tuple[tuple[float, float, float],
 @pytest.mark.parametrize("backwards", [False, True])
 def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwards: bool) -> None:
     points = ring(20.0)[::-1] if backwards else ring(20.0)
-    edited = relieve(limb, Relieve(within=points, depth_mm=5, falloff_mm=8))
+    edited = do_edit(limb, Relieve(within=points, depth_mm=5, falloff_mm=8))
     moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
     assert moved.max() == pytest.approx(5, abs=0.05)
     assert np.abs(moved[distance < 11] - 5).max() < 0.1
@@ -70,7 +71,7 @@ def test_a_drawn_region_is_full_inside_and_untouched_outside(limb: Limb, backwar
 
 def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
     """The band under a falloff of 2 mm wants edges of 0.4 mm; all the region, five times that."""
-    edited = relieve(limb, Relieve(within=ring(34.0), depth_mm=2, falloff_mm=2))
+    edited = do_edit(limb, Relieve(within=ring(34.0), depth_mm=2, falloff_mm=2))
     moved, distance = radial_mm(edited), unrolled_mm(edited, 0)
     assert np.abs(moved[distance < 31] - 2).max() < 0.1
     assert np.abs(moved[distance > 34.3]).max() < 0.05
@@ -82,13 +83,13 @@ def test_a_wide_region_is_made_fine_only_where_it_fades(limb: Limb) -> None:
 
 
 def test_a_narrow_region_still_reaches_its_depth(limb: Limb) -> None:
-    edited = relieve(limb, Relieve(within=ring(10.0), depth_mm=2, falloff_mm=50))
+    edited = do_edit(limb, Relieve(within=ring(10.0), depth_mm=2, falloff_mm=50))
     assert radial_mm(edited).max() == pytest.approx(2, abs=0.05)
 
 
 def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
     with pytest.raises(EditError, match=r"pass through each other|fold over"):
-        load(limb, Load(at="right", depth_mm=90, falloff_mm=25))
+        do_edit(limb, Load(at="right", depth_mm=90, falloff_mm=25))
 
 
 @pytest.mark.parametrize(
@@ -104,11 +105,11 @@ def test_a_load_through_the_other_side_is_refused(limb: Limb) -> None:
 )
 def test_what_makes_no_sense_is_refused(limb: Limb, edit: Relieve, reason: str) -> None:
     with pytest.raises(EditError, match=reason):
-        relieve(limb, edit)
+        do_edit(limb, edit)
 
 
 def test_places_may_be_given_in_the_frame_of_the_mesh(limb: Limb) -> None:
     x, y, z = limb.landmarks[0].position_mm.tolist()
-    named = relieve(limb, Relieve(at="front", depth_mm=3, falloff_mm=15))
-    placed = relieve(limb, Relieve(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
+    named = do_edit(limb, Relieve(at="front", depth_mm=3, falloff_mm=15))
+    placed = do_edit(limb, Relieve(at=(x, y, z), positions_in="mesh", depth_mm=3, falloff_mm=15))
     np.testing.assert_array_equal(named.mesh.vertices_mm, placed.mesh.vertices_mm)

@@ -10,8 +10,9 @@ from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.reading import read_limb
+from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.regions import at_brim, roughness_mm
-from limbgram.workbench.edits.smoothing import Smoothing, calmed, smoothing
+from limbgram.workbench.edits.smoothing import Smoothing, calmed
 from limbgram.workbench.limb import Limb
 
 NOISE_MM = 0.2
@@ -35,7 +36,7 @@ def test_the_brim_and_marked_places_stay_to_the_bit(limb: Limb) -> None:
     rough = limb.with_mesh(
         limb.mesh.with_vertices(limb.mesh.vertices_mm + noise * limb.mesh.vertex_normals())
     )
-    calm = smoothing(rough, Smoothing(passes=8, brim_mm=6, leave=("right",), leave_mm=20))
+    calm = do_edit(rough, Smoothing(passes=8, brim_mm=6, leave=("right",), leave_mm=20))
     still = (calm.mesh.vertices_mm == rough.mesh.vertices_mm).all(1)
     place = rough.landmarks[1].position_mm
     marked = np.linalg.norm(rough.mesh.vertices_mm - place, axis=1) < 17
@@ -59,7 +60,7 @@ def test_a_shape_of_few_triangles_is_refused(made: trimesh.Trimesh, passes: int,
     """They have nothing but edges: what pulls at those turns the shape inside out."""
     mesh = Mesh(vertices_mm=np.asarray(made.vertices) * 40, faces=made.faces.astype(np.int32))
     with pytest.raises(EditError, match=told):
-        smoothing(Limb(mesh=mesh), Smoothing(passes=passes))
+        do_edit(Limb(mesh=mesh), Smoothing(passes=passes))
 
 
 def test_nothing_to_move_keeps_no_volume() -> None:
@@ -71,7 +72,7 @@ def test_nothing_to_move_keeps_no_volume() -> None:
 
 def test_twenty_passes_on_a_scan_keep_its_volume_and_calm_it(data_folder: Path) -> None:
     scan = read_limb(data_folder / "shapes" / "ampscan" / "stl_file.stl")
-    calm = smoothing(scan, Smoothing(passes=20))
+    calm = do_edit(scan, Smoothing(passes=20))
     assert abs(volume_mm3(calm.mesh) / volume_mm3(scan.mesh) - 1) < 5e-4
     assert roughness_mm(calm.mesh) < 0.5 * roughness_mm(scan.mesh)
     bias = ((calm.mesh.vertices_mm - scan.mesh.vertices_mm) * scan.mesh.vertex_normals()).sum(1)

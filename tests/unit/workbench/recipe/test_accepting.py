@@ -14,7 +14,7 @@ from limbgram.core.errors import EditError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.limb_file import write_limb
-from limbgram.workbench.edits.editing import Edit
+from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.percent import Reduction
 from limbgram.workbench.edits.presets import Sock
 from limbgram.workbench.edits.pressing import DEEPEST_MM

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from limbgram.core.errors import OptionsError, ShapeFileError
-from limbgram.workbench.edits.editing import EDITS
+from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
+from limbgram.workbench.edits.editing import EDIT_NAMED, EDITS
 from limbgram.workbench.edits.regional import Load, Relieve
 from limbgram.workbench.edits.smoothing import Smoothing
 from limbgram.workbench.edits.solids import Offset
@@ -70,18 +71,28 @@ NEEDED: dict[str, object] = {
 }
 
 
-@pytest.mark.parametrize("kind", EDITS)
-def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: str) -> None:
+@pytest.mark.parametrize("kind", EDITS, ids=name_of)
+def test_a_recipe_stands_by_itself_whatever_its_parameters(kind: type[Edit]) -> None:
     """Defaults are written too: a later version may have others."""
-    needed = [f for f in fields(EDITS[kind]) if f.default is MISSING]
+    needed = [f for f in fields(kind) if f.default is MISSING]
     values = {f.name: NEEDED.get(f.name, 5.0) for f in needed}
-    made = make_edit(kind, values, "the test")
+    made = make_edit(name_of(kind), values, "the test")
     recipe = Recipe(name="x", entries=(Entry(edit=made),))
     text = encode_recipe(recipe).decode()
     assert parse_recipe(text, "a.toml") == recipe
     (written,) = tomllib.loads(text)["edit"]
-    told = {name for name, value in asdict(made).items() if value is not None}
-    assert set(written) == told | {"do"}
+    given = {name for name, value in asdict(made).items() if value is not None}
+    assert set(written) == given | {"do"}
+
+
+@pytest.mark.parametrize("kind", EDITS, ids=name_of)
+def test_every_edit_says_what_it_does_and_what_its_parameters_mean(kind: type[Edit]) -> None:
+    assert purpose_of(kind).endswith(".")
+    assert kind.title.startswith("The ")
+    for one in parameters_of(kind):
+        clear = {"plies", "thickness_mm", "name"}  # the edit's own sentence says it
+        assert one.meaning.endswith(".") or one.name in clear
+        assert one.expected
 
 
 @pytest.mark.parametrize(
@@ -240,8 +251,9 @@ def test_a_recipe_for_another_scan_is_refused() -> None:
 
 
 def test_every_kind_of_edit_has_a_name_for_people() -> None:
-    assert {"relieve", "load", "plane-cut", "sock", "sock-ply", "mirror", "clean"} <= set(EDITS)
-    assert len(EDITS) == len(set(EDITS.values())) == 18
+    named = {"relieve", "load", "plane-cut", "sock", "sock-ply", "mirror", "clean"}
+    assert named <= set(EDIT_NAMED)
+    assert len(EDITS) == len(EDIT_NAMED) >= 18
 
 
 def test_an_edit_that_is_all_default_says_what_it_does() -> None:
