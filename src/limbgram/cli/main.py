@@ -11,7 +11,7 @@ from contextlib import chdir, contextmanager
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
@@ -206,11 +206,11 @@ def _group(kind: type[TyperGroup]) -> typer.Typer:
         cls=kind,
         help=_HELP,
         no_args_is_help=True,
-        add_completion=False,
+        add_completion=kind is Commands,
         pretty_exceptions_show_locals=False,
         rich_markup_mode="markdown",
     )
-    group.callback()(_nothing)
+    group.callback()(_root)
     return group
 
 
@@ -220,6 +220,22 @@ def _listed() -> typer.Typer:
     for name, (_, line) in COMMANDS.items():
         group.command(name, help=line)(_nothing)
     return group
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version  # a tenth of the start of every other command
+
+        typer.echo(f"limbgram {version('limbgram')}")
+        raise typer.Exit
+
+
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="The version.")
+    ] = False,
+) -> None:
+    """Stands above the commands: its own options are done before any of them."""
 
 
 def _nothing() -> None:

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,60 @@ def test_json_changes_no_other_exit_code() -> None:
     assert CliRunner().invoke(app, ["measure", "none.stl", "--json"]).exit_code == 3
     assert CliRunner().invoke(app, ["edit", "kinds", "--json"]).exit_code == 0
     assert CliRunner().invoke(app, ["measure", "--help", "--json"]).exit_code == 0
+
+
+def test_the_version_is_the_installed_one() -> None:
+    answer = CliRunner().invoke(app, ["--version"])
+    assert answer.exit_code == 0
+    assert answer.output == f"limbgram {version('limbgram')}\n"
+
+
+def asked_by_shell(instruction: str, words: str = "limbgram ", **more: str) -> list[str]:
+    """What a shell is answered after these words, the last of them half typed."""
+    asked = {
+        "_LIMBGRAM_COMPLETE": instruction,
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(words.count(" ")),
+        "_TYPER_COMPLETE_ARGS": words,
+        **more,
+    }
+    answer = subprocess.run(
+        [sys.executable, "-c", "from limbgram.cli.main import app; app(prog_name='limbgram')"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **asked},
+    )
+    return answer.stdout.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("limbgram meas", ["measure"]),
+        ("limbgram measure --ev", ["--every"]),
+        ("limbgram edit ad", ["add"]),
+        ("limbgram edit add --a", ["--as", "--accept"]),
+    ],
+)
+def test_bash_completes_commands_and_options_out_of_their_files(
+    words: str, offered: list[str]
+) -> None:
+    assert asked_by_shell("complete_bash", words) == offered
+
+
+def test_zsh_and_fish_complete_with_what_an_option_means() -> None:
+    (line,) = asked_by_shell("complete_zsh", "limbgram measure --ev")
+    assert '"--every":"Spacing of the levels' in line
+    wanted = {"_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    listed = asked_by_shell("complete_fish", "limbgram edit ", **wanted)
+    assert "undo\tTake the last edit off a recipe." in listed
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_every_shell_is_given_its_script(shell: str) -> None:
+    script = "\n".join(asked_by_shell(f"source_{shell}"))
+    assert f"_LIMBGRAM_COMPLETE=complete_{shell}" in script
 
 
 def test_the_list_of_commands_waits_for_no_library() -> None:
