@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from limbgram.cli.main import app
+from limbgram.core import files
 from limbgram.core.geometry.frames import Rigid
-from limbgram.formats import writing
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import Limb, LimbFrame
@@ -70,7 +70,7 @@ def test_ctrl_c_while_a_file_is_written_leaves_none(
         reached.append(handle)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(writing.os, "fsync", stop)
+    monkeypatch.setattr(files.os, "fsync", stop)
     before = sorted(work.iterdir())
     answer = RUNNER.invoke(app, [*words_of(name, work, tmp_path), "--json"])
     assert answer.exit_code == 130
