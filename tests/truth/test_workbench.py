@@ -11,8 +11,6 @@ import ezdxf
 import numpy as np
 import pytest
 import trimesh
-from matplotlib.figure import Figure
-from matplotlib.text import Text
 from typer.testing import CliRunner, Result
 
 from limbgram.cli.main import app
@@ -20,8 +18,9 @@ from limbgram.formats.reading import read_limb
 from limbgram.formats.sidecar import hash_of
 from limbgram.formats.stl import write_stl
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.record import pages as pdf
+from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.advice import findings
+from limbgram.report.record.layout import record_report
 from limbgram.report.record.sources import RecipeSource, ShapeSource, replayed_on
 from limbgram.synthetic.props.limb import LimbKind, make_limb
 from limbgram.workbench.measures.measuring import measure_limb
@@ -67,17 +66,15 @@ def volume_ml(path: Path) -> float:
     return float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6000
 
 
-def printed(tree: dict[str, Any], page: str, monkeypatch: pytest.MonkeyPatch) -> str:
+def printed(tree: dict[str, Any], page: str) -> str:
     """What stands on the sheets of a record's PDF."""
     pictures = [
         Picture("", "", "", np.frombuffer(base64.b64decode(content), np.uint8))
         for content in re.findall(r'base64,([^"]*)"', page)
     ]
-    sheets: list[Figure] = []
-    monkeypatch.setattr(pdf, "pdf_of", lambda figures: sheets.extend(figures) or b"")
-    pdf.record_pdf(tree, pictures)
+    sheets = sheets_of(record_report(tree, pictures))
     assert len(sheets) == 2
-    words = (text.get_text() for sheet in sheets for text in sheet.findobj(Text))
+    words = (mark.words for sheet in sheets for mark in sheet if isinstance(mark, Line))
     return " ".join(" ".join(words).split())
 
 
@@ -227,9 +224,7 @@ def test_carving_and_cad_files_are_proved(bench: Bench, made: Path) -> None:
     assert len(read.modelspace().query("3DFACE")) == triangles
 
 
-def test_the_record_says_side_and_unit_and_no_name(
-    bench: Bench, record: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_record_says_side_and_unit_and_no_name(bench: Bench, record: dict[str, Any]) -> None:
     folder = bench.folder / "record"
     page = (folder / "report.html").read_text("utf-8")
     assert f"<b>{bench.side.upper()} · mm</b>" in page
@@ -241,7 +236,7 @@ def test_the_record_says_side_and_unit_and_no_name(
     assert "own landmark 1" in words
     kept = (folder / "report.pdf").read_bytes()
     assert len(re.findall(rb"/Type /Page\b", kept)) == 2
-    sheets = printed(record, page, monkeypatch)
+    sheets = printed(record, page)
     assert f"Record of {record['id']}" in sheets
     assert f"{bench.side.upper()} · mm" in sheets
     assert "A professional must verify dimensions" in sheets

@@ -22,7 +22,6 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.ft2font import LoadFlags
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from PIL import Image
@@ -561,7 +560,7 @@ def _advance(letter: str, bold: bool) -> float:
     """Width of a letter whose height is 1."""
     font = get_font(findfont(_font(bold)))
     font.set_size(100.0, _POINTS_PER_IN)
-    glyph = font.load_char(ord(letter), flags=LoadFlags.NO_HINTING)
+    glyph = font.load_char(ord(letter))
     return glyph.linearHoriAdvance / 65536 / 100.0
 
 
