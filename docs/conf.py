@@ -25,6 +25,7 @@ default_role = "code"
 html_theme = "furo"
 html_title = "limbgram"
 html_copy_source = False
+html_show_copyright = False
 html_show_sphinx = False
 
 
