@@ -72,8 +72,8 @@ def accuracy_of(case: Path) -> dict[str, Any]:
     light = verdict["light"]
     assert verdict["headline"].startswith(light.upper())
     page = (case / "report.html").read_text("utf-8")
-    assert f'<div class="verdict {light}"><b>{light.upper()}</b>' in page
-    assert page.count('<div class="verdict') == 1
+    assert f'<div class="banner {light}"><b>{light.upper()}</b>' in page
+    assert page.count('<div class="banner') == 1
     assert f'<p class="light {light}">' in (case / "accuracy.html").read_text("utf-8")
     names = {file["path"] for file in record["files"]}
     assert ("deliverables/surface-RED.stl" in names) == (light == "red")

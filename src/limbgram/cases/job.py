@@ -20,7 +20,8 @@ from limbgram.reconstruction.scale.distances import KnownDistance
 from limbgram.reconstruction.scale.taping import TapedGirth
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.accuracy.assessment import assess
-from limbgram.report.page import page_of
+from limbgram.report.case import case_report
+from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures, draw
 from limbgram.report.summary import summarise
 
@@ -123,5 +124,5 @@ def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures, ti
         with written_whole(case.report / f"{picture.name}.png") as beside:
             beside.write_bytes(picture.png.tobytes())
     with written_whole(case.page) as beside:
-        beside.write_text(page_of(summary, drawn, title), encoding="utf-8")
+        beside.write_text(html_of(case_report(summary, drawn, title)), encoding="utf-8")
     write_json(case.summary, summary)

@@ -19,7 +19,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from limbgram.report.page import stage_title
+from limbgram.report.stages import stage_title
 
 Event = dict[str, Any]
 

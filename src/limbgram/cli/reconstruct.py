@@ -20,8 +20,8 @@ from limbgram.reconstruction.pipeline import DEFAULTS, PipelineOptions
 from limbgram.reconstruction.surface.parts import PartOptions
 from limbgram.reconstruction.surface.pivoting import PivotOptions
 from limbgram.reconstruction.surface.poisson import PoissonOptions
-from limbgram.report.page import stage_title
 from limbgram.report.parts import part_lines
+from limbgram.report.stages import stage_title
 
 
 class SurfaceMethod(StrEnum):

@@ -1,8 +1,8 @@
-"""Parts: the bodies of a reconstruction, told to people: number, what it is, area, place, file.
+"""Parts: the bodies of a reconstruction: number, what each is, its area, place and file.
 
 In      a reconstruction.
-Out     a tree for the summary; of that, lines for the terminal and a table for the page. A case
-        of one body has nothing to tell.
+Out     a tree for the summary, and of that, lines for the terminal. A case of one body needs
+        none.
 """
 
 from typing import Any
@@ -12,7 +12,6 @@ import numpy as np
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
-from limbgram.report.document.page import table
 
 Json = dict[str, Any]
 
@@ -44,34 +43,26 @@ def part_lines(parts: list[Json], unit: str) -> tuple[str, ...]:
     if len(parts) < 2:
         return ()
     rows = [
-        f"  part {row['number']}: {row['name']}, {_area(row, unit)}, {_place(row, unit)}"
+        f"  part {row['number']}: {row['name']}, {area_of(row, unit)}, {place_of(row, unit)}"
         + (f" ({row['file']})" if row["file"] else f". {row['reason']}")
         for row in parts
     ]
     return (f"{len(parts)} bodies were measured; --part NUMBER makes another the surface:", *rows)
 
 
-def parts_section(parts: list[Json], unit: str) -> str:
-    """The same on the page."""
-    if len(parts) < 2:
-        return ""
-    rows = [
-        (
-            str(row["number"]),
-            row["name"],
-            _area(row, unit),
-            _place(row, unit),
-            row["file"] or row["reason"],
-        )
-        for row in parts
-    ]
-    note = (
-        "<h2>Parts</h2><p>The photos show several bodies that do not hang together. The surface is "
-        "the one that they look at most, or the one that was asked for; each other one has a file "
-        "of its own in the same frame. <code>limbgram reconstruct ... --part NUMBER</code> makes "
-        "another the surface.</p>"
+def area_of(row: Json, unit: str) -> str:
+    """A body's area for people."""
+    return (
+        f"{row['area'] / 100:.0f} cm\N{SUPERSCRIPT TWO}" if unit == "mm" else f"{row['area']:.3g}"
     )
-    return note + table(("part", "what", "#area", "middle and size", "file"), rows)
+
+
+def place_of(row: Json, unit: str) -> str:
+    """Where a body is and how large."""
+    x, y, z = row["middle"]
+    if unit != "mm":
+        return f"round x {x:.3g}, y {y:.3g}, z {z:.3g}, {row['size']:.3g} long"
+    return f"round x {x:.0f}, y {y:.0f}, z {z:.0f} mm, {row['size']:.0f} mm long"
 
 
 def _side(mesh: Mesh) -> str:
@@ -116,16 +107,3 @@ def _other(one: OtherPart) -> Json:
         "file": None,
         "reason": one.reason,
     }
-
-
-def _area(row: Json, unit: str) -> str:
-    return (
-        f"{row['area'] / 100:.0f} cm\N{SUPERSCRIPT TWO}" if unit == "mm" else f"{row['area']:.3g}"
-    )
-
-
-def _place(row: Json, unit: str) -> str:
-    x, y, z = row["middle"]
-    if unit != "mm":
-        return f"round x {x:.3g}, y {y:.3g}, z {z:.3g}, {row['size']:.3g} long"
-    return f"round x {x:.0f}, y {y:.0f}, z {z:.0f} mm, {row['size']:.0f} mm long"

@@ -1,5 +1,6 @@
 """Several bodies are told to people; a single one is not."""
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -8,8 +9,10 @@ import trimesh
 
 from limbgram.core.mesh.mesh import Mesh, Part, Relation
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
+from limbgram.report.blocks import Section, Table
+from limbgram.report.case import parts_section
 from limbgram.report.drawings.surfaces import sides_figure
-from limbgram.report.parts import part_lines, parts_section, parts_tree
+from limbgram.report.parts import part_lines, parts_tree
 
 OUTSIDE: dict[str, Any] = {
     "number": 1,
@@ -31,9 +34,15 @@ INSIDE = {
 }
 
 
+def table_of(sections: Iterator[Section]) -> Table:
+    (section,) = sections
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table
+
+
 def test_one_body_is_not_told() -> None:
     assert part_lines([OUTSIDE], "mm") == ()
-    assert parts_section([OUTSIDE], "mm") == ""
+    assert list(parts_section([OUTSIDE], "mm")) == []
 
 
 def test_each_of_several_is_told_with_area_place_and_file() -> None:
@@ -43,15 +52,15 @@ def test_each_of_several_is_told_with_area_place_and_file() -> None:
     place = "round x 1, y 2, z 70 mm, 151 mm long (surface.stl)"
     assert outside == f"  part 1: the surface, 641 cm\N{SUPERSCRIPT TWO}, {place}"
     assert "the other side of its wall, 523 cm" in inside
-    page = parts_section([OUTSIDE, INSIDE], "mm")
-    assert "surface-part-2.stl" in page
-    assert page.count("<tr") == 3
+    first, second = table_of(parts_section([OUTSIDE, INSIDE], "mm")).rows
+    assert first[-1] == "surface.stl"
+    assert second[-1] == "surface-part-2.stl"
 
 
 def test_a_part_that_could_not_be_measured_says_why() -> None:
     failed = {**INSIDE, "file": None, "reason": "Hardly a place looks alike."}
     assert part_lines([OUTSIDE, failed], "mm")[2].endswith(". Hardly a place looks alike.")
-    assert "Hardly a place looks alike." in parts_section([OUTSIDE, failed], "mm")
+    assert table_of(parts_section([OUTSIDE, failed], "mm")).rows[1][-1] == failed["reason"]
 
 
 def test_areas_without_scale_are_no_square_centimetres() -> None:

@@ -8,11 +8,12 @@ from PIL import Image
 
 from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
+from limbgram.report.case import case_report
 from limbgram.report.document.page import finite, table
 from limbgram.report.document.paper import Sheet
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
-from limbgram.report.page import page_of
+from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures
 from limbgram.report.summary import facts
 
@@ -110,9 +111,9 @@ PICTURES = Pictures((Picture("p", "Title", "Caption", np.zeros(3, np.uint8)),))
 @pytest.mark.parametrize("light", ["green", "amber", "red"])
 def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light: str) -> None:
     """Whatever else the summary says: a photo that is not placed makes no red page by itself."""
-    page = page_of(summary(light, [CHECK], placed=False), PICTURES, "A <case>")
-    banner = page[page.index('<div class="verdict') : page.index("</div>")]
-    assert banner.startswith(f'<div class="verdict {light}"><b>{light.upper()}</b>')
+    page = html_of(case_report(summary(light, [CHECK], placed=False), PICTURES, "A <case>"))
+    banner = page[page.index('<div class="banner') : page.index("</div>")]
+    assert banner.startswith(f'<div class="banner {light}"><b>{light.upper()}</b>')
     assert banner.count("5 &lt; 6 &amp; so on") == 1
     assert "another &lt;reason&gt;" in banner
     assert "3 of 4 photos" in page

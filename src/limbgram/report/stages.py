@@ -1,0 +1,33 @@
+"""Stages: their names for people, on a page and at a terminal."""
+
+_STAGES = {
+    "read photos": "Read the photos",
+    "cameras for": "Cameras",
+    "detect": "Feature points",
+    "match": "Matches",
+    "verify": "Pairs",
+    "place": "Place the photos",
+    "find board": "Find the board",
+    "to millimetres": "Scale",
+    "find region": "Find the limb",
+    "estimate depth": "Depth",
+    "fuse": "Points",
+    "pivot": "Surface (Ball Pivoting)",
+    "poisson": "Surface (Poisson)",
+    "tell parts": "Parts",
+    "repair": "Repair",
+    "refine": "Even triangles",
+    "measure": "Measure the surface",
+    "draw": "Pictures",
+    "hold tapes": "Taped girths",
+    "deliver": "Files",
+    "assess": "Accuracy",
+    "assess case": "Accuracy",
+    "calibrate": "Calibrate the camera",
+    "make capture": "Photograph a synthetic limb",
+}
+
+
+def stage_title(stage: str) -> str:
+    """A stage's name for people."""
+    return _STAGES.get(stage.replace("_", " "), stage.replace("_", " ").capitalize())
