@@ -197,7 +197,7 @@ def corner_fans(faces: Faces) -> Int32[np.ndarray, "f 3"]:
 
 def is_vertex_manifold(faces: Faces) -> bool:
     """The faces at every vertex make one fan; the faces must be edge-manifold."""
-    return corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces))
+    return bool(corner_fans(faces).max(initial=-1) + 1 == np.count_nonzero(_used(faces)))
 
 
 def with_faces(mesh: Mesh, faces: Faces) -> Mesh:

@@ -35,7 +35,7 @@ class ContactField:
     """Samples of a surface in bins along and round the axis."""
 
     points: Float64[np.ndarray, "n 3"]
-    starts: Int64[np.ndarray, " b+1"]
+    starts: Int64[np.ndarray, " ends"]
     nearest_mm: Float64[np.ndarray, " x"]
     """Least radius in each ring of bins."""
     farthest_mm: Float64[np.ndarray, " b"]
