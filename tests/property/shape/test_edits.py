@@ -1,5 +1,7 @@
 """Any edit that is not refused leaves a manifold, and its ledger tells what a look would find."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,9 +17,10 @@ from limbgram.core.mesh.topology import (
     is_vertex_manifold,
     volume_mm3,
 )
+from limbgram.workbench.edits.cleaning import Clean
 from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.edit import Edit
-from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
 from limbgram.workbench.edits.percent import Increase, Reduction
 from limbgram.workbench.edits.presets import Liner, Sock, SockPly
@@ -96,25 +99,26 @@ lines = st.builds(
 levels = {"heights_mm": st.just((10.0, 90.0)), "of": st.sampled_from(["girth", "volume"])}
 per_cent = st.tuples(st.floats(0, 10), st.floats(0, 10))
 names = st.sampled_from(["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"])
-EDIT = st.one_of(
-    st.builds(Relieve, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
-    st.builds(Load, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
-    st.builds(Reduction, per_cent=per_cent, **levels),
-    st.builds(Increase, per_cent=per_cent, **levels),
-    st.builds(Liner, name=names, share=st.floats(0, 1)),
-    st.builds(Sock, thickness_mm=st.floats(0.1, 5)),
-    st.builds(SockPly, plies=st.floats(-5, 5)),
-    st.builds(Offset, distance_mm=st.floats(-3, 3)),
-    st.builds(Smoothing, passes=st.integers(1, 6), leave=st.tuples(places)),
-    st.builds(Extension, length_mm=st.floats(1, 40)),
-    st.builds(Flare, depth_mm=amounts, height_mm=st.floats(8, 30)),
-    st.builds(
+TRIED: dict[type[Edit], st.SearchStrategy[Any]] = {
+    Clean: st.builds(Clean, spikes=st.booleans()),
+    Relieve: st.builds(Relieve, at=places, depth_mm=amounts, falloff_mm=st.floats(10, 40)),
+    Load: st.builds(Load, within=rings, depth_mm=amounts, falloff_mm=st.floats(5, 20)),
+    Reduction: st.builds(Reduction, per_cent=per_cent, **levels),
+    Increase: st.builds(Increase, per_cent=per_cent, **levels),
+    Liner: st.builds(Liner, name=names, share=st.floats(0, 1)),
+    Sock: st.builds(Sock, thickness_mm=st.floats(0.1, 5)),
+    SockPly: st.builds(SockPly, plies=st.floats(-5, 5)),
+    Offset: st.builds(Offset, distance_mm=st.floats(-3, 3)),
+    Smoothing: st.builds(Smoothing, passes=st.integers(1, 6), leave=st.tuples(places)),
+    Extension: st.builds(Extension, length_mm=st.floats(1, 40)),
+    Flare: st.builds(Flare, depth_mm=amounts, height_mm=st.floats(8, 30)),
+    DistalEnd: st.builds(
         DistalEnd,
         height_mm=st.floats(15, 50),
         lengthen_mm=st.floats(-5, 15),
         roundness=st.floats(0, 1),
     ),
-    st.builds(
+    PlaneCut: st.builds(
         PlaneCut,
         height_mm=st.floats(10, 70),
         forward_deg=st.floats(-20, 20),
@@ -122,11 +126,16 @@ EDIT = st.one_of(
         keep=st.sampled_from(["distal", "proximal"]),
         capped=st.booleans(),
     ),
-    st.builds(Trimline, through=lines, keep=st.sampled_from(["distal", "proximal"])),
-    st.just(Fill(brim=True)),
-    st.builds(Wall, thickness_mm=amounts, side=st.sampled_from(["outward", "inward"])),
-    st.just(Mirror(confirmed_side="right")),
-)
+    Trimline: st.builds(Trimline, through=lines, keep=st.sampled_from(["distal", "proximal"])),
+    Fill: st.just(Fill(brim=True)),
+    Wall: st.builds(Wall, thickness_mm=amounts, side=st.sampled_from(["outward", "inward"])),
+    Mirror: st.just(Mirror(confirmed_side="right")),
+}
+EDIT = st.one_of(*TRIED.values())
+
+
+def test_every_kind_of_edit_is_tried() -> None:
+    assert set(TRIED) == set(EDITS)
 
 
 @settings(max_examples=40, deadline=None)
