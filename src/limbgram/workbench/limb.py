@@ -1,9 +1,7 @@
 """The limb: a surface with what a clinician knows of it.
 
-Doubt: how a surface whose capture was judged red goes on saying so.
-
-By its name, which travels with every copy, and from there by the limb file of whatever is made
-from it.
+A surface whose capture was judged red goes on saying so: by its name, which travels with every
+copy, and from there by the limb file of whatever is made from it.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,6 +18,12 @@ Side = Literal["left", "right", "none"]
 Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
 """Of limb: it tells what the names of landmarks mean."""
 KINDS: tuple[Kind, ...] = get_args(Kind)
+_MARK = "-RED"
+RED = (
+    "this surface comes from a capture whose verdict is RED: much of the limb is missing, or its "
+    "size or shape may be wrong by a ply of sock or more; report.html of the case says why. Make "
+    "nothing from it unchecked"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +105,6 @@ def likeliest(name: str, known: Iterable[str]) -> str:
     by_small = {one.casefold(): one for one in known}
     near = get_close_matches(name.strip().casefold(), by_small, n=1)
     return f' Was "{by_small[near[0]]}" meant?' if near else ""
-
-
-_MARK = "-RED"
-RED = (
-    "this surface comes from a capture whose verdict is RED: much of the limb is missing, or its "
-    "size or shape may be wrong by a ply of sock or more; report.html of the case says why. Make "
-    "nothing from it unchecked"
-)
 
 
 def marked_red(path: Path) -> Path:

@@ -1,10 +1,9 @@
-"""Sampling: places spread evenly over a surface, the same each time.
-
-Deviation: how far two surfaces lie apart, at every vertex of both, and how their normals turn.
+"""Deviation: how far two surfaces lie apart, at every vertex of both, and how their normals turn.
 
 Differences are positive where the second surface lies outside the first, on both maps. Places that
 were filled in, lie near a brim, or whose nearest place is a brim, have no figure (NaN). Averages
-are by area, so that they do not depend on how finely a surface is cut into triangles.
+are by area, so that they do not depend on how finely a surface is cut into triangles. Samples are
+spread evenly over a surface, the same each time.
 """
 
 from dataclasses import dataclass
@@ -19,6 +18,8 @@ from limbgram.workbench.compare.counterparts import Ground, measured_vertices
 
 _STEPS = (0.7548776662466927, 0.5698402909980532)
 """Of the plane's evenly filling sequence (Roberts 2018): powers of 1 over the plastic number."""
+LOCAL_LIMIT_MM = 1.0
+"""Beyond it a place counts as different, whatever the averages say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,29 +30,6 @@ class Samples:
     normals: Points3
     """Unit, interpolated between the vertices' normals."""
     faces: Int64[np.ndarray, " n"]
-
-
-def sample_evenly(mesh: Mesh, count: int) -> Samples:
-    """`count` places in the order of the faces, by area."""
-    areas = np.linalg.norm(mesh.face_normals(), axis=1)
-    reach = np.cumsum(areas)
-    places = (np.arange(count) + 0.5) / count * reach[-1]
-    faces = np.minimum(np.searchsorted(reach, places), len(areas) - 1)
-    u, v = ((0.5 + step * np.arange(count)) % 1.0 for step in _STEPS)
-    beyond = u + v > 1
-    u, v = np.where(beyond, 1 - u, u), np.where(beyond, 1 - v, v)
-    weights = np.column_stack([1 - u - v, u, v])
-    corners = mesh.faces[faces]
-    normals = np.einsum("nk,nkc->nc", weights, mesh.vertex_normals()[corners])
-    return Samples(
-        points_mm=np.einsum("nk,nkc->nc", weights, mesh.vertices_mm[corners]),
-        normals=unit(normals),
-        faces=faces.astype(np.int64),
-    )
-
-
-LOCAL_LIMIT_MM = 1.0
-"""Beyond it a place counts as different, whatever the averages say."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +92,34 @@ def deviation(first: Mesh, second: Mesh, brim_mm: float) -> Deviation:
     )
 
 
+def sample_evenly(mesh: Mesh, count: int) -> Samples:
+    """`count` places in the order of the faces, by area."""
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    reach = np.cumsum(areas)
+    places = (np.arange(count) + 0.5) / count * reach[-1]
+    faces = np.minimum(np.searchsorted(reach, places), len(areas) - 1)
+    u, v = ((0.5 + step * np.arange(count)) % 1.0 for step in _STEPS)
+    beyond = u + v > 1
+    u, v = np.where(beyond, 1 - u, u), np.where(beyond, 1 - v, v)
+    weights = np.column_stack([1 - u - v, u, v])
+    corners = mesh.faces[faces]
+    normals = np.einsum("nk,nkc->nc", weights, mesh.vertex_normals()[corners])
+    return Samples(
+        points_mm=np.einsum("nk,nkc->nc", weights, mesh.vertices_mm[corners]),
+        normals=unit(normals),
+        faces=faces.astype(np.int64),
+    )
+
+
+def area_quantile(
+    values: Float64[np.ndarray, " n"], areas_mm2: Float64[np.ndarray, " n"], share: float
+) -> float:
+    """Value below which this share of the area lies."""
+    order = np.argsort(values, kind="stable")
+    reach = np.cumsum(areas_mm2[order]) - areas_mm2[order] / 2
+    return float(np.interp(share * areas_mm2.sum(), reach, values[order]))
+
+
 def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> DifferenceMap:
     """sign: 1 if the mesh is the second surface, -1 if it is the first."""
     found = ground.counterparts(mesh.vertices_mm)
@@ -140,12 +146,3 @@ def _map(mesh: Mesh, ground: Ground, brim_mm: float, *, sign: float) -> Differen
         compared_share=float(weights.sum() / areas.sum()),
     )
     return DifferenceMap(difference_mm=difference, normal_angle_deg=angle, figures=figures)
-
-
-def area_quantile(
-    values: Float64[np.ndarray, " n"], areas_mm2: Float64[np.ndarray, " n"], share: float
-) -> float:
-    """Value below which this share of the area lies."""
-    order = np.argsort(values, kind="stable")
-    reach = np.cumsum(areas_mm2[order]) - areas_mm2[order] / 2
-    return float(np.interp(share * areas_mm2.sum(), reach, values[order]))

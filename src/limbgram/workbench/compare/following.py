@@ -1,21 +1,14 @@
-"""Stack: several scans of one limb, laid on the first and measured at the same heights.
+"""Following: one limb over time, and how far repeated scans of it lie apart.
 
-Trend: a straight line through values over time, with what is known of its slope.
-
-Series: one limb over time: volume and girths at each visit, and their trends.
-
-In      visits: a scan and its day; several scans of one day are repeats.
-Out     a Series. Where a change lies within its uncertainty, it says so.
-Method  all scans laid on the first; weighted least squares. A scan's sigma is its own if it has
-        one, else the spread of repeats on one day, else the assumed share of the options.
+In      visits: a scan and its day, where several scans of one day are repeats; or repeats alone.
+Out     a Series: volume and girths at each visit, and their trends. Where a change lies within its
+        uncertainty, it says so. Repeats: how far captures of one unchanged limb lie apart.
+Method  All scans are laid on the first and measured at the same heights. A trend is a straight line
+        by weighted least squares. A scan's sigma is its own if it has one, else the spread of
+        repeats on one day, else the assumed share of the options. Repeatability is the coefficient
+        1.96 sqrt(2) s_w (Bland and Altman 1999), ICC(2,1) for absolute agreement (Shrout and
+        Fleiss 1979), and Bland-Altman bias and limits (1986).
 Fails   OptionsError: fewer than two days. MeasureError: scans that cannot be compared.
-
-Repeatability: how far scans of one unchanged thing lie apart.
-
-The figures of the literature: repeatability coefficient 1.96 sqrt(2) s_w (Bland and Altman 1999),
-ICC(2,1) for absolute agreement (Shrout and Fleiss 1979), Bland-Altman bias and limits (1986).
-
-Repeats: several captures of one unchanged limb, and how far they lie apart.
 """
 
 from collections.abc import Sequence
@@ -40,6 +33,22 @@ from limbgram.workbench.compare.levels import (
 from limbgram.workbench.compare.registration import Alignment
 from limbgram.workbench.limb import Limb
 
+_COVERAGE = 0.95
+_FEWEST_REPEATS = 2
+SigmaSource = Literal["scans", "repeats", "assumed"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowOptions:
+    """How scans are compared, and what is taken for their repeatability where none is known."""
+
+    compare: CompareOptions = field(default_factory=CompareOptions)
+    assumed_volume_share: float = 0.01
+    """One standard deviation of a volume; half of it for a girth."""
+
+
+DEFAULTS = FollowOptions()
+
 
 @dataclass(frozen=True, kw_only=True)
 class Stack:
@@ -58,6 +67,33 @@ class Stack:
     """Girths as a tape reads them; NaN where there is no whole section."""
     tape_sigmas_mm: Float64[np.ndarray, "n k"]
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trend:
+    """Weighted least squares. Uncertainties hold with 95 %."""
+
+    per_week: float
+    """Slope, in the values' unit."""
+    per_week_95: float
+    """Half the width of its interval."""
+    at_start: float
+    """The line's value on the first day."""
+    scatter: float | None
+    """Root mean square of residuals over their sigmas; None for two values."""
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the change is larger than its uncertainty."""
+        return abs(self.per_week) > self.per_week_95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Visit:
+    """A scan and when it was taken."""
+
+    limb: Limb
+    day: date
 
 
 def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
@@ -119,85 +155,6 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     )
 
 
-def _sigma(sigma: float | None) -> float:
-    return np.nan if sigma is None else sigma
-
-
-_COVERAGE = 0.95
-
-
-@dataclass(frozen=True, kw_only=True)
-class Trend:
-    """Weighted least squares. Uncertainties hold with 95 %."""
-
-    per_week: float
-    """Slope, in the values' unit."""
-    per_week_95: float
-    """Half the width of its interval."""
-    at_start: float
-    """The line's value on the first day."""
-    scatter: float | None
-    """Root mean square of residuals over their sigmas; None for two values."""
-
-    @property
-    def is_clear(self) -> bool:
-        """Whether the change is larger than its uncertainty."""
-        return abs(self.per_week) > self.per_week_95
-
-
-def fit_trend(
-    days: Float64[np.ndarray, " n"],
-    values: Float64[np.ndarray, " n"],
-    sigmas: Float64[np.ndarray, " n"],
-) -> Trend:
-    """The line through two values or more on two days or more.
-
-    Where the values scatter more than their sigmas say, the slope's sigma grows in proportion
-    (Birge 1932).
-    """
-    weeks = (days - days.min()) / 7.0
-    columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
-    covariance = np.linalg.inv(columns.T @ columns)
-    line = covariance @ columns.T @ (values / sigmas)
-    sigma = float(np.sqrt(covariance[1, 1]))
-    scatter = None
-    if len(values) > 2:
-        residuals = (values - line[0] - line[1] * weeks) / sigmas
-        scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
-    reach = float(ndtri(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
-    return Trend(
-        per_week=float(line[1]),
-        per_week_95=reach * sigma,
-        at_start=float(line[0]),
-        scatter=scatter,
-    )
-
-
-_FEWEST_REPEATS = 2
-
-SigmaSource = Literal["scans", "repeats", "assumed"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Visit:
-    """A scan and when it was taken."""
-
-    limb: Limb
-    day: date
-
-
-@dataclass(frozen=True, kw_only=True)
-class FollowOptions:
-    """How scans are compared, and what is taken for their repeatability where none is known."""
-
-    compare: CompareOptions = field(default_factory=CompareOptions)
-    assumed_volume_share: float = 0.01
-    """One standard deviation of a volume; half of it for a girth."""
-
-
-DEFAULTS = FollowOptions()
-
-
 @dataclass(frozen=True, kw_only=True)
 class Series:
     """Volumes and girths over time, in the order of the days."""
@@ -245,6 +202,53 @@ class Series:
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Repeatability:
+    """Of a table of subjects by captures."""
+
+    within_sd: float
+    """Standard deviation of one capture about its subject's mean."""
+    coefficient: float
+    """Two captures of one thing differ by less than this 95 times of 100."""
+    icc_2_1: float | None
+    """Share of the variance that is the subjects' own; None for one subject."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlandAltman:
+    """Of pairs of captures: second less first."""
+
+    bias: float
+    low: float
+    high: float
+    """Limits of agreement: 95 of 100 differences lie between them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeats:
+    """Figures of captures of one limb."""
+
+    names: tuple[str, ...]
+    stack: Stack
+    volume: Repeatability
+    """mm3."""
+    girths: Repeatability
+    """mm, over all levels that every capture has."""
+    agreement: BlandAltman | None
+    """Of the girths of two captures; None where there are more."""
+
+    @property
+    def sentence(self) -> str:
+        mean = float(self.stack.volumes_mm3.mean())
+        icc = self.girths.icc_2_1
+        return (
+            f"{len(self.names)} captures: two volumes of this limb differ by less than "
+            f"{self.volume.coefficient / 1000:.1f} mL ({self.volume.coefficient / mean:.2%}), two "
+            f"girths by less than {self.girths.coefficient:.2f} mm, 95 times of 100"
+            + ("." if icc is None else f"; ICC(2,1) of the girths {icc:.4f}.")
+        )
+
+
 def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series:
     """Volumes, girths and trends of a limb that was scanned on several days."""
     ordered = sorted(visits, key=lambda visit: visit.day)
@@ -277,58 +281,57 @@ def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series
     )
 
 
-def _girth_trend(
+def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
+    """Repeatability of captures, all laid on the first.
+
+    Raises:
+        MeasureError: no level is whole in every capture.
+    """
+    unchanged = replace(options.registration, mostly_unchanged=True)
+    scans = stack(limbs, replace(options, registration=unchanged))
+    whole = np.isfinite(scans.tapes_mm).all(0)
+    if not whole.any():
+        raise MeasureError(
+            "No level is whole in every capture, so girths cannot be compared. Fill the holes of "
+            "the scans, or choose another spacing of levels."
+        )
+    tapes = scans.tapes_mm[:, whole]
+    pair = len(limbs) == 2 and tapes.shape[1] >= 2
+    return Repeats(
+        names=tuple(limb.name for limb in limbs),
+        stack=scans,
+        volume=repeatability(scans.volumes_mm3[None, :]),
+        girths=repeatability(tapes.T),
+        agreement=bland_altman(tapes[0], tapes[1]) if pair else None,
+    )
+
+
+def fit_trend(
     days: Float64[np.ndarray, " n"],
-    tapes_mm: Float64[np.ndarray, " n"],
-    sigmas_mm: Float64[np.ndarray, " n"],
-    assumed_share: float,
-) -> Trend | None:
-    known = np.isfinite(tapes_mm)
-    if len(np.unique(days[known])) < 2:
-        return None
-    sigmas, _ = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
-    return fit_trend(days[known], tapes_mm[known], sigmas)
-
-
-def _sigmas(
     values: Float64[np.ndarray, " n"],
-    own: Float64[np.ndarray, " n"],
-    days: Float64[np.ndarray, " n"],
-    assumed_share: float,
-) -> tuple[Float64[np.ndarray, " n"], SigmaSource]:
-    """The best known standard deviation of each value, and where it is from."""
-    if np.isfinite(own).all() and (own > 0).all():
-        return own, "scans"
-    _, day = np.unique(days, return_inverse=True)
-    repeats = len(values) - int(day.max()) - 1
-    if repeats >= _FEWEST_REPEATS:
-        means = np.bincount(day, values) / np.bincount(day)
-        within = float(((values - means[day]) ** 2).sum()) / repeats
-        if within > 0:
-            return np.full(len(values), np.sqrt(within)), "repeats"
-    return assumed_share * np.abs(values), "assumed"
+    sigmas: Float64[np.ndarray, " n"],
+) -> Trend:
+    """The line through two values or more on two days or more.
 
-
-@dataclass(frozen=True, kw_only=True)
-class Repeatability:
-    """Of a table of subjects by captures."""
-
-    within_sd: float
-    """Standard deviation of one capture about its subject's mean."""
-    coefficient: float
-    """Two captures of one thing differ by less than this 95 times of 100."""
-    icc_2_1: float | None
-    """Share of the variance that is the subjects' own; None for one subject."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BlandAltman:
-    """Of pairs of captures: second less first."""
-
-    bias: float
-    low: float
-    high: float
-    """Limits of agreement: 95 of 100 differences lie between them."""
+    Where the values scatter more than their sigmas say, the slope's sigma grows in proportion
+    (Birge 1932).
+    """
+    weeks = (days - days.min()) / 7.0
+    columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
+    covariance = np.linalg.inv(columns.T @ columns)
+    line = covariance @ columns.T @ (values / sigmas)
+    sigma = float(np.sqrt(covariance[1, 1]))
+    scatter = None
+    if len(values) > 2:
+        residuals = (values - line[0] - line[1] * weeks) / sigmas
+        scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
+    reach = float(ndtri(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
+    return Trend(
+        per_week=float(line[1]),
+        per_week_95=reach * sigma,
+        at_start=float(line[0]),
+        scatter=scatter,
+    )
 
 
 def repeatability(table: Float64[np.ndarray, "s c"]) -> Repeatability:
@@ -369,6 +372,42 @@ def bland_altman(
     return BlandAltman(bias=bias, low=bias - spread, high=bias + spread)
 
 
+def _sigmas(
+    values: Float64[np.ndarray, " n"],
+    own: Float64[np.ndarray, " n"],
+    days: Float64[np.ndarray, " n"],
+    assumed_share: float,
+) -> tuple[Float64[np.ndarray, " n"], SigmaSource]:
+    """The best known standard deviation of each value, and where it is from."""
+    if np.isfinite(own).all() and (own > 0).all():
+        return own, "scans"
+    _, day = np.unique(days, return_inverse=True)
+    repeats = len(values) - int(day.max()) - 1
+    if repeats >= _FEWEST_REPEATS:
+        means = np.bincount(day, values) / np.bincount(day)
+        within = float(((values - means[day]) ** 2).sum()) / repeats
+        if within > 0:
+            return np.full(len(values), np.sqrt(within)), "repeats"
+    return assumed_share * np.abs(values), "assumed"
+
+
+def _girth_trend(
+    days: Float64[np.ndarray, " n"],
+    tapes_mm: Float64[np.ndarray, " n"],
+    sigmas_mm: Float64[np.ndarray, " n"],
+    assumed_share: float,
+) -> Trend | None:
+    known = np.isfinite(tapes_mm)
+    if len(np.unique(days[known])) < 2:
+        return None
+    sigmas, _ = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
+    return fit_trend(days[known], tapes_mm[known], sigmas)
+
+
+def _sigma(sigma: float | None) -> float:
+    return np.nan if sigma is None else sigma
+
+
 def _icc_2_1(table: Float64[np.ndarray, "s c"]) -> float:
     """Two-way random effects, absolute agreement, single capture."""
     n, k = table.shape
@@ -379,53 +418,3 @@ def _icc_2_1(table: Float64[np.ndarray, "s c"]) -> float:
     error = float((rest**2).sum()) / ((n - 1) * (k - 1))
     below = between + (k - 1) * error + k * (judges - error) / n
     return (between - error) / below if below > 0 else 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Repeats:
-    """Figures of captures of one limb."""
-
-    names: tuple[str, ...]
-    stack: Stack
-    volume: Repeatability
-    """mm3."""
-    girths: Repeatability
-    """mm, over all levels that every capture has."""
-    agreement: BlandAltman | None
-    """Of the girths of two captures; None where there are more."""
-
-    @property
-    def sentence(self) -> str:
-        mean = float(self.stack.volumes_mm3.mean())
-        icc = self.girths.icc_2_1
-        return (
-            f"{len(self.names)} captures: two volumes of this limb differ by less than "
-            f"{self.volume.coefficient / 1000:.1f} mL ({self.volume.coefficient / mean:.2%}), two "
-            f"girths by less than {self.girths.coefficient:.2f} mm, 95 times of 100"
-            + ("." if icc is None else f"; ICC(2,1) of the girths {icc:.4f}.")
-        )
-
-
-def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
-    """Repeatability of captures, all laid on the first.
-
-    Raises:
-        MeasureError: no level is whole in every capture.
-    """
-    unchanged = replace(options.registration, mostly_unchanged=True)
-    scans = stack(limbs, replace(options, registration=unchanged))
-    whole = np.isfinite(scans.tapes_mm).all(0)
-    if not whole.any():
-        raise MeasureError(
-            "No level is whole in every capture, so girths cannot be compared. Fill the holes of "
-            "the scans, or choose another spacing of levels."
-        )
-    tapes = scans.tapes_mm[:, whole]
-    pair = len(limbs) == 2 and tapes.shape[1] >= 2
-    return Repeats(
-        names=tuple(limb.name for limb in limbs),
-        stack=scans,
-        volume=repeatability(scans.volumes_mm3[None, :]),
-        girths=repeatability(tapes.T),
-        agreement=bland_altman(tapes[0], tapes[1]) if pair else None,
-    )

@@ -158,27 +158,12 @@ def alike_in_detail(meshes: Sequence[Mesh]) -> list[Mesh]:
     return [replace(mesh, lost_length=None) for mesh in meshes]
 
 
-def _level(
-    sigmas: tuple[Sigmas, Sigmas],
-    one: Level | Refused,
-    two: Level | Refused,
-    since_last: Change | None,
-    slide: dict[str, float],
-) -> LevelChange:
-    reasons = [level.reason for level in (one, two) if isinstance(level, Refused)]
-    measures: dict[str, Change] = {}
-    if not isinstance(one, Refused) and not isinstance(two, Refused):
-        for name in COMPARED:
-            sloped = MEASURES[name](one), MEASURES[name](two)
-            if sloped[0] is not None and sloped[1] is not None:
-                second = _loosened(sigmas[1].figure(two, sloped[1]), slide.get(name, 0.0))
-                measures[name] = Change(sigmas[0].figure(one, sloped[0]), second)
-    return LevelChange(
-        height_mm=one.height_mm,
-        measures=measures,
-        since_last=since_last,
-        reason=reasons[0] if reasons else None,
-    )
+def _open_below(mesh_in_limb: Mesh) -> bool:
+    """Whether the distal end itself is open."""
+    heights = mesh_in_limb.vertices_mm[:, 2]
+    border = heights[boundary_half_edges(mesh_in_limb.faces)[:, 0]]
+    lowest = heights.min() + 0.1 * np.ptp(heights)
+    return bool((border < lowest).any())
 
 
 def _slides(
@@ -201,12 +186,6 @@ def _slides(
     return slides
 
 
-def _loosened(figure: Figure, slide: float) -> Figure:
-    if figure.sigma is None:
-        return figure
-    return Figure(figure.value, math.hypot(figure.sigma, slide))
-
-
 def _area_mm2(level: Level | Refused) -> float:
     area = None if isinstance(level, Refused) else MEASURES["area_mm2"](level)
     return 0.0 if area is None else area.value
@@ -227,9 +206,30 @@ def _volume(
     return Change(first, _loosened(second, slide_mm3))
 
 
-def _open_below(mesh_in_limb: Mesh) -> bool:
-    """Whether the distal end itself is open."""
-    heights = mesh_in_limb.vertices_mm[:, 2]
-    border = heights[boundary_half_edges(mesh_in_limb.faces)[:, 0]]
-    lowest = heights.min() + 0.1 * np.ptp(heights)
-    return bool((border < lowest).any())
+def _loosened(figure: Figure, slide: float) -> Figure:
+    if figure.sigma is None:
+        return figure
+    return Figure(figure.value, math.hypot(figure.sigma, slide))
+
+
+def _level(
+    sigmas: tuple[Sigmas, Sigmas],
+    one: Level | Refused,
+    two: Level | Refused,
+    since_last: Change | None,
+    slide: dict[str, float],
+) -> LevelChange:
+    reasons = [level.reason for level in (one, two) if isinstance(level, Refused)]
+    measures: dict[str, Change] = {}
+    if not isinstance(one, Refused) and not isinstance(two, Refused):
+        for name in COMPARED:
+            sloped = MEASURES[name](one), MEASURES[name](two)
+            if sloped[0] is not None and sloped[1] is not None:
+                second = _loosened(sigmas[1].figure(two, sloped[1]), slide.get(name, 0.0))
+                measures[name] = Change(sigmas[0].figure(one, sloped[0]), second)
+    return LevelChange(
+        height_mm=one.height_mm,
+        measures=measures,
+        since_last=since_last,
+        reason=reasons[0] if reasons else None,
+    )

@@ -1,12 +1,9 @@
-"""Verdict: what a comparison means for the fit of a socket, in a sentence.
+"""Messages: comparisons, series and repeats for people, the verdict first, and as trees for JSON.
 
-Limits: a mean radial error beyond 0.25 mm was found in every socket that had to be remade for its
-size, an interquartile range beyond 0.40 mm in many that had to be changed (Sanders et al. 2012).
-Both are blind to a small place that was moved by much, so that is looked for by its area.
-
-Lines: comparisons, series and repeats as people read them, the verdict first.
-
-Trees: comparisons, series and repeats for machines. Lengths in mm, volumes in mL.
+A verdict is what a comparison means for the fit of a socket. Its limits: a mean radial error beyond
+0.25 mm was found in every socket that had to be remade for its size, an interquartile range beyond
+0.40 mm in many that had to be changed (Sanders et al. 2012). Both are blind to a small place that
+was moved by much, so that is looked for by its area. Trees have lengths in mm and volumes in mL.
 """
 
 import math
@@ -22,10 +19,8 @@ from limbgram.workbench.compare.registration import Alignment
 
 MRE_LIMIT_MM = 0.25
 IQR_LIMIT_MM = 0.40
-
 _LOCAL_MM2 = 100.0
 """Area from which places beyond the local limit count: a finger tip."""
-
 Grade = Literal[
     "alike",
     "differs in places",
@@ -34,6 +29,11 @@ Grade = Literal[
     "size and shape differ",
     "not graded",
 ]
+_HEADING = (
+    f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
+    f"{'mL since last':>15}{'change':>9}"
+)
+_MM3_PER_ML = 1000.0
 
 
 @dataclass(frozen=True)
@@ -88,67 +88,6 @@ def verdict(comparison: Comparison) -> Verdict:
         f"{IQR_LIMIT_MM:.2f}). {places}{_volume(comparison)} Alignment: "
         f"{comparison.alignment.sentence}.",
     )
-
-
-def _signed(value_mm: float) -> str:
-    return f"{round(value_mm, 2) + 0.0:+.2f}"
-
-
-def _volume(comparison: Comparison) -> str:
-    """The headline: the volume's change with its interval, twice where two ways of laying the
-    shapes on each other contradict."""
-    levels = comparison.levels
-    change, plies = levels.volume, levels.plies
-    if change is None or plies is None:
-        return "The volume could not be compared."
-    reach = volume_reach(change, levels.laid_sigma_mm3)
-    start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
-    span = f"from {start} to {levels.to_mm:g} mm"
-    by_shape = comparison.by_shape
-    after = _holds(change) if reach else ""
-    if by_shape is not None and by_shape.at_odds:
-        after += f" {by_shape_sentence(by_shape)}"
-    if abs(change.share) < PLY_SHARE / 20:
-        same = f"{change.difference / 1000:+.1f}{reach} mL"
-        return f"The volumes {span} are the same ({same}).{after}"
-    size = "larger" if change.difference > 0 else "smaller"
-    return (
-        f"The second is {abs(change.difference) / 1000:.1f}{reach} mL ({abs(change.share):.1%}) "
-        f"{size} {span}, like {abs(plies):.1f} sock plies.{after}"
-    )
-
-
-def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
-    """ " ± 3.1", mL, by what is known: the scans' errors and how they were laid, or that alone."""
-    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
-    return f" {plus_minus(Interval.of_sigma(sigma / 1000), 1)}" if sigma > 0 else ""
-
-
-def by_shape_sentence(by_shape: ByShape) -> str:
-    """What the volume would be by shape, and whether that contradicts."""
-    change = by_shape.volume
-    change_ml = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
-    if not by_shape.at_odds:
-        return f"Laid by their shape alone the change would be {change_ml}, which agrees."
-    return (
-        f"Laid by their shape alone the change would be {change_ml}: the two ways disagree, and "
-        "which is right depends on where the second belongs along the axis. Look at the picture."
-    )
-
-
-def _holds(change: Change) -> str:
-    """What the ± says, and of what."""
-    if change.sigma is None:
-        return (
-            f" {HOLDS}, as far as it is how they were laid: the scans tell no error of their own."
-        )
-    return f" {HOLDS}."
-
-
-_HEADING = (
-    f"{'height':>8}{'tape mm':>10}{'change':>9}{'ML change':>11}{'AP change':>11}"
-    f"{'mL since last':>15}{'change':>9}"
-)
 
 
 def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
@@ -234,17 +173,6 @@ def repeats_lines(found: Repeats) -> tuple[str, ...]:
             )
         ),
     )
-
-
-def _second(change: Change | None, width: int, per: float = 1.0) -> str:
-    return f"{'-':>{width}}" if change is None else f"{change.second.value / per:{width}.1f}"
-
-
-def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
-    return f"{'-':>{width}}" if change is None else f"{change.difference / per:+{width}.1f}"
-
-
-_MM3_PER_ML = 1000.0
 
 
 def comparison_tree(comparison: Comparison) -> dict[str, Any]:
@@ -357,14 +285,67 @@ def repeats_tree(repeats: Repeats) -> dict[str, Any]:
     }
 
 
-def _stack(scans: Stack) -> dict[str, Any]:
-    return {
-        "heights_mm": scans.heights_mm.tolist(),
-        "volume_from_mm": scans.from_mm,
-        "volume_to_mm": float(scans.heights_mm[-1]),
-        "alignments": [_alignment(alignment) for alignment in scans.alignments],
-        "notes": list(scans.notes),
-    }
+def volume_reach(change: Change, laid_sigma_mm3: float) -> str:
+    """ " ± 3.1", mL, by what is known: the scans' errors and how they were laid, or that alone."""
+    sigma = change.sigma if change.sigma is not None else laid_sigma_mm3
+    return f" {plus_minus(Interval.of_sigma(sigma / 1000), 1)}" if sigma > 0 else ""
+
+
+def by_shape_sentence(by_shape: ByShape) -> str:
+    """What the volume would be by shape, and whether that contradicts."""
+    change = by_shape.volume
+    change_ml = f"{change.difference / 1000:+.1f}{volume_reach(change, by_shape.laid_sigma_mm3)} mL"
+    if not by_shape.at_odds:
+        return f"Laid by their shape alone the change would be {change_ml}, which agrees."
+    return (
+        f"Laid by their shape alone the change would be {change_ml}: the two ways disagree, and "
+        "which is right depends on where the second belongs along the axis. Look at the picture."
+    )
+
+
+def _volume(comparison: Comparison) -> str:
+    """The headline: the volume's change with its interval, twice where two ways of laying the
+    shapes on each other contradict."""
+    levels = comparison.levels
+    change, plies = levels.volume, levels.plies
+    if change is None or plies is None:
+        return "The volume could not be compared."
+    reach = volume_reach(change, levels.laid_sigma_mm3)
+    start = "the distal end" if levels.from_mm is None else f"{levels.from_mm:g} mm"
+    span = f"from {start} to {levels.to_mm:g} mm"
+    by_shape = comparison.by_shape
+    after = _holds(change) if reach else ""
+    if by_shape is not None and by_shape.at_odds:
+        after += f" {by_shape_sentence(by_shape)}"
+    if abs(change.share) < PLY_SHARE / 20:
+        same = f"{change.difference / 1000:+.1f}{reach} mL"
+        return f"The volumes {span} are the same ({same}).{after}"
+    size = "larger" if change.difference > 0 else "smaller"
+    return (
+        f"The second is {abs(change.difference) / 1000:.1f}{reach} mL ({abs(change.share):.1%}) "
+        f"{size} {span}, like {abs(plies):.1f} sock plies.{after}"
+    )
+
+
+def _holds(change: Change) -> str:
+    """What the ± says, and of what."""
+    if change.sigma is None:
+        return (
+            f" {HOLDS}, as far as it is how they were laid: the scans tell no error of their own."
+        )
+    return f" {HOLDS}."
+
+
+def _signed(value_mm: float) -> str:
+    return f"{round(value_mm, 2) + 0.0:+.2f}"
+
+
+def _second(change: Change | None, width: int, per: float = 1.0) -> str:
+    return f"{'-':>{width}}" if change is None else f"{change.second.value / per:{width}.1f}"
+
+
+def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
+    return f"{'-':>{width}}" if change is None else f"{change.difference / per:+{width}.1f}"
 
 
 def _alignment(alignment: Alignment) -> dict[str, Any]:
@@ -382,13 +363,8 @@ def _alignment(alignment: Alignment) -> dict[str, Any]:
     }
 
 
-def _level(level: LevelChange) -> dict[str, Any]:
-    return {
-        "height_mm": level.height_mm,
-        **{name: _change(change, 1.0) for name, change in level.measures.items()},
-        "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
-        "reason": level.reason,
-    }
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
 
 
 def _change(change: Change | None, per: float) -> dict[str, Any] | None:
@@ -403,6 +379,15 @@ def _change(change: Change | None, per: float) -> dict[str, Any] | None:
     }
 
 
+def _level(level: LevelChange) -> dict[str, Any]:
+    return {
+        "height_mm": level.height_mm,
+        **{name: _change(change, 1.0) for name, change in level.measures.items()},
+        "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
+        "reason": level.reason,
+    }
+
+
 def _trend(trend: Trend, per: float) -> dict[str, Any]:
     return {
         "per_week": trend.per_week / per,
@@ -412,5 +397,11 @@ def _trend(trend: Trend, per: float) -> dict[str, Any]:
     }
 
 
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+def _stack(scans: Stack) -> dict[str, Any]:
+    return {
+        "heights_mm": scans.heights_mm.tolist(),
+        "volume_from_mm": scans.from_mm,
+        "volume_to_mm": float(scans.heights_mm[-1]),
+        "alignments": [_alignment(alignment) for alignment in scans.alignments],
+        "notes": list(scans.notes),
+    }

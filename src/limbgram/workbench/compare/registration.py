@@ -1,21 +1,14 @@
-"""Mirroring: whether the mirror image of a shape fits another one much better than it does itself.
-
-Only shapes that fit badly are asked, so a limb that is nearly its own mirror image is no suspect.
-
-Registration: how a second shape is laid on a first one.
+"""Registration: how a second shape is laid on a first one.
 
 In      two Limbs and the way: by landmarks, by shape (ICP), by volume, or as they are.
 Out     an Alignment: the motion and, in words, how it was found and how well.
-Method  rigid always: a wrong size stays in the figures instead of vanishing in a scale.
-Fails   MeasureError: too few landmarks, no overlap, or a shape that tells no pose.
-
-Volume alignment: the second shape slid along the long axis until it holds the same volume.
-
-In      both surfaces, the second as it was laid by its shape, in the first's limb frame.
-Out     how far it slides, and the height up to which the volumes agree.
-Method  as a limb sinks into a socket until it fills it: below the lower of the two brims both hold
-        the same. The difference falls steadily with the slide, so one root is all there is.
-Fails   MeasureError: the distal end is open, or no slide makes the volumes equal.
+Method  The motion is always rigid: a wrong size stays in the figures instead of vanishing in a
+        scale. By volume, the second slides along the long axis until both hold the same below the
+        lower of the two brims, as a limb sinks into a socket until it fills it: the difference
+        falls steadily with the slide, so there is one root. A shape that fits badly is also tried
+        as its mirror image; a limb that is nearly its own mirror image is not asked.
+Fails   MeasureError: too few landmarks, no overlap, a shape that tells no pose, an open distal end,
+        or no slide that makes the volumes equal.
 """
 
 from collections.abc import Mapping
@@ -52,38 +45,10 @@ _SUSPECT = 0.005
 """Distance, as a share of the width, from which shapes fit badly enough to ask."""
 _BETTER = 0.5
 _ACROSS = np.array([-1.0, 1.0, 1.0])
-
-
-def about_mirrors(
-    first: Limb, second: Limb, ground: Ground, fit: Fit, brim_mm: float, icp: IcpOptions
-) -> tuple[str, ...]:
-    """A hint where the mirror image of the second fits the first far better."""
-    if not fit.rms_mm > _SUSPECT * width_mm(first.mesh.vertices_mm):
-        return ()
-    mirrored = replace(
-        second,
-        mesh=replace(
-            second.mesh,
-            vertices_mm=second.mesh.vertices_mm * _ACROSS,
-            faces=second.mesh.faces[:, ::-1].copy(),
-        ),
-    )
-    best, _ = tried_starts(first, mirrored, ground, brim_mm, icp)
-    image = run_icp(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
-    if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
-        return ()
-    return (
-        f"The mirror image of the second shape fits much better ({image.rms_mm:.2f} mm RMS against "
-        f"{fit.rms_mm:.2f}): one of the two is mirrored, or they are a left and a right limb.",
-    )
-
-
 Way = Literal["auto", "icp", "landmarks", "volume", "as-is"]
 """auto: as they lie where one was made from the other; else by landmarks where three are shared;
-
 else by the limb frames where the shapes leave their place along the axis open; else by icp."""
 WAYS: tuple[Way, ...] = get_args(Way)
-
 _FEWEST_LANDMARKS = 3
 _SPREAD_MM = 5.0
 """Landmarks must lie this far beside one line, root mean square, or they tell no turn about it."""
@@ -119,6 +84,10 @@ class RegistrationOptions:
 
 
 DEFAULTS = RegistrationOptions()
+_CLEAR_MM = 1e-3
+"""Kept below the brim, so that the level is whole."""
+_FARTHEST_MM = 60.0
+_CLOSE_MM = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +110,49 @@ class Alignment:
     slid_mm: float | None = None
     """Along that axis, from where limb frames put it; None without frames."""
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slide:
+    """Along the first's long axis, positive proximally."""
+
+    shift_mm: float
+    height_mm: float
+    """In the first's limb frame: below it both hold the same volume."""
+
+
+def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
+    """As the second was made of the first, or both of one, where that is known; else None."""
+    made = descent(first, second)
+    if made is None:
+        return None
+    return Alignment(
+        way="as-is",
+        first_from_second=made.first_from_second,
+        sentence=f"none: taken as they lie, because {made.reason} (--align icp lays them by shape)",
+        rms_mm=None,
+        exact=True,
+    )
+
+
+def as_is(first: Limb, second: Limb) -> Alignment:
+    """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
+    if (first.frame is None) != (second.frame is None):
+        bare = first if first.frame is None else second
+        raise MeasureError(
+            f"Only one of the shapes has a limb frame; {bare.name or 'the other'} has none. Run "
+            "`limbgram align` on it, or align by icp."
+        )
+    if first.frame is None or second.frame is None:
+        pose, sentence = Rigid.identity(), "none: both shapes as their files place them"
+    else:
+        pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
+        sentence = "limb frame on limb frame, as each was aligned by itself"
+    made = descent(first, second)
+    exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
+    return Alignment(
+        way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
+    )
 
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
@@ -182,72 +194,6 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
         rms_mm=rms_mm,
         looseness=_looseness_of_marks(to_mm, off_mm, share),
     )
-
-
-def _looseness_of_marks(
-    places_mm: Points3, off_mm: Float64[np.ndarray, " k"], share: Float64[np.ndarray, " k"]
-) -> Looseness:
-    """From how far the landmarks disagree: errors of one size in all directions.
-
-    Few landmarks tell that size badly, so it is widened (Student) until 1.96 of it hold 95 of 100.
-    """
-    middle = share @ places_mm
-    apart = places_mm - middle
-    turns = np.stack([np.cross(axis, apart) for axis in np.eye(3)], axis=2)
-    shifts = np.broadcast_to(np.eye(3), turns.shape)
-    columns = np.concatenate([turns, shifts], axis=2).reshape(-1, 6)
-    weights = np.repeat(share, 3)
-    inverse = np.linalg.inv((columns * weights[:, None]).T @ columns)
-    spread = inverse @ ((columns * weights[:, None] ** 2).T @ columns) @ inverse
-    counted = 1 / float(np.square(share).sum())
-    free = max(3 * counted - 6, 1.0)
-    mark_mm2 = float(share @ off_mm**2) * counted / free
-    widened = float(stdtrit(free, 0.975)) / COVER
-    return Looseness(
-        middle_mm=middle,
-        covariance=max(mark_mm2 * widened**2, _MARK_MM**2) * spread,
-        growth_shift=np.zeros(3),
-    )
-
-
-def as_is(first: Limb, second: Limb) -> Alignment:
-    """Limb frame on limb frame; or, if neither shape has one, the coordinates of the files."""
-    if (first.frame is None) != (second.frame is None):
-        bare = first if first.frame is None else second
-        raise MeasureError(
-            f"Only one of the shapes has a limb frame; {bare.name or 'the other'} has none. Run "
-            "`limbgram align` on it, or align by icp."
-        )
-    if first.frame is None or second.frame is None:
-        pose, sentence = Rigid.identity(), "none: both shapes as their files place them"
-    else:
-        pose = first.frame.limb_from_mesh.inverse @ second.frame.limb_from_mesh
-        sentence = "limb frame on limb frame, as each was aligned by itself"
-    made = descent(first, second)
-    exact = made is not None and _apart_mm(pose, made.first_from_second, second) < _LYING_MM
-    return Alignment(
-        way="as-is", first_from_second=pose, sentence=sentence, rms_mm=None, exact=exact
-    )
-
-
-def as_they_lie(first: Limb, second: Limb) -> Alignment | None:
-    """As the second was made of the first, or both of one, where that is known; else None."""
-    made = descent(first, second)
-    if made is None:
-        return None
-    return Alignment(
-        way="as-is",
-        first_from_second=made.first_from_second,
-        sentence=f"none: taken as they lie, because {made.reason} (--align icp lays them by shape)",
-        rms_mm=None,
-        exact=True,
-    )
-
-
-def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
-    """How far two poses lay a limb's vertices apart, at most."""
-    points = limb.mesh.vertices_mm
-    return float(np.abs(one.apply(points) - other.apply(points)).max())
 
 
 def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS) -> Alignment:
@@ -316,31 +262,6 @@ def by_shape(first: Limb, second: Limb, options: RegistrationOptions = DEFAULTS)
     )
 
 
-def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
-    """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
-    try:
-        return by_landmarks(first, second, {}).first_from_second
-    except MeasureError:
-        if first.frame is None or second.frame is None:
-            return None
-        return as_is(first, second).first_from_second
-
-
-_CLEAR_MM = 1e-3
-"""Kept below the brim, so that the level is whole."""
-_FARTHEST_MM = 60.0
-_CLOSE_MM = 1e-9
-
-
-@dataclass(frozen=True, kw_only=True)
-class Slide:
-    """Along the first's long axis, positive proximally."""
-
-    shift_mm: float
-    height_mm: float
-    """In the first's limb frame: below it both hold the same volume."""
-
-
 def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
     """The slide after which both hold the same volume below the lower brim."""
     first, second = _measured(first_in_limb), _measured(second_in_limb)
@@ -367,6 +288,72 @@ def slide_to_volume(first_in_limb: Mesh, second_in_limb: Mesh) -> Slide:
         )
     shift_mm = float(np.asarray(brentq(excess, -reach, reach, xtol=_CLOSE_MM)))
     return Slide(shift_mm=shift_mm, height_mm=level(shift_mm))
+
+
+def about_mirrors(
+    first: Limb, second: Limb, ground: Ground, fit: Fit, brim_mm: float, icp: IcpOptions
+) -> tuple[str, ...]:
+    """A hint where the mirror image of the second fits the first far better."""
+    if not fit.rms_mm > _SUSPECT * width_mm(first.mesh.vertices_mm):
+        return ()
+    mirrored = replace(
+        second,
+        mesh=replace(
+            second.mesh,
+            vertices_mm=second.mesh.vertices_mm * _ACROSS,
+            faces=second.mesh.faces[:, ::-1].copy(),
+        ),
+    )
+    best, _ = tried_starts(first, mirrored, ground, brim_mm, icp)
+    image = run_icp(places_of(mirrored, FINE, brim_mm), ground, best.first_from_second, icp)
+    if not (image.rms_mm < _BETTER * fit.rms_mm and image.cost_mm < _BETTER * fit.cost_mm):
+        return ()
+    return (
+        f"The mirror image of the second shape fits much better ({image.rms_mm:.2f} mm RMS against "
+        f"{fit.rms_mm:.2f}): one of the two is mirrored, or they are a left and a right limb.",
+    )
+
+
+def _apart_mm(one: Rigid, other: Rigid, limb: Limb) -> float:
+    """How far two poses lay a limb's vertices apart, at most."""
+    points = limb.mesh.vertices_mm
+    return float(np.abs(one.apply(points) - other.apply(points)).max())
+
+
+def _looseness_of_marks(
+    places_mm: Points3, off_mm: Float64[np.ndarray, " k"], share: Float64[np.ndarray, " k"]
+) -> Looseness:
+    """From how far the landmarks disagree: errors of one size in all directions.
+
+    Few landmarks tell that size badly, so it is widened (Student) until 1.96 of it hold 95 of 100.
+    """
+    middle = share @ places_mm
+    apart = places_mm - middle
+    turns = np.stack([np.cross(axis, apart) for axis in np.eye(3)], axis=2)
+    shifts = np.broadcast_to(np.eye(3), turns.shape)
+    columns = np.concatenate([turns, shifts], axis=2).reshape(-1, 6)
+    weights = np.repeat(share, 3)
+    inverse = np.linalg.inv((columns * weights[:, None]).T @ columns)
+    spread = inverse @ ((columns * weights[:, None] ** 2).T @ columns) @ inverse
+    counted = 1 / float(np.square(share).sum())
+    free = max(3 * counted - 6, 1.0)
+    mark_mm2 = float(share @ off_mm**2) * counted / free
+    widened = float(stdtrit(free, 0.975)) / COVER
+    return Looseness(
+        middle_mm=middle,
+        covariance=max(mark_mm2 * widened**2, _MARK_MM**2) * spread,
+        growth_shift=np.zeros(3),
+    )
+
+
+def _start_from_frames(first: Limb, second: Limb) -> Rigid | None:
+    """From landmarks, or limb frames; None where nothing tells how the shapes lie."""
+    try:
+        return by_landmarks(first, second, {}).first_from_second
+    except MeasureError:
+        if first.frame is None or second.frame is None:
+            return None
+        return as_is(first, second).first_from_second
 
 
 def _measured(mesh: Mesh) -> Volumes:

@@ -1,8 +1,10 @@
-"""Capping: the flat openings of a plane cut closed by triangles in the plane.
+"""Cuts: along a plane across the limb's axis, and along a trimline drawn on the surface.
 
-Splitting: triangles cut where a value given at the vertices passes zero.
-
-Cuts: along a plane across the limb's axis, and along a trimline drawn on the surface.
+In      a Limb and the plane, or the points of the trimline.
+Out     the part that is kept; its triangles are split along the cut, so the new edge lies in it.
+Method  triangles are cut where a value that is given at the vertices passes zero. A flat opening is
+        capped by ears cut off its outline, holes joined to it first (Eberly 2002).
+Fails   EditError: the cut misses the shape, or cannot be capped.
 """
 
 from dataclasses import dataclass
@@ -38,6 +40,139 @@ from limbgram.workbench.edits.regions import (
 from limbgram.workbench.limb import Limb
 
 _ROUNDS = 6
+ON_IT_MM = 1e-3
+"""A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
+Part = Literal["distal", "proximal"]
+_EDGE_MM = 1.5
+"""Edges along a trimline before it is cut."""
+_STEEPEST_DEG = 80.0
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What is left of a mesh."""
+
+    mesh: Mesh
+    on_cut: Bool[np.ndarray, " n"]
+    """Vertices that lie on the cut."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneCut:
+    """Cut by a plane across the limb's axis."""
+
+    height_mm: float
+    """Where the plane meets the middle of the limb."""
+    above: str = ""
+    """Landmark from which the height counts; without it the distal end's origin."""
+    forward_deg: float = 0.0
+    """Tilt: how much the plane rises towards posterior (its normal leans to anterior)."""
+    right_deg: float = 0.0
+    """Tilt: how much the plane rises towards the left (its normal leans to the patient's right)."""
+    keep: Part = "distal"
+    """Which part stays."""
+    capped: bool = False
+    """Whether the cut is closed by a flat surface."""
+
+    title: ClassVar[str] = "The plane cut"
+    effect: ClassVar[Effect] = Effect()
+
+    def check(self) -> None:
+        """Refuse a plane that no longer lies across the limb.
+
+        Raises:
+            EditError: it is too steep.
+        """
+        if not max(abs(self.forward_deg), abs(self.right_deg)) <= _STEEPEST_DEG:
+            raise EditError(
+                f"{self.title} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} "
+                f"degrees, not {self.forward_deg:g} and {self.right_deg:g}. Draw a trimline to cut "
+                "along it."
+            )
+
+    def apply(self, limb: Limb) -> Limb:
+        """Cut by a plane; triangles across it are split, so the new edge lies in it.
+
+        Raises:
+            EditError: the plane misses the shape, or cannot be closed.
+        """
+        what = self.title
+        level = height_mm(limb, self.height_mm, self.above, what)
+        points = in_limb_frame(limb, what)
+        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
+        tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
+        normal = np.array([tilt[0], tilt[1], 1.0])
+        normal /= np.linalg.norm(normal)
+        values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
+        if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
+            low, high = float(points[:, 2].min()), float(points[:, 2].max())
+            raise EditError(
+                f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
+                f"{high:.1f} mm along the axis."
+            )
+        cut = keep_positive(limb.mesh, values)
+        mesh = cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh
+        require_sound(what, limb.mesh, mesh)
+        return limb.with_mesh(mesh)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trimline:
+    """Cut along a closed curve drawn on the surface."""
+
+    through: tuple[Place, ...]
+    """Points in order round the limb, on the surface; the curve through them is smooth."""
+    keep: Part = "distal"
+    """Which part stays."""
+    positions_in: FrameName = "limb"
+    """Frame of coordinates."""
+
+    title: ClassVar[str] = "The trimline"
+    effect: ClassVar[Effect] = Effect()
+
+    def check(self) -> None:
+        require_ring(self.through, self.title)
+
+    def apply(self, limb: Limb) -> Limb:
+        """Cut along a curve; triangles across it are split, so the new brim follows it.
+
+        Raises:
+            EditError: the curve does not part the surface in two.
+        """
+        what = self.title
+        picked = np.stack(
+            [position_mm(limb, place, self.positions_in, what) for place in self.through]
+        )
+        curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+        fine = fine_along(limb.mesh, curve, _EDGE_MM)
+        sides = find_sides(fine, curve, what)
+        heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
+        left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
+        apart = np.where(
+            np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
+        )
+        cut = keep_positive(fine, apart if left_is_kept else -apart)
+        require_sound(what, limb.mesh, cut.mesh)
+        return limb.with_mesh(cut.mesh)
+
+
+def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
+    """The part of a mesh where the value is above zero; faces across it are split.
+
+    Values are distances from the cut; along an edge they are taken as straight.
+    """
+    values = np.where(np.abs(values_mm) <= ON_IT_MM, 0.0, values_mm)
+    sign = np.sign(values)
+    edges = find_edges(mesh.faces)
+    ends = edges.ends
+    crossed = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
+    below, above = values[ends[:, 0]], values[ends[:, 1]]
+    shares = np.where(crossed, below / np.where(crossed, below - above, 1.0), 0.5)
+    division = divide(mesh, edges, crossed, shares)
+    signs = np.concatenate([sign, np.zeros(int(crossed.sum()))])
+    kept = division.mesh.faces[signs[division.mesh.faces].max(1, initial=-1.0) > 0]
+    used = np.unique(kept)
+    return Cut(with_faces(division.mesh, kept), signs[used] == 0)
 
 
 def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
@@ -73,6 +208,17 @@ def cap(mesh: Mesh, on_cut: Bool[np.ndarray, " n"], what: str) -> Mesh:
     return _made_even(mesh, np.concatenate(faces).astype(np.int32))
 
 
+def _is_kept(
+    mesh: Mesh, left: Bool[np.ndarray, " n"], heights: Float64[np.ndarray, " n"], keep: Part
+) -> bool:
+    """Whether the part to the left of the curve is the one to keep, by the middles of both."""
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    middle, share = heights[mesh.faces].mean(1), left[mesh.faces].mean(1)
+    of_left = (areas * share * middle).sum() / (areas * share).sum()
+    of_right = (areas * (1 - share) * middle).sum() / (areas * (1 - share)).sum()
+    return bool((of_left > of_right) == (keep == "proximal"))
+
+
 def _in_plane(normal: Float64[np.ndarray, "3"]) -> Float64[np.ndarray, "2 3"]:
     """Two directions across a normal; seen against it, counter-clockwise stays so."""
     first = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
@@ -86,17 +232,17 @@ def _home(drawn: list[Points2], outer: Bool[np.ndarray, " k"], hole: int) -> int
     return min(around, key=lambda k: abs(_area(drawn[k])), default=-1)
 
 
-def _area(ring: Points2) -> float:
-    ahead = np.roll(ring, -1, axis=0)
-    return float((ring[:, 0] * ahead[:, 1] - ring[:, 1] * ahead[:, 0]).sum()) / 2
-
-
 def _is_inside(point: Float64[np.ndarray, "2"], ring: Points2) -> bool:
     ahead = np.roll(ring, -1, axis=0)
     spans = (ring[:, 1] > point[1]) != (ahead[:, 1] > point[1])
     rise = np.where(spans, ahead[:, 1] - ring[:, 1], 1.0)
     at = ring[:, 0] + (point[1] - ring[:, 1]) / rise * (ahead[:, 0] - ring[:, 0])
     return bool((spans & (at > point[0])).sum() % 2)
+
+
+def _area(ring: Points2) -> float:
+    ahead = np.roll(ring, -1, axis=0)
+    return float((ring[:, 0] * ahead[:, 1] - ring[:, 1] * ahead[:, 0]).sum()) / 2
 
 
 def _joined(drawn: list[Points2], ring: int, holes: list[int]) -> Int64[np.ndarray, " k"]:
@@ -235,151 +381,3 @@ def _made_even(mesh: Mesh, faces: Faces) -> Mesh:
     number = np.where(kept, work.origin, len(mesh) + np.cumsum(~kept) - 1)
     new = number[work.faces[~work.frozen]].astype(np.int32)
     return with_added(mesh, work.vertices[~kept], work.origin[~kept], new)
-
-
-ON_IT_MM = 1e-3
-"""A vertex so near (mm) counts as on the cut: a thinner triangle would be lost in a file."""
-
-
-@dataclass(frozen=True)
-class Cut:
-    """What is left of a mesh."""
-
-    mesh: Mesh
-    on_cut: Bool[np.ndarray, " n"]
-    """Vertices that lie on the cut."""
-
-
-def keep_positive(mesh: Mesh, values_mm: Float64[np.ndarray, " n"]) -> Cut:
-    """The part of a mesh where the value is above zero; faces across it are split.
-
-    Values are distances from the cut; along an edge they are taken as straight.
-    """
-    values = np.where(np.abs(values_mm) <= ON_IT_MM, 0.0, values_mm)
-    sign = np.sign(values)
-    edges = find_edges(mesh.faces)
-    ends = edges.ends
-    crossed = sign[ends[:, 0]] * sign[ends[:, 1]] < 0
-    below, above = values[ends[:, 0]], values[ends[:, 1]]
-    shares = np.where(crossed, below / np.where(crossed, below - above, 1.0), 0.5)
-    division = divide(mesh, edges, crossed, shares)
-    signs = np.concatenate([sign, np.zeros(int(crossed.sum()))])
-    kept = division.mesh.faces[signs[division.mesh.faces].max(1, initial=-1.0) > 0]
-    used = np.unique(kept)
-    return Cut(with_faces(division.mesh, kept), signs[used] == 0)
-
-
-Part = Literal["distal", "proximal"]
-_EDGE_MM = 1.5
-"""Edges along a trimline before it is cut."""
-_STEEPEST_DEG = 80.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlaneCut:
-    """Cut by a plane across the limb's axis."""
-
-    height_mm: float
-    """Where the plane meets the middle of the limb."""
-    above: str = ""
-    """Landmark from which the height counts; without it the distal end's origin."""
-    forward_deg: float = 0.0
-    """Tilt: how much the plane rises towards posterior (its normal leans to anterior)."""
-    right_deg: float = 0.0
-    """Tilt: how much the plane rises towards the left (its normal leans to the patient's right)."""
-    keep: Part = "distal"
-    """Which part stays."""
-    capped: bool = False
-    """Whether the cut is closed by a flat surface."""
-
-    title: ClassVar[str] = "The plane cut"
-    effect: ClassVar[Effect] = Effect()
-
-    def check(self) -> None:
-        """Refuse a plane that no longer lies across the limb.
-
-        Raises:
-            EditError: it is too steep.
-        """
-        if not max(abs(self.forward_deg), abs(self.right_deg)) <= _STEEPEST_DEG:
-            raise EditError(
-                f"{self.title} lies across the limb and takes tilts of up to {_STEEPEST_DEG:g} "
-                f"degrees, not {self.forward_deg:g} and {self.right_deg:g}. Draw a trimline to cut "
-                "along it."
-            )
-
-    def apply(self, limb: Limb) -> Limb:
-        """Cut by a plane; triangles across it are split, so the new edge lies in it.
-
-        Raises:
-            EditError: the plane misses the shape, or cannot be closed.
-        """
-        what = self.title
-        level = height_mm(limb, self.height_mm, self.above, what)
-        points = in_limb_frame(limb, what)
-        middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
-        tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
-        normal = np.array([tilt[0], tilt[1], 1.0])
-        normal /= np.linalg.norm(normal)
-        values = ((points - middle) * normal).sum(1) * (1.0 if self.keep == "proximal" else -1.0)
-        if not (values > ON_IT_MM).any() or not (values < -ON_IT_MM).any():
-            low, high = float(points[:, 2].min()), float(points[:, 2].max())
-            raise EditError(
-                f"{what} at {level:.1f} mm misses the shape, which reaches from {low:.1f} to "
-                f"{high:.1f} mm along the axis."
-            )
-        cut = keep_positive(limb.mesh, values)
-        mesh = cap(cut.mesh, cut.on_cut, what) if self.capped else cut.mesh
-        require_sound(what, limb.mesh, mesh)
-        return limb.with_mesh(mesh)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Trimline:
-    """Cut along a closed curve drawn on the surface."""
-
-    through: tuple[Place, ...]
-    """Points in order round the limb, on the surface; the curve through them is smooth."""
-    keep: Part = "distal"
-    """Which part stays."""
-    positions_in: FrameName = "limb"
-    """Frame of coordinates."""
-
-    title: ClassVar[str] = "The trimline"
-    effect: ClassVar[Effect] = Effect()
-
-    def check(self) -> None:
-        require_ring(self.through, self.title)
-
-    def apply(self, limb: Limb) -> Limb:
-        """Cut along a curve; triangles across it are split, so the new brim follows it.
-
-        Raises:
-            EditError: the curve does not part the surface in two.
-        """
-        what = self.title
-        picked = np.stack(
-            [position_mm(limb, place, self.positions_in, what) for place in self.through]
-        )
-        curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-        fine = fine_along(limb.mesh, curve, _EDGE_MM)
-        sides = find_sides(fine, curve, what)
-        heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
-        left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
-        apart = np.where(
-            np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)
-        )
-        cut = keep_positive(fine, apart if left_is_kept else -apart)
-        require_sound(what, limb.mesh, cut.mesh)
-        return limb.with_mesh(cut.mesh)
-
-
-def _is_kept(
-    mesh: Mesh, left: Bool[np.ndarray, " n"], heights: Float64[np.ndarray, " n"], keep: Part
-) -> bool:
-    """Whether the part to the left of the curve is the one to keep, by the middles of both."""
-    areas = np.linalg.norm(mesh.face_normals(), axis=1)
-    middle, share = heights[mesh.faces].mean(1), left[mesh.faces].mean(1)
-    of_left = (areas * share * middle).sum() / (areas * share).sum()
-    of_right = (areas * (1 - share) * middle).sum() / (areas * (1 - share)).sum()
-    return bool((of_left > of_right) == (keep == "proximal"))

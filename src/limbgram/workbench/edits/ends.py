@@ -1,7 +1,4 @@
-"""Edits at the proximal end: the brim raised, and flared.
-
-The distal end: made longer or shorter, and rounder.
-"""
+"""Ends: the brim raised or flared, and the distal end made longer, shorter or rounder."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -37,6 +34,8 @@ _MOST_ROWS = 100
 """Of triangles up an extension: a brim that was made fine would give it millions."""
 _FINENESS = 8.0
 _FINEST_MM = 0.4
+_BLEND = 0.3
+"""Part of the height, from its top, over which the round shape takes over."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,53 +141,6 @@ class Flare:
         return changed
 
 
-def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
-    """The proximal opening: the longest loop of open edges in the upper half of the limb.
-
-    Raises:
-        EditError: the shape is closed there.
-    """
-    heights = in_limb_frame(limb, what)[:, 2]
-    middle = (heights.min() + heights.max()) / 2
-    upper = [loop for loop in boundary_loops(limb.mesh.faces) if heights[loop].mean() > middle]
-    if not upper:
-        raise EditError(
-            f"{what} works on the open brim, and this shape has none at its proximal end. Cut it "
-            "open by a plane or a trimline first."
-        )
-    ends = limb.mesh.vertices_mm
-    lengths = [np.linalg.norm(ends[loop] - ends[np.roll(loop, -1)], axis=1).sum() for loop in upper]
-    return upper[int(np.argmax(lengths))].astype(np.int64)
-
-
-def _slope(
-    limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"], what: str
-) -> Float64[np.ndarray, "b 3"]:
-    """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
-    motion = frame_of(limb, what).limb_from_mesh
-    normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
-    outward = (points - middles_mm(limb, points, what))[loop, :2]
-    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
-    across = (normals[:, :2] * outward).sum(1)
-    steep = np.clip(-normals[:, 2] / np.maximum(across, 0.2), -_STEEPEST, _STEEPEST)
-    reach = max(1, int(_CALM_SHARE * len(loop)))
-    around = sum((np.roll(steep, shift) for shift in range(-reach, reach + 1)), np.zeros(len(loop)))
-    return np.column_stack([outward, around / (2 * reach + 1)])
-
-
-def _from_brim_mm(
-    limb: Limb, loop: Int64[np.ndarray, " b"], reach_mm: float
-) -> Float64[np.ndarray, " n"]:
-    """Distance of each vertex from the brim, over the surface; infinite beyond the reach."""
-    start = np.full(len(limb.mesh), np.inf)
-    start[loop] = 0.0
-    return distances_from(limb.mesh, start, np.ones(len(limb.mesh), np.bool_), reach_mm)
-
-
-_BLEND = 0.3
-"""Part of the height, from its top, over which the round shape takes over."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class DistalEnd:
     """Shape the distal end, below a height above its lowest point."""
@@ -243,6 +195,49 @@ class DistalEnd:
         changed = displaced(limb, limb.mesh.vertices_mm + step)
         require_sound(what, limb.mesh, changed.mesh)
         return changed
+
+
+def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
+    """The proximal opening: the longest loop of open edges in the upper half of the limb.
+
+    Raises:
+        EditError: the shape is closed there.
+    """
+    heights = in_limb_frame(limb, what)[:, 2]
+    middle = (heights.min() + heights.max()) / 2
+    upper = [loop for loop in boundary_loops(limb.mesh.faces) if heights[loop].mean() > middle]
+    if not upper:
+        raise EditError(
+            f"{what} works on the open brim, and this shape has none at its proximal end. Cut it "
+            "open by a plane or a trimline first."
+        )
+    ends = limb.mesh.vertices_mm
+    lengths = [np.linalg.norm(ends[loop] - ends[np.roll(loop, -1)], axis=1).sum() for loop in upper]
+    return upper[int(np.argmax(lengths))].astype(np.int64)
+
+
+def _slope(
+    limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"], what: str
+) -> Float64[np.ndarray, "b 3"]:
+    """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
+    motion = frame_of(limb, what).limb_from_mesh
+    normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
+    outward = (points - middles_mm(limb, points, what))[loop, :2]
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
+    across = (normals[:, :2] * outward).sum(1)
+    steep = np.clip(-normals[:, 2] / np.maximum(across, 0.2), -_STEEPEST, _STEEPEST)
+    reach = max(1, int(_CALM_SHARE * len(loop)))
+    around = sum((np.roll(steep, shift) for shift in range(-reach, reach + 1)), np.zeros(len(loop)))
+    return np.column_stack([outward, around / (2 * reach + 1)])
+
+
+def _from_brim_mm(
+    limb: Limb, loop: Int64[np.ndarray, " b"], reach_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from the brim, over the surface; infinite beyond the reach."""
+    start = np.full(len(limb.mesh), np.inf)
+    start[loop] = 0.0
+    return distances_from(limb.mesh, start, np.ones(len(limb.mesh), np.bool_), reach_mm)
 
 
 def _towards_round(limb: Limb, points: Points3, top: float, height: float, what: str) -> Points3:

@@ -108,6 +108,12 @@ class Load:
         return _pushed(limb, self, -1.0)
 
 
+def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
+    x = np.clip(share, 0.0, 1.0)
+    return 1 - x * x * x * (10 + x * (6 * x - 15))
+
+
 def _require_area(edit: Relieve | Load) -> None:
     """Refuse an area that makes sense on no limb.
 
@@ -144,10 +150,33 @@ def _pushed(limb: Limb, edit: Relieve | Load, sign: float) -> Limb:
     return changed
 
 
-def fading(share: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    """From 1 at 0 to 0 at 1, level and without bend at both ends."""
-    x = np.clip(share, 0.0, 1.0)
-    return 1 - x * x * x * (10 + x * (6 * x - 15))
+def _in_a_region(
+    limb: Limb, edit: Relieve | Load, what: str
+) -> tuple[Limb, Float64[np.ndarray, " n"]]:
+    """The limb fine enough, and the share of the depth at each vertex."""
+    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
+    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
+    mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
+    coarse = _depth_within(mesh, curve, what)
+    fades = (coarse > 0) & (coarse < edit.falloff_mm)
+    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), _edge_mm(edit))
+    depth = _depth_within(mesh, curve, what)
+    within = depth > 0
+    full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
+    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
+
+
+def _edge_mm(edit: Relieve | Load) -> float:
+    return max(edit.falloff_mm / _FINENESS, _FINEST_MM)
+
+
+def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from the curve, over the surface; 0 outside it."""
+    sides = find_sides(mesh, curve, what)
+    within = inside(mesh, sides)
+    start = np.where(within, np.abs(sides.signed_mm), np.inf)
+    depth = distances_from(mesh, start, within, np.inf)
+    return np.where(within & np.isfinite(depth), depth, 0.0)
 
 
 def _round_a_place(
@@ -166,32 +195,3 @@ def _round_a_place(
     limb = limb.with_mesh(refine_under(limb.mesh, close, _edge_mm(edit)))
     distance = distances_from_point(limb.mesh, point, reach)
     return limb, fading((distance - edit.flat_mm) / edit.falloff_mm)
-
-
-def _in_a_region(
-    limb: Limb, edit: Relieve | Load, what: str
-) -> tuple[Limb, Float64[np.ndarray, " n"]]:
-    """The limb fine enough, and the share of the depth at each vertex."""
-    picked = np.stack([position_mm(limb, place, edit.positions_in, what) for place in edit.within])
-    curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
-    mesh = fine_along(limb.mesh, curve, _edge_mm(edit))
-    coarse = _depth_within(mesh, curve, what)
-    fades = (coarse > 0) & (coarse < edit.falloff_mm)
-    mesh = refine_where(mesh, np.asarray(fades[mesh.faces].any(1)), _edge_mm(edit))
-    depth = _depth_within(mesh, curve, what)
-    within = depth > 0
-    full = min(edit.falloff_mm, float(depth.max(initial=0.0)))
-    return limb.with_mesh(mesh), fading(1 - depth / max(full, 1e-12)) * within
-
-
-def _depth_within(mesh: Mesh, curve: Curve, what: str) -> Float64[np.ndarray, " n"]:
-    """Distance of each vertex from the curve, over the surface; 0 outside it."""
-    sides = find_sides(mesh, curve, what)
-    within = inside(mesh, sides)
-    start = np.where(within, np.abs(sides.signed_mm), np.inf)
-    depth = distances_from(mesh, start, within, np.inf)
-    return np.where(within & np.isfinite(depth), depth, 0.0)
-
-
-def _edge_mm(edit: Relieve | Load) -> float:
-    return max(edit.falloff_mm / _FINENESS, _FINEST_MM)

@@ -1,27 +1,14 @@
-"""Places: landmarks by name, points in a stated frame, and heights along the limb's axis.
+"""Regions: where on a limb an edit works, and how far from there each vertex lies.
 
-A place is the name of a landmark, or three coordinates in millimetres. Edits say in which frame
-their coordinates are: "limb" (origin distal, +Z proximal, +Y anterior, +X right) or "mesh".
-
-Axis: the line through the middles of a limb's sections.
-
-Curves: a closed curve drawn on the surface by picked points, and which side of it is which.
-
-In      points picked in order round the region.
-Out     a Curve: a smooth closed line through them, lying on the surface; and for every vertex near
-        it the signed distance to it.
-Method  a periodic cubic spline through the points, brought to the surface.
-Fails   EditError: too few points, or a line that jumps or meets itself.
-
-Distances over the surface, from a point or from a curve on it.
-
-Method  fronts pass from triangle to triangle: circular ones from a point (Novotni and Klein 2002:
-        the source is unfolded into each triangle's plane), straight ones from a curve (Kimmel
-        and Sethian 1998); repeated until nothing changes. Exact on what can be unrolled.
-
-Growth: surface that an edit adds; it counts as filled, for nothing measured it.
-
-Neighbours: means over the vertices that share an edge, and directions that follow from them.
+In      places: the name of a landmark, or three coordinates in millimetres in the frame that the
+        edit names: "limb" (origin distal, +Z proximal, +Y anterior, +X right) or "mesh".
+Out     points on the surface, closed curves through them, distances over the surface, the middles
+        of sections, and meshes with the surface that an edit adds (it counts as filled).
+Method  A curve is a periodic cubic spline through the points, brought to the surface. Distances:
+        fronts pass from triangle to triangle, circular ones from a point (Novotni and Klein 2002:
+        the source is unfolded into each triangle's plane), straight ones from a curve (Kimmel and
+        Sethian 1998), until nothing changes. They are exact on what can be unrolled.
+Fails   EditError: an unknown place, too few points, or a curve that jumps or meets itself.
 """
 
 from collections.abc import Sequence
@@ -49,9 +36,45 @@ from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
 Place = str | tuple[float, float, float]
 """The name of a landmark, or x, y, z in millimetres."""
 FrameName = Literal["limb", "mesh"]
-
 _FARTHEST_MM = 10.0
 """A place further from the surface than this is a mistake."""
+_LEVELS = 48
+_LEAST_SHARE = 0.5
+"""A section needs this share of the largest one's area to have a say."""
+_STEP_MM = 0.5
+_LEAST_STEPS = 120
+_JUMP = 4.0
+"""Steps of the line may grow by this where it is brought to the surface."""
+_FARTHEST = 0.25
+"""Share of the curve's extent by which the spline may leave the surface that it is brought to."""
+_MOST_ROUNDS = 5000
+_CONVERGED_MM = 1e-9
+_LEAST_EDGE = 0.1
+"""Edges shorter than this share of the median count as so long: they may not rule their ends."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A closed polyline on the surface; the first point is not repeated."""
+
+    points_mm: Points3
+    normals: Points3
+    """Of the surface, smoothed over a few steps."""
+
+    @property
+    def length_mm(self) -> float:
+        ahead = np.roll(self.points_mm, -1, axis=0) - self.points_mm
+        return float(np.linalg.norm(ahead, axis=1).sum())
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Where vertices lie with respect to a curve."""
+
+    left: Bool[np.ndarray, " n"]
+    """To the left of somebody who walks along the curve on the outside of the surface."""
+    signed_mm: Float64[np.ndarray, " n"]
+    """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
 
 
 def frame_of(limb: Limb, what: str) -> LimbFrame:
@@ -163,21 +186,6 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     return replace(limb, mesh=new, landmarks=marks)
 
 
-def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
-    """Weights of three corners that give points in their planes."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    normal = np.cross(b - a, c - a)
-    size = np.maximum((normal * normal).sum(1), 1e-30)
-    of_a = (np.cross(c - b, points - b) * normal).sum(1) / size
-    of_b = (np.cross(a - c, points - c) * normal).sum(1) / size
-    return np.stack([of_a, of_b, 1 - of_a - of_b], axis=1)
-
-
-_LEVELS = 48
-_LEAST_SHARE = 0.5
-"""A section needs this share of the largest one's area to have a say."""
-
-
 def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
     """For points in the limb frame: the middle of the section at the height of each.
 
@@ -203,63 +211,6 @@ def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
     x = np.interp(points[:, 2], table[:, 0], line[:, 0])
     y = np.interp(points[:, 2], table[:, 0], line[:, 1])
     return np.stack([x, y, points[:, 2]], axis=1)
-
-
-def _area_and_centroid(points: Points3) -> tuple[float, float, float]:
-    base = points[0, :2]
-    here = points[:, :2] - base
-    ahead = np.roll(here, -1, axis=0)
-    double = here[:, 0] * ahead[:, 1] - here[:, 1] * ahead[:, 0]
-    area = float(double.sum()) / 2
-    if abs(area) < 1e-9:
-        return 0.0, float(base[0]), float(base[1])
-    middle = ((here + ahead) * double[:, None]).sum(0) / (6 * area) + base
-    return area, float(middle[0]), float(middle[1])
-
-
-def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
-    """One row for each height: that of the largest area."""
-    order = np.lexsort((-table[:, 1], table[:, 0]))
-    first = np.unique(table[order, 0], return_index=True)[1]
-    return table[order][first]
-
-
-def _calm(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " m"]:
-    """Averaged over five neighbours, the ends held."""
-    padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
-    return np.asarray(sum(padded[k : k + len(values)] for k in range(5))) / 5
-
-
-_STEP_MM = 0.5
-_LEAST_STEPS = 120
-_JUMP = 4.0
-"""Steps of the line may grow by this where it is brought to the surface."""
-_FARTHEST = 0.25
-"""Share of the curve's extent by which the spline may leave the surface that it is brought to."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A closed polyline on the surface; the first point is not repeated."""
-
-    points_mm: Points3
-    normals: Points3
-    """Of the surface, smoothed over a few steps."""
-
-    @property
-    def length_mm(self) -> float:
-        ahead = np.roll(self.points_mm, -1, axis=0) - self.points_mm
-        return float(np.linalg.norm(ahead, axis=1).sum())
-
-
-@dataclass(frozen=True)
-class Sides:
-    """Where vertices lie with respect to a curve."""
-
-    left: Bool[np.ndarray, " n"]
-    """To the left of somebody who walks along the curve on the outside of the surface."""
-    signed_mm: Float64[np.ndarray, " n"]
-    """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
 
 
 def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
@@ -335,6 +286,15 @@ def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
     return Sides((lefts > 0)[part], signed)
 
 
+def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
+    """Vertices on the smaller of the two sides, by area."""
+    areas = np.linalg.norm(mesh.face_normals(), axis=1)
+    left_share = sides.left[mesh.faces].mean(1)
+    if (areas * left_share).sum() <= (areas * (1 - left_share)).sum():
+        return sides.left
+    return ~sides.left
+
+
 def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
     """The mesh with short edges under a curve."""
     points = _densified(curve)
@@ -348,13 +308,176 @@ def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
     return refine_under(mesh, under, edge_mm)
 
 
-def inside(mesh: Mesh, sides: Sides) -> Bool[np.ndarray, " n"]:
-    """Vertices on the smaller of the two sides, by area."""
-    areas = np.linalg.norm(mesh.face_normals(), axis=1)
-    left_share = sides.left[mesh.faces].mean(1)
-    if (areas * left_share).sum() <= (areas * (1 - left_share)).sum():
-        return sides.left
-    return ~sides.left
+def distances_from_point(
+    mesh: Mesh, point_mm: Vector3, limit_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from a point on the surface; infinite beyond the limit."""
+    face = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(point_mm[None]).faces[0]
+    straight = np.linalg.norm(mesh.vertices_mm - point_mm, axis=1)
+    start = np.full(len(mesh), np.inf)
+    touching = np.isin(mesh.faces, mesh.faces[face]).any(1)
+    first = np.unique(mesh.faces[touching])
+    start[first] = straight[first]
+    return _spread(mesh, start, straight <= limit_mm, limit_mm, circular=True)
+
+
+def distances_from(
+    mesh: Mesh,
+    start_mm: Float64[np.ndarray, " n"],
+    allowed: Bool[np.ndarray, " n"],
+    limit_mm: float,
+) -> Float64[np.ndarray, " n"]:
+    """Distance of each vertex from a curve, whose neighbours' distances are given.
+
+    Args:
+        start_mm: Known distances; infinite elsewhere.
+        allowed: Vertices over which the way may lead.
+    """
+    return _spread(mesh, start_mm, allowed, limit_mm, circular=False)
+
+
+def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces) -> Mesh:
+    """The mesh with more vertices and faces.
+
+    Args:
+        like: For each new vertex, an old one whose colour it takes.
+        faces: Of old and new vertices; new ones count on from the old.
+    """
+
+    def longer(values: np.ndarray | None, added: np.ndarray | float | bool) -> np.ndarray | None:
+        if values is None:
+            return None
+        new = np.broadcast_to(np.asarray(added, values.dtype), (len(like), *values.shape[1:]))
+        return np.concatenate([values, new])
+
+    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
+    return replace(
+        mesh,
+        vertices_mm=np.concatenate([mesh.vertices_mm, places_mm]),
+        faces=np.concatenate([mesh.faces, faces]).astype(np.int32),
+        colours=None if mesh.colours is None else longer(mesh.colours, mesh.colours[like]),
+        filled=longer(filled, True),
+        sigma_mm=longer(mesh.sigma_mm, np.nan),
+        shared_mm=longer(mesh.shared_mm, 0.0),
+        lost_length=longer(mesh.lost_length, 0.0),
+    )
+
+
+def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True) -> Mesh:
+    """The mesh with holes closed, each a loop of its vertices; no vertex of it moves.
+
+    Args:
+        bent: Whether the filling goes on as the surface does; else it spans the hole as a drum.
+    """
+    if not holes:
+        return mesh
+    first = len(mesh)
+    closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), bent=bent)
+    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
+        raise EditError("The filling would have moved what was measured.")
+    places = closed.vertices_mm[first:]
+    rim = np.concatenate(holes).astype(np.int64)
+    nearest = np.asarray(KDTree(mesh.vertices_mm[rim]).query(places)[1])
+    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
+
+
+def averaging(mesh: Mesh) -> csr_array:
+    """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
+    ends = find_edges(mesh.faces).ends
+    lengths = np.linalg.norm(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]], axis=1)
+    weights = 1 / np.maximum(lengths, _LEAST_EDGE * float(np.median(lengths)))
+    half = csr_array((weights, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    mean = csr_array(half + half.T)
+    total = np.asarray(mean.sum(1)).ravel()
+    mean.data /= np.repeat(np.maximum(total, 1e-30), np.diff(mean.indptr))
+    return mean
+
+
+def corner_shares(corners: Float64[np.ndarray, "k 3 3"], points: Points3) -> Points3:
+    """Weights of three corners that give points in their planes."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    size = np.maximum((normal * normal).sum(1), 1e-30)
+    of_a = (np.cross(c - b, points - b) * normal).sum(1) / size
+    of_b = (np.cross(a - c, points - c) * normal).sum(1) / size
+    return np.stack([of_a, of_b, 1 - of_a - of_b], axis=1)
+
+
+def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
+    """Unit outward normals of the surface without its wrinkles."""
+    mean = averaging(mesh)
+    normals = mesh.vertex_normals()
+    for _ in range(rounds):
+        normals = 0.5 * (normals + mean @ normals)
+    return unit(normals)
+
+
+def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
+    """Normals of a mesh at the vertices of what refinement made of it.
+
+    They turn evenly over each old triangle; the refined mesh's own would turn all at its creases.
+    """
+    normals = calm_normals(mesh)
+    added = refined.vertices_mm[len(mesh) :]
+    if not len(added):
+        return normals
+    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
+    corners = mesh.faces[closest.faces]
+    shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
+    between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))
+    return np.concatenate([normals, between])
+
+
+def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Vertices on an open edge."""
+    marked = np.zeros(len(mesh), np.bool_)
+    marked[boundary_half_edges(mesh.faces)] = True
+    return marked
+
+
+def roughness_mm(mesh: Mesh) -> float:
+    """How far vertices stand out from their neighbours, beyond what the shape's bend explains.
+
+    Root mean square along the normal, of vertices away from the brim.
+    """
+    mean = averaging(mesh)
+    towards = mean @ mesh.vertices_mm - mesh.vertices_mm
+    out: Float64[np.ndarray, " n"] = (towards * mesh.vertex_normals()).sum(1)
+    beyond = out - mean @ out
+    inner = ~at_brim(mesh)
+    return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0
+
+
+def _area_and_centroid(points: Points3) -> tuple[float, float, float]:
+    base = points[0, :2]
+    here = points[:, :2] - base
+    ahead = np.roll(here, -1, axis=0)
+    double = here[:, 0] * ahead[:, 1] - here[:, 1] * ahead[:, 0]
+    area = float(double.sum()) / 2
+    if abs(area) < 1e-9:
+        return 0.0, float(base[0]), float(base[1])
+    middle = ((here + ahead) * double[:, None]).sum(0) / (6 * area) + base
+    return area, float(middle[0]), float(middle[1])
+
+
+def _largest_of_each(table: Float64[np.ndarray, "k 4"]) -> Float64[np.ndarray, "m 4"]:
+    """One row for each height: that of the largest area."""
+    order = np.lexsort((-table[:, 1], table[:, 0]))
+    first = np.unique(table[order, 0], return_index=True)[1]
+    return table[order][first]
+
+
+def _calm(values: Float64[np.ndarray, " m"]) -> Float64[np.ndarray, " m"]:
+    """Averaged over five neighbours, the ends held."""
+    padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
+    return np.asarray(sum(padded[k : k + len(values)] for k in range(5))) / 5
+
+
+def _smoothed(normals: Points3) -> Points3:
+    around = sum(
+        (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
+    )
+    return unit(around)
 
 
 def _faces_along(mesh: Mesh, faces: Int64[np.ndarray, " k"]) -> Bool[np.ndarray, " f"]:
@@ -393,45 +516,6 @@ def _signed_mm(points: Points3, curve: Curve) -> Float64[np.ndarray, " n"]:
 def _tangents(curve: Curve) -> Points3:
     chord = np.roll(curve.points_mm, -1, axis=0) - np.roll(curve.points_mm, 1, axis=0)
     return unit(chord)
-
-
-def _smoothed(normals: Points3) -> Points3:
-    around = sum(
-        (np.roll(normals, shift, axis=0) for shift in range(-3, 4)), np.zeros_like(normals)
-    )
-    return unit(around)
-
-
-_MOST_ROUNDS = 5000
-_CONVERGED_MM = 1e-9
-
-
-def distances_from_point(
-    mesh: Mesh, point_mm: Vector3, limit_mm: float
-) -> Float64[np.ndarray, " n"]:
-    """Distance of each vertex from a point on the surface; infinite beyond the limit."""
-    face = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(point_mm[None]).faces[0]
-    straight = np.linalg.norm(mesh.vertices_mm - point_mm, axis=1)
-    start = np.full(len(mesh), np.inf)
-    touching = np.isin(mesh.faces, mesh.faces[face]).any(1)
-    first = np.unique(mesh.faces[touching])
-    start[first] = straight[first]
-    return _spread(mesh, start, straight <= limit_mm, limit_mm, circular=True)
-
-
-def distances_from(
-    mesh: Mesh,
-    start_mm: Float64[np.ndarray, " n"],
-    allowed: Bool[np.ndarray, " n"],
-    limit_mm: float,
-) -> Float64[np.ndarray, " n"]:
-    """Distance of each vertex from a curve, whose neighbours' distances are given.
-
-    Args:
-        start_mm: Known distances; infinite elsewhere.
-        allowed: Vertices over which the way may lead.
-    """
-    return _spread(mesh, start_mm, allowed, limit_mm, circular=False)
 
 
 def _spread(
@@ -500,109 +584,3 @@ class _Triples:
                 through = from_a + slope * x + rise * y
             passes = (crossing >= 0) & (crossing <= edge)
         return np.where(passes, through, round_edges)
-
-
-def with_added(mesh: Mesh, places_mm: Points3, like: Int64[np.ndarray, " k"], faces: Faces) -> Mesh:
-    """The mesh with more vertices and faces.
-
-    Args:
-        like: For each new vertex, an old one whose colour it takes.
-        faces: Of old and new vertices; new ones count on from the old.
-    """
-
-    def longer(values: np.ndarray | None, added: np.ndarray | float | bool) -> np.ndarray | None:
-        if values is None:
-            return None
-        new = np.broadcast_to(np.asarray(added, values.dtype), (len(like), *values.shape[1:]))
-        return np.concatenate([values, new])
-
-    filled = np.zeros(len(mesh), np.bool_) if mesh.filled is None else mesh.filled
-    return replace(
-        mesh,
-        vertices_mm=np.concatenate([mesh.vertices_mm, places_mm]),
-        faces=np.concatenate([mesh.faces, faces]).astype(np.int32),
-        colours=None if mesh.colours is None else longer(mesh.colours, mesh.colours[like]),
-        filled=longer(filled, True),
-        sigma_mm=longer(mesh.sigma_mm, np.nan),
-        shared_mm=longer(mesh.shared_mm, 0.0),
-        lost_length=longer(mesh.lost_length, 0.0),
-    )
-
-
-def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: bool = True) -> Mesh:
-    """The mesh with holes closed, each a loop of its vertices; no vertex of it moves.
-
-    Args:
-        bent: Whether the filling goes on as the surface does; else it spans the hole as a drum.
-    """
-    if not holes:
-        return mesh
-    first = len(mesh)
-    closed = fill_holes(mesh.vertices_mm, mesh.faces, list(holes), bent=bent)
-    if not np.array_equal(closed.vertices_mm[:first], mesh.vertices_mm):
-        raise EditError("The filling would have moved what was measured.")
-    places = closed.vertices_mm[first:]
-    rim = np.concatenate(holes).astype(np.int64)
-    nearest = np.asarray(KDTree(mesh.vertices_mm[rim]).query(places)[1])
-    return with_added(replace(mesh, faces=mesh.faces[:0]), places, rim[nearest], closed.faces)
-
-
-_LEAST_EDGE = 0.1
-"""Edges shorter than this share of the median count as so long: they may not rule their ends."""
-
-
-def averaging(mesh: Mesh) -> csr_array:
-    """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
-    ends = find_edges(mesh.faces).ends
-    lengths = np.linalg.norm(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]], axis=1)
-    weights = 1 / np.maximum(lengths, _LEAST_EDGE * float(np.median(lengths)))
-    half = csr_array((weights, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
-    mean = csr_array(half + half.T)
-    total = np.asarray(mean.sum(1)).ravel()
-    mean.data /= np.repeat(np.maximum(total, 1e-30), np.diff(mean.indptr))
-    return mean
-
-
-def calm_normals(mesh: Mesh, rounds: int = 8) -> Points3:
-    """Unit outward normals of the surface without its wrinkles."""
-    mean = averaging(mesh)
-    normals = mesh.vertex_normals()
-    for _ in range(rounds):
-        normals = 0.5 * (normals + mean @ normals)
-    return unit(normals)
-
-
-def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
-    """Normals of a mesh at the vertices of what refinement made of it.
-
-    They turn evenly over each old triangle; the refined mesh's own would turn all at its creases.
-    """
-    normals = calm_normals(mesh)
-    added = refined.vertices_mm[len(mesh) :]
-    if not len(added):
-        return normals
-    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
-    corners = mesh.faces[closest.faces]
-    shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
-    between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))
-    return np.concatenate([normals, between])
-
-
-def at_brim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
-    """Vertices on an open edge."""
-    marked = np.zeros(len(mesh), np.bool_)
-    marked[boundary_half_edges(mesh.faces)] = True
-    return marked
-
-
-def roughness_mm(mesh: Mesh) -> float:
-    """How far vertices stand out from their neighbours, beyond what the shape's bend explains.
-
-    Root mean square along the normal, of vertices away from the brim.
-    """
-    mean = averaging(mesh)
-    towards = mean @ mesh.vertices_mm - mesh.vertices_mm
-    out: Float64[np.ndarray, " n"] = (towards * mesh.vertex_normals()).sum(1)
-    beyond = out - mean @ out
-    inner = ~at_brim(mesh)
-    return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0

@@ -214,6 +214,19 @@ class Mirror:
         return replace(limb, mesh=mesh, landmarks=marks, frame=framed)
 
 
+def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
+    """Refuse what later edits made of a wall, if it is thinner than the wall's least.
+
+    Raises:
+        EditError: says where.
+    """
+    if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
+        raise EditError(
+            f"{_sentence(found)}. Less than {edit.least_mm:g} mm was not allowed (least_mm of the "
+            "wall). Do less of this edit, or make the wall last."
+        )
+
+
 @dataclass(frozen=True)
 class _ToFill:
     """Openings that can be closed."""
@@ -252,22 +265,63 @@ def _to_fill(limb: Limb, edit: Fill, what: str) -> _ToFill:
     )
 
 
+def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
+    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
+    parts = face_components(mesh.faces)
+    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
+    part_of = np.zeros(len(mesh), np.int64)
+    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
+    main = int(areas.argmax())
+    return [
+        int(part_of[loop[0]]) != main
+        and float(areas[part_of[loop[0]]])
+        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
+        for loop in loops
+    ]
+
+
+def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
+    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
+
+
 def _filled(mesh: Mesh, found: _ToFill, *, bent: bool) -> Mesh:
     """The mesh with its holes closed, then its brim: straight across, or bent as the surface is."""
     return with_closed(with_closed(mesh, found.holes), found.brim, bent=bent)
 
 
-def require_thickness_kept(edit: Wall, found: Thickness | None) -> None:
-    """Refuse what later edits made of a wall, if it is thinner than the wall's least.
+def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
+    """Faces with a vertex on an open edge."""
+    rim = np.zeros(len(mesh), np.bool_)
+    rim[border] = True
+    return np.asarray(rim[mesh.faces].any(1))
 
-    Raises:
-        EditError: says where.
-    """
-    if found is not None and found.thinnest_mm < _ROUNDING * edit.least_mm:
-        raise EditError(
-            f"{_sentence(found)}. Less than {edit.least_mm:g} mm was not allowed (least_mm of the "
-            "wall). Do less of this edit, or make the wall last."
-        )
+
+def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
+    """The surface and its offset, joined along the open edges."""
+    sign = 1.0 if edit.side == "outward" else -1.0
+    try:
+        other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
+    except EditError as error:
+        raise EditError(f"The wall's second surface cannot be made. {error}") from error
+    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
+    count = len(mesh)
+    a, b = border[:, 0], border[:, 1]
+    rim = np.concatenate(
+        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
+    )
+    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
+    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
+    return replace(
+        added,
+        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
+        sigma_mm=_twice(mesh.sigma_mm),
+        shared_mm=_twice(mesh.shared_mm),
+        lost_length=_twice(mesh.lost_length),
+    )
+
+
+def _twice(values: np.ndarray | None) -> np.ndarray | None:
+    return None if values is None else np.concatenate([values, values])
 
 
 def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
@@ -300,57 +354,3 @@ def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
 def _sentence(found: Thickness) -> str:
     sentence = found.sentence()
     return f"{sentence[0].upper()}{sentence[1:]}"
-
-
-def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
-    """The surface and its offset, joined along the open edges."""
-    sign = 1.0 if edit.side == "outward" else -1.0
-    try:
-        other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
-    except EditError as error:
-        raise EditError(f"The wall's second surface cannot be made. {error}") from error
-    outer, inner = (other, mesh) if sign > 0 else (mesh, other)
-    count = len(mesh)
-    a, b = border[:, 0], border[:, 1]
-    rim = np.concatenate(
-        [np.column_stack([b, a, a + count]), np.column_stack([b, a + count, b + count])]
-    )
-    faces = np.concatenate([inner.faces[:, ::-1] + count, rim]).astype(np.int32)
-    added = with_added(outer, inner.vertices_mm, np.arange(count), faces)
-    return replace(
-        added,
-        filled=None if mesh.filled is None else np.concatenate([mesh.filled, mesh.filled]),
-        sigma_mm=_twice(mesh.sigma_mm),
-        shared_mm=_twice(mesh.shared_mm),
-        lost_length=_twice(mesh.lost_length),
-    )
-
-
-def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
-    """Faces with a vertex on an open edge."""
-    rim = np.zeros(len(mesh), np.bool_)
-    rim[border] = True
-    return np.asarray(rim[mesh.faces].any(1))
-
-
-def _twice(values: np.ndarray | None) -> np.ndarray | None:
-    return None if values is None else np.concatenate([values, values])
-
-
-def _touches_itself(mesh: Mesh, loop: Loop) -> bool:
-    return len(np.unique(mesh.vertices_mm[loop], axis=0)) < len(loop)
-
-
-def _of_scraps(mesh: Mesh, loops: Sequence[Loop]) -> list[bool]:
-    """Which loops run round a flat piece beside the surface: closed, it would lie there twice."""
-    parts = face_components(mesh.faces)
-    areas = np.bincount(parts, np.linalg.norm(mesh.face_normals(), axis=1) / 2)
-    part_of = np.zeros(len(mesh), np.int64)
-    part_of[mesh.faces.ravel()] = np.repeat(parts, 3)
-    main = int(areas.argmax())
-    return [
-        int(part_of[loop[0]]) != main
-        and float(areas[part_of[loop[0]]])
-        < _SHEET * float(np.linalg.norm(loop_area(mesh.vertices_mm[loop])))
-        for loop in loops
-    ]

@@ -1,25 +1,15 @@
-"""Stated: what the clinician says of a limb that is to be aligned, and where names say it faces.
+"""Alignment: a limb gets its axes, so that its measures mean what a clinician means by them.
 
-Agreement: side and front as stated, against the landmarks and the shape's own file.
-
-A wrong side is worn; so whatever is known of the limb is held against what is said of it.
-
-Proximal: which way along the axis the body lies, and what contradicts it.
-
-In      a limb, its axis, and what is stated.
-Out     the axis's direction, pointing to the body; notes.
-Method  a statement tells, then the shape's own file, then landmarks by level, then the open brim.
-        All that tell must agree; only --axis, which is stated exactly, goes over the brim.
-Fails   MeasureError: nothing tells, two contradict each other, or the fit is no limb's axis.
-
-Alignment: a limb gets its axes, so that its measures mean what a clinician means by them.
-
-In      a Limb with landmarks, and what the clinician states: side, and what landmarks do not tell.
-Out     the Limb with its frame.
-Method  axis, origin and front of the shape's own file where it has them; else the long axis by fit
-        or as stated; which end is proximal; rotation by the sides on which landmarks lie. Flexion
-        by two landmarks that lie one above the other in the side view.
-Fails   MeasureError: something is not told, or landmarks or file contradict what is.
+In      a Limb with landmarks, and what the clinician states: side, and what landmarks do not say.
+Out     the Limb with its frame, and notes.
+Method  Axis, origin and front come from the shape's own file where it has them; else the long axis
+        is fitted or stated. Which end is proximal: a statement says it, then the shape's file, then
+        landmarks by level, then the open brim; all that say it must agree, and only --axis, which
+        is stated exactly, goes over the brim. The limb is turned by the sides on which landmarks
+        lie; flexion by two landmarks that lie one above the other in the side view. A wrong side
+        is worn, so whatever is known of the limb is held against what is said of it.
+Fails   MeasureError: something is not stated, landmarks or file contradict what is, or the fit is
+        no limb's axis.
 """
 
 from dataclasses import dataclass, field, replace
@@ -46,6 +36,13 @@ from limbgram.workbench.limb import Kind, Limb, LimbFrame, Side
 
 _OUTWARD: dict[Facing, complex] = {"anterior": 1j, "posterior": -1j, "right": 1, "left": -1}
 """In the limb frame, x + i y; medial and lateral follow from the side."""
+_SAME_FRONT_DEG = 10.0
+_SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
+_SMALL_OPENING = 0.25
+"""Of the largest opening: pieces of a ragged brim are larger, and holes left by a scanner smaller.
+"""
+_BRIM_WIDTH = 0.5
+"""Of the limb's width: an opening that is narrower is a hole."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,18 +84,107 @@ class AlignOptions:
         return self.declared if self.axis is None and not self.fit_anew else None
 
 
-def outward(known: LandmarkName | None, side: Side) -> complex:
-    """Direction in the limb frame in which a landmark should lie from the axis; 0 if untold."""
-    if known is None:
-        return 0
-    if known.facing in ("medial", "lateral"):
-        lateral = {"right": 1, "left": -1, "none": 0}[side]
-        return lateral if known.facing == "lateral" else -lateral
-    return _OUTWARD.get(known.facing, 0)
+def align(limb: Limb, options: AlignOptions) -> Limb:
+    """The limb with its frame: the same limb frame wherever the mesh was lying.
+
+    Raises:
+        MeasureError: proximal or anterior is not told, or told in contradiction; the file holds
+            several limbs.
+        OptionsError: a direction or an angle that cannot be meant.
+    """
+    require_side_of_file(options)
+    found = outer_bodies(limb.mesh)
+    found.require_one_limb()
+    whole = replace(limb, kind=options.kind or limb.kind)
+    limb = whole.with_mesh(found.mesh)
+    axis = _axis(limb, options)
+    up, notes = proximal_of(limb, axis, options)
+    frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
+    notes += other_side_before(limb, options) + front_of_file(frame, options)
+    angle = _flexion_rad(limb, frame, options)
+    if angle:
+        tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
+        frame = _frame(limb, axis, tilt.rotation @ frame.rotation, options)
+    notes += moved_from_file(frame, options)
+    require_landmarks_agree(limb, frame, options)
+    return replace(
+        whole,
+        frame=LimbFrame(limb_from_mesh=frame, side=options.side),
+        notes=(*limb.notes, *notes, *odd_names(limb)),
+    )
 
 
-_SAME_FRONT_DEG = 10.0
-_SAME_TILT_DEG, _SAME_PLACE_MM = 0.01, 0.01
+def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3, tuple[str, ...]]:
+    """The axis's direction, pointing to the body, and what is odd about it."""
+    stated = axis.direction if options.axis is not None else options.proximal
+    of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
+    if options.axis is None:
+        _require_long_way(limb, axis, options, stated if stated is not None else of_file)
+    said, rise, brim = (
+        _along(stated, axis),
+        _rise_of_landmarks(limb, axis),
+        _brim_side(limb, axis),
+    )
+    told = said or _along(of_file, axis)
+    if said * _along(of_file, axis) < 0:
+        raise MeasureError(
+            "--axis or --proximal points the other way than the file says: the heights of an AOP "
+            "rise proximally, and turned over its left would be right. Leave the direction out, or "
+            "have the file corrected where it came from."
+        )
+    if told * rise < 0:
+        raise MeasureError(
+            "The landmarks lie the other way up than --axis, --proximal or the file says. Check "
+            "which is wrong; the template of names orders them from distal to proximal."
+        )
+    sense = told or rise
+    if sense * brim < 0:
+        return _over_the_brim(axis, options, "landmarks say" if not told else "is stated")
+    sense = sense or brim
+    if not sense:
+        raise MeasureError(
+            "Nothing tells which end of the limb is proximal: it has no landmarks at different "
+            "levels and no open brim at one end. Say it by --proximal, such as --proximal +z."
+        )
+    return np.sign(sense) * axis.direction, ()
+
+
+def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
+    """What to note if the front differs from that of the shape's own file.
+
+    Raises:
+        MeasureError: it differs too far.
+    """
+    if options.declared is None:
+        return ()
+    x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
+    off_deg = _between_deg(complex(x, y), 1j)
+    if off_deg > options.most_contradiction_deg:
+        raise MeasureError(
+            f"The front lies {off_deg:.0f} degrees from where the shape's own file has it: the "
+            "angles of an AOP count from the front. Leave --anterior out to take the file's, and "
+            "check the landmarks; if the file is wrong, have it corrected where it came from."
+        )
+    if off_deg < _SAME_FRONT_DEG:
+        return ()
+    return (f"the front lies {off_deg:.0f} degrees from where the shape's own file has it",)
+
+
+def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
+    """What to note where the axis or the origin of the shape's own file was not kept."""
+    if options.declared is None:
+        return ()
+    own = options.declared.limb_from_mesh
+    tilted_deg = float(np.degrees(np.arccos(min(float(frame.rotation[2] @ own.rotation[2]), 1.0))))
+    x, y, z = frame.apply(own.inverse.translation[None])[0]
+    if tilted_deg < _SAME_TILT_DEG and max(abs(x), abs(y), abs(z)) < _SAME_PLACE_MM:
+        return ()
+    return (
+        "the shape's own file has another axis or origin, which were not kept as another axis or "
+        f"flexion was asked for: tilted by {tilted_deg:.2f} degrees, and its origin lies "
+        f"{np.hypot(x, y):.2f} mm beside the axis and {z:+.2f} mm along it. Heights and radii "
+        "change with that",
+    )
 
 
 def require_side_of_file(options: AlignOptions) -> None:
@@ -140,44 +226,6 @@ def require_landmarks_agree(limb: Limb, frame: Rigid, options: AlignOptions) -> 
             )
 
 
-def front_of_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
-    """What to note if the front differs from that of the shape's own file.
-
-    Raises:
-        MeasureError: it differs too far.
-    """
-    if options.declared is None:
-        return ()
-    x, y, _ = frame.rotation @ options.declared.limb_from_mesh.rotation[1]
-    off_deg = _between_deg(complex(x, y), 1j)
-    if off_deg > options.most_contradiction_deg:
-        raise MeasureError(
-            f"The front lies {off_deg:.0f} degrees from where the shape's own file has it: the "
-            "angles of an AOP count from the front. Leave --anterior out to take the file's, and "
-            "check the landmarks; if the file is wrong, have it corrected where it came from."
-        )
-    if off_deg < _SAME_FRONT_DEG:
-        return ()
-    return (f"the front lies {off_deg:.0f} degrees from where the shape's own file has it",)
-
-
-def moved_from_file(frame: Rigid, options: AlignOptions) -> tuple[str, ...]:
-    """What to note where the axis or the origin of the shape's own file was not kept."""
-    if options.declared is None:
-        return ()
-    own = options.declared.limb_from_mesh
-    tilted_deg = float(np.degrees(np.arccos(min(float(frame.rotation[2] @ own.rotation[2]), 1.0))))
-    x, y, z = frame.apply(own.inverse.translation[None])[0]
-    if tilted_deg < _SAME_TILT_DEG and max(abs(x), abs(y), abs(z)) < _SAME_PLACE_MM:
-        return ()
-    return (
-        "the shape's own file has another axis or origin, which were not kept as another axis or "
-        f"flexion was asked for: tilted by {tilted_deg:.2f} degrees, and its origin lies "
-        f"{np.hypot(x, y):.2f} mm beside the axis and {z:+.2f} mm along it. Heights and radii "
-        "change with that",
-    )
-
-
 def other_side_before(limb: Limb, options: AlignOptions) -> tuple[str, ...]:
     """What to note if the limb was aligned for another side."""
     if limb.frame is None or limb.frame.side in ("none", options.side):
@@ -199,67 +247,110 @@ def odd_names(limb: Limb) -> tuple[str, ...]:
     )
 
 
-def _between_deg(one: complex, other: complex) -> float:
-    return float(abs(np.degrees(np.angle(one * np.conj(other)))))
+def outward(known: LandmarkName | None, side: Side) -> complex:
+    """Direction in the limb frame in which a landmark should lie from the axis; 0 if untold."""
+    if known is None:
+        return 0
+    if known.facing in ("medial", "lateral"):
+        lateral = {"right": 1, "left": -1, "none": 0}[side]
+        return lateral if known.facing == "lateral" else -lateral
+    return _OUTWARD.get(known.facing, 0)
 
 
-_SMALL_OPENING = 0.25
-"""Of the largest opening: pieces of a ragged brim are larger, and holes left by a scanner smaller.
-"""
-_BRIM_WIDTH = 0.5
-"""Of the limb's width: an opening that is narrower is a hole."""
-
-
-def proximal_of(limb: Limb, axis: Axis, options: AlignOptions) -> tuple[Vector3, tuple[str, ...]]:
-    """The axis's direction, pointing to the body, and what is odd about it."""
-    stated = axis.direction if options.axis is not None else options.proximal
-    of_file = None if options.declared is None else options.declared.limb_from_mesh.rotation[2]
-    if options.axis is None:
-        _require_long_way(limb, axis, options, stated if stated is not None else of_file)
-    said, rise, brim = (
-        _along(stated, axis),
-        _rise_of_landmarks(limb, axis),
-        _brim_side(limb, axis),
-    )
-    told = said or _along(of_file, axis)
-    if said * _along(of_file, axis) < 0:
-        raise MeasureError(
-            "--axis or --proximal points the other way than the file says: the heights of an AOP "
-            "rise proximally, and turned over its left would be right. Leave the direction out, or "
-            "have the file corrected where it came from."
-        )
-    if told * rise < 0:
-        raise MeasureError(
-            "The landmarks lie the other way up than --axis, --proximal or the file says. Check "
-            "which is wrong; the template of names orders them from distal to proximal."
-        )
-    sense = told or rise
-    if sense * brim < 0:
-        return _over_the_brim(axis, options, "landmarks say" if not told else "is stated")
-    sense = sense or brim
-    if not sense:
-        raise MeasureError(
-            "Nothing tells which end of the limb is proximal: it has no landmarks at different "
-            "levels and no open brim at one end. Say it by --proximal, such as --proximal +z."
-        )
-    return np.sign(sense) * axis.direction, ()
-
-
-def _over_the_brim(
-    axis: Axis, options: AlignOptions, source: str
-) -> tuple[Vector3, tuple[str, ...]]:
-    """The stated axis, although the shape is open at its distal end; nothing less exact will do."""
+def _axis(limb: Limb, options: AlignOptions) -> Axis:
+    """The file's own, as stated, or by fit."""
+    if options.kept is not None:
+        motion = options.kept.limb_from_mesh
+        origin_mm = motion.inverse.translation
+        return Axis(point_mm=origin_mm, direction=motion.rotation[2], spread_mm=0.0)
     if options.axis is not None:
-        return axis.direction, (
-            "the shape's opening, or what no photo saw of it, lies at the distal end of the stated "
-            "--axis: check that it points to the body",
+        return axis_along(limb.mesh, options.axis, options.fit)
+    return fit_axis(limb.mesh, options.fit)
+
+
+def _frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:
+    """Limb frame of a rotation, its origin on the axis: that of the file, or at the distal end."""
+    if options.kept is not None:
+        motion = options.kept.limb_from_mesh
+        if np.array_equal(rotation, motion.rotation):
+            return motion
+        return Rigid(rotation, -rotation @ axis.point_mm)
+    distal = float((limb.mesh.vertices_mm @ rotation[2]).min())
+    x, y, _ = rotation @ axis.point_mm
+    return Rigid(rotation, -np.array([x, y, distal]))
+
+
+def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) -> Matrix3:
+    """Rotation to the limb frame: as stated, as the file has it, or with the landmarks on the
+
+    sides where they belong."""
+    if options.kept is not None and options.anterior is None:
+        return options.kept.limb_from_mesh.rotation
+    start = _across(up)
+    if options.anterior is not None:
+        forward = start @ options.anterior
+        if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
+            raise OptionsError(
+                "The anterior direction runs along the limb's axis. State one that points "
+                "forwards, such as --anterior +y."
+            )
+        return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
+    turn = _turn_by_landmarks(start, limb, axis, options)
+    if abs(turn) < 1e-6 and options.declared is not None:
+        x, y, _ = start @ options.declared.limb_from_mesh.rotation[1]
+        turn = 1j * np.conj(complex(x, y))
+    if abs(turn) < 1e-6:
+        raise MeasureError(
+            "Nothing tells where the front of the limb is: it has no landmark of known side. "
+            "Pick one, such as the tibial crest or the fibula head, and say --kind; or state the "
+            "direction by --anterior, such as --anterior +y."
         )
-    raise MeasureError(
-        f"The shape is open, or unseen, at the end that is distal by what {source}, and a limb is "
-        "at the proximal one. Check which way the shape lies, and its landmarks. If the body does "
-        "lie opposite to the opening, state the axis itself, pointing to the body: "
-        f"--axis={_typed(axis.direction)} or --axis={_typed(-axis.direction)}."
-    )
+    return _about_z(float(np.angle(turn))) @ start
+
+
+def _across(up: Vector3) -> Matrix3:
+    """Some rotation whose third row is `up`."""
+    unit = up / np.linalg.norm(up)
+    other = np.eye(3)[int(np.abs(unit).argmin())]
+    x = np.cross(other, unit)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(unit, x), unit])
+
+
+def _about_z(angle_rad: float) -> Matrix3:
+    return Rigid.from_rotation_vector(np.array([0.0, 0.0, angle_rad]), np.zeros(3)).rotation
+
+
+def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOptions) -> complex:
+    """The turn about z that brings the landmarks to where names of the limb's kind lie."""
+    turn = 0j
+    if limb.kind is None:
+        return turn
+    for mark in limb.landmarks:
+        expected = outward(known_name(mark.name, limb.kind), options.side)
+        x, y, _ = start @ (mark.position_mm - axis.point_mm)
+        turn += expected * np.conj(complex(x, y))
+    return turn
+
+
+def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
+    """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
+    if not abs(options.flexion_deg) <= options.most_flexion_deg:
+        raise OptionsError(
+            f"A flexion of {options.flexion_deg:g} degrees cannot be meant. Give degrees from "
+            f"{-options.most_flexion_deg:g} to {options.most_flexion_deg:g}, or leave it out."
+        )
+    angle = np.radians(options.flexion_deg)
+    if options.plumb is not None:
+        upper, lower = (landmark(limb, name).position_mm for name in options.plumb)
+        _, y, z = frame.rotation @ (upper - lower)
+        if not z > abs(y):
+            raise MeasureError(
+                f"Landmark {options.plumb[0]!r} does not lie above {options.plumb[1]!r}: the line "
+                "between them leans by more than 45 degrees. Swap them, or choose others."
+            )
+        angle += float(np.arctan2(y, z))
+    return float(angle)
 
 
 def _require_long_way(limb: Limb, axis: Axis, options: AlignOptions, told: Vector3 | None) -> None:
@@ -285,6 +376,12 @@ def _along(direction: Vector3 | None, axis: Axis) -> float:
     if direction is None:
         return 0.0
     return float(direction @ axis.direction / np.linalg.norm(direction))
+
+
+def _typed(direction: Vector3) -> str:
+    """A direction as it may be typed."""
+    unit = direction / np.linalg.norm(direction)
+    return ",".join(f"{value + 0.0:.4g}" for value in np.round(unit, 4))
 
 
 def _rise_of_landmarks(limb: Limb, axis: Axis) -> float:
@@ -335,133 +432,22 @@ def _width_mm(points: Points3, axis: Axis) -> float:
     )
 
 
-def _typed(direction: Vector3) -> str:
-    """A direction as it may be typed."""
-    unit = direction / np.linalg.norm(direction)
-    return ",".join(f"{value + 0.0:.4g}" for value in np.round(unit, 4))
-
-
-def align(limb: Limb, options: AlignOptions) -> Limb:
-    """The limb with its frame: the same limb frame wherever the mesh was lying.
-
-    Raises:
-        MeasureError: proximal or anterior is not told, or told in contradiction; the file holds
-            several limbs.
-        OptionsError: a direction or an angle that cannot be meant.
-    """
-    require_side_of_file(options)
-    found = outer_bodies(limb.mesh)
-    found.require_one_limb()
-    whole = replace(limb, kind=options.kind or limb.kind)
-    limb = whole.with_mesh(found.mesh)
-    axis = _axis(limb, options)
-    up, notes = proximal_of(limb, axis, options)
-    frame = _frame(limb, axis, _turned_about(up, limb, axis, options), options)
-    notes += other_side_before(limb, options) + front_of_file(frame, options)
-    angle = _flexion_rad(limb, frame, options)
-    if angle:
-        tilt = Rigid.from_rotation_vector(np.array([angle, 0.0, 0.0]), np.zeros(3))
-        frame = _frame(limb, axis, tilt.rotation @ frame.rotation, options)
-    notes += moved_from_file(frame, options)
-    require_landmarks_agree(limb, frame, options)
-    return replace(
-        whole,
-        frame=LimbFrame(limb_from_mesh=frame, side=options.side),
-        notes=(*limb.notes, *notes, *odd_names(limb)),
+def _over_the_brim(
+    axis: Axis, options: AlignOptions, source: str
+) -> tuple[Vector3, tuple[str, ...]]:
+    """The stated axis, although the shape is open at its distal end; nothing less exact will do."""
+    if options.axis is not None:
+        return axis.direction, (
+            "the shape's opening, or what no photo saw of it, lies at the distal end of the stated "
+            "--axis: check that it points to the body",
+        )
+    raise MeasureError(
+        f"The shape is open, or unseen, at the end that is distal by what {source}, and a limb is "
+        "at the proximal one. Check which way the shape lies, and its landmarks. If the body does "
+        "lie opposite to the opening, state the axis itself, pointing to the body: "
+        f"--axis={_typed(axis.direction)} or --axis={_typed(-axis.direction)}."
     )
 
 
-def _axis(limb: Limb, options: AlignOptions) -> Axis:
-    """The file's own, as stated, or by fit."""
-    if options.kept is not None:
-        motion = options.kept.limb_from_mesh
-        origin_mm = motion.inverse.translation
-        return Axis(point_mm=origin_mm, direction=motion.rotation[2], spread_mm=0.0)
-    if options.axis is not None:
-        return axis_along(limb.mesh, options.axis, options.fit)
-    return fit_axis(limb.mesh, options.fit)
-
-
-def _turned_about(up: Vector3, limb: Limb, axis: Axis, options: AlignOptions) -> Matrix3:
-    """Rotation to the limb frame: as stated, as the file has it, or with the landmarks on the
-
-    sides where they belong."""
-    if options.kept is not None and options.anterior is None:
-        return options.kept.limb_from_mesh.rotation
-    start = _across(up)
-    if options.anterior is not None:
-        forward = start @ options.anterior
-        if np.hypot(forward[0], forward[1]) < 0.1 * np.linalg.norm(options.anterior):
-            raise OptionsError(
-                "The anterior direction runs along the limb's axis. State one that points "
-                "forwards, such as --anterior +y."
-            )
-        return _about_z(np.pi / 2 - np.arctan2(forward[1], forward[0])) @ start
-    turn = _turn_by_landmarks(start, limb, axis, options)
-    if abs(turn) < 1e-6 and options.declared is not None:
-        x, y, _ = start @ options.declared.limb_from_mesh.rotation[1]
-        turn = 1j * np.conj(complex(x, y))
-    if abs(turn) < 1e-6:
-        raise MeasureError(
-            "Nothing tells where the front of the limb is: it has no landmark of known side. "
-            "Pick one, such as the tibial crest or the fibula head, and say --kind; or state the "
-            "direction by --anterior, such as --anterior +y."
-        )
-    return _about_z(float(np.angle(turn))) @ start
-
-
-def _turn_by_landmarks(start: Matrix3, limb: Limb, axis: Axis, options: AlignOptions) -> complex:
-    """The turn about z that brings the landmarks to where names of the limb's kind lie."""
-    turn = 0j
-    if limb.kind is None:
-        return turn
-    for mark in limb.landmarks:
-        expected = outward(known_name(mark.name, limb.kind), options.side)
-        x, y, _ = start @ (mark.position_mm - axis.point_mm)
-        turn += expected * np.conj(complex(x, y))
-    return turn
-
-
-def _flexion_rad(limb: Limb, frame: Rigid, options: AlignOptions) -> float:
-    """Turn about x that brings the plumb landmarks over each other, and what is asked on top."""
-    if not abs(options.flexion_deg) <= options.most_flexion_deg:
-        raise OptionsError(
-            f"A flexion of {options.flexion_deg:g} degrees cannot be meant. Give degrees from "
-            f"{-options.most_flexion_deg:g} to {options.most_flexion_deg:g}, or leave it out."
-        )
-    angle = np.radians(options.flexion_deg)
-    if options.plumb is not None:
-        upper, lower = (landmark(limb, name).position_mm for name in options.plumb)
-        _, y, z = frame.rotation @ (upper - lower)
-        if not z > abs(y):
-            raise MeasureError(
-                f"Landmark {options.plumb[0]!r} does not lie above {options.plumb[1]!r}: the line "
-                "between them leans by more than 45 degrees. Swap them, or choose others."
-            )
-        angle += float(np.arctan2(y, z))
-    return float(angle)
-
-
-def _frame(limb: Limb, axis: Axis, rotation: Matrix3, options: AlignOptions) -> Rigid:
-    """Limb frame of a rotation, its origin on the axis: that of the file, or at the distal end."""
-    if options.kept is not None:
-        motion = options.kept.limb_from_mesh
-        if np.array_equal(rotation, motion.rotation):
-            return motion
-        return Rigid(rotation, -rotation @ axis.point_mm)
-    distal = float((limb.mesh.vertices_mm @ rotation[2]).min())
-    x, y, _ = rotation @ axis.point_mm
-    return Rigid(rotation, -np.array([x, y, distal]))
-
-
-def _across(up: Vector3) -> Matrix3:
-    """Some rotation whose third row is `up`."""
-    unit = up / np.linalg.norm(up)
-    other = np.eye(3)[int(np.abs(unit).argmin())]
-    x = np.cross(other, unit)
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(unit, x), unit])
-
-
-def _about_z(angle_rad: float) -> Matrix3:
-    return Rigid.from_rotation_vector(np.array([0.0, 0.0, angle_rad]), np.zeros(3)).rotation
+def _between_deg(one: complex, other: complex) -> float:
+    return float(abs(np.degrees(np.angle(one * np.conj(other)))))

@@ -1,8 +1,7 @@
-"""Posture: a limb's mesh in its limb frame, and back.
+"""Landmarks: their names by the kind of limb, where they tell the limb to face, and picking them.
 
-Landmarks: names by the kind of limb, where they tell the limb to face, and picking them.
-
-A name that no template knows is kept as it is; it does not turn the limb.
+A name that no template knows is kept as it is; it does not turn the limb. A limb's mesh is put in
+its limb frame, and back, here too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,36 +17,6 @@ from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
-
-
-def in_limb_frame(limb: Limb) -> Mesh:
-    """The mesh with its vertices in the limb frame.
-
-    Raises:
-        MeasureError: the limb is not aligned.
-    """
-    return limb.mesh.with_vertices(frame_of(limb).limb_from_mesh.apply(limb.mesh.vertices_mm))
-
-
-def with_vertices_in_limb(limb: Limb, vertices_in_limb_mm: Points3) -> Limb:
-    """The limb with its vertices moved to places given in the limb frame."""
-    mesh_from_limb = frame_of(limb).limb_from_mesh.inverse
-    return limb.with_mesh(limb.mesh.with_vertices(mesh_from_limb.apply(vertices_in_limb_mm)))
-
-
-def frame_of(limb: Limb) -> LimbFrame:
-    """The limb's frame.
-
-    Raises:
-        MeasureError: the limb is not aligned.
-    """
-    if limb.frame is None:
-        raise MeasureError(
-            "The limb is not aligned, so nobody knows where its axis runs. Run `limbgram align` "
-            "first."
-        )
-    return limb.frame
-
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
 """Side of the limb on which a landmark lies; medial and lateral need the limb's side."""
@@ -124,31 +93,6 @@ NAMES: Mapping[Kind, tuple[LandmarkName, ...]] = MappingProxyType(
 )
 
 
-def known_name(name: str, kind: Kind) -> LandmarkName | None:
-    """What the template of a kind of limb knows of a name; capitals do not matter."""
-    return next((row for row in NAMES[kind] if row.name == name.strip().casefold()), None)
-
-
-def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
-    """What the template of the kind knows of a name, or else any template.
-
-    A place of one name lies on the same side of every kind of limb, at another level.
-    """
-    first = () if kind is None else (kind,)
-    found = (known_name(name, one) for one in (*first, *KINDS))
-    return next((row for row in found if row is not None), None)
-
-
-def likely_meant(name: str, kind: Kind | None) -> str | None:
-    """The known name that a name of no template is a slip of the pen for."""
-    if known_anywhere(name, kind) is not None:
-        return None
-    kinds = KINDS if kind is None else (kind,)
-    names = [row.name for one in kinds for row in NAMES[one]]
-    near = get_close_matches(name.strip().casefold(), names, n=1, cutoff=_ALIKE)
-    return near[0] if near else None
-
-
 @dataclass(frozen=True, kw_only=True)
 class PickOptions:
     """How far from the surface a place may be picked."""
@@ -157,6 +101,23 @@ class PickOptions:
 
 
 DEFAULTS = PickOptions()
+
+
+def landmark(limb: Limb, name: str) -> Landmark:
+    """The limb's landmark of that name.
+
+    Raises:
+        MeasureError: the limb has none of that name.
+    """
+    for mark in limb.landmarks:
+        if mark.name == name:
+            return mark
+    have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
+    raise MeasureError(
+        f"The limb has no landmark {name!r}; it has {have}."
+        f"{likeliest(name, (mark.name for mark in limb.landmarks))} Pick it with "
+        "`limbgram align --landmark`, or choose another."
+    )
 
 
 def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions = DEFAULTS) -> Limb:
@@ -192,21 +153,58 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
     return replace(limb, landmarks=kept + snapped)
 
 
-def landmark(limb: Limb, name: str) -> Landmark:
-    """The limb's landmark of that name.
+def known_name(name: str, kind: Kind) -> LandmarkName | None:
+    """What the template of a kind of limb knows of a name; capitals do not matter."""
+    return next((row for row in NAMES[kind] if row.name == name.strip().casefold()), None)
+
+
+def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
+    """What the template of the kind knows of a name, or else any template.
+
+    A place of one name lies on the same side of every kind of limb, at another level.
+    """
+    first = () if kind is None else (kind,)
+    found = (known_name(name, one) for one in (*first, *KINDS))
+    return next((row for row in found if row is not None), None)
+
+
+def likely_meant(name: str, kind: Kind | None) -> str | None:
+    """The known name that a name of no template is a slip of the pen for."""
+    if known_anywhere(name, kind) is not None:
+        return None
+    kinds = KINDS if kind is None else (kind,)
+    names = [row.name for one in kinds for row in NAMES[one]]
+    near = get_close_matches(name.strip().casefold(), names, n=1, cutoff=_ALIKE)
+    return near[0] if near else None
+
+
+def in_limb_frame(limb: Limb) -> Mesh:
+    """The mesh with its vertices in the limb frame.
 
     Raises:
-        MeasureError: the limb has none of that name.
+        MeasureError: the limb is not aligned.
     """
-    for mark in limb.landmarks:
-        if mark.name == name:
-            return mark
-    have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
-    raise MeasureError(
-        f"The limb has no landmark {name!r}; it has {have}."
-        f"{likeliest(name, (mark.name for mark in limb.landmarks))} Pick it with "
-        "`limbgram align --landmark`, or choose another."
-    )
+    return limb.mesh.with_vertices(frame_of(limb).limb_from_mesh.apply(limb.mesh.vertices_mm))
+
+
+def with_vertices_in_limb(limb: Limb, vertices_in_limb_mm: Points3) -> Limb:
+    """The limb with its vertices moved to places given in the limb frame."""
+    mesh_from_limb = frame_of(limb).limb_from_mesh.inverse
+    return limb.with_mesh(limb.mesh.with_vertices(mesh_from_limb.apply(vertices_in_limb_mm)))
+
+
+def frame_of(limb: Limb) -> LimbFrame:
+    """The limb's frame.
+
+    Raises:
+        MeasureError: the limb is not aligned.
+    """
+    if limb.frame is None:
+        raise MeasureError(
+            "The limb is not aligned, so nobody knows where its axis runs. Run `limbgram align` "
+            "first."
+        )
+    return limb.frame
 
 
 def _text(place_mm: Vector3) -> str:

@@ -1,16 +1,12 @@
-"""Cutting: whole cross-sections of a limb, their loops told apart by how they lie in each other.
+"""Levels: whole cross-sections of a limb, their figures, and the volumes between two heights.
 
-Heights are z in the limb frame; a mesh "in the limb frame" has its vertices there already.
-
-Figures of one level, each with its slope: how it changes as the level's points move.
-
-Through the slopes the sigmas of the vertices become the figure's own.
-
-Volumes between two heights: the clipped solid, exactly, without building it.
-
-Method  divergence of (x, y, 0) / 2: its flux through level caps is nothing, so the volume is the
-        flux through the clipped triangles alone. What of a triangle lies below a height is itself
-        told by three numbers, the integrals of its barycentric coordinates.
+In      a mesh with its vertices in the limb frame; heights are z there.
+Out     Levels, their loops told apart by how they lie in each other; Figures with their sigmas.
+Method  Each figure has a slope: how it changes as the level's points move. Through the slopes the
+        sigmas of the vertices become the figure's own. A volume is the clipped solid, exactly,
+        without building it, by the divergence of (x, y, 0) / 2: its flux through level caps is
+        nothing, so the volume is the flux through the clipped triangles alone. What of a triangle
+        lies below a height follows from the integrals of its three barycentric coordinates.
 Fails   MeasureError: the surface is open between the heights.
 """
 
@@ -37,6 +33,10 @@ _CRUMB_SHARE = 0.002
 tape, of which the narrowest have 6 mm, can rest on it. The hull of a section would reach out to it:
 five points of under 0.01 mm2 beside a real stump, where a plane just meets a bulge, added 1.4 mm to
 a girth of 350 mm."""
+_TAPE_SHARE, _BRIDGED = 0.8, 0.007
+"""What a tape loses with the finest relief, in shares of what the contour loses: it rests on the
+tops, the more so the higher the relief is. The share, and the contour's loss per length at which
+half of it is left (0.63 to 0.80 at losses up to 0.0006, 0.44 and 0.54 at 0.004 in ten captures)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,120 +65,6 @@ class Level:
 
 
 @dataclass(frozen=True)
-class Refused:
-    """A height at which there is no answer, and why."""
-
-    height_mm: float
-    reason: str
-
-
-def level_at(mesh_in_limb: Mesh, height_mm: float) -> Level:
-    """The cut at one height.
-
-    Raises:
-        MeasureError: the plane misses the limb, runs into its open brim, or the loops contradict
-            each other.
-    """
-    (level,) = levels_at(mesh_in_limb, [height_mm])
-    if isinstance(level, Refused):
-        raise MeasureError(level.reason)
-    return level
-
-
-def levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
-    """The cut at each height, in the order asked: as many answers as heights."""
-    by_height: dict[float, list[Section]] = {float(height): [] for height in heights_mm}
-    for section in cut(mesh_in_limb, [h for h in by_height if np.isfinite(h)]):
-        by_height[section.offset_mm].append(section)
-    levels = {h: _level(mesh_in_limb, h, sections) for h, sections in by_height.items()}
-    return tuple(levels[float(height)] for height in heights_mm)
-
-
-def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Refused:
-    if not sections:
-        low, high = (
-            float(end) for end in (mesh.vertices_mm[:, 2].min(), mesh.vertices_mm[:, 2].max())
-        )
-        return Refused(
-            height_mm,
-            f"The plane at {height_mm:.2f} mm misses the limb, which reaches from {low:.2f} to "
-            f"{high:.2f} mm. Choose a height between them.",
-        )
-    if not all(section.closed for section in sections):
-        return Refused(
-            height_mm,
-            f"The plane at {height_mm:.2f} mm runs into an open edge of the surface, the brim or a "
-            "hole: there is no whole girth. Choose a height that is clear of it, or fill the hole.",
-        )
-    up = np.array([0.0, 0.0, 1.0])
-    sections = [section for section in sections if abs(section.area_mm2(up)) > _LEAST_AREA_MM2]
-    if not sections:
-        return Refused(
-            height_mm,
-            f"The plane at {height_mm:.2f} mm only touches the limb. Choose a height inside it.",
-        )
-    rings = [section.points_mm[:, :2] for section in sections]
-    depth = np.array([sum(_holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
-    outward = np.array([section.area_mm2(up) > 0 for section in sections])
-    if (outward != (depth % 2 == 0)).any():
-        return Refused(
-            height_mm,
-            f"At {height_mm:.2f} mm the surface cuts through itself or is partly inside out: its "
-            f"{len(rings)} loops do not lie in each other as outlines and hollows. Repair the "
-            "shape, or choose another height.",
-        )
-    crumbs = _crumbs(sections, rings, depth)
-    keep = np.flatnonzero(~crumbs).tolist()
-    sections, rings, depth = [sections[k] for k in keep], [rings[k] for k in keep], depth[keep]
-    sizes = [len(ring) for ring in rings]
-    starts = np.cumsum([0, *sizes[:-1]])
-    after = np.concatenate([start + np.roll(np.arange(n), -1) for start, n in zip(starts, sizes)])
-    return Level(
-        height_mm=height_mm,
-        left_out=int(crumbs.sum()),
-        points_mm=np.concatenate(rings),
-        after=after,
-        loop=np.repeat(np.arange(len(rings)), sizes),
-        depth=depth,
-        crossed=np.concatenate([section.crossed for section in sections]),
-        shares=np.concatenate([section.shares for section in sections]),
-    )
-
-
-def _crumbs(
-    sections: list[Section], rings: list[Points2], depth: Int64[np.ndarray, " l"]
-) -> Bool[np.ndarray, " l"]:
-    """Outlines too small to be the limb, and what lies in them."""
-    up = np.array([0.0, 0.0, 1.0])
-    areas = np.array([abs(section.area_mm2(up)) for section in sections])
-    crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
-    for k in np.flatnonzero(crumbs):
-        crumbs |= np.array([_holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)
-    return crumbs
-
-
-def _holds(ring: Points2, point: Float64[np.ndarray, "2"]) -> bool:
-    """Whether a point lies inside a ring: a ray to +x crosses it an odd number of times."""
-    (x, y), (x_next, y_next) = (ring - point).T, (np.roll(ring, -1, axis=0) - point).T
-    astride = (y > 0) != (y_next > 0)
-    rise = np.where(astride, y_next - y, 1.0)
-    return bool(((x - y * (x_next - x) / rise > 0) & astride).sum() % 2)
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A measure of the limb and its standard deviation, None where the mesh carries no sigmas."""
-
-    value: float
-    sigma: float | None
-
-    @property
-    def interval(self) -> Interval | None:
-        """Where the true value lies in 95 of 100 cases: what ± tells."""
-        return None if self.sigma is None else Interval.of_sigma(self.sigma)
-
-
-@dataclass(frozen=True)
 class Sloped:
     """A measure of a level and its change for a millimetre of each point in x and y."""
 
@@ -189,11 +75,6 @@ class Sloped:
     on_tops: bool = False
     """Whether that line rests on the tops of the relief instead of following it."""
 
-
-_TAPE_SHARE, _BRIDGED = 0.8, 0.007
-"""What a tape loses with the finest relief, in shares of what the contour loses: it rests on the
-tops, the more so the higher the relief is. The share, and the contour's loss per length at which
-half of it is left (0.63 to 0.80 at losses up to 0.0006, 0.44 and 0.54 at 0.004 in ten captures)."""
 
 Measure = Callable[[Level], Sloped | None]
 
@@ -208,6 +89,26 @@ def tape_mm(level: Level) -> Sloped:
     outer = np.flatnonzero(level.outer)
     hull = outer[ConvexHull(level.points_mm[outer]).vertices]
     return replace(_around(level, hull, np.roll(hull, -1)), on_tops=True)
+
+
+def ml_mm(level: Level) -> Sloped:
+    """Caliper width from side to side, along x."""
+    return _caliper(level, 0)
+
+
+def ap_mm(level: Level) -> Sloped:
+    """Caliper width from front to back, along y."""
+    return _caliper(level, 1)
+
+
+def ml_through_mm(level: Level) -> Sloped | None:
+    """Width from side to side on the line through the long axis; None where it meets nothing."""
+    return _through(level, 0)
+
+
+def ap_through_mm(level: Level) -> Sloped | None:
+    """Width from front to back on the line through the long axis."""
+    return _through(level, 1)
 
 
 def area_mm2(level: Level) -> Sloped:
@@ -229,24 +130,40 @@ def radius_mm(level: Level) -> Sloped:
     return Sloped(radius, area.slopes / (2 * np.pi * max(radius, 1e-300)))
 
 
-def ml_mm(level: Level) -> Sloped:
-    """Caliper width from side to side, along x."""
-    return _caliper(level, 0)
+MEASURES: dict[str, Measure] = {
+    "contour_mm": contour_mm,
+    "tape_mm": tape_mm,
+    "ml_mm": ml_mm,
+    "ap_mm": ap_mm,
+    "ml_through_mm": ml_through_mm,
+    "ap_through_mm": ap_through_mm,
+    "area_mm2": area_mm2,
+    "radius_mm": radius_mm,
+}
+"""Everything that is measured at a level, by its name in tables."""
+DISTAL_END, PROXIMAL_END = -np.inf, np.inf
+"""Heights that stand for the ends of a closed surface."""
 
 
-def ap_mm(level: Level) -> Sloped:
-    """Caliper width from front to back, along y."""
-    return _caliper(level, 1)
+@dataclass(frozen=True)
+class Refused:
+    """A height at which there is no answer, and why."""
+
+    height_mm: float
+    reason: str
 
 
-def ml_through_mm(level: Level) -> Sloped | None:
-    """Width from side to side on the line through the long axis; None where it meets nothing."""
-    return _through(level, 0)
+@dataclass(frozen=True)
+class Figure:
+    """A measure of the limb and its standard deviation, None where the mesh carries no sigmas."""
 
+    value: float
+    sigma: float | None
 
-def ap_through_mm(level: Level) -> Sloped | None:
-    """Width from front to back on the line through the long axis."""
-    return _through(level, 1)
+    @property
+    def interval(self) -> Interval | None:
+        """Where the true value lies in 95 of 100 cases: what ± tells."""
+        return None if self.sigma is None else Interval.of_sigma(self.sigma)
 
 
 @dataclass(frozen=True)
@@ -291,69 +208,6 @@ class Sigmas:
             change = share * (sloped.slopes * moved).sum(1)
             total += np.bincount(level.crossed[:, end], change, len(total))
         return total
-
-
-def _around(
-    level: Level,
-    ids: Int64[np.ndarray, " k"],
-    after: Int64[np.ndarray, " k"],
-) -> Sloped:
-    """Length of the pieces that join points to their followers."""
-    steps = level.points_mm[after] - level.points_mm[ids]
-    lengths = np.linalg.norm(steps, axis=1)
-    along = steps / np.maximum(lengths, 1e-300)[:, None]
-    slopes = np.zeros_like(level.points_mm)
-    slopes[after] += along
-    slopes[ids] -= along
-    along_mm = np.bincount(ids, lengths / 2, len(slopes))
-    along_mm += np.bincount(after, lengths / 2, len(slopes))
-    return Sloped(float(lengths.sum()), slopes, along_mm)
-
-
-def _caliper(level: Level, axis: int) -> Sloped:
-    along = np.where(level.outer, level.points_mm[:, axis], np.nan)
-    low, high = int(np.nanargmin(along)), int(np.nanargmax(along))
-    slopes = np.zeros_like(level.points_mm)
-    slopes[low, axis], slopes[high, axis] = -1.0, 1.0
-    return Sloped(float(along[high] - along[low]), slopes)
-
-
-def _through(level: Level, axis: int) -> Sloped | None:
-    """Between the outermost crossings of the outlines with the line through x = y = 0."""
-    along, across = level.points_mm[:, axis], level.points_mm[:, 1 - axis]
-    astride = np.flatnonzero(level.outer & ((across > 0) != (across[level.after] > 0)))
-    if not len(astride):
-        return None
-    after = level.after[astride]
-    rise = across[after] - across[astride]
-    share = -across[astride] / rise
-    places = along[astride] + share * (along[after] - along[astride])
-    if not places.min() < 0 < places.max():
-        return None
-    slopes = np.zeros_like(level.points_mm)
-    for k, sign in ((int(places.argmin()), -1.0), (int(places.argmax()), 1.0)):
-        lean = (along[after[k]] - along[astride[k]]) / rise[k]
-        for point, part in ((astride[k], 1 - share[k]), (after[k], share[k])):
-            slopes[point, axis] += sign * part
-            slopes[point, 1 - axis] -= sign * part * lean
-    return Sloped(float(places.max() - places.min()), slopes)
-
-
-MEASURES: dict[str, Measure] = {
-    "contour_mm": contour_mm,
-    "tape_mm": tape_mm,
-    "ml_mm": ml_mm,
-    "ap_mm": ap_mm,
-    "ml_through_mm": ml_through_mm,
-    "ap_through_mm": ap_through_mm,
-    "area_mm2": area_mm2,
-    "radius_mm": radius_mm,
-}
-"""Everything that is measured at a level, by its name in tables."""
-
-
-DISTAL_END, PROXIMAL_END = -np.inf, np.inf
-"""Heights that stand for the ends of a closed surface."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -444,6 +298,28 @@ class Volumes:
             )
 
 
+def level_at(mesh_in_limb: Mesh, height_mm: float) -> Level:
+    """The cut at one height.
+
+    Raises:
+        MeasureError: the plane misses the limb, runs into its open brim, or the loops contradict
+            each other.
+    """
+    (level,) = levels_at(mesh_in_limb, [height_mm])
+    if isinstance(level, Refused):
+        raise MeasureError(level.reason)
+    return level
+
+
+def levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
+    """The cut at each height, in the order asked: as many answers as heights."""
+    by_height: dict[float, list[Section]] = {float(height): [] for height in heights_mm}
+    for section in cut(mesh_in_limb, [h for h in by_height if np.isfinite(h)]):
+        by_height[section.offset_mm].append(section)
+    levels = {h: _level(mesh_in_limb, h, sections) for h, sections in by_height.items()}
+    return tuple(levels[float(height)] for height in heights_mm)
+
+
 def parts_below(
     heights: Float64[np.ndarray, "f 3"], height_mm: float
 ) -> Float64[np.ndarray, "f 3"]:
@@ -471,3 +347,120 @@ def parts_below(
 
 def _end(height_mm: float) -> str:
     return f"{height_mm:.2f} mm" if np.isfinite(height_mm) else "the end"
+
+
+def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Refused:
+    if not sections:
+        low, high = (
+            float(end) for end in (mesh.vertices_mm[:, 2].min(), mesh.vertices_mm[:, 2].max())
+        )
+        return Refused(
+            height_mm,
+            f"The plane at {height_mm:.2f} mm misses the limb, which reaches from {low:.2f} to "
+            f"{high:.2f} mm. Choose a height between them.",
+        )
+    if not all(section.closed for section in sections):
+        return Refused(
+            height_mm,
+            f"The plane at {height_mm:.2f} mm runs into an open edge of the surface, the brim or a "
+            "hole: there is no whole girth. Choose a height that is clear of it, or fill the hole.",
+        )
+    up = np.array([0.0, 0.0, 1.0])
+    sections = [section for section in sections if abs(section.area_mm2(up)) > _LEAST_AREA_MM2]
+    if not sections:
+        return Refused(
+            height_mm,
+            f"The plane at {height_mm:.2f} mm only touches the limb. Choose a height inside it.",
+        )
+    rings = [section.points_mm[:, :2] for section in sections]
+    depth = np.array([sum(_holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
+    outward = np.array([section.area_mm2(up) > 0 for section in sections])
+    if (outward != (depth % 2 == 0)).any():
+        return Refused(
+            height_mm,
+            f"At {height_mm:.2f} mm the surface cuts through itself or is partly inside out: its "
+            f"{len(rings)} loops do not lie in each other as outlines and hollows. Repair the "
+            "shape, or choose another height.",
+        )
+    crumbs = _crumbs(sections, rings, depth)
+    keep = np.flatnonzero(~crumbs).tolist()
+    sections, rings, depth = [sections[k] for k in keep], [rings[k] for k in keep], depth[keep]
+    sizes = [len(ring) for ring in rings]
+    starts = np.cumsum([0, *sizes[:-1]])
+    after = np.concatenate([start + np.roll(np.arange(n), -1) for start, n in zip(starts, sizes)])
+    return Level(
+        height_mm=height_mm,
+        left_out=int(crumbs.sum()),
+        points_mm=np.concatenate(rings),
+        after=after,
+        loop=np.repeat(np.arange(len(rings)), sizes),
+        depth=depth,
+        crossed=np.concatenate([section.crossed for section in sections]),
+        shares=np.concatenate([section.shares for section in sections]),
+    )
+
+
+def _holds(ring: Points2, point: Float64[np.ndarray, "2"]) -> bool:
+    """Whether a point lies inside a ring: a ray to +x crosses it an odd number of times."""
+    (x, y), (x_next, y_next) = (ring - point).T, (np.roll(ring, -1, axis=0) - point).T
+    astride = (y > 0) != (y_next > 0)
+    rise = np.where(astride, y_next - y, 1.0)
+    return bool(((x - y * (x_next - x) / rise > 0) & astride).sum() % 2)
+
+
+def _crumbs(
+    sections: list[Section], rings: list[Points2], depth: Int64[np.ndarray, " l"]
+) -> Bool[np.ndarray, " l"]:
+    """Outlines too small to be the limb, and what lies in them."""
+    up = np.array([0.0, 0.0, 1.0])
+    areas = np.array([abs(section.area_mm2(up)) for section in sections])
+    crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
+    for k in np.flatnonzero(crumbs):
+        crumbs |= np.array([_holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)
+    return crumbs
+
+
+def _around(
+    level: Level,
+    ids: Int64[np.ndarray, " k"],
+    after: Int64[np.ndarray, " k"],
+) -> Sloped:
+    """Length of the pieces that join points to their followers."""
+    steps = level.points_mm[after] - level.points_mm[ids]
+    lengths = np.linalg.norm(steps, axis=1)
+    along = steps / np.maximum(lengths, 1e-300)[:, None]
+    slopes = np.zeros_like(level.points_mm)
+    slopes[after] += along
+    slopes[ids] -= along
+    along_mm = np.bincount(ids, lengths / 2, len(slopes))
+    along_mm += np.bincount(after, lengths / 2, len(slopes))
+    return Sloped(float(lengths.sum()), slopes, along_mm)
+
+
+def _caliper(level: Level, axis: int) -> Sloped:
+    along = np.where(level.outer, level.points_mm[:, axis], np.nan)
+    low, high = int(np.nanargmin(along)), int(np.nanargmax(along))
+    slopes = np.zeros_like(level.points_mm)
+    slopes[low, axis], slopes[high, axis] = -1.0, 1.0
+    return Sloped(float(along[high] - along[low]), slopes)
+
+
+def _through(level: Level, axis: int) -> Sloped | None:
+    """Between the outermost crossings of the outlines with the line through x = y = 0."""
+    along, across = level.points_mm[:, axis], level.points_mm[:, 1 - axis]
+    astride = np.flatnonzero(level.outer & ((across > 0) != (across[level.after] > 0)))
+    if not len(astride):
+        return None
+    after = level.after[astride]
+    rise = across[after] - across[astride]
+    share = -across[astride] / rise
+    places = along[astride] + share * (along[after] - along[astride])
+    if not places.min() < 0 < places.max():
+        return None
+    slopes = np.zeros_like(level.points_mm)
+    for k, sign in ((int(places.argmin()), -1.0), (int(places.argmax()), 1.0)):
+        lean = (along[after[k]] - along[astride[k]]) / rise[k]
+        for point, part in ((astride[k], 1 - share[k]), (after[k], share[k])):
+            slopes[point, axis] += sign * part
+            slopes[point, 1 - axis] -= sign * part * lean
+    return Sloped(float(places.max() - places.min()), slopes)

@@ -1,11 +1,10 @@
-"""Skins: the inside of a wall, such as a socket's, as a shape of its own.
+"""Skins: the surface that is measured: the inside of a wall, or what lies under a sock.
 
 Cut across, a wall that goes all round has an outline and, in it, the rim of a hollow. The triangles
 whose cuts are such rims are the inside; turned over, they are the shape that the wall would hold,
 and are measured like a limb: girths, widths, and the volume between levels. Where the wall is open
-on a side, as a half shell is, the plane shows no hollow, and there is no inner girth.
-
-The sock: its thickness is taken off before anything is measured on the skin.
+on a side, as a half shell is, the plane shows no hollow, and there is no inner girth. A sock's
+thickness is taken off before anything is measured on the skin.
 """
 
 from collections.abc import Sequence
@@ -72,6 +71,36 @@ def is_two_skinned(levels: Sequence[Level]) -> bool:
     return bool(levels) and hollow >= _WALL_SHARE * len(levels)
 
 
+def without_sock(limb: Limb, sock_mm: float) -> Limb:
+    """The limb with the surface moved inwards by the sock; landmarks go along.
+
+    What was taken off before counts: asking for the same sock again changes nothing.
+
+    Raises:
+        OptionsError: a thickness that no sock has, or less than was taken off already.
+        EditError: the surface would cut through itself.
+    """
+    if not 0 <= sock_mm <= THICKEST_SOCK_MM:
+        raise OptionsError(
+            f"A sock of {sock_mm:g} mm cannot be. Give its thickness as worn, in millimetres: "
+            "about 0.3 for a nylon sheath, 2.3 for a thick terry sock."
+        )
+    if sock_mm < limb.sock_mm:
+        raise OptionsError(
+            f"{limb.sock_mm:g} mm of sock were taken off this surface already; {sock_mm:g} mm is "
+            "asked for now. Leave --sock out, or start from the scan."
+        )
+    if sock_mm == limb.sock_mm:
+        return limb
+    mesh = offset(limb.mesh, limb.sock_mm - sock_mm)
+    marks = limb.landmarks
+    if marks:
+        tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+        places = tree.closest(np.stack([mark.position_mm for mark in marks])).points_mm
+        marks = tuple(replace(mark, position_mm=place.copy()) for mark, place in zip(marks, places))
+    return replace(limb, mesh=mesh, landmarks=marks, sock_mm=sock_mm)
+
+
 def _inner_vertices(mesh: Mesh) -> Bool[np.ndarray, " n"]:
     """Vertices of the insides of hollows."""
     z = mesh.vertices_mm[:, 2]
@@ -119,33 +148,3 @@ def _areas_mm2(level: Level) -> Float64[np.ndarray, " l"]:
     after = level.after
     parts = np.bincount(level.loop, x * y[after] - x[after] * y, len(level.depth))
     return np.abs(parts) / 2
-
-
-def without_sock(limb: Limb, sock_mm: float) -> Limb:
-    """The limb with the surface moved inwards by the sock; landmarks go along.
-
-    What was taken off before counts: asking for the same sock again changes nothing.
-
-    Raises:
-        OptionsError: a thickness that no sock has, or less than was taken off already.
-        EditError: the surface would cut through itself.
-    """
-    if not 0 <= sock_mm <= THICKEST_SOCK_MM:
-        raise OptionsError(
-            f"A sock of {sock_mm:g} mm cannot be. Give its thickness as worn, in millimetres: "
-            "about 0.3 for a nylon sheath, 2.3 for a thick terry sock."
-        )
-    if sock_mm < limb.sock_mm:
-        raise OptionsError(
-            f"{limb.sock_mm:g} mm of sock were taken off this surface already; {sock_mm:g} mm is "
-            "asked for now. Leave --sock out, or start from the scan."
-        )
-    if sock_mm == limb.sock_mm:
-        return limb
-    mesh = offset(limb.mesh, limb.sock_mm - sock_mm)
-    marks = limb.landmarks
-    if marks:
-        tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
-        places = tree.closest(np.stack([mark.position_mm for mark in marks])).points_mm
-        marks = tuple(replace(mark, position_mm=place.copy()) for mark, place in zip(marks, places))
-    return replace(limb, mesh=mesh, landmarks=marks, sock_mm=sock_mm)

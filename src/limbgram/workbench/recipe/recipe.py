@@ -1,16 +1,16 @@
-"""The recipe: an ordered list of edits, each switched on or off, made for one scan.
+"""The recipe: an ordered list of edits, each switched on or off, made for one scan, and its replay.
 
 A recipe is a value. Adding, undoing, moving and switching give another recipe; the scan itself is
 never changed. Numbers of edits count from 1, as people do.
 
-Replay: a recipe done to a limb, with the ledger of what each edit did.
-
-The same recipe on the same limb gives the same bytes, whenever and on however many threads. Bodies
-inside the limb, such as bones, take no part and are left out first: edits would push them into its
-skin. So are loose bodies beside it.
-
-What presses on a sensitive place, or goes unusually deep, is marked in the ledger, and refused
-unless the recipe accepts it; a record of what was done is made by `replay_as_it_is`.
+In      a Recipe and a Limb.
+Out     the Limb after the edits that are on, and the ledger of what each of them did.
+Method  The same recipe on the same limb gives the same bytes, whenever and on however many threads.
+        Bodies inside the limb, such as bones, take no part and are left out first: edits would push
+        them into its skin. So are loose bodies beside it.
+Fails   EditError: an edit is refused, or presses on a sensitive place or goes unusually deep and
+        the recipe does not accept that. For a record of what was done, `replay_as_it_is` only marks
+        it in the ledger.
 """
 
 from collections.abc import Sequence
@@ -64,6 +64,94 @@ class Recipe:
     entries: tuple[Entry, ...] = ()
     notes: tuple[str, ...] = field(default=(), compare=False)
     """What was odd about its file and how it was taken; no part of what is written."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replayed:
+    """What a recipe made of a limb."""
+
+    limb: Limb
+    ledger: Ledger
+
+
+def replay(recipe: Recipe, limb: Limb) -> Replayed:
+    """Do the edits that are switched on, in order.
+
+    Raises:
+        EditError: an edit was refused, or needs a word that the recipe does not say; the message
+            says which.
+    """
+    for number, entry in enumerate(recipe.entries, start=1):
+        if entry.on:
+            _require(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
+    done = replay_as_it_is(recipe, limb)
+    for line in done.ledger.lines:
+        _require(line.number, recipe.entries[line.number - 1], line.concerns)
+    return done
+
+
+def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
+    """The same, whatever the recipe accepts: for the record of what was done.
+
+    Raises:
+        EditError: an edit was refused; the message says which.
+    """
+    limb = outside_of(limb, as_bones=True)
+    levels = choose_levels(limb)
+    lines: list[Line] = []
+    figures = figures_of(limb, levels)
+    start, places = limb, dict[str, float]()
+    walled: Wall | None = None
+    for number, entry in enumerate(track(recipe.entries), start=1):
+        if not entry.on:
+            continue
+        try:
+            after = do_edit(limb, entry.edit)
+            if walled is not None:
+                require_thickness_kept(walled, wall_of(after.mesh))
+        except EditError as error:
+            raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
+        walled = entry.edit if isinstance(entry.edit, Wall) else walled
+        gained = figures_of(after, levels)
+        found = AtPlaces(pressures=(), shifts_mm={})
+        reach_mm = (0.0, 0.0)
+        if entry.edit.effect.presses:
+            found = at_places(limb, after)
+            for name, moved_mm in found.shifts_mm.items():
+                places[name] = places.get(name, 0.0) + moved_mm
+        if isinstance(entry.edit, Load | Relieve):
+            reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
+        start = _start_after(entry.edit, start, limb, after)
+        reports = entry.edit.effect.reports_displacement
+        moved = displacement_between(limb.mesh, after.mesh) if reports else None
+        lines.append(
+            Line(
+                number=number,
+                edit=described(entry),
+                before=figures,
+                after=gained,
+                displacement=moved,
+                told=after.notes[len(limb.notes) :],
+                concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+            )
+        )
+        limb, figures = after, gained
+    ledger = Ledger(levels_mm=levels, lines=tuple(lines), places_mm=places)
+    return Replayed(limb=limb, ledger=ledger)
+
+
+def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:
+    """Refuse a scan that the recipe was not made for.
+
+    Raises:
+        OptionsError: the hash of the scan's file is another.
+    """
+    if recipe.scan_sha256 and recipe.scan_sha256 != scan_sha256:
+        raise OptionsError(
+            f'The recipe "{recipe.name}" was made for another file than {scan_name} as it is now. '
+            "Its places may lie elsewhere on this one. Take the scan it was made for, or say "
+            "--other-scan if you have checked that they fit."
+        )
 
 
 def added(recipe: Recipe, edit: Edit, at: int | None = None, accept: Sequence[str] = ()) -> Recipe:
@@ -157,6 +245,22 @@ def described(entry: Entry) -> str:
     return f"{name_of(type(entry.edit))}{off}: {', '.join(given)}{meant}"
 
 
+def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
+    how = f"`limbgram edit accept RECIPE {number}`"
+    require_accepted(concerns, f"Edit {number} ({described(entry)})", how)
+
+
+def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
+    """The skin from which depths count: without its sock, on the side that it has now."""
+    match edit.effect.start:
+        case "stays":
+            return start
+        case "follows":
+            return after if start is before else do_edit(start, edit)
+        case "anew":
+            return after
+
+
 def _entry(recipe: Recipe, number: int) -> Entry:
     if not 1 <= number <= len(recipe.entries):
         raise OptionsError(f"The recipe has edits 1 to {len(recipe.entries)}; none is {number}.")
@@ -203,107 +307,3 @@ def _text_of(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Replayed:
-    """What a recipe made of a limb."""
-
-    limb: Limb
-    ledger: Ledger
-
-
-def replay(recipe: Recipe, limb: Limb) -> Replayed:
-    """Do the edits that are switched on, in order.
-
-    Raises:
-        EditError: an edit was refused, or needs a word that the recipe does not say; the message
-            says which.
-    """
-    for number, entry in enumerate(recipe.entries, start=1):
-        if entry.on:
-            _require(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
-    done = replay_as_it_is(recipe, limb)
-    for line in done.ledger.lines:
-        _require(line.number, recipe.entries[line.number - 1], line.concerns)
-    return done
-
-
-def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
-    """The same, whatever the recipe accepts: for the record of what was done.
-
-    Raises:
-        EditError: an edit was refused; the message says which.
-    """
-    limb = outside_of(limb, as_bones=True)
-    levels = choose_levels(limb)
-    lines: list[Line] = []
-    figures = figures_of(limb, levels)
-    start, places = limb, dict[str, float]()
-    walled: Wall | None = None
-    for number, entry in enumerate(track(recipe.entries), start=1):
-        if not entry.on:
-            continue
-        try:
-            after = do_edit(limb, entry.edit)
-            if walled is not None:
-                require_thickness_kept(walled, wall_of(after.mesh))
-        except EditError as error:
-            raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
-        walled = entry.edit if isinstance(entry.edit, Wall) else walled
-        gained = figures_of(after, levels)
-        found = AtPlaces(pressures=(), shifts_mm={})
-        reach_mm = (0.0, 0.0)
-        if entry.edit.effect.presses:
-            found = at_places(limb, after)
-            for name, moved_mm in found.shifts_mm.items():
-                places[name] = places.get(name, 0.0) + moved_mm
-        if isinstance(entry.edit, Load | Relieve):
-            reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
-        start = _start_after(entry.edit, start, limb, after)
-        reports = entry.edit.effect.reports_displacement
-        moved = displacement_between(limb.mesh, after.mesh) if reports else None
-        lines.append(
-            Line(
-                number=number,
-                edit=described(entry),
-                before=figures,
-                after=gained,
-                displacement=moved,
-                told=after.notes[len(limb.notes) :],
-                concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
-            )
-        )
-        limb, figures = after, gained
-    ledger = Ledger(levels_mm=levels, lines=tuple(lines), places_mm=places)
-    return Replayed(limb=limb, ledger=ledger)
-
-
-def _require(number: int, entry: Entry, concerns: tuple[Concern, ...]) -> None:
-    how = f"`limbgram edit accept RECIPE {number}`"
-    require_accepted(concerns, f"Edit {number} ({described(entry)})", how)
-
-
-def _start_after(edit: Edit, start: Limb, before: Limb, after: Limb) -> Limb:
-    """The skin from which depths count: without its sock, on the side that it has now."""
-    match edit.effect.start:
-        case "stays":
-            return start
-        case "follows":
-            return after if start is before else do_edit(start, edit)
-        case "anew":
-            return after
-
-
-def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:
-    """Refuse a scan that the recipe was not made for.
-
-    Raises:
-        OptionsError: the hash of the scan's file is another.
-    """
-    if recipe.scan_sha256 and recipe.scan_sha256 != scan_sha256:
-        raise OptionsError(
-            f'The recipe "{recipe.name}" was made for another file than {scan_name} as it is now. '
-            "Its places may lie elsewhere on this one. Take the scan it was made for, or say "
-            "--other-scan if you have checked that they fit."
-        )

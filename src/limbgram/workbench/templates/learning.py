@@ -1,25 +1,15 @@
-"""Displacements: how far along its normals a shape was moved by a rectification.
-
-In      a pair of Limbs, before and after.
-Out     places on the before and their displacements, with how the after was laid on it.
-Method  rays along the normals to the after, by Newton's steps on its nearest triangles.
-
-Significance: where a mean over few pairs is more than their differences make by chance.
-
-In      fields (h a) of the pairs on one chart, NaN where a pair knows nothing.
-Out     robust mean and spread of each node; the nodes where all pairs did alike.
-Method  the mean over its standard error is held against what it comes to where nothing was done:
-        on fields drawn at random, as rough as what the pairs differ by. No table of Student's
-        fits: the mean is robust, spreads are pooled over nodes, and neighbours are alike. False
-        discoveries by Benjamini and Hochberg (1995), at a level at which drawn limbs, in which
-        every discovery is false, have any no more often than asked.
-
-Learning: the clinic's own rectification, from shapes before and after it.
+"""Learning: the clinic's own rectification, from shapes before and after it.
 
 In      pairs of Limbs: before (aligned, with landmarks) and after.
 Out     a Template.
-Method  lay the after on the before; displacement along the before's normals; all on one chart;
-        robust mean and spread over the pairs; kept where it is significant and not negligible.
+Method  The after is laid on the before. Rays along the before's normals meet the after, by Newton's
+        steps on its nearest triangles; the displacements of all pairs come on one chart. Kept are a
+        robust mean and spread over the pairs, where the mean is significant and not negligible: the
+        mean over its standard error is held against what it comes to where nothing was done, on
+        fields drawn at random, as rough as what the pairs differ by. No table of Student's fits:
+        the mean is robust, spreads are pooled over nodes, and neighbours are alike. False
+        discoveries are held down by Benjamini and Hochberg (1995), at a level at which drawn limbs,
+        in which every discovery is false, have any no more often than asked.
 Fails   MeasureError: a pair without frame or shared landmark. OptionsError: sides mixed.
 """
 
@@ -51,14 +41,19 @@ _STEEPEST = 0.3
 _MOST_MM, _MOST_RMS_MM = 15.0, 5.0
 """A rectification moves no finger tip of a limb by more, nor the whole of it (root mean square)."""
 _NEARLY_ALL = 0.995
-
-
-@dataclass(frozen=True, kw_only=True)
-class Pair:
-    """A shape before and after a rectification."""
-
-    before: Limb
-    after: Limb
+Fields = Float64[np.ndarray, "p h a"]
+_HUBER = 1.5
+_ROUNDS = 20
+_SMALLEST_SPREAD_MM = 0.02
+_POOLED_NODES = 1.5
+_DRAWN = 150
+"""Limbs to which nothing was done; their nodes together tell small chances."""
+_SEED = 1995
+_SOFT_NODES = 0.7
+_PAD = 8
+_TOP = 1.6
+_DECIMALS = 2
+"""Of displacements, as the file keeps them: one from a file is the one that was learned."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +73,17 @@ class LearnOptions:
     """Larger displacements are no rectification."""
 
 
+DEFAULTS = LearnOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A shape before and after a rectification."""
+
+    before: Limb
+    after: Limb
+
+
 @dataclass(frozen=True, kw_only=True)
 class Displacements:
     """Of n places."""
@@ -87,177 +93,6 @@ class Displacements:
     moved_mm: Float64[np.ndarray, " n"]
     """Along its normals, positive outwards."""
     alignment: Alignment
-
-
-def displacements(pair: Pair, options: LearnOptions) -> Displacements:
-    """Where the after lies off the before."""
-    before = pair.before
-    axes = axes_of(before)
-    alignment = lay(before, pair.after, axes, options.registration)
-    brim_mm = options.registration.brim_mm
-    placed = in_limb_frame(pair.after.mesh, alignment.first_from_second)
-    ground = Ground.of(placed, brim_mm)
-    samples = sample_evenly(before.mesh, _SAMPLES)
-    moved = np.zeros(len(samples.points_mm))
-    active = np.arange(len(moved))
-    for _ in range(_STEPS):
-        normals = samples.normals[active]
-        there = samples.points_mm[active] + moved[active, None] * normals
-        found = ground.counterparts(there)
-        lean = np.einsum("nc,nc->n", normals, found.flat_normals)
-        gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
-        step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
-        moved[active] += step
-        active = active[np.abs(step) > _CONVERGED_MM]
-    found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
-    met = np.abs(found.signed_mm) < _MET_MM
-    own = measured_faces(before.mesh, brim_mm)[samples.faces]
-    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
-    return Displacements(
-        points_mm=axes.limb_from_mesh.apply(samples.points_mm[good]),
-        moved_mm=moved[good],
-        alignment=alignment,
-    )
-
-
-def about_pair(pair: Pair, move: Displacements) -> tuple[str, ...]:
-    """How the pair was laid, and whether what differs can be a rectification at all."""
-    name = f"{pair.before.name or 'before'} to {pair.after.name or 'after'}"
-    notes = [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
-    most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
-    rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
-    if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
-        notes.append(
-            f"{name}: the shapes differ by {move.moved_mm.min():+.1f} to "
-            f"{move.moved_mm.max():+.1f} mm, {rms_mm:.1f} mm RMS. That is more than a "
-            f"rectification does ({_MOST_MM:g} mm at a place, {_MOST_RMS_MM:g} mm RMS): they look "
-            "like two limbs, or lie wrongly on each other. Do not use this template before you "
-            "know why."
-        )
-    return tuple(notes)
-
-
-Fields = Float64[np.ndarray, "p h a"]
-
-_HUBER = 1.5
-_ROUNDS = 20
-_SMALLEST_SPREAD_MM = 0.02
-_POOLED_NODES = 1.5
-_DRAWN = 150
-"""Limbs to which nothing was done; their nodes together tell small chances."""
-_SEED = 1995
-_SOFT_NODES = 0.7
-_PAD = 8
-
-
-def robust(fields: Fields) -> tuple[Field, Field]:
-    """Huber's mean over the pairs, and their standard deviation, pooled with near nodes."""
-    known = np.isfinite(fields)
-    count = known.sum(0)
-    filled = np.where(known, fields, 0.0)
-    centre = _median(fields, count)
-    scale = 1.4826 * _median(np.abs(fields - centre), count)
-    scale = np.maximum(scale, _SMALLEST_SPREAD_MM)
-    weights = known.astype(float)
-    for _ in range(_ROUNDS):
-        size = np.maximum(np.abs(filled - centre), 1e-12)
-        weights = np.where(known, np.minimum(1.0, _HUBER * scale / size), 0.0)
-        centre = (weights * filled).sum(0) / np.maximum(weights.sum(0), 1e-12)
-    square = (weights * (filled - centre) ** 2).sum(0) / np.maximum(weights.sum(0), 1e-12)
-    square *= count / np.maximum(count - 1, 1)
-    several = (count >= 2).astype(float)
-    pooled = _blurred(square * several, _POOLED_NODES) / np.maximum(
-        _blurred(several, _POOLED_NODES), 1e-12
-    )
-    spread = np.where(count >= 2, np.maximum(np.sqrt(pooled), _SMALLEST_SPREAD_MM), np.nan)
-    return np.where(count > 0, centre, np.nan), spread
-
-
-def found_alike(fields: Fields, false_share: float) -> Bool[np.ndarray, "h a"]:
-    """Nodes whose mean is more than chance; of one pair alone, every node that it knows."""
-    tested = np.isfinite(fields).sum(0) >= 2
-    if not tested.any():
-        return np.asarray(np.isfinite(fields).any(0))
-    drawn = np.stack([np.sort(_ratios(some)[tested]) for some in _drawn(fields)])
-    by_chance = np.sort(drawn, axis=None)
-    chance = _chances(_ratios(fields)[tested], by_chance)
-    least = np.array([_simes(np.sort(_chances(one, by_chance))) for one in drawn])
-    level = min(false_share, float(np.quantile(least, false_share)))
-    order = np.sort(chance)
-    passed = order[order <= level * np.arange(1, len(order) + 1) / len(order)]
-    kept = np.zeros(tested.shape)
-    kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
-    return _wrapped(median_filter(_padded(kept), 3)) > 0
-
-
-def softened(kept: Bool[np.ndarray, "h a"]) -> Field:
-    """1 well within what is kept, 0 well outside, and no step between."""
-    return _blurred(kept.astype(float), _SOFT_NODES)
-
-
-def _median(fields: Fields, count: Int64[np.ndarray, "h a"]) -> Field:
-    """Of what is known; 0 where nothing is."""
-    order = np.sort(fields, axis=0)  # NaN comes last
-    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(fields) - 1)
-    middle = [np.take_along_axis(order, place[None], axis=0)[0] for place in (low, high)]
-    return np.nan_to_num((middle[0] + middle[1]) / 2)
-
-
-def _ratios(fields: Fields) -> Field:
-    """The mean in standard errors, without sign."""
-    mean, spread = robust(fields)
-    return np.abs(mean) / spread * np.sqrt(np.isfinite(fields).sum(0))
-
-
-def _drawn(fields: Fields) -> Iterator[Fields]:
-    """Limbs to which nothing was done alike, each of as many pairs, that know what these know.
-
-    Each is what the pairs differ by, mixed at random and turned at random round the limb wave by
-    wave: every height stays as rough as it is, and goes on into the next as it does.
-    """
-    known = np.isfinite(fields)
-    mean = np.where(known, fields, 0.0).sum(0) / np.maximum(known.sum(0), 1)
-    waves = np.fft.rfft(np.where(known, fields - mean, 0.0), axis=2)
-    pairs, _, columns = fields.shape
-    dice = np.random.default_rng(_SEED)
-    for _ in range(_DRAWN):
-        noise = np.fft.rfft(dice.normal(size=(pairs, pairs, columns)), axis=2)
-        mixed = np.einsum("pqm,qhm->phm", noise, waves) / np.sqrt(columns * max(pairs - 1, 1))
-        yield np.where(known, np.fft.irfft(mixed, n=columns, axis=2), np.nan)
-
-
-def _chances(
-    ratios: Float64[np.ndarray, " n"], by_chance: Float64[np.ndarray, " m"]
-) -> Float64[np.ndarray, " n"]:
-    """Share of the drawn ratios that are as large."""
-    larger = len(by_chance) - np.searchsorted(by_chance, ratios, side="left")
-    return (larger + 1.0) / (len(by_chance) + 1)
-
-
-def _simes(order: Float64[np.ndarray, " n"]) -> float:
-    """Level at which the first false discovery would be made."""
-    return float((order * len(order) / np.arange(1, len(order) + 1)).min())
-
-
-def _blurred(values: Field, nodes: float) -> Field:
-    return _wrapped(gaussian_filter(_padded(values), nodes))
-
-
-def _padded(values: Field) -> Float64[np.ndarray, "padded_h padded_a"]:
-    """The first row goes on below and the last above; columns go on round the limb."""
-    return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
-
-
-def _wrapped(padded: Field) -> Float64[np.ndarray, "inner_h inner_a"]:
-    return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
-
-
-_TOP = 1.6
-_DECIMALS = 2
-"""Of displacements, as the file keeps them: one from a file is the one that was learned."""
-
-
-DEFAULTS = LearnOptions()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -318,6 +153,99 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
     )
     notes = [note for pair, move in zip(pairs, moves) for note in about_pair(pair, move)]
     return Learned(template=template, notes=tuple(notes))
+
+
+def displacements(pair: Pair, options: LearnOptions) -> Displacements:
+    """Where the after lies off the before."""
+    before = pair.before
+    axes = axes_of(before)
+    alignment = lay(before, pair.after, axes, options.registration)
+    brim_mm = options.registration.brim_mm
+    placed = in_limb_frame(pair.after.mesh, alignment.first_from_second)
+    ground = Ground.of(placed, brim_mm)
+    samples = sample_evenly(before.mesh, _SAMPLES)
+    moved = np.zeros(len(samples.points_mm))
+    active = np.arange(len(moved))
+    for _ in range(_STEPS):
+        normals = samples.normals[active]
+        there = samples.points_mm[active] + moved[active, None] * normals
+        found = ground.counterparts(there)
+        lean = np.einsum("nc,nc->n", normals, found.flat_normals)
+        gap = np.einsum("nc,nc->n", found.points_mm - there, found.flat_normals)
+        step = gap / np.where(np.abs(lean) < _STEEPEST, np.inf, lean)
+        moved[active] += step
+        active = active[np.abs(step) > _CONVERGED_MM]
+    found = ground.counterparts(samples.points_mm + moved[:, None] * samples.normals)
+    met = np.abs(found.signed_mm) < _MET_MM
+    own = measured_faces(before.mesh, brim_mm)[samples.faces]
+    good = met & own & ~found.at_brim & found.measured & (np.abs(moved) < options.farthest_mm)
+    return Displacements(
+        points_mm=axes.limb_from_mesh.apply(samples.points_mm[good]),
+        moved_mm=moved[good],
+        alignment=alignment,
+    )
+
+
+def about_pair(pair: Pair, move: Displacements) -> tuple[str, ...]:
+    """How the pair was laid, and whether what differs can be a rectification at all."""
+    name = f"{pair.before.name or 'before'} to {pair.after.name or 'after'}"
+    notes = [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
+    most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
+    rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
+    if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:
+        notes.append(
+            f"{name}: the shapes differ by {move.moved_mm.min():+.1f} to "
+            f"{move.moved_mm.max():+.1f} mm, {rms_mm:.1f} mm RMS. That is more than a "
+            f"rectification does ({_MOST_MM:g} mm at a place, {_MOST_RMS_MM:g} mm RMS): they look "
+            "like two limbs, or lie wrongly on each other. Do not use this template before you "
+            "know why."
+        )
+    return tuple(notes)
+
+
+def robust(fields: Fields) -> tuple[Field, Field]:
+    """Huber's mean over the pairs, and their standard deviation, pooled with near nodes."""
+    known = np.isfinite(fields)
+    count = known.sum(0)
+    filled = np.where(known, fields, 0.0)
+    centre = _median(fields, count)
+    scale = 1.4826 * _median(np.abs(fields - centre), count)
+    scale = np.maximum(scale, _SMALLEST_SPREAD_MM)
+    weights = known.astype(float)
+    for _ in range(_ROUNDS):
+        size = np.maximum(np.abs(filled - centre), 1e-12)
+        weights = np.where(known, np.minimum(1.0, _HUBER * scale / size), 0.0)
+        centre = (weights * filled).sum(0) / np.maximum(weights.sum(0), 1e-12)
+    square = (weights * (filled - centre) ** 2).sum(0) / np.maximum(weights.sum(0), 1e-12)
+    square *= count / np.maximum(count - 1, 1)
+    several = (count >= 2).astype(float)
+    pooled = _blurred(square * several, _POOLED_NODES) / np.maximum(
+        _blurred(several, _POOLED_NODES), 1e-12
+    )
+    spread = np.where(count >= 2, np.maximum(np.sqrt(pooled), _SMALLEST_SPREAD_MM), np.nan)
+    return np.where(count > 0, centre, np.nan), spread
+
+
+def found_alike(fields: Fields, false_share: float) -> Bool[np.ndarray, "h a"]:
+    """Nodes whose mean is more than chance; of one pair alone, every node that it knows."""
+    tested = np.isfinite(fields).sum(0) >= 2
+    if not tested.any():
+        return np.asarray(np.isfinite(fields).any(0))
+    drawn = np.stack([np.sort(_ratios(some)[tested]) for some in _drawn(fields)])
+    by_chance = np.sort(drawn, axis=None)
+    chance = _chances(_ratios(fields)[tested], by_chance)
+    least = np.array([_simes(np.sort(_chances(one, by_chance))) for one in drawn])
+    level = min(false_share, float(np.quantile(least, false_share)))
+    order = np.sort(chance)
+    passed = order[order <= level * np.arange(1, len(order) + 1) / len(order)]
+    kept = np.zeros(tested.shape)
+    kept[tested] = chance <= (passed.max() if len(passed) else -1.0)
+    return _wrapped(median_filter(_padded(kept), 3)) > 0
+
+
+def softened(kept: Bool[np.ndarray, "h a"]) -> Field:
+    """1 well within what is kept, 0 well outside, and no step between."""
+    return _blurred(kept.astype(float), _SOFT_NODES)
 
 
 def _require_one_side(pair: Pair) -> None:
@@ -392,3 +320,60 @@ def _nothing_kept(mean: Field, spread: Field, pairs: int, options: LearnOptions)
         "landmarks stand at the same places on all limbs and that the right shapes are paired, or "
         "learn from more pairs."
     )
+
+
+def _median(fields: Fields, count: Int64[np.ndarray, "h a"]) -> Field:
+    """Of what is known; 0 where nothing is."""
+    order = np.sort(fields, axis=0)  # NaN comes last
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(fields) - 1)
+    middle = [np.take_along_axis(order, place[None], axis=0)[0] for place in (low, high)]
+    return np.nan_to_num((middle[0] + middle[1]) / 2)
+
+
+def _blurred(values: Field, nodes: float) -> Field:
+    return _wrapped(gaussian_filter(_padded(values), nodes))
+
+
+def _wrapped(padded: Field) -> Float64[np.ndarray, "inner_h inner_a"]:
+    return np.asarray(padded)[_PAD:-_PAD, _PAD:-_PAD]
+
+
+def _padded(values: Field) -> Float64[np.ndarray, "padded_h padded_a"]:
+    """The first row goes on below and the last above; columns go on round the limb."""
+    return np.pad(np.pad(values, ((_PAD, _PAD), (0, 0)), "edge"), ((0, 0), (_PAD, _PAD)), "wrap")
+
+
+def _ratios(fields: Fields) -> Field:
+    """The mean in standard errors, without sign."""
+    mean, spread = robust(fields)
+    return np.abs(mean) / spread * np.sqrt(np.isfinite(fields).sum(0))
+
+
+def _drawn(fields: Fields) -> Iterator[Fields]:
+    """Limbs to which nothing was done alike, each of as many pairs, that know what these know.
+
+    Each is what the pairs differ by, mixed at random and turned at random round the limb wave by
+    wave: every height stays as rough as it is, and goes on into the next as it does.
+    """
+    known = np.isfinite(fields)
+    mean = np.where(known, fields, 0.0).sum(0) / np.maximum(known.sum(0), 1)
+    waves = np.fft.rfft(np.where(known, fields - mean, 0.0), axis=2)
+    pairs, _, columns = fields.shape
+    dice = np.random.default_rng(_SEED)
+    for _ in range(_DRAWN):
+        noise = np.fft.rfft(dice.normal(size=(pairs, pairs, columns)), axis=2)
+        mixed = np.einsum("pqm,qhm->phm", noise, waves) / np.sqrt(columns * max(pairs - 1, 1))
+        yield np.where(known, np.fft.irfft(mixed, n=columns, axis=2), np.nan)
+
+
+def _chances(
+    ratios: Float64[np.ndarray, " n"], by_chance: Float64[np.ndarray, " m"]
+) -> Float64[np.ndarray, " n"]:
+    """Share of the drawn ratios that are as large."""
+    larger = len(by_chance) - np.searchsorted(by_chance, ratios, side="left")
+    return (larger + 1.0) / (len(by_chance) + 1)
+
+
+def _simes(order: Float64[np.ndarray, " n"]) -> float:
+    """Level at which the first false discovery would be made."""
+    return float((order * len(order) / np.arange(1, len(order) + 1)).min())

@@ -1,7 +1,4 @@
-"""Template: a rectification that follows landmarks, as it is kept and applied.
-
-Applying: a template's displacements on another limb.
-"""
+"""Template: a rectification that follows landmarks, as it is kept, and applied to another limb."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +13,9 @@ from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
 from limbgram.workbench.limb import Landmark, Limb, Side
 from limbgram.workbench.templates.charts import ChartPlace, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, read_field
+
+_STRONGEST = 3.0
+_LOW_SHARE = 0.25
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,10 +56,6 @@ class Template:
     def suits(self, side: Side) -> bool:
         """Whether a limb of this side has the template's lateral side."""
         return self.sided == (side != "none")
-
-
-_STRONGEST = 3.0
-_LOW_SHARE = 0.25
 
 
 @dataclass(frozen=True, kw_only=True)
