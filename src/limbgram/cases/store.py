@@ -19,11 +19,12 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from limbgram.cases.encoding import Mismatch, from_tree, sealed, to_tree, unsealed
+from limbgram.cases.encoding import from_tree, sealed, to_tree, unsealed
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.folder import CaseFolder, with_disk_advice
 from limbgram.core.files import written_whole
 from limbgram.core.run import Run, Timing
+from limbgram.core.typed import Mismatch
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -1,12 +1,13 @@
 """Parsing: options that are written as text or lie in small files."""
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
-from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.core.typed import Strictness, any_value_of, value_of
+from limbgram.reconstruction.scale.distances import KnownDistance
 from limbgram.reconstruction.scale.taping import TapedGirth
 from limbgram.reconstruction.targets.board import Board
 
@@ -20,6 +21,14 @@ _DISTANCE_EXAMPLE = (
     '[{"label": "A-C", "length_mm": 120, '
     '"first": [{"photo": "IMG_1.jpg", "x_px": 812.5, "y_px": 400.0}, ...], "second": [...]}]'
 )
+
+
+@dataclass(frozen=True)
+class _DistancesFile:
+    distances: tuple[KnownDistance, ...]
+
+
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 def parse_board(text: str) -> Board:
@@ -41,12 +50,13 @@ def read_distances(path: Path) -> tuple[KnownDistance, ...]:
     """Known distances from a JSON file: a list of them, bare or under "distances"."""
     try:
         tree = json_of(read_content(path, _LARGEST_BYTES, OptionsError))
-        listed = tree["distances"] if isinstance(tree, dict) else tree
-        return tuple(_distance(item) for item in listed)
-    except (ValueError, KeyError, TypeError) as error:
+        if isinstance(tree, dict):
+            return value_of(tree, _DistancesFile, strictness=_AS_WRITTEN).distances
+        return any_value_of(tree, tuple[KnownDistance, ...], "distances", _AS_WRITTEN)
+    except ValueError as error:
         raise OptionsError(
-            f"{path} holds no known distances ({type(error).__name__}: {error}). Each point must "
-            f"be picked in two or more photos; write it like {_DISTANCE_EXAMPLE}"
+            f"{path} holds no known distances: {error}. Each point must be picked in two or more "
+            f"photos; write it like {_DISTANCE_EXAMPLE}"
         ) from error
 
 
@@ -86,18 +96,3 @@ def _millimetres(text: str) -> float:
     if not math.isfinite(value):
         raise OptionsError(f"{text!r} is no length. Write millimetres, such as 30 or 29.8.")
     return value
-
-
-def _distance(tree: Any) -> KnownDistance:
-    return KnownDistance(
-        label=str(tree["label"]),
-        length_mm=float(tree["length_mm"]),
-        first=_picks(tree["first"]),
-        second=_picks(tree["second"]),
-    )
-
-
-def _picks(tree: Any) -> tuple[Pick, ...]:
-    return tuple(
-        Pick(str(pick["photo"]), float(pick["x_px"]), float(pick["y_px"])) for pick in tree
-    )

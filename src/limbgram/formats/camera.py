@@ -8,14 +8,16 @@ beside its place, synced and renamed, so an interrupted write leaves the old one
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import cast
+from typing import Literal, cast
 
 import numpy as np
 
 from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.calibration.cameras import Calibration
 
 _FORMAT = "limbgram camera"
@@ -23,6 +25,42 @@ _VERSION = 1
 _LARGEST_BYTES = 1_000_000
 _LARGEST_PX = 1e7
 """No focal length is longer in pixels: a hundred metres of lens on the finest sensor."""
+_LARGEST_SIDE_PX = 100_000
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+"""Later versions may write more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Lens:
+    """A number for each parameter of a lens."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    skew: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    k3: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _CameraFile:
+    """What a camera file holds, as far as it is read."""
+
+    format: Literal["limbgram camera"]
+    version: Literal[1]
+    width_px: int
+    height_px: int
+    label: str
+    source: Literal["board", "exif"]
+    parameters: _Lens
+    covariance: tuple[tuple[float, ...], ...]
+    sigmas: _Lens | None = None
+    focal_mm: float | None = None
+    rms_px: float | None = None
 
 
 def write_camera(
@@ -92,60 +130,46 @@ def read_camera(path: Path) -> Calibration:
         path, _LARGEST_BYTES, CaseError, "A camera file is made with `limbgram calibrate`."
     )
     try:
-        record = json_of(content)
+        record = value_of(json_of(content), _CameraFile, strictness=_AS_WRITTEN)
     except ValueError as error:
-        raise CaseError(
-            f"{path} is no camera file: {error}. Make one with `limbgram calibrate`."
-        ) from error
-    if not isinstance(record, dict):
-        raise _unusable(path, "it holds no record")
-    return _parsed(path, cast(dict[str, object], record))
-
-
-def _parsed(path: Path, record: dict[str, object]) -> Calibration:
-    if record.get("format") != _FORMAT:
-        raise _unusable(path, f"its format is not {_FORMAT!r}")
-    if record.get("version") != _VERSION:
-        raise _unusable(path, f"it has version {record.get('version')}, known is {_VERSION}")
-    source, label = record.get("source"), record.get("label")
-    if source not in ("board", "exif") or not isinstance(label, str):
-        raise _unusable(path, "source or label is missing")
-    parameters = record.get("parameters")
-    if not isinstance(parameters, dict):
-        raise _unusable(path, "the parameters are missing")
-    values = cast(dict[str, object], parameters)
+        raise _unusable(path, str(error)) from error
     camera = Camera(
-        width_px=_whole(path, record, "width_px"),
-        height_px=_whole(path, record, "height_px"),
-        **{name: _number(path, values, name) for name in PARAMETERS},
+        width_px=record.width_px, height_px=record.height_px, **asdict(record.parameters)
     )
+    if (
+        not 1
+        <= min(camera.width_px, camera.height_px)
+        <= max(camera.width_px, camera.height_px)
+        <= _LARGEST_SIDE_PX
+    ):
+        raise _unusable(path, "width_px or height_px is not a size in pixels")
     if min(camera.fx, camera.fy) <= 0:
         raise _unusable(path, "a focal length is not positive")
     if np.abs(camera.packed).max() > _LARGEST_PX:
         raise _unusable(path, "a parameter is larger than any camera's")
-    for name in ("focal_mm", "rms_px"):
-        if record.get(name) is not None and _number(path, record, name) < 0:
+    for name, value in (("focal_mm", record.focal_mm), ("rms_px", record.rms_px)):
+        if value is not None and value < 0:
             raise _unusable(path, f"{name} is negative")
-    covariance = _covariance(path, record.get("covariance"))
-    _require_own_sigmas(path, record.get("sigmas"), covariance)
+    covariance = _covariance(path, record.covariance)
+    if record.sigmas is not None:
+        _require_own_sigmas(path, record.sigmas, covariance)
     return Calibration(
         camera=camera,
         covariance=covariance,
-        source=source,
-        label=label,
-        focal_mm=None if record.get("focal_mm") is None else _number(path, record, "focal_mm"),
-        rms_px=math.nan if record.get("rms_px") is None else _number(path, record, "rms_px"),
+        source=record.source,
+        label=record.label,
+        focal_mm=record.focal_mm,
+        rms_px=math.nan if record.rms_px is None else record.rms_px,
     )
 
 
-def _covariance(path: Path, rows: object) -> np.ndarray:
-    try:
-        covariance = np.array(rows, float)
-    except (TypeError, ValueError) as error:
-        raise _unusable(path, "the covariance is no table of numbers") from error
+def _covariance(path: Path, rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
     size = len(PARAMETERS)
-    if covariance.shape != (size, size) or not (np.abs(covariance) <= _LARGEST_PX**2).all():
+    if len(rows) != size or any(len(row) != size for row in rows):
         raise _unusable(path, f"the covariance is not {size} x {size} numbers")
+    covariance = np.array(rows, float)
+    if np.abs(covariance).max() > _LARGEST_PX**2:
+        raise _unusable(path, "the covariance holds a number larger than any camera's")
     if (np.diag(covariance) < 0).any():
         raise _unusable(path, "a variance is negative")
     sigmas = np.sqrt(np.diag(covariance))
@@ -157,31 +181,14 @@ def _covariance(path: Path, rows: object) -> np.ndarray:
     return covariance
 
 
-def _require_own_sigmas(path: Path, told: object, covariance: np.ndarray) -> None:
+def _require_own_sigmas(path: Path, sigmas: _Lens, covariance: np.ndarray) -> None:
     """Refuse sigmas that are not those of the covariance: somebody changed one and not the other.
 
     Files that leave them out are read: they say nothing that the covariance does not.
     """
-    if told is None:
-        return
-    values = cast(dict[str, object], told) if isinstance(told, dict) else {}
-    sigmas = [_number(path, values, name) for name in PARAMETERS]
-    if not np.allclose(sigmas, np.sqrt(np.diag(covariance)), rtol=1e-6, atol=1e-12):
+    written = [getattr(sigmas, name) for name in PARAMETERS]
+    if not np.allclose(written, np.sqrt(np.diag(covariance)), rtol=1e-6, atol=1e-12):
         raise _unusable(path, "its sigmas are not those of its covariance")
-
-
-def _number(path: Path, record: Mapping[str, object], name: str) -> float:
-    value = record.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise _unusable(path, f"{name} is {value!r}, not a number")
-    return float(value)
-
-
-def _whole(path: Path, record: Mapping[str, object], name: str) -> int:
-    value = record.get(name)
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 100_000:
-        raise _unusable(path, f"{name} is {value!r}, not a size in pixels")
-    return value
 
 
 def _unusable(path: Path, why: str) -> CaseError:

@@ -11,14 +11,15 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal
 
 import numpy as np
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.frames import Rigid
-from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, Origin, Side
+from limbgram.core.typed import Strictness, value_of
+from limbgram.workbench.limb import Kind, Landmark, Limb, LimbFrame, Origin, Side
 
 LIMB_FILE_ENDING = ".limb.json"
 _FORMAT, _VERSION = "limbgram limb", 1
@@ -27,10 +28,62 @@ _MOST_LANDMARKS = 1000
 _LONGEST_NAME = 80
 _LONGEST_DOUBT = 400
 _MOST_ORIGINS = 100
-_SIDES: tuple[Side, ...] = ("left", "right", "none")
+_THICKEST_SOCK_MM = 100
 _ROUNDING = 1e-6
-_FARTHEST_MM = 1e9
-"""No shape that is read reaches farther."""
+_AS_WRITTEN = Strictness(pass_over_unknown=True, below=1e9)
+"""Later versions may write more. No shape that is read reaches farther, in millimetres."""
+
+_Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Motion:
+    rotation: tuple[_Triple, _Triple, _Triple]
+    translation_mm: _Triple
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Mark:
+    name: str
+    position_mm: _Triple
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Origin:
+    sha256: str
+    mm_per_unit: float
+    mesh_from_it: _Motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Owner:
+    """The mesh that a limb file belongs to."""
+
+    sha256: str
+    file: str = ""
+    mm_per_unit: float = math.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Head:
+    """What is read of a limb file that may be another mesh's."""
+
+    format: Literal["limbgram limb"]
+    version: Literal[1]
+    mesh: _Owner
+
+
+@dataclass(frozen=True, kw_only=True)
+class _LimbFile(_Head):
+    """What a limb file holds."""
+
+    side: Side | None
+    limb_from_mesh: _Motion | None
+    sock_mm: float
+    landmarks: tuple[_Mark, ...]
+    kind: Kind | None = None
+    doubt: str = ""
+    made_from: tuple[_Origin, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,95 +184,76 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
         return None
     try:
         tree = json_of(read_content(path, _LARGEST_BYTES, ShapeFileError))
-        if tree["format"] != _FORMAT or tree["version"] != _VERSION:
-            raise ValueError("it is of another program or a later version")
-        owner = cast(dict[str, Any], tree["mesh"])
-        if owner["sha256"] == mesh_hash:
-            return _record(tree)
-        other = str(owner.get("file"))
-        if other != mesh_path.name and (mesh_path.parent / Path(other).name).is_file():
-            return OfAnother(Path(other).name)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        owner = value_of(tree, _Head, strictness=_AS_WRITTEN).mesh
+        if owner.sha256 == mesh_hash:
+            return _record(value_of(tree, _LimbFile, strictness=_AS_WRITTEN))
+    except ValueError as error:
         raise ShapeFileError(
-            f"{path.name} is no limb file that can be read ({type(error).__name__}: {error}). "
-            "Mend it, or move it away and align the shape again."
+            f"{path.name} is no limb file that can be read: {error}. Mend it, or move it away and "
+            "align the shape again."
         ) from error
+    if owner.file != mesh_path.name and (mesh_path.parent / Path(owner.file).name).is_file():
+        return OfAnother(Path(owner.file).name)
     raise ShapeFileError(
-        f"{path.name} belongs to another shape ({str(owner.get('file'))[:80]}), not to "
+        f"{path.name} belongs to another shape ({owner.file[:80]}), not to "
         f"{mesh_path.name} as it is now: its landmarks and axes may be wrong on this one. If the "
         "shape was changed or replaced, move the limb file away and align again; if two shapes "
         "share a name, rename one."
     )
 
 
-def _record(tree: dict[str, Any]) -> LimbRecord:
-    marks, made_from = tree["landmarks"], tree.get("made_from", [])
-    if len(marks) > _MOST_LANDMARKS:
-        raise ValueError(f"{len(marks)} landmarks")
-    if len(made_from) > _MOST_ORIGINS:
-        raise ValueError(f"made from {len(made_from)} files")
-    sock_mm = float(tree["sock_mm"])
-    if not 0 <= sock_mm < 100:
-        raise ValueError("a length that cannot be")
-    landmarks = tuple(_landmark(mark) for mark in marks)
+def _record(file: _LimbFile) -> LimbRecord:
+    if len(file.landmarks) > _MOST_LANDMARKS:
+        raise ValueError(f"{len(file.landmarks)} landmarks")
+    if len(file.made_from) > _MOST_ORIGINS:
+        raise ValueError(f"made from {len(file.made_from)} files")
+    if not 0 <= file.sock_mm < _THICKEST_SOCK_MM:
+        raise ValueError("sock_mm is a length that cannot be")
+    landmarks = tuple(_landmark(mark) for mark in file.landmarks)
     if len({mark.name for mark in landmarks}) < len(landmarks):
         raise ValueError("two landmarks of one name")
     return LimbRecord(
-        mm_per_unit=_unit(tree["mesh"]["mm_per_unit"]),
+        mm_per_unit=_unit(file.mesh.mm_per_unit),
         landmarks=landmarks,
-        frame=None if tree["limb_from_mesh"] is None else _frame(tree),
-        sock_mm=sock_mm,
-        kind=_kind(tree.get("kind")),
-        made_from=tuple(_origin(origin) for origin in made_from),
-        doubt=str(tree.get("doubt", ""))[:_LONGEST_DOUBT],
+        frame=_frame(file),
+        sock_mm=file.sock_mm,
+        kind=file.kind,
+        made_from=tuple(
+            Origin(
+                sha256=one.sha256,
+                mm_per_unit=_unit(one.mm_per_unit),
+                mesh_from_origin=_motion(one.mesh_from_it, "mesh_from_it"),
+            )
+            for one in file.made_from
+        ),
+        doubt=file.doubt[:_LONGEST_DOUBT],
     )
 
 
-def _unit(listed: Any) -> float:
-    mm_per_unit = float(listed)
-    if not (math.isfinite(mm_per_unit) and mm_per_unit > 0):
-        raise ValueError("a length that cannot be")
+def _unit(mm_per_unit: float) -> float:
+    if not mm_per_unit > 0:
+        raise ValueError("mm_per_unit is a length that cannot be")
     return mm_per_unit
 
 
-def _origin(tree: dict[str, Any]) -> Origin:
-    return Origin(
-        sha256=str(tree["sha256"]),
-        mm_per_unit=_unit(tree["mm_per_unit"]),
-        mesh_from_origin=_motion(tree["mesh_from_it"], "mesh_from_it"),
-    )
-
-
-def _kind(listed: Any) -> Kind | None:
-    if listed is not None and listed not in KINDS:
-        raise ValueError(f"kind {listed!r}")
-    return listed
-
-
-def _landmark(tree: dict[str, Any]) -> Landmark:
-    name = str(tree["name"])
-    if not 0 < len(name) <= _LONGEST_NAME or not name.isprintable():
+def _landmark(mark: _Mark) -> Landmark:
+    if not 0 < len(mark.name) <= _LONGEST_NAME or not mark.name.isprintable():
         raise ValueError("a landmark without a usable name")
-    return Landmark(name=name, position_mm=_numbers(tree["position_mm"], (3,)))
+    return Landmark(name=mark.name, position_mm=np.array(mark.position_mm))
 
 
-def _frame(tree: dict[str, Any]) -> LimbFrame:
-    motion = _motion(tree["limb_from_mesh"], "limb_from_mesh")
-    if tree["side"] not in _SIDES:
-        raise ValueError(f"side {tree['side']!r}")
-    return LimbFrame(limb_from_mesh=motion, side=tree["side"])
+def _frame(file: _LimbFile) -> LimbFrame | None:
+    if file.limb_from_mesh is None:
+        return None
+    if file.side is None:
+        raise ValueError("limb_from_mesh without a side")
+    motion = _motion(file.limb_from_mesh, "limb_from_mesh")
+    return LimbFrame(limb_from_mesh=motion, side=file.side)
 
 
-def _motion(tree: dict[str, Any], name: str) -> Rigid:
-    rotation = _numbers(tree["rotation"], (3, 3))
+def _motion(motion: _Motion, name: str) -> Rigid:
+    rotation = np.array(motion.rotation)
     turned = np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROUNDING
     if turned or np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} is no rotation")
-    return Rigid(rotation, _numbers(tree["translation_mm"], (3,)))
-
-
-def _numbers(listed: Any, shape: tuple[int, ...]) -> np.ndarray:
-    numbers = np.array(listed, np.float64)
-    if numbers.shape != shape or not (np.abs(numbers) <= _FARTHEST_MM).all():
-        raise ValueError(f"{listed} in place of numbers")
-    return numbers
+    return Rigid(rotation, np.array(motion.translation_mm))

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from jaxtyping import Float32, Float64
 
-from limbgram.cases.encoding import Mismatch, from_tree, to_tree
+from limbgram.cases.encoding import from_tree, to_tree
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.typed import Mismatch
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,12 @@ where to end). Reading is strict: an unknown name, a wrong kind of value or one 
 refused, for a rate that was passed over would be carved with.
 """
 
-import tomllib
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, cast
 
 from limbgram.core.errors import OptionsError
-from limbgram.core.files import write_bytes
+from limbgram.core.files import read_content, toml_of, write_bytes
+from limbgram.core.typed import value_of
 from limbgram.formats.gcode.control import Control, check_control
 from limbgram.workbench.carving.setup import CarveOptions, check_options
 
@@ -19,7 +18,6 @@ _FORMAT, _VERSION = "limbgram machine", 1
 _FIRST_LINE = f'format = "{_FORMAT}"'.encode("ascii")
 _LARGEST_BYTES = 65_536
 _OF_THE_JOB = {"blank_diameter_mm", "blank_length_mm", "to_mm", "most_turns"}
-_PATTERNS, _TURNERS = ("helix", "rings"), ("tool", "work")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,28 +74,26 @@ def read_machine(path: Path) -> Machine:
     Raises:
         OptionsError: it cannot be read, or holds what is not known or cannot be.
     """
+    content = read_content(path, _LARGEST_BYTES, OptionsError, "Name the right file.")
     try:
-        if path.stat().st_size > _LARGEST_BYTES:
-            raise OptionsError(f"{path.name} is too large for a machine file. Name the right file.")
-        tree = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise OptionsError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, RecursionError) as error:  # no UTF-8, or no TOML
+        tree = toml_of(content.decode("utf-8"))
+    except ValueError as error:  # no UTF-8, or no TOML
         raise OptionsError(f"{path.name} is no machine file: {error}. Write one anew.") from error
-    unknown = sorted(set(tree) - {"format", "version", "control", "carving"})
+    unknown = set(tree) - {"format", "version", "control", "carving"}
     if tree.get("format") != _FORMAT or tree.get("version") != _VERSION or unknown:
         raise OptionsError(
             f"{path.name} is no machine file of this version: it must begin with format = "
             f'"{_FORMAT}" and version = {_VERSION}, and hold [control] and [carving] alone. '
             "--write-machine writes one."
         )
-    control = replace(Control(), **_values(tree, "control", Control(), path.name))
-    carving = replace(CarveOptions(), **_values(tree, "carving", CarveOptions(), path.name))
-    if carving.pattern not in _PATTERNS or carving.a_turns not in _TURNERS:
-        raise OptionsError(
-            f"{path.name}: pattern is one of {', '.join(_PATTERNS)} and a_turns one of "
-            f"{', '.join(_TURNERS)}. Correct it."
-        )
+    try:
+        control = value_of(tree.get("control", {}), Control, "control")
+        carving = value_of(tree.get("carving", {}), CarveOptions, "carving")
+        of_the_job = sorted(_OF_THE_JOB.intersection(tree.get("carving", {})))
+        if of_the_job:
+            raise ValueError(f"carving has no {', '.join(of_the_job)}: each job has its own")
+    except ValueError as error:
+        raise OptionsError(f"{path.name}: {error}. Correct it.") from error
     check_control(control)
     check_options(carving)
     return Machine(control=control, carving=carving)
@@ -105,39 +101,6 @@ def read_machine(path: Path) -> Machine:
 
 def _names(options: Control | CarveOptions) -> list[str]:
     return [one.name for one in fields(options) if one.name not in _OF_THE_JOB]
-
-
-def _values(
-    tree: dict[str, Any], table: str, usual: Control | CarveOptions, name: str
-) -> dict[str, Any]:
-    """A table's values, each of the kind of what is usual."""
-    found = tree.get(table, {})
-    if not isinstance(found, dict):
-        raise OptionsError(f"{name}: {table} is no table. Write [{table}] over its lines.")
-    values = cast(dict[str, Any], found)
-    known = _names(usual)
-    for key, value in values.items():
-        if key not in known:
-            raise OptionsError(
-                f"{name}: {key} is not known in [{table}]. Known are {', '.join(known)}."
-            )
-        expected = getattr(usual, key)
-        kind = str if expected is None else type(expected)
-        right = isinstance(value, (int, float)) if kind is float else isinstance(value, kind)
-        if not right or isinstance(value, bool):
-            raise OptionsError(
-                f"{name}: {key} = {str(value)[:40]} is of the wrong kind. Write "
-                f"{_WORDS[kind]}, such as {_toml('per-minute' if expected is None else expected)}."
-            )
-        if kind is float:
-            try:
-                values[key] = float(value)
-            except OverflowError:
-                raise OptionsError(f"{name}: {key} is too large. Correct it.") from None
-    return values
-
-
-_WORDS: dict[type, str] = {str: "a word between quotes", float: "a number", int: "a whole number"}
 
 
 def _toml(value: object) -> str:

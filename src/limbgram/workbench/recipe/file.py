@@ -33,13 +33,13 @@ nobody can know what its writer meant.
 """
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, cast, get_args
 
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.files import read_content, toml_of
+from limbgram.core.typed import Mismatch, Strictness, any_value_of, fields_of
 from limbgram.workbench.edits.edit import Edit, name_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
 from limbgram.workbench.recipe.accepting import plain_words
@@ -127,21 +127,10 @@ def make_edit(kind: str, parameters: Mapping[str, Any], what: str) -> Edit:
         raise OptionsError(
             f'{what}: there is no edit "{kind}". There are: {", ".join(EDIT_NAMED)}.'
         )
-    hints = get_type_hints(made)
-    allowed = {field.name: field for field in fields(made)}
-    unknown = [key for key in parameters if key not in allowed]
-    if unknown:
-        raise OptionsError(
-            f"{what}: {kind} has no parameter {', '.join(unknown)}. It has: {', '.join(allowed)}."
-        )
-    missing = [k for k, f in allowed.items() if f.default is MISSING and k not in parameters]
-    if missing:
-        raise OptionsError(f"{what}: {kind} needs {', '.join(missing)}.")
-    values = {
-        key: _value(hints[key], value, f"{what}: {key} of {kind}")
-        for key, value in parameters.items()
-    }
-    return made(**values)
+    try:
+        return fields_of(dict(parameters), made, f"{what}: {kind}", _STRICTNESS)
+    except Mismatch as error:
+        raise OptionsError(f"{error}.") from error
 
 
 def encode_recipe(recipe: Recipe) -> bytes:
@@ -193,53 +182,22 @@ def _entry(part: Any, what: str) -> Entry:
     kind, on = tree.pop("do", ""), tree.pop("on", True)
     if not isinstance(on, bool):
         raise OptionsError(f"{what}: on must be true or false.")
-    accept = _sequence((str, Ellipsis), tree.pop("accept", []), f"{what}: accept")
+    try:
+        accept = any_value_of(tree.pop("accept", []), tuple[str, ...], f"{what}: accept")
+    except Mismatch as error:
+        raise OptionsError(f"{error}.") from error
     words = plain_words(accept, what)
     return Entry(edit=make_edit(str(kind), tree, what), on=on, accept=words)
 
 
-def _value(hint: Any, value: Any, what: str) -> Any:
-    """A value as a parameter's type wants it."""
-    origin, parts = get_origin(hint), get_args(hint)
-    if origin is Literal:
-        if value in parts:
-            return value
-        raise OptionsError(f"{what} must be one of {', '.join(map(str, parts))}, not {value!r}.")
-    if origin in (Union, UnionType):
-        return _one_of(parts, value, what)
-    if origin is tuple:
-        return _sequence(parts, value, what)
-    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
-        if abs(value) < 1e6:
-            return float(value)
-    elif isinstance(value, hint) and (hint is bool or not isinstance(value, bool)):
-        return value
-    kinds = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-    raise OptionsError(f"{what} must be {kinds.get(hint, hint)}, not {value!r}.")
+def _place(tree: object, hint: Any, at: str) -> object:
+    """Where an edit takes a place: what belongs there, in words that say what places are."""
+    if str in get_args(hint) and not isinstance(tree, str | list | tuple):
+        raise Mismatch(f"{at} must be a landmark's name in quotes, or [x, y, z], not {tree!r:.60}")
+    return NotImplemented
 
 
-def _one_of(parts: tuple[Any, ...], value: Any, what: str) -> Any:
-    """A value that may be of several types: a text, a list of coordinates, a number."""
-    for part in parts:
-        if part is NoneType:
-            continue
-        if (get_origin(part) is tuple) == isinstance(value, list | tuple) and (
-            isinstance(value, str) == (part is str)
-        ):
-            return _value(part, value, what)
-    wanted = "a landmark's name in quotes, or [x, y, z]" if str in parts else "a number"
-    raise OptionsError(f"{what} must be {wanted}, not {value!r}.")
-
-
-def _sequence(parts: tuple[Any, ...], value: Any, what: str) -> tuple[Any, ...]:
-    if not isinstance(value, list | tuple):
-        raise OptionsError(f"{what} must be a list in brackets, not {value!r}.")
-    listed = cast("list[Any] | tuple[Any, ...]", value)
-    if len(parts) == 2 and parts[1] is Ellipsis:
-        return tuple(_value(parts[0], item, what) for item in listed)
-    if len(listed) != len(parts):
-        raise OptionsError(f"{what} must have {len(parts)} numbers, not {len(listed)}.")
-    return tuple(_value(part, item, what) for part, item in zip(parts, listed, strict=True))
+_STRICTNESS = Strictness(below=1e6, special=_place)
 
 
 def _written(value: Any) -> str:

@@ -5,15 +5,17 @@ Rows run from the tip upwards; the numbers in a row from the front towards the l
 
 import json
 import math
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
 
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import json_of, read_content
+from limbgram.core.typed import Strictness, value_of
 from limbgram.workbench.templates.charts import DOME
 from limbgram.workbench.templates.fields import ANGLES, Field, node_heights
 from limbgram.workbench.templates.template import Template, TemplateMark
@@ -24,7 +26,27 @@ _LARGEST_MM = 60.0
 _MOST_PAIRS = 100_000
 _TALLEST = 100.0
 """Chart heights count in distances from the round end to the landmark of reference."""
+_LONGEST_NAME = 80
 _UNKNOWN = "-"
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+"""Later versions may write more; notes for people are not read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TemplateFile:
+    """What a template's file holds, as far as it is read."""
+
+    format: Literal["limbgram template"]
+    version: Literal[1]
+    name: str
+    pairs: int
+    sided: bool
+    reference: str
+    landmarks: tuple[TemplateMark, ...]
+    top: float
+    displacement_mm: tuple[str, ...]
+    spread_mm: tuple[str, ...]
+    known_pairs: tuple[str, ...]
 
 
 def encode_template(template: Template) -> bytes:
@@ -65,41 +87,42 @@ def read_template(path: Path) -> Template:
     """
     try:
         return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except ValueError as error:
         raise ShapeFileError(
-            f"{path.name} is no template that can be read ({type(error).__name__}: {error}). "
-            "Choose a file that `limbgram template learn` wrote, or learn it again."
+            f"{path.name} is no template that can be read: {error}. Choose a file that `limbgram "
+            "template learn` wrote, or learn it again."
         ) from error
 
 
 def decode_template(content: bytes) -> Template:
     """The inverse of encoding, to the rounding of the file; ValueError for anything else."""
-    tree = json_of(content)
-    if tree["format"] != _FORMAT or tree["version"] != _VERSION:
-        raise ValueError("it is of another program or a later version")
-    top = float(tree["top"])
-    if not 0 < top <= _TALLEST:
-        raise ValueError("a height that cannot be")
-    heights = node_heights(top + 1e-6)
+    file = value_of(json_of(content), _TemplateFile, strictness=_AS_WRITTEN)
+    if not 0 < file.top <= _TALLEST:
+        raise ValueError("top is a height that cannot be")
+    heights = node_heights(file.top + 1e-6)
     shape = (len(heights), ANGLES)
-    displacement = _field(tree["displacement_mm"], shape)
-    spread = _field(tree["spread_mm"], shape)
-    known = _field(tree["known_pairs"], shape)
+    displacement = _field(file.displacement_mm, shape)
+    spread = _field(file.spread_mm, shape)
+    known = _field(file.known_pairs, shape)
     if not np.isfinite(displacement).all() or np.abs(displacement).max() > _LARGEST_MM:
         raise ValueError("displacements that cannot be")
-    pairs = tree["pairs"]
-    if isinstance(pairs, bool) or not isinstance(pairs, int) or not 1 <= pairs <= _MOST_PAIRS:
+    if not 1 <= file.pairs <= _MOST_PAIRS:
         raise ValueError("a number of pairs that cannot be")
-    if not ((known >= 0) & (known <= pairs) & (known == np.floor(known))).all():
+    if not ((known >= 0) & (known <= file.pairs) & (known == np.floor(known))).all():
         raise ValueError("numbers of pairs that cannot be")
     if (spread < 0).any() or np.nanmax(spread, initial=0.0) > _LARGEST_MM:
         raise ValueError("a spread that cannot be")
+    for name in (file.name, file.reference, *(mark.name for mark in file.landmarks)):
+        if not 0 < len(name) <= _LONGEST_NAME or not name.isprintable():
+            raise ValueError(f"{name[:40]!r} is no name")
+    if any(abs(one.height) > _TALLEST or abs(one.angle_deg) > 360 for one in file.landmarks):
+        raise ValueError("a landmark without a place")
     return Template(
-        name=_text(tree["name"]),
-        pairs=pairs,
-        sided=_flag(tree["sided"]),
-        reference=_text(tree["reference"]),
-        marks=tuple(_mark(mark) for mark in tree["landmarks"]),
+        name=file.name,
+        pairs=file.pairs,
+        sided=file.sided,
+        reference=file.reference,
+        marks=file.landmarks,
         heights=heights,
         displacement_mm=displacement,
         spread_mm=spread,
@@ -117,29 +140,10 @@ def _rows(field: Field, decimals: int) -> list[str]:
     ]
 
 
-def _field(rows: Any, shape: tuple[int, int]) -> Float64[np.ndarray, "h a"]:
+def _field(rows: tuple[str, ...], shape: tuple[int, int]) -> Float64[np.ndarray, "h a"]:
     field = np.array(
         [[math.nan if cell == _UNKNOWN else float(cell) for cell in row.split()] for row in rows]
     )
     if field.shape != shape or np.isinf(field).any():
         raise ValueError(f"a map of {field.shape} in place of {shape}")
     return field
-
-
-def _mark(tree: Any) -> TemplateMark:
-    height, angle = float(tree["height"]), float(tree["angle_deg"])
-    if not (abs(height) <= _TALLEST and abs(angle) <= 360):
-        raise ValueError("a landmark without a place")
-    return TemplateMark(name=_text(tree["name"]), height=height, angle_deg=angle)
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str) or not 0 < len(value) <= 80 or not value.isprintable():
-        raise ValueError(f"{str(value)[:40]!r} is no name")
-    return value
-
-
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError(f"{str(value)[:40]!r} in place of true or false")
-    return value

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import CaseError
+from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.reconstruction.calibration.board import calibrate_detections
 from limbgram.reconstruction.calibration.cameras import Calibration
@@ -41,14 +42,20 @@ def test_a_calibration_is_read_back_to_the_last_bit(
     ("key", "value", "told"),
     [
         ("format", "other", "format"),
-        ("version", 2, "version 2"),
+        ("version", 2, "version must be 1, not 2"),
         ("width_px", 0, "width_px"),
         ("width_px", 2000.5, "width_px"),
         ("source", "guess", "source"),
         ("covariance", [[1.0]], "covariance"),
         ("covariance", None, "covariance"),
         ("parameters", None, "parameters"),
-        ("parameters", {"fx": 3000.0}, "fy"),
+        ("parameters", {"fx": 3000.0}, "parameters needs fy"),
+        (
+            "parameters",
+            {**dict.fromkeys(PARAMETERS, 0.0), "k1": "0"},
+            r"parameters\.k1 must be a number",
+        ),
+        ("width_px", True, "width_px must be a whole number, not True"),
         ("rms_px", "small", "rms_px"),
     ],
 )
