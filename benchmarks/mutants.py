@@ -57,7 +57,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
-from limbgram.formats.soup import mm_per_unit_of
+from limbgram.formats.units import mm_per_unit_of
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.reading import read_photos

@@ -12,7 +12,7 @@ from limbgram.formats.reading import read_limb
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb, LimbFrame
-from limbgram.workbench.measures.lengths import length_mm, shortest_path
+from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
 
 SHAPES = [

@@ -5,11 +5,9 @@ from pathlib import Path
 
 from limbgram.core.run import track
 from limbgram.formats.colmap import write_colmap, write_poses
-from limbgram.formats.dxf import write_dxf
-from limbgram.formats.glb import write_glb
-from limbgram.formats.obj import write_obj
 from limbgram.formats.ply import write_cloud_ply, write_ply
 from limbgram.formats.stl import write_stl
+from limbgram.formats.table import FORMATS
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.parts import part_file
 from limbgram.workbench.limb import marked_red
@@ -43,11 +41,11 @@ def deliver(
         return marked_red(folder / name) if red else folder / name
 
     writes = (
-        lambda: write_stl(mesh, named("surface.stl"), unit, unscaled=unscaled),
-        lambda: write_dxf(mesh, named("surface.dxf"), unit, unscaled=unscaled),
-        lambda: write_ply(mesh, named("surface.ply"), unit, unscaled=unscaled),
-        lambda: write_obj(mesh, named("surface.obj"), unit, unscaled=unscaled),
-        lambda: write_glb(mesh, named("surface.glb"), unit, unscaled=unscaled),
+        *(
+            partial(one.write, mesh, named(f"surface{one.suffix}"), unit, unscaled=unscaled)
+            for one in FORMATS
+            if one.write is not None
+        ),
         lambda: write_cloud_ply(done.cloud, named("cloud.ply"), unit, unscaled=unscaled),
         lambda: write_colmap(done.metric, folder / "colmap", unscaled=unscaled),
         lambda: write_poses(done.metric, folder / "poses.json", unscaled=unscaled),

@@ -9,6 +9,7 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import (
+    READ,
     UnitOption,
     asks_for_marks,
     direction,
@@ -50,7 +51,7 @@ class KindName(StrEnum):
 def align_command(
     shape: Annotated[
         Path | None,
-        typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.", show_default=False),
+        typer.Argument(help=f"The shape: {READ}.", show_default=False),
     ] = None,
     side: Annotated[
         SideName | None, typer.Option(help="Side of the patient: never guessed. none for a torso.")
@@ -122,7 +123,7 @@ def align_command(
     if names:
         return _names(kind)
     if shape is None:
-        raise OptionsError("Name the shape to align: an STL, PLY, OBJ, GLB or AOP file.")
+        raise OptionsError(f"Name the shape to align: an {READ} file.")
     read = shape_of(shape, unit)
     limb = read.limb
     wanted = marks or asks_for_marks(landmark or [])

@@ -23,12 +23,15 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
-from limbgram.formats.soup import mm_per_unit_of
+from limbgram.formats.units import mm_per_unit_of
 from limbgram.workbench.limb import Landmark, Limb
 from limbgram.workbench.measures.tape import TapeReading
 
-ShapeArgument = Annotated[Path, typer.Argument(help="The shape: STL, PLY, OBJ, GLB or AOP.")]
-AlignedShape = Annotated[Path, typer.Argument(help="The aligned shape: STL, PLY, OBJ, GLB or AOP.")]
+_NAMES = [suffix[1:].upper() for suffix in SUFFIXES]
+READ = f"{', '.join(_NAMES[:-1])} or {_NAMES[-1]}"
+"""The formats that are read, as help says them."""
+ShapeArgument = Annotated[Path, typer.Argument(help=f"The shape: {READ}.")]
+AlignedShape = Annotated[Path, typer.Argument(help=f"The aligned shape: {READ}.")]
 UnitOption = Annotated[
     str | None,
     typer.Option("--unit", help="Unit of the file: mm, cm, m, inch, or so many mm."),

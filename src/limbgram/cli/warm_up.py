@@ -27,7 +27,7 @@ from limbgram.workbench.edits.cutting import PlaneCut
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.lengths import shortest_path
+from limbgram.workbench.measures.geodesic import shortest_path
 
 _CAPTURE = replace(SMALL, photos=14)
 """The smallest that goes all the way."""

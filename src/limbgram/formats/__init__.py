@@ -16,8 +16,8 @@ from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.obj import write_obj
 from limbgram.formats.ply import write_cloud_ply, write_ply
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_limb, read_shape
-from limbgram.formats.soup import mm_per_unit_of
 from limbgram.formats.stl import write_stl
+from limbgram.formats.units import mm_per_unit_of
 
 __all__ = [
     "SUFFIXES",

@@ -1,11 +1,8 @@
-"""DXF, release 12: surface as 3DFACEs, sections and trimline as 3D polylines, a layer for each.
+"""DXF, release 12: the surface, its sections and its trimline as 3D polylines, a layer for each.
 
-Release 12 has no field for the unit: comments and layer names say it.
-
-DXF, release 12: the surface as polyface meshes, sections and trimline as 3D polylines.
-
-A polyface mesh keeps vertices apart from faces, so neighbours stay joined, which 3DFACEs do not.
-Its counts are 16-bit numbers, so a larger surface is split into several meshes that touch.
+The surface is 3DFACEs, or polyface meshes: these keep vertices apart from faces, so that
+neighbours stay joined. Their counts are 16-bit numbers, so a larger surface is split into several
+meshes that touch. Release 12 has no field for the unit: comments and layer names say it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,7 +27,7 @@ from limbgram.core.mesh.topology import (
 )
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
-POLYFACE, PLACE, CORNERS = 64, 192, 128
+_POLYFACE, _PLACE, _CORNERS = 64, 192, 128
 """Flags of a mesh of joined faces, of its vertices, and of its faces."""
 _CLOSED, _THREE_D, _THREE_D_VERTEX = 1, 8, 32
 _CORNER_CODES = tuple(10 * axis + corner for corner in range(4) for axis in (1, 2, 3))
@@ -38,6 +35,8 @@ _NEWLINE, _MINUS, _POINT, _ZERO, _NINE = b"\n-.09"
 _LONGEST_WORD = 8
 _PRECISION = 1e-6
 _BLOCK = 5_000
+_MOST = 32_767
+"""Vertices or faces of one polyface mesh."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +50,32 @@ class Curves:
     where its faces do not join to one surface: its open edges are no lines."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class PolyfaceReport:
+    """What the file holds."""
+
+    path: Path
+    meshes: int
+    """More than 1 where the surface had to be split."""
+    curves: Curves
+
+
 def write_dxf(
     mesh: Mesh, path: Path, unit: Unit, *, spacing_mm: float = 10.0, unscaled: bool = False
 ) -> Path:
     """Write triangles, sections across z at multiples of `spacing_mm`, trimline; read all back."""
     path = target(path, unit, unscaled=unscaled)
     return write_triangles(mesh, path, unit, curves_of(mesh, spacing_mm))
+
+
+def write_polyface_dxf(mesh: Mesh, path: Path, *, spacing_mm: float = 10.0) -> PolyfaceReport:
+    """Write surface, sections across z at multiples of `spacing_mm`, trimline; read all back."""
+    curves = curves_of(mesh, spacing_mm)
+    parts, layer = _split(mesh), _surface_layer("mm")
+    surface = chain.from_iterable(_polyface(with_faces(mesh, faces), layer) for faces in parts)
+    ordered = Mesh(vertices_mm=mesh.vertices_mm, faces=np.concatenate(parts))
+    write_drawing(path, "mm", surface, ordered, curves)
+    return PolyfaceReport(path=path, meshes=len(parts), curves=curves)
 
 
 def curves_of(mesh: Mesh, spacing_mm: float) -> Curves:
@@ -71,7 +90,7 @@ def curves_of(mesh: Mesh, spacing_mm: float) -> Curves:
 
 def write_triangles(mesh: Mesh, path: Path, unit: str, curves: Curves) -> Path:
     """Write the surface as 3DFACEs, with the curves; read all back."""
-    return write_drawing(path, unit, _faces(mesh, surface_layer(unit)), mesh, curves)
+    return write_drawing(path, unit, _faces(mesh, _surface_layer(unit)), mesh, curves)
 
 
 def write_drawing(
@@ -82,7 +101,7 @@ def write_drawing(
     Args:
         mesh: The triangles of the surface in the order of its entities.
     """
-    layers = (surface_layer(unit), f"SECTIONS_{unit.upper()}", f"TRIMLINE_{unit.upper()}")
+    layers = (_surface_layer(unit), f"SECTIONS_{unit.upper()}", f"TRIMLINE_{unit.upper()}")
     trimline = curves.trimline or ()
     wanted = [*(section.points_mm for section in curves.sections), *trimline]
 
@@ -94,21 +113,21 @@ def write_drawing(
             for section in curves.sections
         )
         stream.writelines(_polyline(loop, layers[2], closed=True) for loop in trimline)
-        stream.write(encoded_tags((0, "ENDSEC"), (0, "EOF")))
+        stream.write(_encoded_tags((0, "ENDSEC"), (0, "EOF")))
 
     def check(written: Path) -> None:
-        read = _read(written, path.name)
+        read = _read_back(written, path.name)
         require_same_triangles(path.name, read.triangles, mesh, _PRECISION)
         _require_same_lines(path.name, read.polylines, wanted)
 
     return write_file(path, encode, check)
 
 
-def surface_layer(unit: str) -> str:
+def _surface_layer(unit: str) -> str:
     return f"SURFACE_{unit.upper()}"
 
 
-def encoded_tags(*tags: tuple[int, str]) -> bytes:
+def _encoded_tags(*tags: tuple[int, str]) -> bytes:
     return "".join(f"{code}\n{value}\n" for code, value in tags).encode("ascii")
 
 
@@ -129,7 +148,7 @@ def _opening(unit: str, layers: tuple[str, ...]) -> bytes:
     ]
     for colour, layer in enumerate(layers, 1):
         tags += [(0, "LAYER"), (2, layer), (70, "0"), (62, str(colour)), (6, "CONTINUOUS")]
-    return encoded_tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
+    return _encoded_tags(*tags, (0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
 
 
 def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
@@ -140,6 +159,43 @@ def _faces(mesh: Mesh, layer: str) -> Iterator[bytes]:
     for start in range(0, len(mesh.faces), _BLOCK):
         corners = places_mm[mesh.faces[start : start + _BLOCK][:, [0, 1, 2, 2]]]
         yield (face * len(corners) % tuple(corners.ravel().tolist())).encode("ascii")
+
+
+def _split(mesh: Mesh) -> list[np.ndarray]:
+    """Faces in layers along z, each within what one polyface mesh can number."""
+    heights = mesh.vertices_mm[mesh.faces][:, :, 2].mean(1)
+    rest = [mesh.faces[np.argsort(heights, kind="stable")]]
+    parts: list[np.ndarray] = []
+    while rest:
+        faces = rest.pop(0)
+        over = max(len(faces), len(np.unique(faces))) / _MOST
+        if over <= 1:
+            parts.append(faces)
+        else:
+            rest = [*np.array_split(faces, int(np.ceil(over))), *rest]
+    return parts
+
+
+def _polyface(part: Mesh, layer: str) -> Iterator[bytes]:
+    yield _encoded_tags(
+        (0, "POLYLINE"),
+        (8, layer),
+        (66, "1"),
+        (10, "0.0"),
+        (20, "0.0"),
+        (30, "0.0"),
+        (70, str(_POLYFACE)),
+        (71, str(len(part.vertices_mm))),
+        (72, str(len(part.faces))),
+    )
+    place = f"0\nVERTEX\n8\n{layer}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{_PLACE}\n"
+    yield (place * len(part.vertices_mm) % tuple(part.vertices_mm.ravel().tolist())).encode("ascii")
+    face = (
+        f"0\nVERTEX\n8\n{layer}\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{_CORNERS}\n"
+        "71\n%d\n72\n%d\n73\n%d\n"
+    )
+    yield (face * len(part.faces) % tuple((part.faces + 1).ravel().tolist())).encode("ascii")
+    yield _encoded_tags((0, "SEQEND"), (8, layer))
 
 
 def _polyline(points_mm: Points3, layer: str, *, closed: bool) -> bytes:
@@ -167,20 +223,20 @@ class _Drawing:
     polylines: list[Points3]
 
 
-def _read(path: Path, name: str) -> _Drawing:
+def _read_back(path: Path, name: str) -> _Drawing:
     tags = _Tags(name, *_tags(np.fromfile(path, np.uint8)))
     corners = tags.rows("3DFACE", *_CORNER_CODES).reshape(-1, 4, 3)
     require(bool((corners[:, 2] == corners[:, 3]).all()), f"{name}: faces of four corners")
     points, flags = tags.rows("VERTEX", 10, 20, 30), tags.rows("VERTEX", 70)[:, 0]
-    joined = tags.rows("POLYLINE", 70)[:, 0] == POLYFACE
+    joined = tags.rows("POLYLINE", 70)[:, 0] == _POLYFACE
     begun = tags.entities[tags.codes == 0]
     line_of = np.cumsum(begun == _word("POLYLINE"))[begun == _word("VERTEX")] - 1
     of_curve = ~joined[line_of]
     ends = np.searchsorted(line_of[of_curve], np.flatnonzero(~joined), "right")
     polylines = np.split(points[of_curve], ends)[:-1]
     # Faces of a polyface mesh count its vertices from 1.
-    place = flags == PLACE
-    first = np.searchsorted(line_of[place], line_of[flags == CORNERS])
+    place = flags == _PLACE
+    first = np.searchsorted(line_of[place], line_of[flags == _CORNERS])
     idx = tags.rows("VERTEX", 71, 72, 73) - 1 + first[:, None]
     require(bool(((idx >= 0) & (idx < place.sum())).all()), f"{name}: faces without vertices")
     triangles = np.concatenate([corners[:, :3], points[place][idx.astype(np.int64)]])
@@ -254,65 +310,3 @@ def _value(text, start):
             plain = False
         at += 1
     return sign * number / share if plain and digits else np.nan, word, at + 1
-
-
-_MOST = 32_767
-"""Vertices or faces of one polyface mesh."""
-_LAYER = surface_layer("mm")
-
-
-@dataclass(frozen=True, kw_only=True)
-class PolyfaceReport:
-    """What the file holds."""
-
-    path: Path
-    meshes: int
-    """More than 1 where the surface had to be split."""
-    curves: Curves
-
-
-def write_polyface_dxf(mesh: Mesh, path: Path, *, spacing_mm: float = 10.0) -> PolyfaceReport:
-    """Write surface, sections across z at multiples of `spacing_mm`, trimline; read all back."""
-    curves = curves_of(mesh, spacing_mm)
-    parts = _split(mesh)
-    surface = chain.from_iterable(_polyface(with_faces(mesh, faces)) for faces in parts)
-    ordered = Mesh(vertices_mm=mesh.vertices_mm, faces=np.concatenate(parts))
-    write_drawing(path, "mm", surface, ordered, curves)
-    return PolyfaceReport(path=path, meshes=len(parts), curves=curves)
-
-
-def _split(mesh: Mesh) -> list[np.ndarray]:
-    """Faces in layers along z, each within what one polyface mesh can number."""
-    heights = mesh.vertices_mm[mesh.faces][:, :, 2].mean(1)
-    rest = [mesh.faces[np.argsort(heights, kind="stable")]]
-    parts: list[np.ndarray] = []
-    while rest:
-        faces = rest.pop(0)
-        over = max(len(faces), len(np.unique(faces))) / _MOST
-        if over <= 1:
-            parts.append(faces)
-        else:
-            rest = [*np.array_split(faces, int(np.ceil(over))), *rest]
-    return parts
-
-
-def _polyface(part: Mesh) -> Iterator[bytes]:
-    yield encoded_tags(
-        (0, "POLYLINE"),
-        (8, _LAYER),
-        (66, "1"),
-        (10, "0.0"),
-        (20, "0.0"),
-        (30, "0.0"),
-        (70, str(POLYFACE)),
-        (71, str(len(part.vertices_mm))),
-        (72, str(len(part.faces))),
-    )
-    place = f"0\nVERTEX\n8\n{_LAYER}\n10\n%.6f\n20\n%.6f\n30\n%.6f\n70\n{PLACE}\n"
-    yield (place * len(part.vertices_mm) % tuple(part.vertices_mm.ravel().tolist())).encode("ascii")
-    face = (
-        f"0\nVERTEX\n8\n{_LAYER}\n10\n0.0\n20\n0.0\n30\n0.0\n70\n{CORNERS}\n"
-        "71\n%d\n72\n%d\n73\n%d\n"
-    )
-    yield (face * len(part.faces) % tuple((part.faces + 1).ravel().tolist())).encode("ascii")
-    yield encoded_tags((0, "SEQEND"), (8, _LAYER))

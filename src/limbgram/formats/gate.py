@@ -10,7 +10,7 @@ import numpy as np
 from limbgram.core.errors import CarveError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.formats.soup import LIKELY_MM
+from limbgram.formats.units import LIKELY_MM
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
 

@@ -1,14 +1,10 @@
-"""GLB: metres and +Y up by the format's own rule; turned to millimetres and +Z up.
+"""GLB: the surface for viewers, with colour and sigma.
 
-Read here and not by a library: every number of a file that may be damaged is held against what is
-there before it is used. Taken are triangles, strips and fans, vertex colours, and our own sigmas,
-through all nodes of the scene (Khronos, glTF 2.0, 2021). Compressed files are refused by name.
-
-GLB: the surface for viewers, with colour and sigma.
-
-glTF knows one unit, the metre, and calls +Y up. The file holds metres (millimetres / 1000) about
-the same axes; its one node turns +Z to +Y, so that viewers show the limb standing. The attribute
-_SIGMA has each vertex's standard deviation in metres, -1 where it was filled (no NaN in glTF).
+glTF knows one unit, the metre, and calls +Y up (Khronos, glTF 2.0, 2021): read, it becomes
+millimetres with +Z up; written, one node turns +Z to +Y, so that viewers show the limb standing.
+The attribute _SIGMA has each vertex's standard deviation in metres, -1 where it was filled, for
+glTF has no NaN. Triangles, strips and fans are read, through all nodes of the scene. Compressed
+files are refused by name. trimesh writes the bytes.
 """
 
 import struct
@@ -27,6 +23,8 @@ from limbgram.formats.soup import Soup
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+_METRE = 0.001
+_SIGMA = "_SIGMA"
 _MAGIC, _JSON, _BIN = b"glTF", 0x4E4F534A, 0x004E4942
 _KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -64,6 +62,44 @@ def read_glb(content: bytes, name: str) -> Soup:
     )
     notes = (f"{passed_over} drawings of points or lines were left out",) if passed_over else ()
     return Soup(mesh=mesh, stated_unit="m", notes=notes)
+
+
+def write_glb(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write a binary glTF in metres, and read it back in units of the mesh."""
+    import trimesh  # a fifth of a second, which most commands do without
+    from trimesh.exchange.gltf import export_glb
+
+    path = target(path, unit, unscaled=unscaled)
+    sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
+    turned = np.eye(4)
+    turned[:3, :3] = _Z_UP_FROM_Y_UP.T
+
+    def encode(stream: BinaryIO) -> None:
+        surface = trimesh.Trimesh(
+            mesh.vertices_mm * _METRE, mesh.faces, vertex_colors=mesh.colours, process=False
+        )
+        if sigma is not None:
+            surface.vertex_attributes[_SIGMA] = sigma
+        scene = trimesh.Scene(metadata={"source_unit": unit})
+        scene.add_geometry(surface, node_name="surface", transform=turned)
+        stream.write(export_glb(scene))
+
+    def check(written: Path) -> None:
+        scene = trimesh.load_scene(written, file_type="glb", process=False)
+        require(len(scene.geometry) == 1, f"{path.name}: {len(scene.geometry)} surfaces")
+        read = scene.to_mesh()
+        places = np.asarray(read.vertices, np.float64) @ _Z_UP_FROM_Y_UP.T / _METRE
+        tolerance = 2 * single_precision(mesh)
+        require_same_triangles(path.name, places[read.faces], mesh, tolerance)
+        if mesh.colours is not None:
+            colours = np.asarray(read.visual.vertex_colors)[:, :3]
+            require(np.array_equal(colours, mesh.colours), f"{path.name}: other colours")
+        if sigma is not None:
+            (kept,) = scene.geometry.values()
+            again = np.asarray(kept.vertex_attributes.get(_SIGMA, ())).ravel()
+            require(np.array_equal(again, sigma), f"{path.name}: other sigmas")
+
+    return write_file(path, encode, check)
 
 
 @dataclass(frozen=True)
@@ -266,9 +302,9 @@ def _colours(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray 
 
 def _sigma(file: _File, attributes: dict[str, Any], count: int) -> np.ndarray | None:
     """Sigmas of our own files, in metres; -1 there says that there is none."""
-    if "_SIGMA" not in attributes:
+    if _SIGMA not in attributes:
         return None
-    rows, _ = file.array(attributes["_SIGMA"], ("SCALAR",))
+    rows, _ = file.array(attributes[_SIGMA], ("SCALAR",))
     sigma = rows[:, 0].astype(np.float32)
     if len(sigma) != count:
         raise ValueError(f"{len(sigma)} sigmas of {count} vertices")
@@ -295,50 +331,6 @@ def _whole(number: Any, what: str) -> int:
 def _said(error: Exception) -> str:
     """What went wrong, in words where there are any."""
     return f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
-
-
-_METRE = 0.001
-_SIGMA = "_SIGMA"
-_VIEWER_FROM_WORLD = np.array(
-    [[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]], float
-)
-
-
-def write_glb(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write a binary glTF in metres, and read it back in units of the mesh."""
-    import trimesh  # a fifth of a second, which most commands do without
-    from trimesh.exchange.gltf import export_glb
-
-    path = target(path, unit, unscaled=unscaled)
-    sigma = None if mesh.sigma_mm is None else _finite_metres(mesh.sigma_mm)
-
-    def encode(stream: BinaryIO) -> None:
-        surface = trimesh.Trimesh(
-            mesh.vertices_mm * _METRE, mesh.faces, vertex_colors=mesh.colours, process=False
-        )
-        if sigma is not None:
-            surface.vertex_attributes[_SIGMA] = sigma
-        scene = trimesh.Scene(metadata={"source_unit": unit})
-        scene.add_geometry(surface, node_name="surface", transform=_VIEWER_FROM_WORLD)
-        stream.write(export_glb(scene))
-
-    def check(written: Path) -> None:
-        scene = trimesh.load_scene(written, file_type="glb", process=False)
-        require(len(scene.geometry) == 1, f"{path.name}: {len(scene.geometry)} surfaces")
-        read = scene.to_mesh()
-        world_from_viewer = _VIEWER_FROM_WORLD[:3, :3].T
-        places = np.asarray(read.vertices, np.float64) @ world_from_viewer.T / _METRE
-        tolerance = 2 * single_precision(mesh)
-        require_same_triangles(path.name, places[read.faces], mesh, tolerance)
-        if mesh.colours is not None:
-            colours = np.asarray(read.visual.vertex_colors)[:, :3]
-            require(np.array_equal(colours, mesh.colours), f"{path.name}: other colours")
-        if sigma is not None:
-            (kept,) = scene.geometry.values()
-            again = np.asarray(kept.vertex_attributes.get(_SIGMA, ())).ravel()
-            require(np.array_equal(again, sigma), f"{path.name}: other sigmas")
-
-    return write_file(path, encode, check)
 
 
 def _finite_metres(sigma_mm: Float32[np.ndarray, " n"]) -> Float32[np.ndarray, " n"]:

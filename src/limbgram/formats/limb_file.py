@@ -9,15 +9,11 @@ from limbgram.core.errors import ExportError
 from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
-from limbgram.formats.glb import write_glb
-from limbgram.formats.obj import write_obj
-from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_mesh
 from limbgram.formats.sidecar import LimbRecord, encode_record, hash_of, limb_file_for, read_record
-from limbgram.formats.stl import write_stl
+from limbgram.formats.table import FORMATS, format_of
 from limbgram.workbench.limb import Limb
 
-_WRITERS = {".ply": write_ply, ".stl": write_stl, ".obj": write_obj, ".glb": write_glb}
 _SAME_PLACE_MM = 1e-3
 _SAME_VOLUME = 1e-4
 
@@ -27,17 +23,16 @@ def write_limb(limb: Limb, path: Path) -> Path:
 
     The limb's origins become what the new file was made from.
     """
-    write = _WRITERS.get(path.suffix.lower())
-    if write is None:
-        known = ", ".join(suffix[1:].upper() for suffix in _WRITERS)
+    kind = format_of(path)
+    if kind is None or kind.write is None or not kind.holds_limbs:
+        known = ", ".join(one.name.upper() for one in FORMATS if one.holds_limbs)
         raise ExportError(
             f"{path.name} was not written: limbs are kept as {known}. Choose one of these "
             "endings; PLY keeps colours and uncertainty."
         )
-    written = write(limb.mesh, path, "mm")
+    written = kind.write(limb.mesh, path, "mm")
     # The mesh first: stopped between the two, an older limb file has another hash and is refused.
-    mm_per_unit = 1000.0 if path.suffix.lower() == ".glb" else 1.0
-    _write_record(limb, written, hash_of(written.read_bytes()), mm_per_unit)
+    _write_record(limb, written, hash_of(written.read_bytes()), kind.mm_per_unit)
     return written
 
 

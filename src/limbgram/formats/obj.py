@@ -1,8 +1,7 @@
-"""OBJ: vertices, with colours where they stand behind the places, and polygons as fans.
+"""OBJ: vertices as text, with colours where they stand behind the places, and polygons as fans.
 
 A line that begins with no word of the format is damage: passed over, it might have been a face.
-
-OBJ: the surface as text.
+Written are vertices, to a millionth of a unit, and triangles.
 """
 
 import re
@@ -15,8 +14,8 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.soup import Soup
-from limbgram.formats.stl import stated_unit
+from limbgram.formats.soup import Soup, fans_of
+from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
 _CORNER = rb"-?\d{1,10}(?:/-?\d*){0,2}"
@@ -28,6 +27,8 @@ _PASSED_OVER = frozenset(
     b"call csh".split()
 )
 """Words of the format (Wavefront, appendix B1) that say nothing of a surface of triangles."""
+_PRECISION = 1e-6
+_BLOCK = 10_000
 
 
 def read_obj(content: bytes, name: str) -> Soup:
@@ -47,6 +48,24 @@ def read_obj(content: bytes, name: str) -> Soup:
         colours = np.rint(np.clip(places[:, 3:6], 0, 1) * 255).astype(np.uint8)
     mesh = Mesh(vertices_mm=places[:, :3].copy(), faces=faces, colours=colours)
     return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]))
+
+
+def write_obj(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write vertices (to a millionth of a unit) and faces, and read them back."""
+    path = target(path, unit, unscaled=unscaled)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(f"# limbgram, unit: {unit}\n".encode("ascii"))
+        for rows in _blocks(mesh.vertices_mm):
+            stream.write(("v %.6f %.6f %.6f\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
+        for rows in _blocks(mesh.faces + 1):
+            stream.write(("f %d %d %d\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
+
+    def check(written: Path) -> None:
+        vertices, faces = _read_back(written)
+        require_same_triangles(path.name, vertices[faces], mesh, _PRECISION)
+
+    return write_file(path, encode, check)
 
 
 _Lines = list[tuple[bytes, bytes]]
@@ -98,46 +117,11 @@ def _faces(lines: _Lines) -> Faces:
     return fans_of(listed)
 
 
-def fans_of(polygons: list[list[int]]) -> Faces:
-    """Triangles of polygons, each a fan round its first corner."""
-    triangles = [
-        (corners[0], corners[k], corners[k + 1])
-        for corners in polygons
-        for k in range(1, len(corners) - 1)
-    ]
-    within = all(0 <= corner < 2**31 for triangle in triangles for corner in triangle)
-    if not within:
-        raise ValueError("a face names a vertex that cannot be")
-    return np.array(triangles, np.int32).reshape(-1, 3)
-
-
-_PRECISION = 1e-6
-_BLOCK = 10_000
-
-
-def write_obj(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write vertices (to a millionth of a unit) and faces, and read them back."""
-    path = target(path, unit, unscaled=unscaled)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(f"# limbgram, unit: {unit}\n".encode("ascii"))
-        for rows in _blocks(mesh.vertices_mm):
-            stream.write(("v %.6f %.6f %.6f\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
-        for rows in _blocks(mesh.faces + 1):
-            stream.write(("f %d %d %d\n" * len(rows) % tuple(rows.ravel())).encode("ascii"))
-
-    def check(written: Path) -> None:
-        vertices, faces = _read(written)
-        require_same_triangles(path.name, vertices[faces], mesh, _PRECISION)
-
-    return write_file(path, encode, check)
-
-
 def _blocks(rows: np.ndarray) -> list[np.ndarray]:
     return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
 
 
-def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
+def _read_back(path: Path) -> tuple[np.ndarray, np.ndarray]:
     lines = path.read_bytes().splitlines()
     vertices = b" ".join(line[2:] for line in lines if line.startswith(b"v "))
     faces = b" ".join(line[2:] for line in lines if line.startswith(b"f "))

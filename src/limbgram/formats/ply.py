@@ -1,12 +1,9 @@
-"""PLY, text and binary, ours (filled, sigma) and that of other programs.
+"""PLY: the surface or the cloud, with colours, filled marks, sigmas and shared errors.
 
 The header lists elements, each with its properties; only vertices and faces are used. The numbers
 that it promises must be what follows, to the last byte: a reader that took what it found would lose
-faces of a damaged file without a word.
-
-PLY, binary: the surface with colour, filled mark and sigma; and the cloud.
-
-A reader of its own checks the files: positions, colours and the marks that few programs read.
+faces of a damaged file without a word. Text and binary are read, with polygons of any size; written
+is the binary form, little-endian.
 """
 
 import math
@@ -21,9 +18,8 @@ from jaxtyping import Shaped
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
-from limbgram.formats.obj import fans_of
-from limbgram.formats.soup import Soup
-from limbgram.formats.stl import stated_unit
+from limbgram.formats.soup import Soup, fans_of
+from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _TYPES = {
@@ -37,6 +33,11 @@ _TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_WRITTEN = {np.dtype(_TYPES[name]).newbyteorder("<").str: name for name in ("float", "uchar")}
+"""Names of the types that are written."""
+_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+"""A face as it is written, a list of uchar and int."""
+_COLOUR = ("red", "green", "blue")
 
 
 @dataclass
@@ -47,6 +48,8 @@ class _Element:
     """Names and types of single values."""
     lists: list[tuple[str, str, str]] = field(default_factory=list[tuple[str, str, str]])
     """Names, count types and value types; of those of faces only one is understood."""
+    behind: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
+    """Names and types of single values that follow a face's list."""
 
 
 @dataclass
@@ -62,6 +65,7 @@ def read_ply(content: bytes, name: str) -> Soup:
         if not mark:
             raise ValueError("its header has no end")
         header = _header(head)
+        _require_surface(header)
         end = re.match(rb"[ \t]*(\r\n|\r|\n)", body)
         if end is None:
             raise ValueError("its header has no end")
@@ -75,6 +79,56 @@ def read_ply(content: bytes, name: str) -> Soup:
             "way: copy it again, or export it as STL."
         ) from error
     return Soup(mesh=mesh, stated_unit=stated_unit(head))
+
+
+def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write the mesh with all that is known of its vertices, and read it back."""
+    columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
+    if mesh.colours is not None:
+        columns |= dict(zip(_COLOUR, mesh.colours.T))
+    if mesh.filled is not None:
+        columns["filled"] = mesh.filled.astype(np.uint8)
+    if mesh.sigma_mm is not None:
+        columns["sigma"] = mesh.sigma_mm.astype("<f4")
+    if mesh.shared_mm is not None:
+        columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
+    if mesh.lost_length is not None:
+        columns |= dict(zip(("lost", "lost_sigma"), mesh.lost_length.T.astype("<f4")))
+    path = target(path, unit, unscaled=unscaled)
+    rows, faces = _rows(columns), _face_rows(mesh)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(_encoded_header(rows, len(faces), unit, mesh.correlation_mm))
+        stream.write(rows.tobytes() + faces.tobytes())
+
+    def check(written: Path) -> None:
+        read_rows, corners = _read_back(written)
+        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other vertices")
+        places = np.column_stack([read_rows[axis] for axis in "xyz"]).astype(np.float64)
+        require_same_triangles(path.name, places[corners], mesh, single_precision(mesh))
+
+    return write_file(path, encode, check)
+
+
+def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write the points with normal, colour and number of photos, and read them back."""
+    columns = dict(zip("xyz", cloud.points_mm.T.astype("<f4")))
+    columns |= dict(zip(("nx", "ny", "nz"), cloud.normals.T.astype("<f4")))
+    columns |= dict(zip(_COLOUR, cloud.colours.T)) | {"views": cloud.views}
+    path = target(path, unit, unscaled=unscaled)
+    rows = _rows(columns)
+
+    def encode(stream: BinaryIO) -> None:
+        stream.write(_encoded_header(rows, 0, unit))
+        stream.write(rows.tobytes())
+
+    def check(written: Path) -> None:
+        read_rows, _ = _read_back(written)
+        require(read_rows.dtype == rows.dtype, f"{path.name}: other columns")
+        require(len(read_rows) == len(cloud), f"{path.name}: {len(read_rows)} of {len(cloud)}")
+        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other points")
+
+    return write_file(path, encode, check)
 
 
 def _header(head: bytes) -> _Header:
@@ -94,22 +148,15 @@ def _header(head: bytes) -> _Header:
                     raise ValueError("a list counts in fractions")
                 elements[-1].lists.append((name, _TYPES[count], _TYPES[kind]))
             case ["property", kind, name]:
-                if elements[-1].lists and elements[-1].name == "face":
-                    raise ValueError("values behind a list")
-                elements[-1].columns.append((name, _TYPES[kind]))
+                last = elements[-1]
+                follows = last.lists and last.name == "face"
+                (last.behind if follows else last.columns).append((name, _TYPES[kind]))
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case _:
                 raise ValueError(f"{line[:40]!r} in its header")
     if order is None:
         raise ValueError("it does not say in which order its bytes are")
-    if [element.name for element in elements[:2]] != ["vertex", "face"]:
-        raise ValueError("its elements do not begin with vertices and faces")
-    vertex, face = elements[:2]
-    if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
-        raise ValueError("its vertices or faces are not of the usual form")
-    if face.lists[0][2][0] == "f":
-        raise ValueError("its faces name vertices in fractions")
     return _Header(order, elements)
 
 
@@ -119,21 +166,31 @@ def _counted(word: str) -> int:
     return int(word)
 
 
+def _require_surface(header: _Header) -> None:
+    """Refuse a header without vertices, or without faces by one list."""
+    if [element.name for element in header.elements[:2]] != ["vertex", "face"]:
+        raise ValueError("its elements do not begin with vertices and faces")
+    vertex, face = header.elements[:2]
+    if vertex.lists or len(face.lists) != 1 or min(vertex.count, face.count) < 1:
+        raise ValueError("its vertices or faces are not of the usual form")
+    if face.lists[0][2][0] == "f":
+        raise ValueError("its faces name vertices in fractions")
+
+
 _Read = tuple[np.ndarray, list[list[int]] | np.ndarray]
 
 
 def _binary(header: _Header, body: bytes) -> _Read:
     vertex, face, *others = header.elements
-    layout = np.dtype([(name, header.order + kind) for name, kind in vertex.columns])
-    size = vertex.count * layout.itemsize
-    rows = np.frombuffer(body[:size], layout)
+    rows = _vertex_rows(header, body)
     if len(rows) != vertex.count:
         raise ValueError("the file ends among the vertices")
     leading = [(name, header.order + kind) for name, kind in face.columns]
     (_, count_kind, kind) = face.lists[0]
     head = np.dtype([*leading, ("count", header.order + count_kind)])
-    of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3)])
-    rest = body[size:]
+    behind = [(f"behind {name}", header.order + kind) for name, kind in face.behind]
+    of_three = np.dtype([*head.descr, ("corners", header.order + kind, 3), *behind])
+    rest = body[rows.nbytes :]
     if face.count * head.itemsize > len(rest):
         raise ValueError("the file ends among the faces")
     if len(rest) >= face.count * of_three.itemsize:
@@ -141,9 +198,17 @@ def _binary(header: _Header, body: bytes) -> _Read:
         if (triangles["count"] == 3).all():
             _require_end(rest[face.count * of_three.itemsize :], others)
             return rows, triangles["corners"].astype(np.int64)
-    found = _polygons(rest, face.count, head, np.dtype(header.order + kind))
+    skipped = np.dtype(behind).itemsize
+    found = _polygons(rest, face.count, head, np.dtype(header.order + kind), skipped)
     _require_end(rest[found.end :], others)
     return rows, found.corners
+
+
+def _vertex_rows(header: _Header, body: bytes) -> Shaped[np.ndarray, " n"]:
+    """One record a vertex, as many as there are."""
+    vertex = header.elements[0]
+    layout = np.dtype([(name, header.order + kind) for name, kind in vertex.columns])
+    return np.frombuffer(body[: vertex.count * layout.itemsize], layout)
 
 
 def _require_end(left: bytes, others: list[_Element]) -> None:
@@ -163,8 +228,11 @@ class _Polygons:
     """Of the last, in the bytes that they stand in."""
 
 
-def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype) -> _Polygons:
-    """Faces of different numbers of corners: each tells where the next begins."""
+def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: int) -> _Polygons:
+    """Faces of different numbers of corners: each shows where the next begins.
+
+    skipped: Bytes between a face's corners and the next face.
+    """
     corners: list[list[int]] = []
     place = 0
     for _ in range(count):
@@ -174,10 +242,10 @@ def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype) -> _Polyg
         place += head.itemsize
         if number < 3:
             raise ValueError(f"a face with {number} corners")
-        if place + number * kind.itemsize > len(rest):
+        if place + number * kind.itemsize + skipped > len(rest):
             raise ValueError("the file ends among the faces")
         corners.append(np.frombuffer(rest, kind, number, place).tolist())
-        place += number * kind.itemsize
+        place += number * kind.itemsize + skipped
     return _Polygons(corners, place)
 
 
@@ -198,9 +266,11 @@ def _text(header: _Header, body: bytes) -> _Read:
         if kind[0] != "f":
             _require_whole(column, kind, name)
         rows[name] = column
-    skipped = len(face.columns)
+    skipped, behind = len(face.columns), len(face.behind)
     listed = [line.split()[skipped:] for line in lines[vertex.count : vertex.count + face.count]]
-    corners = [[int(word) for word in row] for row in listed]
+    if any(len(row) <= behind for row in listed):
+        raise ValueError("a face with too few numbers")
+    corners = [[int(word) for word in row[: len(row) - behind]] for row in listed]
     for row in corners:
         if not row or row[0] != len(row) - 1 or row[0] < 3:
             raise ValueError("a face that has not the corners that it counts")
@@ -223,8 +293,8 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
             raise ValueError("a face names a vertex that cannot be")
         faces = polygons.astype(np.int32)
     colours = None
-    if {"red", "green", "blue"} <= set(names) and rows.dtype["red"].itemsize == 1:
-        colours = np.column_stack([rows[name] for name in ("red", "green", "blue")])
+    if set(_COLOUR) <= set(names) and rows.dtype["red"].itemsize == 1:
+        colours = np.column_stack([rows[name] for name in _COLOUR])
     sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
     if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():
         raise ValueError("a sigma is negative or infinite")
@@ -277,62 +347,6 @@ def _correlation(head: bytes) -> float | None:
     return None
 
 
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_NAMES = {"<f4": "float", "|u1": "uchar"}
-_PLY_TYPES = {name: code for code, name in _NAMES.items()}
-_COLOUR = ("red", "green", "blue")
-
-
-def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write the mesh with all that is known of its vertices, and read it back."""
-    columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
-    if mesh.colours is not None:
-        columns |= dict(zip(_COLOUR, mesh.colours.T))
-    if mesh.filled is not None:
-        columns["filled"] = mesh.filled.astype(np.uint8)
-    if mesh.sigma_mm is not None:
-        columns["sigma"] = mesh.sigma_mm.astype("<f4")
-    if mesh.shared_mm is not None:
-        columns |= {f"shared_{k}": part.astype("<f4") for k, part in enumerate(mesh.shared_mm.T)}
-    if mesh.lost_length is not None:
-        columns |= dict(zip(("lost", "lost_sigma"), mesh.lost_length.T.astype("<f4")))
-    path = target(path, unit, unscaled=unscaled)
-    rows, faces = _rows(columns), _face_rows(mesh)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(_ply_header(rows, len(faces), unit, mesh.correlation_mm))
-        stream.write(rows.tobytes() + faces.tobytes())
-
-    def check(written: Path) -> None:
-        read_rows, corners = _read(written)
-        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other vertices")
-        places = np.column_stack([read_rows[axis] for axis in "xyz"]).astype(np.float64)
-        require_same_triangles(path.name, places[corners], mesh, single_precision(mesh))
-
-    return write_file(path, encode, check)
-
-
-def write_cloud_ply(cloud: Cloud, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write the points with normal, colour and number of photos, and read them back."""
-    columns = dict(zip("xyz", cloud.points_mm.T.astype("<f4")))
-    columns |= dict(zip(("nx", "ny", "nz"), cloud.normals.T.astype("<f4")))
-    columns |= dict(zip(_COLOUR, cloud.colours.T)) | {"views": cloud.views}
-    path = target(path, unit, unscaled=unscaled)
-    rows = _rows(columns)
-
-    def encode(stream: BinaryIO) -> None:
-        stream.write(_ply_header(rows, 0, unit))
-        stream.write(rows.tobytes())
-
-    def check(written: Path) -> None:
-        read_rows, _ = _read(written)
-        require(read_rows.dtype == rows.dtype, f"{path.name}: other columns")
-        require(len(read_rows) == len(cloud), f"{path.name}: {len(read_rows)} of {len(cloud)}")
-        require(read_rows.tobytes() == rows.tobytes(), f"{path.name}: other points")
-
-    return write_file(path, encode, check)
-
-
 def _rows(columns: dict[str, np.ndarray]) -> Shaped[np.ndarray, " n"]:
     """One record a vertex."""
     layout = np.dtype([(name, values.dtype.str) for name, values in columns.items()])
@@ -349,7 +363,7 @@ def _face_rows(mesh: Mesh) -> Shaped[np.ndarray, " f"]:
     return rows
 
 
-def _ply_header(
+def _encoded_header(
     rows: Shaped[np.ndarray, " n"], faces: int, unit: str, correlation: float | None = None
 ) -> bytes:
     names: tuple[str, ...] = rows.dtype.names or ()
@@ -357,29 +371,19 @@ def _ply_header(
     if correlation is not None:
         lines.append(f"comment sigma is alike over: {correlation!r}")
     lines.append(f"element vertex {len(rows)}")
-    lines += [f"property {_NAMES[rows.dtype[name].str]} {name}" for name in names]
+    lines += [f"property {_WRITTEN[rows.dtype[name].str]} {name}" for name in names]
     if faces:
         lines += [f"element face {faces}", "property list uchar int vertex_indices"]
     return "\n".join([*lines, "end_header\n"]).encode("ascii")
 
 
-def _read(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
-    """Vertex records and face corners of a file of this form, by what its header says."""
+def _read_back(path: Path) -> tuple[Shaped[np.ndarray, " n"], np.ndarray]:
+    """Vertex records and face corners of a file that was written here."""
     head, _, body = path.read_bytes().partition(b"end_header\n")
-    count, faces = 0, 0
-    layout: list[tuple[str, str]] = []
-    for words in (line.split() for line in head.decode("ascii").splitlines()):
-        match words:
-            case ["element", "vertex", number]:
-                count = int(number)
-            case ["element", "face", number]:
-                faces = int(number)
-            case ["property", kind, name]:
-                layout.append((name, _PLY_TYPES[kind]))
-            case _:
-                pass
-    size = count * np.dtype(layout).itemsize
-    complete = len(body) == size + faces * _FACE.itemsize
+    header = _header(head)
+    rows = _vertex_rows(header, body)
+    faces = sum(element.count for element in header.elements[1:])
+    left = len(body) - rows.nbytes
+    complete = len(rows) == header.elements[0].count and left == faces * _FACE.itemsize
     require(complete, f"{path.name}: {len(body)} bytes after the header")
-    rows = np.frombuffer(body[:size], layout)
-    return rows, np.frombuffer(body[size:], _FACE)["corners"]
+    return rows, np.frombuffer(body[rows.nbytes :], _FACE)["corners"]

@@ -1,13 +1,12 @@
 """Reading a limb: a mesh from any of the shop's formats, and its limb file.
 
-In      the path of an STL, PLY, OBJ, GLB or AOP file.
+In      the path of a file of a format that has a reader in table.py.
 Out     a Limb in millimetres: one sound mesh, outward; landmarks, frame, side and sock from the
         limb file beside it.
 Fails   ShapeFileError: unreadable, damaged, of a size that no limb has, or the limb file of
         another shape.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,27 +14,17 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import read_content
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.aop.reading import read_aop_soup
-from limbgram.formats.glb import read_glb
-from limbgram.formats.obj import read_obj
-from limbgram.formats.ply import read_ply
 from limbgram.formats.sidecar import LimbRecord, OfAnother, hash_of, limb_file_beside, read_record
-from limbgram.formats.soup import Sound, Soup, check_size, sound_mesh
-from limbgram.formats.stl import read_stl
+from limbgram.formats.soup import Sound, Soup, sound_mesh
+from limbgram.formats.table import FORMATS, format_of
+from limbgram.formats.units import check_size
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Limb, LimbFrame, Origin, doubt_of_name
 from limbgram.workbench.strays import without_strays
 
 _LARGEST_BYTES = 1 << 30
 _MM_PER_STATED = {"mm": 1.0, "m": 1000.0}
-_READERS: dict[str, Callable[[bytes, str], Soup]] = {
-    ".stl": read_stl,
-    ".ply": read_ply,
-    ".obj": read_obj,
-    ".glb": read_glb,
-    ".aop": read_aop_soup,
-}
-SUFFIXES = tuple(_READERS)
+SUFFIXES = tuple(one.suffix for one in FORMATS if one.read is not None)
 """Endings of the files that can be read, small letters."""
 
 
@@ -134,13 +123,13 @@ def read_mesh(path: Path, mm_per_unit: float) -> Mesh:
 
 
 def _soup(path: Path, content: bytes) -> Soup:
-    read = _READERS.get(path.suffix.lower())
-    if read is None:
+    known_as = format_of(path)
+    if known_as is None or known_as.read is None:
         known = ", ".join(suffix[1:].upper() for suffix in SUFFIXES)
         raise ShapeFileError(
             f"{path.name} is of a kind that is not read. Export the shape as one of {known}."
         )
-    return read(content, path.name)
+    return known_as.read(content, path.name)
 
 
 def _measured(soup: Soup, mm_per_unit: float | None, name: str) -> Sound:

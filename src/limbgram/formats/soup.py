@@ -1,12 +1,11 @@
-"""Units: what one unit of a file is in millimetres, and whether a limb can be that large.
+"""Soup: what a file gives before anything is known to be right about it.
 
-Soup: what a file gives before anything is known to be right about it.
-
-A soup becomes a Mesh here: finite, faces that point at vertices, one winding, outward, and
-edge-manifold. No triangle moves: where sheets meet at an edge, vertices are doubled.
+In      triangles or polygons as a reader found them.
+Out     a Mesh to trust: finite, faces that point at vertices, one winding, outward, edge-manifold.
+Method  no triangle moves: where sheets meet at an edge, vertices are doubled.
+Fails   ShapeFileError: no surface, numbers that are none, or faces without their vertices.
 """
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,7 @@ from jaxtyping import Bool, Float64, Int64
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from limbgram.core.errors import OptionsError, ShapeFileError
+from limbgram.core.errors import ShapeFileError
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
@@ -30,53 +29,6 @@ from limbgram.core.mesh.topology import (
 from limbgram.reconstruction.surface.cleaning import drop_flat_and_double, make_manifold
 from limbgram.workbench.carving.radius_map import Grid
 from limbgram.workbench.limb import Landmark, LimbFrame
-
-_MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4, "in": 25.4}
-LIKELY_MM = (60.0, 1500.0)
-"""Extents that pass unasked: from a child's forearm to a whole leg or a torso."""
-_POSSIBLE_MM = (5.0, 5000.0)
-
-
-def mm_per_unit_of(text: str) -> float:
-    """Millimetres in a unit: mm, cm, m, inch, or a number for a file with a unit of its own."""
-    if text in _MM_PER:
-        return _MM_PER[text]
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise OptionsError(
-            f"{text!r} is no unit of length. Write mm, cm, m or inch, or how many millimetres one "
-            "unit of the file is, such as 383."
-        )
-    return value
-
-
-def check_size(mesh: Mesh, name: str, *, asked: bool) -> None:
-    """Refuse a limb of a size that limbs do not have.
-
-    asked: Somebody said what the unit is, so only the impossible is refused.
-
-    Raises:
-        ShapeFileError: too small or too large, with the units in which it would be right.
-    """
-    extent_mm = float((mesh.vertices_mm.max(0) - mesh.vertices_mm.min(0)).max())
-    low, high = _POSSIBLE_MM if asked else LIKELY_MM
-    if low <= extent_mm <= high:
-        return
-    size = "across in the unit that was given" if asked else "across if its unit is millimetres"
-    fitting = [unit for unit in ("mm", "cm", "inch", "m") if _fits(extent_mm * _MM_PER[unit])]
-    guess = f" It would be a limb in {' or '.join(fitting)}." if fitting and not asked else ""
-    raise ShapeFileError(
-        f"{name} is {extent_mm:.3g} mm {size}: no limb has that size.{guess} Say what one unit "
-        "of the file is: --unit mm, cm, m or inch, or a number of millimetres."
-    )
-
-
-def _fits(extent_mm: float) -> bool:
-    return LIKELY_MM[0] <= extent_mm <= LIKELY_MM[1]
-
 
 _MOST_FACES = 20_000_000
 
@@ -114,6 +66,19 @@ def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
     vertex_of = np.empty(len(places), np.int32)
     vertex_of[order] = np.cumsum(apart) - 1
     return Mesh(vertices_mm=places[order[apart]], faces=vertex_of.reshape(-1, 3))
+
+
+def fans_of(polygons: list[list[int]]) -> Faces:
+    """Triangles of polygons, each a fan round its first corner."""
+    triangles = [
+        (corners[0], corners[k], corners[k + 1])
+        for corners in polygons
+        for k in range(1, len(corners) - 1)
+    ]
+    within = all(0 <= corner < 2**31 for triangle in triangles for corner in triangle)
+    if not within:
+        raise ValueError("a face names a vertex that cannot be")
+    return np.array(triangles, np.int32).reshape(-1, 3)
 
 
 def sound_mesh(mesh: Mesh, name: str) -> Sound:

@@ -1,9 +1,9 @@
-"""STL, binary and text. A binary file may begin with "solid": its length tells what it is.
+"""STL: loose triangles, binary or text.
 
-A text is taken whole or not at all: what is left between its triangles but the names of solids is
-damage, and a reader that passed over it would lose triangles without a word.
-
-STL, binary: the triangles alone, in millimetres by what the header says.
+A binary file may begin with "solid": its length shows which it is. A text is taken whole or not
+at all: what is left between its triangles but the names of solids is damage, and a reader that
+passed over it would lose triangles without a word. Written is the binary form, whose header says
+the unit.
 """
 
 import re
@@ -16,6 +16,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import write_file
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.soup import Soup, triangles_merged
+from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
 _HEADER = 84
@@ -55,10 +56,28 @@ def read_stl(content: bytes, name: str) -> Soup:
     )
 
 
-def stated_unit(header: bytes) -> str | None:
-    """What a header of ours says of the unit."""
-    found = re.search(rb"limbgram.*unit: (\w+)", header)
-    return found[1].decode("ascii") if found else None
+def write_stl(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+    """Write a binary STL and read it back."""
+    path = target(path, unit, unscaled=unscaled)
+    # A header that began with "solid" would be taken for the text form.
+    header = f"limbgram binary STL, unit: {unit}".encode().ljust(80)
+
+    def encode(stream: BinaryIO) -> None:
+        normals = mesh.face_normals()
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        records = np.zeros(len(mesh.faces), _RECORD)
+        records["normal"] = normals / np.maximum(lengths, 1e-30)
+        records["corners"] = mesh.vertices_mm[mesh.faces]
+        stream.write(header + np.uint32(len(mesh.faces)).astype("<u4").tobytes())
+        stream.write(records.tobytes())
+
+    def check(written: Path) -> None:
+        import trimesh  # a fifth of a second, which most commands do without
+
+        read = trimesh.load_mesh(written, file_type="stl", process=False)
+        require_same_triangles(path.name, np.asarray(read.triangles), mesh, single_precision(mesh))
+
+    return write_file(path, encode, check)
 
 
 def _text(content: bytes, name: str) -> np.ndarray:
@@ -84,27 +103,3 @@ def _text(content: bytes, name: str) -> np.ndarray:
         raise ShapeFileError(
             f"{name} is damaged: a corner is no number ({error}). Export it again."
         ) from error
-
-
-def write_stl(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
-    """Write a binary STL and read it back."""
-    path = target(path, unit, unscaled=unscaled)
-    # A header that began with "solid" would be taken for the text form.
-    header = f"limbgram binary STL, unit: {unit}".encode().ljust(80)
-
-    def encode(stream: BinaryIO) -> None:
-        normals = mesh.face_normals()
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        records = np.zeros(len(mesh.faces), _RECORD)
-        records["normal"] = normals / np.maximum(lengths, 1e-30)
-        records["corners"] = mesh.vertices_mm[mesh.faces]
-        stream.write(header + np.uint32(len(mesh.faces)).astype("<u4").tobytes())
-        stream.write(records.tobytes())
-
-    def check(written: Path) -> None:
-        import trimesh  # a fifth of a second, which most commands do without
-
-        read = trimesh.load_mesh(written, file_type="stl", process=False)
-        require_same_triangles(path.name, np.asarray(read.triangles), mesh, single_precision(mesh))
-
-    return write_file(path, encode, check)

@@ -152,6 +152,40 @@ def test_a_binary_ply_with_bytes_left_over_is_refused(tmp_path: Path) -> None:
         read(tmp_path, "a.ply", _binary_ply("uchar", rows, 11))
 
 
+def test_values_behind_the_corners_of_faces_are_passed_over(tmp_path: Path) -> None:
+    """As MeshLab writes the colours of faces."""
+    listed = "property list uchar int vertex_indices\n"
+    coloured = PLY.replace(listed, f"{listed}property uchar red\nproperty float quality\n")
+    rows = [f"3 {a} {b} {c}" for a, b, c in FACES]
+    whole = coloured
+    for row in rows:
+        whole = whole.replace(f"\n{row}\n", f"\n{row} 255 0.5\n")
+    np.testing.assert_array_equal(
+        read(tmp_path, "a.ply", whole).mesh.faces, read(tmp_path, "b.ply", PLY).mesh.faces
+    )
+    for damage in (coloured, whole.replace(" 255 0.5\n", " 255\n", 1)):
+        with pytest.raises(ShapeFileError, match="no PLY file"):
+            read(tmp_path, "a.ply", damage)
+    with pytest.raises(ShapeFileError, match="no PLY file"):
+        read(tmp_path, "a.ply", whole.replace(f"\n{rows[0]} 255 0.5\n", "\n1\n"))
+
+
+@pytest.mark.parametrize("quads", [False, True])
+def test_binary_values_behind_the_corners_are_passed_over(tmp_path: Path, quads: bool) -> None:
+    faces = [[*face] for face in FACES.tolist()]
+    if quads:
+        faces[0].append(faces[0][0])
+    rows = b"".join(struct.pack(f"<B{len(f)}iBf", len(f), *f, 255, 0.5) for f in faces)
+    listed = b"int vertex_indices\n"
+    content = _binary_ply("uchar", rows).replace(
+        listed, listed + b"property uchar red\nproperty float quality\n"
+    )
+    assert len(read(tmp_path, "a.ply", content).mesh.faces) == 12
+    for cut in (1, 5, 18):
+        with pytest.raises(ShapeFileError, match="no PLY file"):
+            read(tmp_path, "b.ply", content[:-cut])
+
+
 def sphere() -> Mesh:
     made = trimesh.creation.icosphere(subdivisions=2, radius=50)
     rng = np.random.default_rng(4)

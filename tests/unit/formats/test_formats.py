@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import KDTree
 
+from limbgram.cli.export import KINDS
 from limbgram.core.errors import OptionsError, ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
@@ -16,8 +18,9 @@ from limbgram.core.mesh.topology import (
     volume_mm3,
 )
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.reading import read_limb
-from limbgram.formats.soup import mm_per_unit_of
+from limbgram.formats.reading import SUFFIXES, read_limb
+from limbgram.formats.table import FORMATS, Format, Kept, format_of
+from limbgram.formats.units import mm_per_unit_of
 from limbgram.workbench.limb import Limb
 
 BOX = trimesh.creation.box((100.0, 80.0, 200.0))
@@ -132,14 +135,55 @@ def test_ours_keep_all_that_is_known(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.sigma_mm, mesh.sigma_mm)
 
 
-@pytest.mark.parametrize("suffix", ["ply", "stl", "obj", "glb"])
-def test_what_we_write_reads_back_in_millimetres(tmp_path: Path, suffix: str) -> None:
-    mesh = Mesh(vertices_mm=VERTICES.astype(float), faces=FACES.astype(np.int32))
-    read = read_limb(write_limb(Limb(mesh=mesh), tmp_path / f"box.{suffix}")).mesh
-    for end in ("min", "max"):
-        np.testing.assert_allclose(
-            getattr(read.vertices_mm, end)(0), getattr(VERTICES, end)(0), atol=1e-4
-        )
+@pytest.mark.parametrize("kind", [one for one in FORMATS if one.holds_limbs], ids=lambda k: k.name)
+def test_a_limb_is_read_as_it_was_written_with_what_its_format_keeps(
+    tmp_path: Path, kind: Format
+) -> None:
+    rng = np.random.default_rng(6)
+    filled = np.arange(8) % 3 == 0
+    known: dict[Kept, np.ndarray] = {
+        "colours": rng.integers(0, 256, (8, 3), np.uint8),
+        "filled": filled,
+        "sigma": np.where(filled, np.nan, rng.random(8)).astype(np.float32),
+        "shared errors": rng.random((8, 2)).astype(np.float32),
+        "lost length": rng.random((8, 2)).astype(np.float32),
+    }
+    mesh = Mesh(
+        vertices_mm=VERTICES + rng.random((8, 3)),
+        faces=FACES.astype(np.int32),
+        **{_FIELDS[name]: values for name, values in known.items()},
+    )
+    path = write_limb(Limb(mesh=mesh), tmp_path / f"box{kind.suffix}")
+    read = read_limb(path).mesh
+    # STL keeps no order of vertices: each is compared with the nearest.
+    nearest = KDTree(read.vertices_mm).query(mesh.vertices_mm)
+    assert sorted(nearest[1]) == list(range(8))
+    assert nearest[0].max() <= kind.within_mm
+    assert volume_mm3(read) == pytest.approx(volume_mm3(mesh), rel=1e-6)
+    for name, values in known.items():
+        held = getattr(read, _FIELDS[name])
+        if name in kind.keeps:
+            np.testing.assert_allclose(held, values, rtol=1e-6)
+        else:
+            assert held is None
+
+
+_FIELDS: dict[Kept, str] = {
+    "colours": "colours",
+    "filled": "filled",
+    "sigma": "sigma_mm",
+    "shared errors": "shared_mm",
+    "lost length": "lost_length",
+}
+
+
+def test_every_kind_of_the_table_is_offered_and_read() -> None:
+    assert len({one.suffix for one in FORMATS}) == len(FORMATS)
+    for one in FORMATS:
+        assert one.read is not None or one.write is not None
+        assert (one.suffix in SUFFIXES) == (one.read is not None)
+        assert (one.name in KINDS) == (one.write is not None or one.name == "aop")
+        assert format_of(Path(f"limb{one.suffix.upper()}")) is one
 
 
 def test_faces_wound_at_random_come_out_outward(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.reading import AopReading
 from limbgram.workbench.bodies import Apart, Outside
-from limbgram.workbench.carving.contact import Distance, clipped, distance_to, volume_between_mm3
 from limbgram.workbench.carving.mapping import Mapped
+from limbgram.workbench.carving.slab import Distance, clipped, distance_to, volume_between_mm3
 
 
 @dataclass(frozen=True, kw_only=True)

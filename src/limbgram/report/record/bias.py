@@ -15,8 +15,8 @@ from limbgram.core.errors import CarveError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import with_faces
 from limbgram.report.record.sources import CaseSource
-from limbgram.workbench.carving.contact import clipped, distance_to, volume_between_mm3
 from limbgram.workbench.carving.mapping import MapOptions, map_radii
+from limbgram.workbench.carving.slab import clipped, distance_to, volume_between_mm3
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.measuring import Measures
 from limbgram.workbench.recipe.ledger import Ledger

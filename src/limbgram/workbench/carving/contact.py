@@ -7,8 +7,6 @@ Method  every sample stops the ball at its own radius; the largest counts. This 
 
 Angles are counted from +Y, counter-clockwise seen from +Z (the tool's direction is
 (-sin A, cos A)).
-
-The part of a surface between two heights, its volume, and how far it lies from another.
 """
 
 import math
@@ -19,11 +17,9 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 from limbgram.core.run import in_parallel
-from limbgram.workbench.edits.cutting import keep_positive
 
 _BIN_MM = 1.5
 _BINS_ROUND = 180
@@ -156,53 +152,3 @@ def _stop(points, starts, nearest, farthest, low, z_mm, angles, ball, stops):
                         if stop > best:
                             best = stop
         stops[q] = best
-
-
-@dataclass(frozen=True, kw_only=True)
-class Distance:
-    """How far a surface lies from another; signless, weighted by area."""
-
-    max_mm: float
-    rms_mm: float
-    area_mm2: float
-
-    def __or__(self, other: "Distance") -> "Distance":
-        """Of both parts of a surface together."""
-        area = self.area_mm2 + other.area_mm2
-        squares = self.rms_mm**2 * self.area_mm2 + other.rms_mm**2 * other.area_mm2
-        return Distance(
-            max_mm=max(self.max_mm, other.max_mm),
-            rms_mm=float(np.sqrt(squares / area)),
-            area_mm2=area,
-        )
-
-
-def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
-    """The surface between two heights, its triangles cut; open where it is cut."""
-    for height_mm, up in ((low_mm, 1.0), (high_mm, -1.0)):
-        mesh = keep_positive(mesh, up * (mesh.vertices_mm[:, 2] - height_mm)).mesh
-    return mesh
-
-
-def volume_between_mm3(part: Mesh) -> float:
-    """Volume of a clipped surface closed by level planes.
-
-    The flux of (x, 0, 0) through a level plane is nothing, so the planes need not be there.
-    """
-    corners = part.vertices_mm[part.faces]
-    return float((corners[:, :, 0].mean(1) * part.face_normals()[:, 0]).sum() / 2)
-
-
-def distance_to(part: Mesh, target: Mesh) -> Distance:
-    """How far a surface lies from another, taken at its vertices and the middles of its faces."""
-    tree = TriangleTree.of(target.vertices_mm, target.faces)
-    at_vertices = tree.closest(part.vertices_mm).distances_mm
-    at_middles = tree.closest(part.vertices_mm[part.faces].mean(1)).distances_mm
-    areas = np.linalg.norm(part.face_normals(), axis=1) / 2
-    # Exact for quadrics: 1/12 of the area at each corner, 3/4 in the middle.
-    squares = (at_vertices[part.faces] ** 2).sum(1) / 12 + 0.75 * at_middles**2
-    return Distance(
-        max_mm=float(max(at_vertices.max(), at_middles.max())),
-        rms_mm=float(np.sqrt((squares * areas).sum() / areas.sum())),
-        area_mm2=float(areas.sum()),
-    )

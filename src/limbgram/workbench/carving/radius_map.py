@@ -1,6 +1,4 @@
-"""The grid of a file of radii: at which angles and heights they stand.
-
-A radius map: a surface as radii round the z axis, by slice and spoke.
+"""A radius map: a surface as radii round the z axis, by slice and spoke; and its grid alone.
 
 Spokes are counted from the front (+Y) towards the patient's right (+X): clockwise seen from
 proximal, as files of the trade count them. In the right-handed limb frame
@@ -17,6 +15,8 @@ from limbgram.core.mesh.mesh import Mesh
 
 _EVEN_DEG = 1e-3
 """Files hold a spacing to six decimals, which adds up over a turn."""
+_POINT_MM = 0.05
+"""An end slice with all radii below this is one point."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +34,6 @@ class Grid:
         count = len(self.thetas_deg)
         off_deg = self.thetas_deg - 360.0 / count * np.arange(count)
         return bool(np.abs(off_deg).max() < _EVEN_DEG)
-
-
-_POINT_MM = 0.05
-"""An end slice with all radii below this is one point."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Measures: girths, widths, areas, volumes, lengths, with their uncertainty."""
 
-from limbgram.workbench.measures.lengths import Length, length_mm, shortest_path
+from limbgram.workbench.measures.geodesic import length_mm, shortest_path
+from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.carving.casting import axis_heights_mm, cast_radii
-from limbgram.workbench.carving.contact import clipped, volume_between_mm3
+from limbgram.workbench.carving.slab import clipped, volume_between_mm3
 
 
 def mesh_of(shape: trimesh.Trimesh) -> Mesh:

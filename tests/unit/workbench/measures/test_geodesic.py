@@ -7,7 +7,7 @@ import trimesh
 from limbgram.core.errors import MeasureError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.measures.lengths import length_mm, shortest_path
+from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 
 
 def as_mesh(body: trimesh.Trimesh) -> Mesh:

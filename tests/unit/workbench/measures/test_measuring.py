@@ -92,7 +92,8 @@ def test_lengths_between_landmarks(cylinder: Mesh) -> None:
 
 def test_a_length_over_a_wall_grows_as_the_wall_does(cylinder: Mesh) -> None:
     """A quarter of the way round lengthens by a quarter of what the girth does."""
-    from limbgram.workbench.measures.lengths import _slopes, shortest_path
+    from limbgram.workbench.measures.geodesic import shortest_path
+    from limbgram.workbench.measures.lengths import _slopes
 
     path = shortest_path(cylinder, np.array([50.0, 0, 100]), np.array([0.0, 50, 100]))
     sigmas = Sigmas.of(cylinder)

@@ -1,8 +1,16 @@
-"""Straightening: the shortest line through a strip of triangles, and through better strips.
+"""Geodesics: the shortest way over a surface between two places.
 
-The strip is unfolded into a plane, where a funnel gives its shortest line exactly (Lee and
-Preparata 1984). Where that line bends round a vertex and the surface on the other side spans less
-than a half turn, the way round the other side is shorter: the strip is led there.
+In      a mesh and two places, which are moved to the nearest places of the surface.
+Out     a polyline, each piece of which lies in one triangle.
+Method  Dijkstra over the edges finds a rough way; pulled taut on the surface it shows which faces
+        to cross. The strip of faces is unfolded into a plane, where a funnel gives its shortest
+        line exactly (Lee and Preparata 1984). Where that line bends round a vertex and the
+        surface on the other side spans less than a half turn, the way round the other side is
+        shorter: the strip is led there (Xin and Wang 2007). The same is done from the rough way,
+        and the shorter of the two is taken: on a thin wall the taut way may jump to the other
+        skin.
+        No way near the one found is shorter; a quite different one may be.
+Fails   MeasureError: no surface joins the two places.
 """
 
 import cmath
@@ -11,16 +19,78 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Bool, Float64, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
 
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import Edges, find_edges
 
+_FIRST_REACH = 1.6
+"""The way is first looked for among faces that a way so much longer than straight could touch."""
+_PULLS = ((6, 50), (12, 50), (24, 40), (48, 40), (96, 30))
+"""Points of the rough way while it is pulled taut, and how often: coarse first."""
+_BAND = 12
+"""Edge lengths to either side of it among which the faces to cross are chosen."""
 _FLAT = 1e-9
 """Radians by which a side must span less than a half turn."""
 
 
+def shortest_path(mesh: Mesh, start_mm: Vector3, end_mm: Vector3) -> Points3:
+    """The shortest polyline on the surface; both ends are first moved to the nearest place on it.
+
+    Every piece lies in one triangle. `length_mm` gives its length.
+
+    Raises:
+        MeasureError: no surface joins the two places.
+    """
+    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    closest = tree.closest(np.stack([start_mm, end_mm]).astype(np.float64))
+    first, last = (int(face) for face in closest.faces)
+    places_mm = closest.points_mm
+    if first == last:
+        return places_mm.copy()
+    apart_mm = float(np.linalg.norm(places_mm[1] - places_mm[0]))
+    detours_mm = _shortest_detours_mm(mesh, places_mm)
+    reach_mm = max(_FIRST_REACH * apart_mm, float(detours_mm[[first, last]].max()))
+    while True:
+        near = detours_mm <= reach_mm
+        near[[first, last]] = True
+        kept = np.flatnonzero(near)
+        start, end = (int(face) for face in np.searchsorted(kept, [first, last]))
+        part = _Part.of(mesh, kept, _Ends(start, end, places_mm))
+        found = part.shortest(tree)
+        if found is not None and (near.all() or length_mm(found) <= reach_mm):
+            return found
+        if near.all():
+            raise MeasureError(
+                "No surface joins the two places: they lie on separate pieces of the shape. "
+                "Choose both on one piece, or repair the shape so that its pieces are joined."
+            )
+        reach_mm *= 2
+
+
+def length_mm(path_mm: Points3) -> float:
+    """Length of a polyline."""
+    return float(np.linalg.norm(np.diff(path_mm, axis=0), axis=1).sum())
+
+
+def _shortest_detours_mm(
+    mesh: Mesh, places_mm: Float64[np.ndarray, "2 3"]
+) -> Float64[np.ndarray, " f"]:
+    """Per face: no way between the places that touches the face is shorter than this."""
+    detours = np.linalg.norm(mesh.vertices_mm[:, None] - places_mm, axis=2).sum(1)
+    corners = mesh.vertices_mm[mesh.faces]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+    return detours[mesh.faces].min(1) - 2 * sides
+
+
 @dataclass(frozen=True)
-class Net:
+class _Net:
     """A surface that can be walked over."""
 
     vertices_mm: Points3
@@ -29,6 +99,129 @@ class Net:
     """Edge from each corner to the next."""
     neighbours: Int64[np.ndarray, "f 3"]
     """Face across that edge, or -1."""
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """Faces and places where the way starts and ends."""
+
+    start: int
+    end: int
+    places_mm: Float64[np.ndarray, "2 3"]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """The part of a surface where a way is looked for."""
+
+    net: _Net
+    ends: _Ends
+    edge_ends: Int64[np.ndarray, "e 2"]
+
+    @classmethod
+    def of(cls, mesh: Mesh, kept: Int64[np.ndarray, " k"], ends: _Ends) -> "_Part":
+        faces = mesh.faces[kept]
+        edges = find_edges(faces)
+        of_face = edges.of_half_edge.reshape(-1, 3)
+        net = _Net(mesh.vertices_mm, faces, of_face, _neighbours(edges))
+        return cls(net, ends, edges.ends.astype(np.int64))
+
+    def shortest(self, tree: TriangleTree) -> Points3 | None:
+        """The shortest path inside the part; None where it does not join the places."""
+        vertices = self.net.vertices_mm
+        start, end = (self.net.faces[face] for face in (self.ends.start, self.ends.end))
+        ways = vertices[self.edge_ends]
+        sides = np.linalg.norm(ways[:, 0] - ways[:, 1], axis=1)
+        route = _route(vertices, self.edge_ends, (start, end), self.ends.places_mm, sides)
+        if route is None:
+            return None
+        rough = np.concatenate([self.ends.places_mm[:1], vertices[route], self.ends.places_mm[1:]])
+        strips = [self._strip_along(way) for way in (_pulled_taut(tree, rough), rough)]
+        if strips[0] == strips[1]:
+            strips.pop()
+        first_mm, last_mm = self.ends.places_mm
+        found = [_straighten(self.net, one, first_mm, last_mm) for one in strips if one]
+        return min(found, key=length_mm, default=None)
+
+    def _strip_along(self, way_mm: Points3) -> list[int] | None:
+        """Neighbouring faces from start to end, near a way: Dijkstra over edge middles."""
+        middles = self.net.vertices_mm[self.edge_ends].mean(1)
+        sides = self.net.vertices_mm[self.edge_ends[self.net.edges]]
+        of_face = self.net.edges
+        size_mm = float(np.median(np.linalg.norm(sides[:, :, 0] - sides[:, :, 1], axis=2)))
+        dense = _resampled(way_mm, 2 + int(2 * length_mm(way_mm) / size_mm))
+        off = KDTree(dense).query(middles, distance_upper_bound=_BAND * size_mm)[0] / size_mm
+        pairs = np.concatenate([of_face[:, [0, 1]], of_face[:, [1, 2]], of_face[:, [2, 0]]])
+        pairs = pairs[np.isfinite(off[pairs]).all(1)]
+        lengths = np.linalg.norm(middles[pairs[:, 0]] - middles[pairs[:, 1]], axis=1)
+        steps = lengths * (1 + off[pairs].sum(1) ** 2)
+        ends = of_face[self.ends.start], of_face[self.ends.end]
+        crossed = _route(middles, pairs, ends, self.ends.places_mm, steps)
+        if crossed is None:
+            return None
+        return [self.ends.start, *_faces_between(of_face, crossed), self.ends.end]
+
+
+def _route(
+    nodes_mm: Points3,
+    pairs: Int64[np.ndarray, "p 2"],
+    ends: tuple[np.ndarray, np.ndarray],
+    places_mm: Float64[np.ndarray, "2 3"],
+    steps: Float64[np.ndarray, " p"],
+) -> Int64[np.ndarray, " k"] | None:
+    """Nodes on the shortest way through a graph between two places, each joined to some nodes."""
+    count = len(nodes_mm)
+    links = [np.column_stack([end, [count + k] * len(end)]) for k, end in enumerate(ends)]
+    reach = [np.linalg.norm(nodes_mm[end] - at, axis=1) for end, at in zip(ends, places_mm)]
+    arcs = np.concatenate([pairs, *links])
+    costs = np.maximum(np.concatenate((steps, *reach)), 1e-300)
+    graph = coo_array((costs, (arcs[:, 0], arcs[:, 1])), shape=(count + 2, count + 2)).tocsr()
+    far, before = dijkstra(graph, directed=False, indices=count, return_predecessors=True)
+    if not np.isfinite(far[count + 1]):
+        return None
+    nodes = [count + 1]
+    while nodes[-1] != count:
+        nodes.append(int(before[nodes[-1]]))
+    return np.array(nodes[-2:0:-1])
+
+
+def _pulled_taut(tree: TriangleTree, rough_mm: Points3) -> Float64[np.ndarray, "pulled 3"]:
+    """The way shortened on the surface, to within about a triangle."""
+    way = rough_mm
+    for count, times in _PULLS:
+        way = _resampled(way, count)
+        for _ in range(times):
+            way[1:-1] = tree.closest((way[:-2] + 2 * way[1:-1] + way[2:]) / 4).points_mm
+    return way
+
+
+def _resampled(way_mm: Points3, count: int) -> Float64[np.ndarray, "count 3"]:
+    """Points at equal distances along a polyline."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way_mm, axis=0), axis=1))])
+    wanted = np.linspace(0, along[-1], count)
+    return np.column_stack([np.interp(wanted, along, way_mm[:, axis]) for axis in range(3)])
+
+
+def _faces_between(
+    of_face: Int64[np.ndarray, "f 3"], crossed: Int64[np.ndarray, " k"]
+) -> list[int]:
+    """The face between each crossed edge and the next."""
+    order = np.argsort(of_face, axis=None, kind="stable")
+    sorted_edges = of_face.reshape(-1)[order]
+    firsts = np.searchsorted(sorted_edges, crossed)
+    lasts = np.searchsorted(sorted_edges, crossed, side="right")
+    sides = [set((order[a:b] // 3).tolist()) for a, b in zip(firsts, lasts, strict=True)]
+    return [min(one & two) for one, two in pairwise(sides)]
+
+
+def _neighbours(edges: Edges) -> Int64[np.ndarray, "f 3"]:
+    """Face across each side of each face; -1 where there is none or more than one."""
+    sides = edges.faces().astype(np.int64)
+    single: Bool[np.ndarray, " e"] = edges.uses == 2
+    own = np.arange(len(edges.of_half_edge)) // 3
+    pair = sides[edges.of_half_edge]
+    other = np.where(pair[:, 0] == own, pair[:, 1], pair[:, 0])
+    return np.where(single[edges.of_half_edge], other, -1).reshape(-1, 3)
 
 
 @dataclass(frozen=True)
@@ -57,7 +250,7 @@ class _Unfolded:
     end: complex
 
 
-def straighten(net: Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> Points3:
+def _straighten(net: _Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> Points3:
     """The shortest polyline near a strip of faces, from a place in its first to one in its last.
 
     Each change of the strip shortens the line, so it ends.
@@ -91,7 +284,7 @@ def _without_spurs(strip: list[int]) -> list[int]:
     return kept
 
 
-def _unfold(net: Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> _Unfolded:
+def _unfold(net: _Net, strip: list[int], start_mm: Vector3, end_mm: Vector3) -> _Unfolded:
     """Lay the faces of a strip beside each other in the plane."""
     ids = net.faces[strip].tolist()
     where = dict(
@@ -188,7 +381,7 @@ def _length(corners: list[_Corner]) -> float:
     return sum(abs(b.place - a.place) for a, b in pairwise(corners))
 
 
-def _led_round(net: Net, flat: _Unfolded, corners: list[_Corner]) -> list[int] | None:
+def _led_round(net: _Net, flat: _Unfolded, corners: list[_Corner]) -> list[int] | None:
     """The strip led round the other side of corners where that is shorter; or None."""
     strip = list(flat.faces)
     free_to = len(strip)
@@ -217,7 +410,7 @@ def _run(flat: _Unfolded, before: _Corner, corner: _Corner, after: _Corner) -> t
 
 
 def _other_side(
-    net: Net,
+    net: _Net,
     flat: _Unfolded,
     line: tuple[_Corner, _Corner, _Corner],
     run: tuple[int, int],
@@ -244,14 +437,14 @@ def _other_side(
     return None
 
 
-def _onward(net: Net, face: int, vertex: int, came: int) -> int:
+def _onward(net: _Net, face: int, vertex: int, came: int) -> int:
     """The next face round a vertex, away from the one that was left; -1 at a border."""
     corner = net.faces[face].tolist().index(vertex)
     one, two = (int(net.neighbours[face, k]) for k in (corner, (corner + 2) % 3))
     return two if one == came else one
 
 
-def _corner_angle(net: Net, face: int, vertex: int) -> float:
+def _corner_angle(net: _Net, face: int, vertex: int) -> float:
     ids = net.faces[face].tolist()
     k = ids.index(vertex)
     apex, one, two = (net.vertices_mm[ids[(k + step) % 3]].tolist() for step in range(3))
@@ -263,7 +456,7 @@ def _between(a: complex, b: complex) -> float:
 
 
 def _on_surface(
-    net: Net, flat: _Unfolded, corners: list[_Corner], start_mm: Vector3, end_mm: Vector3
+    net: _Net, flat: _Unfolded, corners: list[_Corner], start_mm: Vector3, end_mm: Vector3
 ) -> Points3:
     """The line in space: where it crosses each gate."""
     pieces = [start_mm[None]]
