@@ -48,7 +48,7 @@ from limbgram.cases.assessing import cited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.scoring import centres_mm, read_truth_mesh
-from limbgram.cli.parsing import parse_board, parse_box, read_distances
+from limbgram.cli.captures import parse_board, parse_box, read_distances
 from limbgram.cli.shapes import colour_of, direction, landmarks_of, pair_of, reading_of, span_of
 from limbgram.core.errors import LimbgramError, PhotoError
 from limbgram.core.geometry.frames import Rigid

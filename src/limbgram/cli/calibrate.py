@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.parsing import parse_board
+from limbgram.cli.captures import parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError

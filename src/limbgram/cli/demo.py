@@ -11,7 +11,7 @@ from limbgram.cases.job import Job
 from limbgram.cases.record import write_json
 from limbgram.cases.scoring import score_case
 from limbgram.cli.calibrate import calibrate_from, save_calibration
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered

@@ -11,7 +11,7 @@ import typer
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job
 from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable

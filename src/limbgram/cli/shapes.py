@@ -1,30 +1,25 @@
-"""Shapes: a shape and its unit, stated and read alike by every command.
+"""Shapes: the words that all commands on shapes share: a file and its unit, places, directions.
 
-Typed: directions, landmarks, pairs and readings as they stand on a command line.
-
-Marks: painted spots, as the photos of a case show them or as the shape's own colours do.
+A file is read as its unit says. Directions, landmarks, colours, pairs, spans and tape readings are
+made of the texts of options; what cannot be meant is refused with an example.
 """
 
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
-from jaxtyping import UInt8
 from PIL import ImageColor
 
-from limbgram.cli.replies import Reply
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
-from limbgram.workbench.limb import Landmark, Limb
+from limbgram.workbench.limb import Landmark
 from limbgram.workbench.measures.tape import TapeReading
 
 _NAMES = [suffix[1:].upper() for suffix in SUFFIXES]
@@ -208,110 +203,3 @@ def _number(text: str) -> float:
     except ValueError:
         return math.nan
     return value if abs(value) <= _LARGEST else math.nan
-
-
-_SHOWN_AT_MOST = 12
-_MOST_SHARED = 0.4
-
-
-@dataclass(frozen=True)
-class Seen:
-    """Marks in the order of their numbers, and a reply that lists them."""
-
-    places_mm: tuple[Vector3, ...]
-    reply: Reply
-
-
-def marks_seen(limb: Limb, case: Path | None, colour: str | None) -> Seen:
-    """The marks on a shape: from the photos of its case if there is one, else from its colours."""
-    wanted = colour_of(colour)
-    return _on_shape(limb, wanted) if case is None else _in_photos(limb, case, wanted)
-
-
-def _on_shape(limb: Limb, colour: tuple[int, int, int] | None) -> Seen:
-    from limbgram.workbench.frame.marks import MarkOptions, find_marks
-
-    found = find_marks(limb.mesh, MarkOptions(colour=colour))
-    lines = [
-        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
-        f"{_place(mark.position_mm)}"
-        for number, mark in enumerate(found, 1)
-    ]
-    content = [
-        {
-            "number": number,
-            "position_mm": mark.position_mm.tolist(),
-            "colour": mark.colour.tolist(),
-            "diameter_mm": mark.diameter_mm,
-        }
-        for number, mark in enumerate(found, 1)
-    ]
-    none = "No painted mark is seen: none is round, of one strong colour and size."
-    return Seen(
-        tuple(mark.position_mm for mark in found),
-        Reply(tuple(lines) or (none,), {"marks": content, "left_out": []}),
-    )
-
-
-def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> Seen:
-    from limbgram.cases.assessing import painted_marks_of
-    from limbgram.cases.folder import CaseFolder
-    from limbgram.workbench.marks.finding import PaintedOptions
-
-    found = painted_marks_of(CaseFolder(case), limb.mesh, PaintedOptions(colour=colour))
-    lines = [
-        f"#{number}: {mark.diameter_mm:4.1f} mm across, colour {_rgb(mark.colour)}, at "
-        f"{_place(mark.position_mm)} {plus_minus(Interval.of_sigma(mark.sigma_mm), 2)} mm, in "
-        f"{len(mark.photos)} of {mark.looking} photos that look at it"
-        for number, mark in enumerate(found.marks, 1)
-    ]
-    lines = lines or [
-        "No mark is seen that several photos agree on. Say its colour with --colour; a mark is a "
-        "round spot, 4 to 30 mm across, of a colour that the sock does not have."
-    ]
-    if found.marks and found.shared_share > _MOST_SHARED:
-        lines.append(
-            f"The sock has that colour too: {found.shared_share:.0%} of it lies outside round "
-            "spots. Look at each place before you name it."
-        )
-    left_out = [
-        f"Not offered: a spot of colour {_rgb(spot.colour)} at {_place(spot.position_mm)}: "
-        f"{spot.reason}."
-        for spot in found.left_out
-    ]
-    lines += left_out[:_SHOWN_AT_MOST]
-    if len(left_out) > _SHOWN_AT_MOST:
-        lines.append(f"... and {len(left_out) - _SHOWN_AT_MOST} more.")
-    content: dict[str, Any] = {
-        "shared_share": found.shared_share,
-        "marks": [
-            {
-                "number": number,
-                "position_mm": mark.position_mm.tolist(),
-                "colour": mark.colour.tolist(),
-                "diameter_mm": mark.diameter_mm,
-                "spread_mm": mark.spread_mm,
-                "sigma_mm": mark.sigma_mm,
-                "photos": list(mark.photos),
-                "photos_looking": mark.looking,
-            }
-            for number, mark in enumerate(found.marks, 1)
-        ],
-        "left_out": [
-            {
-                "position_mm": spot.position_mm.tolist(),
-                "colour": spot.colour.tolist(),
-                "reason": spot.reason,
-            }
-            for spot in found.left_out
-        ],
-    }
-    return Seen(tuple(mark.position_mm for mark in found.marks), Reply(explained(lines), content))
-
-
-def _rgb(colour: UInt8[np.ndarray, "3"]) -> tuple[int, ...]:
-    return tuple(colour.tolist())
-
-
-def _place(position_mm: Vector3) -> str:
-    return ",".join(f"{value:.1f}" for value in position_mm)

@@ -11,7 +11,7 @@ import typer
 
 from limbgram.cases.deliverables import deliver
 from limbgram.cli.calibrate import calibrate_from
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run

@@ -8,8 +8,8 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
+from limbgram.cli.captures import read_distances
 from limbgram.cli.main import app
-from limbgram.cli.parsing import read_distances
 from limbgram.cli.shapes import landmarks_of
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError, ShapeFileError
 from limbgram.core.files import json_of, read_content, toml_of

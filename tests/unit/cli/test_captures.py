@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from limbgram.cli.calibrate import as_board
-from limbgram.cli.parsing import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.scale.taping import TapedGirth
 
