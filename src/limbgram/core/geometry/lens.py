@@ -1,9 +1,24 @@
-"""The lens: pinhole with skew and Brown-Conrady distortion, in OpenCV's convention.
+"""The lens: the camera model, its projection, its derivatives and its inverse.
 
-Pixel (0, 0) is the CENTRE of the top left pixel. The camera looks along +z, x right, y down.
-Photos are used in the sensor's orientation; EXIF orientation only turns pictures for people.
+Pinhole with skew and Brown-Conrady distortion, in OpenCV's convention. Pixel (0, 0) is the CENTRE
+of the top left pixel. The camera looks along +z, x right, y down. Photos are used in the sensor's
+orientation; EXIF orientation only turns pictures for people.
 
-One projection with all its derivatives: the kernel of triangulation and adjustment.
+The formulas stand once, in three functions: `distorted`, `distorted_with_slopes` and
+`coefficient_slopes`. They are plain Python. numpy calls them with arrays, and every compiled kernel
+inlines them. All other code takes the model from them.
+
+To add a camera model:
+1. Write its three formulas beside those of Brown and Conrady, and its parameters in `PARAMETERS`
+   and `Camera`. A new coefficient of the same model goes into the same places, at the end of the
+   row. `LENS_SIZE` and all arrays follow.
+2. `reconstruction/calibration/screening.py` (`free_unknowns`, `_start`) and
+   `reconstruction/calibration/cameras.py` (`sigma_distortion`): what is estimated from a board,
+   and what is known without one.
+3. `reconstruction/mapping/colmap.py` and `formats/colmap.py`: the model's name and order there.
+   `formats/camera.py` follows `PARAMETERS`; raise its version where a name is added.
+4. `tests/unit/core/test_derivatives.py`: give the new parameters a value in `LENS`. The file
+   checks every derivative in the program against complex steps and differences.
 
 A view is a row of `View.packed`: rotation (9), translation (3), lens (10). The derivative by the
 pose is for x_camera = exp(w) (R x_world) + t + d, with w a small rotation vector in the camera's
@@ -11,10 +26,12 @@ frame and d a shift: six numbers (w, d).
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
+from numba.extending import register_jitable
 
 from limbgram.core.geometry.arrays import AnyPoints2, AnyPoints3, Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
@@ -22,7 +39,70 @@ from limbgram.core.geometry.frames import Rigid
 PARAMETERS = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
 """Order of the lens parameters in every packed row and covariance matrix."""
 
+LENS_SIZE = len(PARAMETERS)
+POSE_SIZE = 6
+
 _UNDISTORT_STEPS = 20
+_EXACT = float(np.nextafter(0.0, 1.0))
+"""Only steps of nothing are smaller: the iteration ends where it stands still."""
+
+
+@register_jitable(inline="always")
+def distorted(x, y, k1, k2, p1, p2, k3):
+    """Distorted of ideal normalized coordinates, as (xd, yd).
+
+    Numbers, arrays and complex numbers are taken alike.
+    """
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    yd = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+    return xd, yd
+
+
+@register_jitable(inline="always")
+def distorted_with_slopes(x, y, k1, k2, p1, p2, k3):
+    """The same with its derivatives: (xd, yd, d xd/dx, d xd/dy = d yd/dx, d yd/dy)."""
+    xd, yd = distorted(x, y, k1, k2, p1, p2, k3)
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3))
+    xd_x = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+    xd_y = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    yd_y = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+    return xd, yd, xd_x, xd_y, yd_y
+
+
+@register_jitable(inline="always")
+def coefficient_slopes(x, y):
+    """Derivatives of (xd, yd) by k1, k2, p1, p2 and k3."""
+    r2 = x * x + y * y
+    return (
+        (x * r2, y * r2),
+        (x * r2 * r2, y * r2 * r2),
+        (2.0 * x * y, r2 + 2.0 * y * y),
+        (r2 + 2.0 * x * x, 2.0 * x * y),
+        (x * r2 * r2 * r2, y * r2 * r2 * r2),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ideal_of(x_px, y_px, lens, steps, tolerance):
+    """Ideal normalized coordinates of a pixel: the inverse of the projection, by fixed points.
+
+    Ends after `steps`, or where a step is smaller than `tolerance`.
+    """
+    yd = (y_px - lens[3]) / lens[1]
+    xd = (x_px - lens[2] - lens[4] * yd) / lens[0]
+    x, y = xd, yd
+    for _ in range(steps):
+        reached_x, reached_y = distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
+        step_x, step_y = xd - reached_x, yd - reached_y
+        x += step_x
+        y += step_y
+        if abs(step_x) + abs(step_y) < tolerance:
+            break
+    return x, y
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,15 +161,7 @@ class Camera:
     def distort(self, normalized: AnyPoints2) -> AnyPoints2:
         """Ideal normalized coordinates to distorted normalized coordinates."""
         x, y = normalized[..., 0], normalized[..., 1]
-        r2 = x * x + y * y
-        radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
-        return np.stack(
-            [
-                x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
-                y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y,
-            ],
-            axis=-1,
-        )
+        return np.stack(distorted(x, y, *self.distortion), axis=-1)
 
     def project(self, points_in_camera: AnyPoints3) -> AnyPoints2:
         """Pixels of points in the camera frame; points behind the camera give NaN."""
@@ -105,12 +177,9 @@ class Camera:
 
     def normalize(self, xy_px: AnyPoints2) -> AnyPoints2:
         """Ideal normalized coordinates (X/Z, Y/Z) of pixels, by fixed-point iteration."""
-        yd = (xy_px[..., 1] - self.cy) / self.fy
-        xd = (xy_px[..., 0] - self.cx - self.skew * yd) / self.fx
-        target = np.stack([xd, yd], axis=-1)
-        ideal = target
-        for _ in range(_UNDISTORT_STEPS):
-            ideal = ideal + (target - self.distort(ideal))
+        pixels = np.ascontiguousarray(xy_px, np.float64)
+        ideal = np.empty_like(pixels)
+        _normalize_all(pixels.reshape(-1, 2), self.packed, ideal.reshape(-1, 2))
         return ideal
 
     def rays(self, xy_px: AnyPoints2) -> AnyPoints3:
@@ -159,8 +228,30 @@ def without_skew(camera: Camera, xy_px: Points2) -> Points2:
     return straight
 
 
-POSE_SIZE = 6
-LENS_SIZE = 10
+class LensSlopes(NamedTuple):
+    """Pixels with their derivatives by the ideal coordinates and by the lens."""
+
+    xy_px: Points2
+    by_ideal: Float64[np.ndarray, "n 2 2"]
+    by_lens: Float64[np.ndarray, "n 2 10"]
+
+
+def lens_slopes(
+    x: Float64[np.ndarray, " n"], y: Float64[np.ndarray, " n"], lens: Float64[np.ndarray, "10"]
+) -> LensSlopes:
+    """Pixels of ideal coordinates (X/Z, Y/Z), with derivatives."""
+    fx, fy, cx, cy, skew = lens[:5]
+    xd, yd, xd_x, xd_y, yd_y = distorted_with_slopes(x, y, *lens[5:])
+    by_ideal = np.empty((len(x), 2, 2))
+    by_ideal[:, 0, 0], by_ideal[:, 0, 1] = fx * xd_x + skew * xd_y, fx * xd_y + skew * yd_y
+    by_ideal[:, 1, 0], by_ideal[:, 1, 1] = fy * xd_y, fy * yd_y
+    by_lens = np.zeros((len(x), 2, LENS_SIZE))
+    by_lens[:, 0, 0], by_lens[:, 1, 1] = xd, yd
+    by_lens[:, 0, 2] = by_lens[:, 1, 3] = 1.0
+    by_lens[:, 0, 4] = yd
+    for column, (dx, dy) in enumerate(coefficient_slopes(x, y), start=5):
+        by_lens[:, 0, column], by_lens[:, 1, column] = fx * dx + skew * dy, fy * dy
+    return LensSlopes(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)
 
 
 @njit(cache=True, nogil=True)
@@ -185,18 +276,10 @@ def project_and_differentiate(
     x, y = (rx + view[9]) / depth, (ry + view[10]) / depth
     fx, fy, cx, cy, skew = view[12], view[13], view[14], view[15], view[16]
     k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
-
-    r2 = x * x + y * y
-    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = 2.0 * (k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3))
-    xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
-    yd = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+    xd, yd, xd_x, xd_y, yd_y = distorted_with_slopes(x, y, k1, k2, p1, p2, k3)
     xy[0] = fx * xd + skew * yd + cx
     xy[1] = fy * yd + cy
 
-    xd_x = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-    xd_y = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    yd_y = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
     u_x, u_y = fx * xd_x + skew * xd_y, fx * xd_y + skew * yd_y
     v_x, v_y = fy * xd_y, fy * yd_y
 
@@ -218,11 +301,12 @@ def project_and_differentiate(
     by_lens[0, 2], by_lens[1, 2] = 1.0, 0.0
     by_lens[0, 3], by_lens[1, 3] = 0.0, 1.0
     by_lens[0, 4], by_lens[1, 4] = yd, 0.0
-    _by_distortion(by_lens, 5, x * r2, y * r2, fx, fy, skew)
-    _by_distortion(by_lens, 6, x * r2 * r2, y * r2 * r2, fx, fy, skew)
-    _by_distortion(by_lens, 7, 2.0 * x * y, r2 + 2.0 * y * y, fx, fy, skew)
-    _by_distortion(by_lens, 8, r2 + 2.0 * x * x, 2.0 * x * y, fx, fy, skew)
-    _by_distortion(by_lens, 9, x * r2 * r2 * r2, y * r2 * r2 * r2, fx, fy, skew)
+    by_k1, by_k2, by_p1, by_p2, by_k3 = coefficient_slopes(x, y)
+    _by_distortion(by_lens, 5, by_k1, fx, fy, skew)
+    _by_distortion(by_lens, 6, by_k2, fx, fy, skew)
+    _by_distortion(by_lens, 7, by_p1, fx, fy, skew)
+    _by_distortion(by_lens, 8, by_p2, fx, fy, skew)
+    _by_distortion(by_lens, 9, by_k3, fx, fy, skew)
     return depth
 
 
@@ -241,12 +325,19 @@ def differentiate_all(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _by_distortion(
-    by_lens: np.ndarray, column: int, dx: float, dy: float, fx: float, fy: float, skew: float
-) -> None:
-    """Write how pixels move when distorted coordinates move by (dx, dy)."""
-    by_lens[0, column] = fx * dx + skew * dy
-    by_lens[1, column] = fy * dy
+def _by_distortion(by_lens, column, move, fx, fy, skew):
+    """Write how pixels move when distorted coordinates move by `move`."""
+    by_lens[0, column] = fx * move[0] + skew * move[1]
+    by_lens[1, column] = fy * move[1]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _normalize_all(xy_px: np.ndarray, lens: np.ndarray, ideal: np.ndarray) -> None:
+    """Fill the ideal coordinates of all pixels."""
+    for k in range(len(xy_px)):
+        ideal[k, 0], ideal[k, 1] = ideal_of(
+            xy_px[k, 0], xy_px[k, 1], lens, _UNDISTORT_STEPS, _EXACT
+        )
 
 
 def turned(

@@ -30,6 +30,24 @@ def sampson_px(
     return error / _length(gradient)
 
 
+def sampson_by_matrix(
+    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
+) -> Float64[np.ndarray, "n 9"]:
+    """Derivative of the signed Sampson distances by the entries of F, row by row."""
+    ones = np.ones((len(xy_first), 1))
+    first, second = np.hstack([xy_first, ones]), np.hstack([xy_second, ones])
+    in_second, in_first = first @ fundamental.T, second @ fundamental
+    error = np.einsum("ni,ni->n", second, in_second)
+    square = (in_second[:, :2] ** 2).sum(1) + (in_first[:, :2] ** 2).sum(1)
+    square = np.maximum(square, np.finfo(float).tiny)
+    half_square = np.zeros((len(first), 3, 3))
+    half_square[:, :2] += in_second[:, :2, None] * first[:, None, :]
+    half_square[:, :, :2] += second[:, :, None] * in_first[:, None, :2]
+    numerator = second[:, :, None] * first[:, None, :]
+    numerator -= half_square * (error / square)[:, None, None]
+    return numerator.reshape(-1, 9) / np.sqrt(square)[:, None]
+
+
 def sampson_corrected(
     fundamental: Matrix3, xy_first: Points2, xy_second: Points2
 ) -> Float64[np.ndarray, "n 4"]:

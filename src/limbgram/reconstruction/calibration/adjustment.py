@@ -1,15 +1,12 @@
-"""Projection of board corners into one photo, with its derivatives.
-
-The unknowns that all photos share are the lens (geometry.camera.PARAMETERS) followed by the
-board's shape (BOARD_TERMS); each photo adds a pose of six: a small rotation applied after the
-present one, and a translation in millimetres.
-
-Adjustment: lens, shape of the board and all poses at once, by least squares.
+"""Adjustment: lens, shape of the board and all poses at once, by least squares.
 
 In      corners of one board in many photos, a start, and which shared unknowns are free.
 Out     the solution with residuals and the covariance of the shared unknowns.
-Method  damped Gauss-Newton (Levenberg and Marquardt); poses are eliminated photo by photo
-        (Schur complement), so the system to solve has the size of the lens alone.
+Method  Levenberg-Marquardt; poses are eliminated photo by photo (Schur complement), so the system
+        to solve has the size of the lens alone. The unknowns that all photos share are the lens
+        (lens.PARAMETERS) followed by the board's shape (BOARD_TERMS). Each photo adds a pose of
+        six: a small rotation applied after the present one, and a translation in millimetres.
+Fails   CalibrationError: the photos leave the free unknowns undetermined.
 """
 
 from dataclasses import dataclass, replace
@@ -21,15 +18,13 @@ from jaxtyping import Bool, Float64, Int32
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import PARAMETERS
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
 """How a print differs from its drawing, as fractions of half the board's long side: y grows by
 `stretch` of itself, x leans by `shear` of y, and z is a quadratic form of x and y."""
 
-LENS = len(PARAMETERS)
-SHARED = LENS + len(BOARD_TERMS)
-POSE = 6
+SHARED = LENS_SIZE + len(BOARD_TERMS)
 
 
 class Projection(NamedTuple):
@@ -58,19 +53,19 @@ def project_board(
         pose: camera_from_board.
     """
     slopes = _board_slopes(corners_mm, board_mm)
-    on_board = corners_mm + slopes @ shared[LENS:]
+    on_board = corners_mm + slopes @ shared[LENS_SIZE:]
     turned = on_board @ pose.rotation.T
     in_camera = turned + pose.translation
     inverse = 1.0 / in_camera[:, 2]
     x, y = in_camera[:, 0] * inverse, in_camera[:, 1] * inverse
-    xy_px, by_ideal, by_lens = lens_slopes(x, y, shared[:LENS])
+    xy_px, by_ideal, by_lens = lens_slopes(x, y, shared[:LENS_SIZE])
 
     by_point = np.empty((len(x), 2, 3))
     by_point[:, :, 0] = by_ideal[:, :, 0] * inverse[:, None]
     by_point[:, :, 1] = by_ideal[:, :, 1] * inverse[:, None]
     by_point[:, :, 2] = -(by_point[:, :, 0] * x[:, None] + by_point[:, :, 1] * y[:, None])
 
-    by_pose = np.empty((len(x), 2, POSE))
+    by_pose = np.empty((len(x), 2, POSE_SIZE))
     by_pose[:, :, :3] = np.cross(turned[:, None, :], by_point)
     by_pose[:, :, 3:] = by_point
     by_board = np.einsum("nij,jk,nkt->nit", by_point, pose.rotation, slopes)
@@ -99,50 +94,9 @@ def _board_slopes(
     return slopes * half_mm
 
 
-class LensSlopes(NamedTuple):
-    """Pixels with their derivatives by the ideal coordinates and by the lens."""
-
-    xy_px: Points2
-    by_ideal: Float64[np.ndarray, "n 2 2"]
-    by_lens: Float64[np.ndarray, "n 2 10"]
-
-
-def lens_slopes(x: np.ndarray, y: np.ndarray, lens: Float64[np.ndarray, "10"]) -> LensSlopes:
-    """geometry.camera.Camera.project with its derivatives by (X/Z, Y/Z) and by the lens."""
-    fx, fy, cx, cy, skew, k1, k2, p1, p2, k3 = lens
-    r2 = x * x + y * y
-    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3))
-    xd = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
-    yd = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
-
-    cross = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    by_ideal = np.empty((len(x), 2, 2))
-    xd_by_x = radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-    yd_by_y = radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
-    by_ideal[:, 0, 0] = fx * xd_by_x + skew * cross
-    by_ideal[:, 0, 1] = fx * cross + skew * yd_by_y
-    by_ideal[:, 1, 0] = fy * cross
-    by_ideal[:, 1, 1] = fy * yd_by_y
-
-    by_lens = np.zeros((len(x), 2, LENS))
-    by_lens[:, 0, 0], by_lens[:, 1, 1] = xd, yd
-    by_lens[:, 0, 2] = by_lens[:, 1, 3] = 1.0
-    by_lens[:, 0, 4] = yd
-    for column, power in ((5, r2), (6, r2**2), (9, r2**3)):
-        by_lens[:, 0, column] = fx * x * power + skew * y * power
-        by_lens[:, 1, column] = fy * y * power
-    tilt_x, tilt_y = r2 + 2.0 * x * x, r2 + 2.0 * y * y
-    by_lens[:, 0, 7] = fx * 2.0 * x * y + skew * tilt_y
-    by_lens[:, 1, 7] = fy * tilt_y
-    by_lens[:, 0, 8] = fx * tilt_x + skew * 2.0 * x * y
-    by_lens[:, 1, 8] = fy * 2.0 * x * y
-    return LensSlopes(np.stack([fx * xd + skew * yd + cx, fy * yd + cy], axis=1), by_ideal, by_lens)
-
-
 _STEPS = 50
 _BOARD_SIGMAS = np.array([0.01, 0.01, 0.02, 0.02, 0.02])
-"""What is known beforehand of a print and its mounting (projection.BOARD_TERMS): little."""
+"""What is known beforehand of a print and its mounting (BOARD_TERMS): little."""
 _TYPICAL_PX = 0.1
 """Sigma of a corner that gives the board's prior its weight against the corners."""
 
@@ -164,7 +118,7 @@ class Solution:
     """An adjusted lens, board and poses."""
 
     shared: Float64[np.ndarray, "15"]
-    """Lens (geometry.camera.PARAMETERS), then the board's terms (projection.BOARD_TERMS)."""
+    """Lens (lens.PARAMETERS), then the board's terms (BOARD_TERMS)."""
     free: Bool[np.ndarray, "15"]
     poses: tuple[Rigid, ...]
     """camera_from_board, one a photo."""
@@ -187,7 +141,7 @@ class Solution:
     def sigma0_px(self) -> float:
         """A posteriori standard deviation of one coordinate."""
         observations = sum(2 * len(one) for one in self.residuals_px)
-        unknowns = int(self.free.sum()) + POSE * len(self.poses)
+        unknowns = int(self.free.sum()) + POSE_SIZE * len(self.poses)
         return float(np.sqrt(self.squares / max(1, observations - unknowns)))
 
     @property
@@ -267,7 +221,7 @@ def scatter(
         shifts.append(_inverse(whole - reduced) @ alone.right[free])
     count = len(shifts)
     variance = (count - 1) / count * (np.array(shifts) ** 2).sum(axis=0)
-    lens = np.flatnonzero(free) < LENS
+    lens = np.flatnonzero(free) < LENS_SIZE
     formal = np.diag(solution.covariance)[free]
     return float(np.sqrt(np.median((variance / formal)[lens])))
 
@@ -282,13 +236,13 @@ def _normals(
 ) -> _Normals:
     """Normal equations of all photos, with the weak prior on the board's shape."""
     matrix, right, cost = np.zeros((SHARED, SHARED)), np.zeros(SHARED), 0.0
-    mixed = np.empty((len(poses), SHARED, POSE))
-    posed = np.empty((len(poses), POSE, POSE))
-    pose_right = np.empty((len(poses), POSE))
+    mixed = np.empty((len(poses), SHARED, POSE_SIZE))
+    posed = np.empty((len(poses), POSE_SIZE, POSE_SIZE))
+    pose_right = np.empty((len(poses), POSE_SIZE))
     for row, (one, pose) in enumerate(zip(observations, poses)):
         projection = project_board(board_mm[one.ids], board_mm, shared, pose)
         a = projection.by_shared.reshape(-1, SHARED)
-        b = projection.by_pose.reshape(-1, POSE)
+        b = projection.by_pose.reshape(-1, POSE_SIZE)
         residual = (one.xy_px - projection.xy_px).ravel()
         cost += float(residual @ residual)
         matrix += a.T @ a
@@ -296,7 +250,7 @@ def _normals(
         mixed[row], posed[row], pose_right[row] = a.T @ b, b.T @ b, b.T @ residual
     weights = np.zeros(SHARED)
     if with_prior:
-        weights[LENS:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
+        weights[LENS_SIZE:] = (_TYPICAL_PX / _BOARD_SIGMAS) ** 2
     cost += float(weights @ shared**2)
     return _Normals(
         cost, matrix + np.diag(weights), right - weights * shared, mixed, posed, pose_right
@@ -307,7 +261,7 @@ def _step(
     normals: _Normals, free: Bool[np.ndarray, "15"], damping: float
 ) -> tuple[Float64[np.ndarray, "15"], Float64[np.ndarray, "k 6"]]:
     grown = 1.0 + damping
-    posed = normals.posed * (1.0 + damping * np.eye(POSE))
+    posed = normals.posed * (1.0 + damping * np.eye(POSE_SIZE))
     solved = np.linalg.solve(posed, normals.mixed.transpose(0, 2, 1))
     poses_alone = np.linalg.solve(posed, normals.pose_right[..., None])[..., 0]
     reduced = normals.matrix * (1.0 + (grown - 1.0) * np.eye(SHARED)) - np.einsum(

@@ -15,10 +15,9 @@ from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
 from limbgram.reconstruction.calibration.adjustment import (
     BOARD_TERMS,
-    LENS,
     BoardObservation,
     Solution,
     scatter,
@@ -121,7 +120,7 @@ class BoardCalibration:
     inflation: float
     """Factor on all sigmas for errors that the corners of one photo share; 1 where none show."""
     correlations: Float64[np.ndarray, "10 10"]
-    """Of the lens (geometry.camera.PARAMETERS); zero rows for what was held fixed."""
+    """Of the lens (lens.PARAMETERS); zero rows for what was held fixed."""
     aspect: Estimate
     """fy / fx."""
     skew: Estimate
@@ -131,7 +130,7 @@ class BoardCalibration:
     """The same for the sixth-order distortion."""
     k3_delivered: bool
     board_shape: tuple[Estimate, ...] | None
-    """How the board differs from flat and true (projection.BOARD_TERMS); None: it does not."""
+    """How the board differs from flat and true (adjustment.BOARD_TERMS); None: it does not."""
     coverage: Coverage
     edge_sigmas_px: Float64[np.ndarray, "4"]
     """Sigma of a ray's place in the four corners of the picture (order of Coverage.reach)."""
@@ -186,13 +185,13 @@ def calibrate_detections(
     covariance = solution.covariance * inflation**2
     lens = Camera(
         width_px=size_px[0], height_px=size_px[1], fx=1.0, fy=1.0, cx=0.0, cy=0.0
-    ).with_parameters(solution.shared[:LENS])
-    edges_px = edge_sigmas_px(lens, covariance[:LENS, :LENS])
+    ).with_parameters(solution.shared[:LENS_SIZE])
+    edges_px = edge_sigmas_px(lens, covariance[:LENS_SIZE, :LENS_SIZE])
     refuse_uncovered(seen, edges_px, options.min_reach, options.max_edge_sigma_px)
     return BoardCalibration(
         calibration=Calibration(
             camera=lens,
-            covariance=covariance[:LENS, :LENS].copy(),
+            covariance=covariance[:LENS_SIZE, :LENS_SIZE].copy(),
             source="board",
             label=label_of(seen_by[0].exif),
             focal_mm=seen_by[0].exif.focal_mm,
@@ -203,7 +202,7 @@ def calibrate_detections(
         set_aside=detections.set_aside + screened.set_aside,
         sigma0_px=solution.sigma0_px,
         inflation=inflation,
-        correlations=_correlations(covariance[:LENS, :LENS]),
+        correlations=_correlations(covariance[:LENS_SIZE, :LENS_SIZE]),
         aspect=_aspect(solution.shared, covariance),
         skew=replace(choice.skew, sigma=choice.skew.sigma * inflation),
         skew_delivered=bool(solution.free[_SKEW]),
@@ -230,11 +229,11 @@ def _aspect(shared: np.ndarray, covariance: np.ndarray) -> Estimate:
 
 
 def _board_shape(solution: Solution, covariance: np.ndarray) -> tuple[Estimate, ...] | None:
-    if not solution.free[LENS:].any():
+    if not solution.free[LENS_SIZE:].any():
         return None
     return tuple(
         Estimate(float(solution.shared[row]), float(np.sqrt(covariance[row, row])))
-        for row in range(LENS, LENS + len(BOARD_TERMS))
+        for row in range(LENS_SIZE, LENS_SIZE + len(BOARD_TERMS))
     )
 
 

@@ -17,9 +17,8 @@ from jaxtyping import Bool, Float64
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import PARAMETERS
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS
 from limbgram.reconstruction.calibration.adjustment import (
-    LENS,
     SHARED,
     BoardObservation,
     Solution,
@@ -50,7 +49,7 @@ def free_unknowns(*, k3: bool, skew: bool, board: bool) -> Bool[np.ndarray, "15"
     free = np.ones(SHARED, bool)
     free[PARAMETERS.index("k3")] = k3
     free[PARAMETERS.index("skew")] = skew
-    free[LENS:] = board
+    free[LENS_SIZE:] = board
     return free
 
 

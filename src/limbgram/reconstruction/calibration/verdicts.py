@@ -11,8 +11,8 @@ from jaxtyping import Float64, Int32
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.calibration.adjustment import LENS, Solution, lens_slopes
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, lens_slopes
+from limbgram.reconstruction.calibration.adjustment import Solution
 from limbgram.reconstruction.calibration.cameras import label_of
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -112,7 +112,7 @@ def edge_sigmas_px(
     turns[:, 0] = np.stack([-x * y, 1.0 + x * x, -y, x], axis=1)
     turns[:, 1] = np.stack([-1.0 - y * y, x * y, x, y], axis=1)
     by_turn = (slopes.by_ideal @ turns).reshape(-1, 4)
-    by_lens = slopes.by_lens.reshape(-1, LENS)
+    by_lens = slopes.by_lens.reshape(-1, LENS_SIZE)
     left = by_lens - by_turn @ np.linalg.lstsq(by_turn, by_lens, rcond=None)[0]
     variances = np.full((len(xy_px), 2), np.nan)
     variances[known] = np.einsum("ni,ij,nj->n", left, covariance, left).reshape(-1, 2)

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
+from limbgram.core.geometry.lens import distorted_with_slopes
+
 f4 = np.float32
 
 MARGIN_PX = 3.0
@@ -23,7 +25,7 @@ _LEAST_CORRELATION = 0.5
 def project(view, x, y, z):
     """Pixel (u, v) of a world point through the exact lens, and d(u, v)/d(x, y, z) as 6 numbers.
 
-    `view` is View.packed; formulas as in geometry.camera.Camera.
+    `view` is View.packed.
     """
     a = view[0] * x + view[1] * y + view[2] * z + view[9]
     b = view[3] * x + view[4] * y + view[5] * z + view[10]
@@ -32,14 +34,7 @@ def project(view, x, y, z):
     p, q = a * per_depth, b * per_depth
     fx, fy, cx, cy, skew = view[12], view[13], view[14], view[15], view[16]
     k1, k2, p1, p2, k3 = view[17], view[18], view[19], view[20], view[21]
-    r2 = p * p + q * q
-    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    slope = 2 * (k1 + r2 * (2 * k2 + 3 * k3 * r2))
-    pd = p * radial + 2 * p1 * p * q + p2 * (r2 + 2 * p * p)
-    qd = q * radial + p1 * (r2 + 2 * q * q) + 2 * p2 * p * q
-    pp = radial + p * p * slope + 2 * p1 * q + 6 * p2 * p
-    pq = p * q * slope + 2 * p1 * p + 2 * p2 * q
-    qq = radial + q * q * slope + 6 * p1 * q + 2 * p2 * p
+    pd, qd, pp, pq, qq = distorted_with_slopes(p, q, k1, k2, p1, p2, k3)
     u, v = fx * pd + skew * qd + cx, fy * qd + cy
     up, uq = fx * pp + skew * pq, fx * pq + skew * qq
     vp, vq = fy * pq, fy * qq

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.triangulation import sampson_px
+from limbgram.core.geometry.triangulation import sampson_by_matrix, sampson_px
 from limbgram.reconstruction.matching.matching import PairMatches
 
 
@@ -93,7 +93,7 @@ def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
     residuals = sampson_px(model.matrix, xy_first, xy_second)
     cost = float(residuals @ residuals)
     for _ in range(_ITERATIONS):
-        by_step = _by_matrix(model.matrix, xy_first, xy_second) @ _matrix_by_step(model)
+        by_step = sampson_by_matrix(model.matrix, xy_first, xy_second) @ _matrix_by_step(model)
         normal, gradient = by_step.T @ by_step, by_step.T @ residuals
         while damping < 1e8:
             lifted = normal + damping * np.diag(np.diag(normal) + 1e-12)
@@ -118,21 +118,3 @@ def _matrix_by_step(model: EpipolarModel) -> Float64[np.ndarray, "9 k"]:
         change = model.moved(step).matrix - model.moved(-step).matrix
         columns.append(change.ravel() / (2 * _DIFFERENCE))
     return np.column_stack(columns)
-
-
-def _by_matrix(
-    fundamental: Matrix3, xy_first: Points2, xy_second: Points2
-) -> Float64[np.ndarray, "n 9"]:
-    """Derivative of the signed Sampson distances by the entries of F, row by row."""
-    ones = np.ones((len(xy_first), 1))
-    first, second = np.hstack([xy_first, ones]), np.hstack([xy_second, ones])
-    in_second, in_first = first @ fundamental.T, second @ fundamental
-    error = np.einsum("ni,ni->n", second, in_second)
-    square = (in_second[:, :2] ** 2).sum(1) + (in_first[:, :2] ** 2).sum(1)
-    square = np.maximum(square, np.finfo(float).tiny)
-    half_square = np.zeros((len(first), 3, 3))
-    half_square[:, :2] += in_second[:, :2, None] * first[:, None, :]
-    half_square[:, :, :2] += second[:, :, None] * in_first[:, None, :2]
-    numerator = second[:, :, None] * first[:, None, :]
-    numerator -= half_square * (error / square)[:, None, None]
-    return numerator.reshape(-1, 9) / np.sqrt(square)[:, None]

@@ -7,6 +7,7 @@ lies at pixel x = left + (j + 0.5) / fine - 0.5: pixel centres are whole numbers
 import numpy as np
 from numba import njit
 
+from limbgram.core.geometry.lens import ideal_of
 from limbgram.synthetic.rendering.shading import depth_on, mesh_light, panel_light, printed, within
 
 _UNDISTORT_STEPS = 30
@@ -53,7 +54,7 @@ def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, lig
     ideal = np.empty((rows + 2, columns + 2, 2))
     for y in range(rows + 2):
         for x in range(columns + 2):
-            ix, iy = _ideal(x - 1.0, top + y - 1.0, lens)
+            ix, iy = ideal_of(x - 1.0, top + y - 1.0, lens, _UNDISTORT_STEPS, _TOLERANCE)
             ideal[y, x, 0], ideal[y, x, 1] = ix, iy
             hit[y, x] = _look(ix, iy, panels)
     for y in range(rows):
@@ -73,7 +74,7 @@ def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, lig
                 ix, iy = ideal[y + 1, x + 1, 0], ideal[y + 1, x + 1, 1]
                 behind = hit[y + 1, x + 1] // 2
                 if not plain or k < 0:
-                    ix, iy = _ideal(px, py, lens)
+                    ix, iy = ideal_of(px, py, lens, _UNDISTORT_STEPS, _TOLERANCE)
                     behind = _look(ix, iy, panels) // 2
                 if k >= 0 and (behind < 0 or near * depth_on(ix, iy, panels.rows, behind) > 1.0):
                     red, green, blue = mesh_light(px, py, k, triangles, light)
@@ -82,24 +83,6 @@ def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, lig
                 picture[y, x, 0] += red / (fine * fine)
                 picture[y, x, 1] += green / (fine * fine)
                 picture[y, x, 2] += blue / (fine * fine)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ideal(x, y, lens):
-    """Ideal normalized coordinates of a pixel; `lens` in the order of camera.PARAMETERS."""
-    yd = (y - lens[3]) / lens[1]
-    xd = (x - lens[2] - lens[4] * yd) / lens[0]
-    u, v = xd, yd
-    for _ in range(_UNDISTORT_STEPS):
-        r2 = u * u + v * v
-        radial = 1 + r2 * (lens[5] + r2 * (lens[6] + r2 * lens[9]))
-        du = xd - (u * radial + 2 * lens[7] * u * v + lens[8] * (r2 + 2 * u * u))
-        dv = yd - (v * radial + lens[7] * (r2 + 2 * v * v) + 2 * lens[8] * u * v)
-        u += du
-        v += dv
-        if abs(du) + abs(dv) < _TOLERANCE:
-            break
-    return u, v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
