@@ -20,6 +20,7 @@ from numba import njit
 
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, project_and_differentiate
+from limbgram.core.solvers import invert_symmetric
 
 
 def sampson_px(
@@ -90,7 +91,6 @@ def _length(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
 
 
 _STEPS = 8
-_SINGULAR = 1e-15
 
 
 @dataclass(frozen=True)
@@ -225,21 +225,3 @@ def _refine(
             for i in range(3):
                 for j in range(3):
                     points[k, i] += inverse[i, j] * gradient[j]
-
-
-@njit(cache=True, nogil=True)
-def invert_symmetric(matrix: np.ndarray, inverse: np.ndarray) -> bool:
-    """Fill `inverse` of a 3 x 3 matrix, without LAPACK; False where it is singular to rounding."""
-    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
-    d, e, f = matrix[1, 1], matrix[1, 2], matrix[2, 2]
-    first, second, third = d * f - e * e, c * e - b * f, b * e - c * d
-    determinant = a * first + b * second + c * third
-    if not determinant > _SINGULAR * a * d * f:
-        return False
-    inverse[0, 0] = first / determinant
-    inverse[0, 1] = inverse[1, 0] = second / determinant
-    inverse[0, 2] = inverse[2, 0] = third / determinant
-    inverse[1, 1] = (a * f - c * c) / determinant
-    inverse[1, 2] = inverse[2, 1] = (b * c - a * e) / determinant
-    inverse[2, 2] = (a * d - b * b) / determinant
-    return True

@@ -9,6 +9,7 @@ Method  Levenberg-Marquardt; poses are eliminated photo by photo (Schur compleme
 Fails   CalibrationError: the photos leave the free unknowns undetermined.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, lens_slopes
+from limbgram.core.optimisation import Descent, Trial, minimise
 
 BOARD_TERMS = ("stretch", "shear", "bend_xx", "bend_xy", "bend_yy")
 """How a print differs from its drawing, as fractions of half the board's long side: y grows by
@@ -94,7 +96,9 @@ def _board_slopes(
     return slopes * half_mm
 
 
-_STEPS = 50
+_DESCENT = Descent(
+    iterations=50, smallest_gain=1e-12, least_gain=1e-14, damping=1e-4, least_damping=1e-12
+)
 _BOARD_SIGMAS = np.array([0.01, 0.01, 0.02, 0.02, 0.02])
 """What is known beforehand of a print and its mounting (BOARD_TERMS): little."""
 _TYPICAL_PX = 0.1
@@ -161,6 +165,9 @@ class _Normals:
     pose_right: Float64[np.ndarray, "k 6"]
 
 
+_State = tuple[Float64[np.ndarray, "15"], tuple[Rigid, ...], _Normals]
+
+
 def adjust(
     observations: tuple[BoardObservation, ...],
     board_mm: Points3,
@@ -173,23 +180,24 @@ def adjust(
     Raises:
         CalibrationError: the free unknowns cannot be told apart in these photos.
     """
-    normals = _normals(observations, board_mm, shared, poses)
-    damping = 1e-4
-    for _ in range(_STEPS):
-        step, pose_steps = _step(normals, free, damping)
-        tried = shared + step
-        tried_poses = tuple(moved(pose, one) for pose, one in zip(poses, pose_steps))
-        new = _normals(observations, board_mm, tried, tried_poses)
-        if new.cost <= normals.cost and np.isfinite(new.cost):
-            gain = normals.cost - new.cost
-            shared, poses, normals = tried, tried_poses, new
-            damping = max(damping * 0.1, 1e-12)
-            if gain <= 1e-12 * new.cost + 1e-14:
-                break
-        else:
-            damping *= 10.0
-            if damping > 1e8:
-                break
+
+    def tried(shared: Float64[np.ndarray, "15"], poses: tuple[Rigid, ...]) -> Trial[_State]:
+        normals = _normals(observations, board_mm, shared, poses)
+        return Trial((shared, poses, normals), normals.cost)
+
+    def linearised(state: _State) -> Callable[[float], Trial[_State]]:
+        shared, poses, normals = state
+
+        def step(damping: float) -> Trial[_State]:
+            by_shared, by_pose = _step(normals, free, damping)
+            return tried(
+                shared + by_shared, tuple(moved(pose, one) for pose, one in zip(poses, by_pose))
+            )
+
+        return step
+
+    start = tried(shared, poses)
+    shared, poses, normals = minimise(start.state, start.cost, linearised, _DESCENT)
     return Solution(
         shared=shared,
         free=free,

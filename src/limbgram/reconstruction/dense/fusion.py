@@ -38,6 +38,7 @@ from limbgram.core.errors import DenseError, OptionsError
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Cloud
 from limbgram.core.run import in_parallel, worker_count
+from limbgram.core.solvers import solve_positive
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_colour
@@ -334,26 +335,11 @@ def _gather(
 
 @njit(cache=True, error_model="numpy")
 def _solve(system, total, radius, coefficients):
-    """Solve the normal equations in place (Cholesky); False where they have no answer."""
+    """Solve the normal equations, slopes and bends held a little; False if they have none."""
     for a in range(1, _UNKNOWNS):
         reach = radius if a < 3 else 0.5 * radius * radius
         system[a, a] += _BEND_PRIOR * total * reach * reach * (0.01 if a < 3 else 1.0)
-    for a in range(_UNKNOWNS):
-        for c in range(a):
-            system[a, a] -= system[c, a] * system[c, a]
-        if not system[a, a] > 1e-12 * total:
-            return False
-        system[a, a] = math.sqrt(system[a, a])
-        for b in range(a + 1, _UNKNOWNS + 1):
-            for c in range(a):
-                system[a, b] -= system[c, a] * system[c, b]
-            system[a, b] /= system[a, a]
-    for a in range(_UNKNOWNS - 1, -1, -1):
-        value = system[a, _UNKNOWNS]
-        for b in range(a + 1, _UNKNOWNS):
-            value -= system[a, b] * coefficients[b]
-        coefficients[a] = value / system[a, a]
-    return True
+    return solve_positive(system, 1e-12 * total, coefficients)
 
 
 @dataclass(frozen=True, kw_only=True)

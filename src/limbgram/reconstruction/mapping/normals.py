@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
-from limbgram.core.geometry.triangulation import invert_symmetric
+from limbgram.core.solvers import invert_symmetric
 
 BEHIND_COST = 1e12
 """Cost of an observation whose point is behind its camera."""

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from limbgram.core.solvers import adjugate
 from limbgram.reconstruction.measuring.sampling import (
     HALF,
     SAMPLES,
@@ -195,11 +196,9 @@ def _solve(normal, prior, state):
     m00, m01, m02 = normal[0], normal[1], normal[2]
     m11, m12, m22 = normal[3] + prior, normal[4], normal[5] + prior
     r0, r1, r2 = normal[6], normal[7] - prior * state[1], normal[8] - prior * state[2]
-    q00, q01, q02 = m11 * m22 - m12 * m12, m02 * m12 - m01 * m22, m01 * m12 - m02 * m11
-    determinant = m00 * q00 + m01 * q01 + m02 * q02
+    q00, q01, q02, q11, q12, q22, determinant = adjugate(m00, m01, m02, m11, m12, m22)
     if not determinant > 1e-12 * m00 * m11 * m22:
         return 0.0, 0.0, 0.0, 0.0
-    q11, q12, q22 = m00 * m22 - m02 * m02, m01 * m02 - m00 * m12, m00 * m11 - m01 * m01
     return (
         (q00 * r0 + q01 * r1 + q02 * r2) / determinant,
         (q01 * r0 + q11 * r1 + q12 * r2) / determinant,

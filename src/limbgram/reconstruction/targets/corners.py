@@ -16,6 +16,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
+from limbgram.core.solvers import solve_positive
 
 _SIZE = 9
 _STEPS = 30
@@ -201,26 +202,14 @@ def _edge(distance: float, blur: float) -> tuple[float, float]:  # pragma: no co
 
 @njit(cache=True, nogil=True)
 def _solve(normal: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:  # pragma: no cover
-    """(N + damping diag N)^-1 right by Cholesky's method; NaN where N is singular."""
-    lower = np.zeros((_SIZE, _SIZE))
+    """(N + damping diag N)^-1 right; NaN where N is singular."""
+    system = np.empty((_SIZE, _SIZE + 1))
     answer = np.empty(_SIZE)
     for i in range(_SIZE):
-        for j in range(i + 1):
-            total = normal[i, j] * (1.0 + damping) if i == j else normal[i, j]
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i > j:
-                lower[i, j] = total / lower[j, j]
-            else:
-                lower[i, i] = math.sqrt(total) if total > 0.0 else math.nan
-    for i in range(_SIZE):
-        total = right[i]
-        for k in range(i):
-            total -= lower[i, k] * answer[k]
-        answer[i] = total / lower[i, i]
-    for i in range(_SIZE - 1, -1, -1):
-        total = answer[i]
-        for k in range(i + 1, _SIZE):
-            total -= lower[k, i] * answer[k]
-        answer[i] = total / lower[i, i]
+        for j in range(i):
+            system[j, i] = normal[i, j]
+        system[i, i] = normal[i, i] * (1.0 + damping)
+        system[i, _SIZE] = right[i]
+    if not solve_positive(system, 0.0, answer):
+        answer[:] = math.nan
     return answer

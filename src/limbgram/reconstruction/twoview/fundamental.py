@@ -1,18 +1,17 @@
-"""The fundamental matrix: linear estimate, robust estimate, and minimum of the Sampson distance.
+"""The fundamental matrix: linear, robust, and the minimum of Sampson or of pixel distances.
 
 All pixels are freed of lens distortion; x2^T F x1 = 0 and F has unit Frobenius norm.
 Method  normalized 8-point algorithm (Hartley 1997); RANSAC with MAGSAC scores and local
-        optimisation (Barath et al. 2020, OpenCV's USAC); Levenberg-Marquardt on the signed
-        Sampson distances over the orthonormal representation F = U diag(cos s, sin s, 0) V^T,
-        which has exactly the 7 degrees of freedom (Bartoli and Sturm 2004).
-
-The Gold Standard estimate of F: maximum likelihood under Gaussian noise of the pixels.
-
-Hartley and Zisserman, algorithm 11.3: cameras P = [I | 0] and P' = [M | t], one point per match,
-X = (x, y, 1, w); minimise sum d(x, x^)^2 + d(x', x'^)^2 over the 12 numbers of P' and the 3 of
-every point, by Levenberg-Marquardt with the points eliminated (appendix A6.3). F = [t]_x M.
+        optimisation (Barath et al. 2020, OpenCV's USAC); least squares of the signed Sampson
+        distances over the orthonormal representation F = U diag(cos s, sin s, 0) V^T, which has
+        exactly the 7 degrees of freedom (Bartoli and Sturm 2004).
+        The Gold Standard estimate is the maximum-likelihood F under Gaussian noise of the pixels
+        (Hartley and Zisserman, algorithm 11.3): cameras P = [I | 0] and P' = [M | t], one point
+        X = (x, y, 1, w) per match; least squares of d(x, x^)^2 + d(x', x'^)^2 over the 12 numbers
+        of P' and the 3 of every point, with the points eliminated (appendix A6.3). F = [t]_x M.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -22,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.triangulation import nearest_matches, sampson_px
+from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.reconstruction.twoview.pairs import fit_sampson
 
 FEWEST_MATCHES = 8
@@ -164,13 +164,14 @@ class _Orthonormal:
         return _Orthonormal(self.u @ turn_u, self.v @ turn_v, self.angle + float(step[6]))
 
 
-_ITERATIONS = 30
+_DESCENT = Descent(iterations=30, smallest_gain=1e-9)
 _SILENT = 1e-12
-_SMALLEST_GAIN = 1e-9
 
 Projection = Float64[np.ndarray, "3 4"]
 Structure = Float64[np.ndarray, "n 3"]
 """x, y and w of X = (x, y, 1, w)."""
+_State = tuple[Projection, Structure, Float64[np.ndarray, "n 4"]]
+"""With the residuals."""
 
 
 @dataclass(frozen=True)
@@ -239,29 +240,25 @@ def _project(projection: Projection, points: Structure) -> Points2:
 def _adjust(
     projection: Projection, points: Structure, first: Points2, second: Points2
 ) -> tuple[Projection, Structure]:
-    damping, residuals = 1e-3, _residuals(projection, points, first, second)
-    cost = float((residuals**2).sum())
-    for _ in range(_ITERATIONS):
+    def linearised(state: _State) -> Callable[[float], Trial[_State] | None]:
+        projection, points, residuals = state
         equations = Equations.at(projection, points, residuals)
-        while damping < 1e8:
+
+        def step(damping: float) -> Trial[_State] | None:
             try:
                 by_projection, by_point = equations.step(damping)
             except np.linalg.LinAlgError:  # too few matches tell too little: hold them harder
-                damping *= 10.0
-                continue
-            trial = projection + by_projection, points + by_point
-            tried = _residuals(*trial, first, second)
-            if float((tried**2).sum()) <= cost:
-                break
-            damping *= 10.0
-        else:
-            break
-        gain = cost - float((tried**2).sum())
-        cost, residuals, damping = cost - gain, tried, max(damping / 10.0, 1e-9)
-        projection, points = trial
-        if gain <= _SMALLEST_GAIN * cost:
-            break
-    return projection, points
+                return None
+            return tried(projection + by_projection, points + by_point)
+
+        return step
+
+    def tried(projection: Projection, points: Structure) -> Trial[_State]:
+        residuals = _residuals(projection, points, first, second)
+        return Trial((projection, points, residuals), float((residuals**2).sum()))
+
+    start = tried(projection, points)
+    return minimise(start.state, start.cost, linearised, _DESCENT)[:2]
 
 
 def _residuals(

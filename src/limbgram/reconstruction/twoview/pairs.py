@@ -1,13 +1,13 @@
 """Verified pairs: the epipolar geometry of two photos and the matches that obey it.
 
-Least squares of Sampson distances over any parametrised epipolar geometry.
-
-Levenberg-Marquardt on the signed distances, whose derivative by F is exact; F's derivative by
-its few parameters is a central difference of 3 x 3 matrices.
+`fit_sampson` finds any parametrised epipolar geometry by least squares of Sampson distances. Their
+derivative by F is exact; F's derivative by its few parameters is a central difference of 3 x 3
+matrices.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol, Self, TypeVar, runtime_checkable
+from typing import Generic, Literal, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float64
 from limbgram.core.geometry.arrays import Matrix3, Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.triangulation import sampson_by_matrix, sampson_px
+from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.reconstruction.matching.matching import PairMatches
 
 
@@ -68,8 +69,7 @@ class Pairs:
     rejected: int
 
 
-_ITERATIONS = 30
-_SMALLEST_GAIN = 1e-7
+_DESCENT = Descent(iterations=30, smallest_gain=1e-7)
 _DIFFERENCE = 1e-6
 
 
@@ -87,29 +87,34 @@ class EpipolarModel(Protocol):
 Model = TypeVar("Model", bound=EpipolarModel)
 
 
+@dataclass(frozen=True)
+class _Fitted(Generic[Model]):
+    """A model with its signed distances."""
+
+    model: Model
+    residuals: Float64[np.ndarray, " n"]
+
+
 def fit_sampson(start: Model, xy_first: Points2, xy_second: Points2) -> Model:
     """The model nearby with the least sum of squared Sampson distances."""
-    model, damping = start, 1e-3
-    residuals = sampson_px(model.matrix, xy_first, xy_second)
-    cost = float(residuals @ residuals)
-    for _ in range(_ITERATIONS):
+
+    def linearised(state: _Fitted[Model]) -> Callable[[float], Trial[_Fitted[Model]]]:
+        model, residuals = state.model, state.residuals
         by_step = sampson_by_matrix(model.matrix, xy_first, xy_second) @ _matrix_by_step(model)
         normal, gradient = by_step.T @ by_step, by_step.T @ residuals
-        while damping < 1e8:
+
+        def step(damping: float) -> Trial[_Fitted[Model]]:
             lifted = normal + damping * np.diag(np.diag(normal) + 1e-12)
-            trial = model.moved(-np.linalg.solve(lifted, gradient))
-            tried = sampson_px(trial.matrix, xy_first, xy_second)
-            if float(tried @ tried) <= cost:
-                break
-            damping *= 10.0
-        else:
-            break
-        gain = cost - float(tried @ tried)
-        model, residuals, damping = trial, tried, max(damping / 10.0, 1e-9)
-        cost -= gain
-        if gain <= _SMALLEST_GAIN * cost:
-            break
-    return model
+            return tried(model.moved(-np.linalg.solve(lifted, gradient)))
+
+        return step
+
+    def tried(model: Model) -> Trial[_Fitted[Model]]:
+        residuals = sampson_px(model.matrix, xy_first, xy_second)
+        return Trial(_Fitted(model, residuals), float(residuals @ residuals))
+
+    first = tried(start)
+    return minimise(first.state, first.cost, linearised, _DESCENT).model
 
 
 def _matrix_by_step(model: EpipolarModel) -> Float64[np.ndarray, "9 k"]:
