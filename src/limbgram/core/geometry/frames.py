@@ -1,6 +1,7 @@
-"""Rigid motions, named b_from_a: coordinates in frame a to coordinates in frame b; and angles.
+"""Motions and angles: Rigid and Similarity, their least-squares fit, turns.
 
-Similarities: rigid motion and scale, and their least-squares fit (Umeyama 1991).
+A motion is named b_from_a and takes coordinates in frame a to coordinates in frame b. The fit of a
+similarity to corresponding points is Umeyama's (1991).
 """
 
 from dataclasses import dataclass

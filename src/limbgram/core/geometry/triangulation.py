@@ -1,14 +1,12 @@
-"""The Sampson distance: first-order distance of a match from epipolar geometry.
+"""Epipolar distances and triangulation: what matches in placed photos say of points.
 
-x2^T F x1 = 0 is a quadric through the space of matches (x1, y1, x2, y2). The distance of a match
-to its tangent is the Sampson distance, and the foot of that perpendicular the corrected match
-(Sampson 1982; Hartley and Zisserman, section 11.4.3 and eq. 12.5).
+The Sampson distance: x2^T F x1 = 0 is a quadric through the space of matches (x1, y1, x2, y2). The
+distance of a match to its tangent is the Sampson distance, and the foot of that perpendicular the
+corrected match (Sampson 1982; Hartley and Zisserman, section 11.4.3 and eq. 12.5).
 
-Triangulation: points from their images in placed photos, with their covariance.
-
-The linear method (DLT) starts; Gauss-Newton on the distances in pixels finishes, through the
-whole lens model. Points that cannot be had (fewer than two rays, parallel rays, behind a camera)
-come out as NaN.
+Triangulation: points from their images, with their covariance. The linear method (DLT) starts;
+Gauss-Newton on the distances in pixels finishes, through the whole lens model. Points that cannot
+be had (fewer than two rays, parallel rays, behind a camera) come out as NaN.
 """
 
 from collections.abc import Sequence
@@ -21,6 +19,9 @@ from numba import njit
 from limbgram.core.geometry.arrays import Matrix3, Points2, Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View, project_and_differentiate
 from limbgram.core.solvers import invert_symmetric
+
+_STEPS = 8
+"""Of Gauss-Newton, from the linear method."""
 
 
 def sampson_px(
@@ -88,9 +89,6 @@ def _error_and_gradient(
 def _length(gradient: Float64[np.ndarray, "n 4"]) -> Float64[np.ndarray, " n"]:
     """Nought at the epipoles; then the least length that can be squared."""
     return np.maximum(np.linalg.norm(gradient, axis=1), np.sqrt(np.finfo(float).tiny))
-
-
-_STEPS = 8
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,10 @@ Out     an Axis in the mesh's frame.
 Method  the wall's normals tell a first direction; sections across it have centroids; a robust line
         through them is the next direction, until it stays. Ends, caps and brim are left out.
 Fails   MeasureError: no direction is longer than the others, or too few whole sections.
+
+Centroids are summed over the crossed faces as they come. `core/mesh/sections.cut` would chain them
+in the same time (0.05 s for 40 sections of 130,000 faces), but in another order of sums, and limb
+frames that were written before could not be had again to the last digit.
 """
 
 from dataclasses import dataclass

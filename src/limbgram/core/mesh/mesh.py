@@ -1,7 +1,4 @@
-"""Cloud: oriented points, as depth maps make them and a surface takes them.
-
-The mesh that every later stage takes.
-"""
+"""Cloud and Mesh: the oriented points that a surface is made of, and the surface itself."""
 
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -1,4 +1,9 @@
-"""Sections: exact cuts of a mesh by parallel planes, chained to polylines."""
+"""Sections: exact cuts of a mesh by parallel planes, chained to polylines.
+
+This is the one cut that gives lines. `workbench/edits/cutting.py` splits faces instead and keeps a
+part of the mesh, `workbench/measures/levels.py` integrates over the part of a face below a height,
+and `core/mesh/axis.py` needs middles alone.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

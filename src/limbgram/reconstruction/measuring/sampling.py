@@ -25,7 +25,8 @@ _LEAST_CORRELATION = 0.5
 def project(view, x, y, z):
     """Pixel (u, v) of a world point through the exact lens, and d(u, v)/d(x, y, z) as 6 numbers.
 
-    `view` is View.packed.
+    `view` is View.packed. It gives numbers and no arrays, and is inlined: the measuring kernels
+    project each sample, and their compiler may reorder the sums (fastmath).
     """
     a = view[0] * x + view[1] * y + view[2] * z + view[9]
     b = view[3] * x + view[4] * y + view[5] * z + view[10]

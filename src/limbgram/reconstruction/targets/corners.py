@@ -6,6 +6,9 @@ Method  I(p) = a + ax dx + ay dy + b erf(d1 / s sqrt 2) erf(d2 / s sqrt 2), wher
         the distances to two lines through the corner; nine parameters by damped Gauss-Newton
         over a window that follows the board in perspective. A grey value curve (gamma) shifts
         opposite arms of an edge in opposite directions and so cancels in the crossing point.
+
+The loop is compiled with the model, and ends by the corner's step: `core/optimisation` calls back
+into Python, which costs more than a step of nine unknowns.
 """
 
 import math

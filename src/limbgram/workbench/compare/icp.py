@@ -5,22 +5,16 @@ Out     a Fit: the pose, how well it fits, and whether the shape determines it a
 Method  Gauss-Newton on the signed distance to the surface: point to plane (Chen and Medioni
         1992), but along the way to the nearest place, which does not jump between triangles.
         Tukey's weights, their scale from the median and never growing, until the places stand.
-
-Descent: how two shapes lie to each other because one was made from the other.
-
-The limb files name what a shape was made from, and the motion between both meshes' axes. Where
-they do not (older ones, and files of other programs) the shapes themselves tell. An edited shape
-keeps its scan's limb frame to the last digit, and often some of its vertices. Two
-scans never do: each is aligned by its own landmarks. Laid on each other by shape, what was
-taken off would turn into a slide along the axis.
-
-Starts: poses from which a surface may find another when nobody says how they lie.
-
-Searching: the best of many starts where nobody says how two shapes lie to each other.
-
-In      two Limbs, the first also as a Ground.
-Out     the best Fit, and whether another pose does nearly as well.
+        Where nobody says how two shapes lie to each other, `tried_starts` runs it from the main
+        directions of both, turned in steps, and keeps the best.
 Fails   MeasureError: a shape has no measured surface away from its brim.
+
+`descent` says how two shapes lie where one was made from the other. The limb files name what a
+shape was made from, and the motion between both meshes' axes. Where they do not (older ones, and
+files of other programs) the shapes themselves show it: an edited shape keeps its scan's limb frame
+to the last digit, and often some of its vertices. Two scans never do, because each is aligned by
+its own landmarks. Laid on each other by shape, what was taken off would turn into a slide along
+the axis.
 """
 
 from dataclasses import dataclass
