@@ -22,7 +22,7 @@ from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.advice import findings
 from limbgram.report.record.layout import record_report
 from limbgram.report.record.sources import RecipeSource, ShapeSource, replayed_on
-from limbgram.synthetic.props.limb import LimbKind, make_limb
+from limbgram.synthetic.props.limb import TRANSTIBIAL_PLACES, LimbKind, make_limb
 from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import read_recipe
 from limbgram.workbench.recipe.recipe import switched
@@ -30,14 +30,7 @@ from limbgram.workbench.recipe.recipe import switched
 SEED, STEP_MM = 4, 3.5
 NAME = "Maria Huber"
 OWN_LANDMARK = "where Maria is sore"
-PLACES = {
-    "patellar tendon": (0, 0.33),
-    "tibial tubercle": (0, 0.41),
-    "fibula head": (105, 0.37),
-    "popliteal crease": (180, 0.26),
-    OWN_LANDMARK: (40, 0.6),
-}
-"""Degrees from anterior towards lateral, and share of the height from the cut."""
+PLACES = {**TRANSTIBIAL_PLACES, OWN_LANDMARK: (40.0, 0.6)}
 LOAD_MM, REDUCED = 5.0, 0.03
 EDITS = (
     f'load at="patellar tendon" depth_mm={LOAD_MM} falloff_mm=16',
@@ -104,21 +97,15 @@ class Bench:
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """An aligned scan, a recipe for it, and what the recipe makes of it."""
     limb = make_limb(LimbKind.TRANSTIBIAL, SEED, STEP_MM, base_mm=0.0)
-    draws = np.random.default_rng((SEED, 1))  # size, side, front: as the limb draws them
-    draws.uniform()
-    lateral, front = draws.choice([-1.0, 1.0]), draws.uniform(0, 2 * np.pi)
     made = Bench(
         folder=tmp_path_factory.mktemp(NAME),
-        side="right" if lateral > 0 else "left",
-        anterior=np.array([np.cos(front), np.sin(front), 0.0]),
+        side=limb.side,
+        anterior=np.array([np.cos(limb.anterior_rad), np.sin(limb.anterior_rad), 0.0]),
     )
     write_stl(limb.mesh, made.scan, "mm")
-    points = limb.mesh.vertices_mm
-    angles = np.degrees(lateral * (np.arctan2(points[:, 1], points[:, 0]) - front))
     marks: list[str] = []
-    for name, (angle, share) in PLACES.items():
-        off = np.abs((angles - angle + 180) % 360 - 180)
-        place = points[np.argmin(off + np.abs(points[:, 2] - share * limb.height_mm))]
+    for name, (angle_deg, share) in PLACES.items():
+        place = limb.place_mm(angle_deg, share)
         marks += ["--landmark", f"{name}={','.join(map(str, place))}"]
     wrong = {"left": "right", "right": "left"}[made.side]
     refused = run("align", made.scan, "--side", wrong, "--kind", "transtibial", *marks)

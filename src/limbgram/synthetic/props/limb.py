@@ -15,13 +15,14 @@ Frame   world: z up from the table, millimetres; the axis starts at (0, 0, base_
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Final, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.mesh.mesh import Mesh
 
@@ -186,8 +187,29 @@ class Limb:
     base_mm: float
     """Height of the cut above the table."""
     height_mm: float
+    side: Literal["left", "right"]
+    """Of the patient."""
+    anterior_rad: float
+    """Where the limb's front looks, in the world's plane of x and y."""
+
+    def place_mm(self, angle_deg: float, share: float) -> Vector3:
+        """The vertex near an angle from anterior towards lateral and a share of the height."""
+        points = self.mesh.vertices_mm
+        towards = 1.0 if self.side == "right" else -1.0
+        angles = np.arctan2(points[:, 1], points[:, 0]) - self.anterior_rad
+        off_deg = np.abs((np.degrees(towards * angles) - angle_deg + 180) % 360 - 180)
+        height_mm = self.base_mm + share * self.height_mm
+        return points[np.argmin(off_deg + np.abs(points[:, 2] - height_mm))]
 
 
+TRANSTIBIAL_PLACES: Final = {
+    "patellar tendon": (0.0, 0.33),
+    "tibial tubercle": (0.0, 0.43),
+    "fibula head": (105.0, 0.38),
+    "popliteal crease": (180.0, 0.27),
+    "tibia end": (0.0, 0.87),
+}
+"""Landmarks of a transtibial limb for `Limb.place_mm`: degrees, and share of the height."""
 _RELIEF = Relief()
 
 
@@ -218,7 +240,8 @@ def make_limb(
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
     grid = np.concatenate([_cut_rings(skin[0]), skin])
-    return _limb(grid, len(grid) - len(skin), base_mm)
+    whose = "right" if side > 0 else "left"
+    return _limb(grid, len(grid) - len(skin), base_mm, whose, float(yaw))
 
 
 def _profile(
@@ -315,7 +338,9 @@ def _cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
     return middle + shares[:, None, None] * (rim - middle)
 
 
-def _limb(grid: _Grid, cut_rows: int, base_mm: float) -> Limb:
+def _limb(
+    grid: _Grid, cut_rows: int, base_mm: float, side: Literal["left", "right"], anterior_rad: float
+) -> Limb:
     """Join the rings to one closed mesh: the first and the last row are single vertices."""
     rows, columns = grid.shape[:2]
     vertices = np.concatenate([grid[:1, 0], grid[1:-1].reshape(-1, 3), grid[-1:, 0]])
@@ -346,4 +371,6 @@ def _limb(grid: _Grid, cut_rows: int, base_mm: float) -> Limb:
         chart=np.concatenate(chart).astype(np.float32),
         base_mm=base_mm,
         height_mm=float(vertices[:, 2].max() - base_mm),
+        side=side,
+        anterior_rad=anterior_rad,
     )
