@@ -13,6 +13,7 @@ from limbgram.cases.record import write_json
 from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CaseError
 from limbgram.core.files import written_whole
+from limbgram.core.typed import tree_of
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
@@ -23,7 +24,7 @@ from limbgram.report.accuracy.assessment import assess
 from limbgram.report.case import case_report
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures, draw
-from limbgram.report.summary import summarise
+from limbgram.report.summary import Summary, Verdict, summarise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +51,7 @@ class Done:
     """What became of a job."""
 
     reconstruction: Reconstruction
-    verdict: dict[str, Any]
-    """As the summary has it: light, headline, reasons, facts."""
+    verdict: Verdict
 
 
 def job_tree(job: Job) -> Any:
@@ -93,9 +93,9 @@ def do(job: Job, run: CachingRun) -> Done:
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)
     write_accuracy(case, assessment)
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
-    summary = summarise(told, assessment.tree, run.timings, run.reused)
+    summary = summarise(told, assessment, run.timings, run.reused)
     _write_report(case, summary, drawn, f"Surface of {evidence.name}")
-    return Done(told, summary["verdict"])
+    return Done(told, summary.verdict)
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
@@ -118,11 +118,11 @@ def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:
     return calibrations
 
 
-def _write_report(case: CaseFolder, summary: dict[str, Any], drawn: Pictures, title: str) -> None:
+def _write_report(case: CaseFolder, summary: Summary, drawn: Pictures, title: str) -> None:
     case.report.mkdir(exist_ok=True)
     for picture in drawn.pictures:
         with written_whole(case.report / f"{picture.name}.png") as beside:
             beside.write_bytes(picture.png.tobytes())
     with written_whole(case.page) as beside:
         beside.write_text(html_of(case_report(summary, drawn, title)), encoding="utf-8")
-    write_json(case.summary, summary)
+    write_json(case.summary, tree_of(summary))

@@ -13,8 +13,10 @@ from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.store import CachingRun
 from limbgram.core.files import written_whole
+from limbgram.core.typed import tree_of
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
+from limbgram.report.summary import Verdict
 
 SCHEMA = "limbgram-case/1"
 _LIBRARIES = (
@@ -40,19 +42,19 @@ def write_record(
     message: str = "",
     *,
     job: str = "",
-    verdict: dict[str, Any] | None = None,
+    verdict: Verdict | None = None,
 ) -> None:
     """Replace case.json.
 
     Args:
         job: Key of what was asked for (`standing.key_of`).
-        verdict: Of a finished run, as its summary has it.
+        verdict: Of a finished run.
     """
     record = {
         "schema": SCHEMA,
         "state": state,
         "message": message,
-        "verdict": verdict,
+        "verdict": tree_of(verdict),
         "superseded": case.superseded.name if case.superseded.is_dir() else None,
         "job": job,
         "written": datetime.now(UTC).isoformat(timespec="seconds"),

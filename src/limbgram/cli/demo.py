@@ -1,6 +1,5 @@
 """`limbgram demo`: from nothing to a surface, compared with its truth."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -16,8 +15,8 @@ from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run
+from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
-from limbgram.report.document.page import finite
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD
@@ -52,12 +51,12 @@ def demo_command(
     )
     summary = run_job(job, as_json)
     comparison = score_case(case, capture / "truth")
-    figures = finite(asdict(comparison))
+    figures = tree_of(comparison)
     write_json(folder / "comparison.json", figures)
     return Reply(
         (*reply_lines(CaseFolder(case), summary, profile=False), *comparison_lines(comparison)),
-        {"summary": summary, "comparison": figures},
-        summary["verdict"]["light"],
+        {"summary": tree_of(summary), "comparison": figures},
+        summary.verdict.light,
     )
 
 

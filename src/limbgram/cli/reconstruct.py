@@ -1,10 +1,11 @@
 """`limbgram reconstruct`: photos to a surface in millimetres, in a case folder."""
 
-import json
+import math
 import sys
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,6 +16,8 @@ from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_t
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable
+from limbgram.core.files import json_of
+from limbgram.core.typed import tree_of
 from limbgram.reconstruction.dense.region import RegionOptions
 from limbgram.reconstruction.pipeline import DEFAULTS, PipelineOptions
 from limbgram.reconstruction.surface.parts import PartOptions
@@ -22,6 +25,7 @@ from limbgram.reconstruction.surface.pivoting import PivotOptions
 from limbgram.reconstruction.surface.poisson import PoissonOptions
 from limbgram.report.parts import part_lines
 from limbgram.report.stages import stage_title
+from limbgram.report.summary import StageSummary, Summary, summary_of
 
 
 class SurfaceMethod(StrEnum):
@@ -111,7 +115,7 @@ def reconstruct_command(
     )
     summary = run_job(job, as_json)
     return Reply(
-        reply_lines(CaseFolder(case), summary, profile), summary, summary["verdict"]["light"]
+        reply_lines(CaseFolder(case), summary, profile), tree_of(summary), summary.verdict.light
     )
 
 
@@ -130,7 +134,7 @@ def pipeline_options(
     )
 
 
-def run_job(job: Job, as_json: bool) -> Any:
+def run_job(job: Job, as_json: bool) -> Summary:
     """Do a job in its own process, showing its progress; returns its summary.
 
     Raises:
@@ -138,47 +142,46 @@ def run_job(job: Job, as_json: bool) -> Any:
     """
     try:
         with display(as_json) as screen:
-            return json.loads(Supervision(job, screen.show).wait().read_text("utf-8"))
+            path = Supervision(job, screen.show).wait()
+            return summary_of(json_of(path.read_bytes()))
     except JobBug as bug:
         told = printable(str(bug))
         sys.stderr.write(f"{told}\nThis is a bug of limbgram. Please report the lines above.\n")
         raise typer.Exit(1) from bug
 
 
-def reply_lines(case: CaseFolder, summary: Any, profile: bool) -> tuple[str, ...]:
+def reply_lines(case: CaseFolder, summary: Summary, profile: bool) -> tuple[str, ...]:
     """What people read at the end."""
-    mesh = summary["mesh"]
-    unit = "mm" if summary["unit"] == "mm" else "units of unknown size"
-    size = " x ".join(f"{side:.1f}" for side in mesh["size"])
-    missing = [
-        f"  {photo['name']}: {photo['reason']}" for photo in summary["photos"] if photo["reason"]
-    ]
-    aside = [f"  {part['name']}: {part['reason']}" for part in summary["set_aside"]]
+    mesh = summary.mesh
+    unit = "mm" if summary.unit == "mm" else "units of unknown size"
+    size = " x ".join(f"{side:.1f}" for side in mesh.size)
+    missing = [f"  {photo.name}: {photo.reason}" for photo in summary.photos if photo.reason]
+    aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
     return (
-        summary["verdict"]["headline"],
-        summary["verdict"]["facts"],
+        summary.verdict.headline,
+        summary.verdict.facts,
         *missing,
         *aside,
-        f"Surface: {mesh['faces']:,} triangles, {size} {unit}.",
-        *part_lines(summary["parts"], summary["unit"]),
-        *summary["resolution"]["notes"],
-        *(profile_lines(summary["stages"]) if profile else ()),
+        f"Surface: {mesh.faces:,} triangles, {size} {unit}.",
+        *part_lines(summary.parts, summary.unit),
+        *summary.resolution.notes,
+        *(profile_lines(summary.stages) if profile else ()),
         f"Look at it: {case.page}",
         f"How accurate it is: {case.accuracy('html')}",
         f"Files for other programs: {case.deliverables}",
     )
 
 
-def profile_lines(stages: list[Any]) -> tuple[str, ...]:
+def profile_lines(stages: Sequence[StageSummary]) -> tuple[str, ...]:
     """What each stage cost; a stage taken from the last run tells what it cost then."""
     rows = [
-        f"  {stage_title(stage['stage']):<26}{stage['wall_s']:9.2f}{stage['cpu_s']:9.2f}"
-        + (f"{stage['peak_mb']:9.0f}" if stage["peak_mb"] is not None else f"{'?':>9}")
-        + "   taken from the last run" * stage["reused"]
+        f"  {stage_title(stage.stage):<26}{stage.wall_s:9.2f}{stage.cpu_s:9.2f}"
+        + (f"{stage.peak_mb:9.0f}" if not math.isnan(stage.peak_mb) else f"{'?':>9}")
+        + "   taken from the last run" * stage.reused
         for stage in stages
     ]
-    wall_s, cpu_s = (sum(stage[key] for stage in stages) for key in ("wall_s", "cpu_s"))
-    peaks = [stage["peak_mb"] for stage in stages if stage["peak_mb"] is not None]
+    wall_s, cpu_s = sum(one.wall_s for one in stages), sum(one.cpu_s for one in stages)
+    peaks = [stage.peak_mb for stage in stages if not math.isnan(stage.peak_mb)]
     return (
         f"  {'stage':<26}{'wall s':>9}{'CPU s':>9}{'peak MB':>9}",
         *rows,

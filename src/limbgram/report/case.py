@@ -4,39 +4,39 @@ In      the summary (report.summary) and the pictures.
 Out     a Report; it has no sheets of paper.
 """
 
+import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.blocks import Banner, Block, Illustration, Link, Report, Section, Table, Text
-from limbgram.report.parts import area_of, place_of
+from limbgram.report.parts import PartSummary, area_of, place_of
 from limbgram.report.pictures import Pictures
 from limbgram.report.stages import stage_title
+from limbgram.report.summary import LengthSummary, PhotoSummary, StageSummary, Summary, Verdict
 
-Tree = dict[str, Any]
 
-
-def case_report(summary: Tree, drawn: Pictures, title: str) -> Report:
+def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
     """Verdict, pictures, and the tables for those who want to know more."""
     return Report(
         title=title,
-        banner=_verdict(summary["verdict"]),
-        note=summary["verdict"]["facts"],
-        intended_use=summary["intended_use"],
+        banner=_verdict(summary.verdict),
+        note=summary.verdict.facts,
+        intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
-            *parts_section(summary["parts"], summary["unit"]),
+            *parts_section(summary.parts, summary.unit),
             *(
                 Section(title=one.title, blocks=(Illustration(image=one, caption=one.caption),))
                 for one in drawn.pictures
             ),
-            Section(title="Known lengths", blocks=_lengths(summary["scale"]["lengths"])),
-            Section(title="Photos", blocks=(_photos(summary["photos"]),)),
-            *_set_aside(summary["set_aside"]),
+            Section(title="Known lengths", blocks=_lengths(summary.scale.lengths)),
+            Section(title="Photos", blocks=(_photos(summary.photos),)),
+            *_set_aside(summary.set_aside),
             Section(
                 title="Stages",
                 blocks=(
-                    *(Text(words=note) for note in summary["resolution"]["notes"]),
-                    _stages(summary["stages"]),
+                    *(Text(words=note) for note in summary.resolution.notes),
+                    _stages(summary.stages),
                 ),
             ),
         ),
@@ -46,19 +46,19 @@ def case_report(summary: Tree, drawn: Pictures, title: str) -> Report:
 _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="accuracy.html")
 
 
-def _verdict(verdict: Tree) -> Banner:
+def _verdict(verdict: Verdict) -> Banner:
     """The light that the accuracy has, in its colour and in words, and every reason for it."""
-    word = verdict["light"].upper()
-    words = verdict["headline"].removeprefix(word).lstrip(": ")
+    word = verdict.light.upper()
+    words = verdict.headline.removeprefix(word).lstrip(": ")
     return Banner(
         badge=word,
         words=words,
-        colour=verdict["light"],
-        reasons=tuple(reason for reason in verdict["reasons"] if reason not in words),
+        colour=verdict.light,
+        reasons=tuple(reason for reason in verdict.reasons if reason not in words),
     )
 
 
-def parts_section(parts: Sequence[Tree], unit: str) -> Iterator[Section]:
+def parts_section(parts: Sequence[PartSummary], unit: str) -> Iterator[Section]:
     """The bodies of a reconstruction, where there are several."""
     if len(parts) < 2:
         return
@@ -69,11 +69,11 @@ def parts_section(parts: Sequence[Tree], unit: str) -> Iterator[Section]:
     )
     rows = tuple(
         (
-            str(row["number"]),
-            row["name"],
+            str(row.number),
+            row.name,
             area_of(row, unit),
             place_of(row, unit),
-            row["file"] or row["reason"],
+            row.file or row.reason,
         )
         for row in parts
     )
@@ -81,57 +81,57 @@ def parts_section(parts: Sequence[Tree], unit: str) -> Iterator[Section]:
     yield Section(title="Parts", blocks=(Text(words=note), Table(heads=heads, rows=rows)))
 
 
-def _lengths(lengths: Sequence[Tree]) -> tuple[Block, ...]:
+def _lengths(lengths: Sequence[LengthSummary]) -> tuple[Block, ...]:
     if not lengths:
         return (Text(words="None: nothing says how large this is."),)
     rows = tuple(
         (
-            length["label"],
-            length["role"],
-            f"{length['known_mm']:.3f}",
-            f"{length['measured_mm']:.3f}",
-            f"{100 * length['error']:+.3f} %",
+            length.label,
+            length.role,
+            f"{length.known_mm:.3f}",
+            f"{length.measured_mm:.3f}",
+            f"{100 * length.error:+.3f} %",
         )
-        for length in sorted(lengths, key=lambda length: length["role"])
+        for length in sorted(lengths, key=lambda length: length.role)
     )
     note = "Control lengths set the scale; check lengths did not, so they test it."
     heads = ("length", "role", "#known mm", "#measured mm", "#error")
     return Text(words=note), Table(heads=heads, rows=rows)
 
 
-def _photos(photos: Sequence[Tree]) -> Table:
+def _photos(photos: Sequence[PhotoSummary]) -> Table:
     rows = tuple(
         (
-            photo["name"],
-            "placed" if photo["placed"] else "not placed",
-            f"{photo['features']:,}",
-            f"{photo['points']:,}",
-            "" if photo["rms_px"] is None or not photo["placed"] else f"{photo['rms_px']:.3f}",
-            " ".join((photo["reason"], *photo["remarks"])).strip(),
+            photo.name,
+            "placed" if photo.placed else "not placed",
+            f"{photo.features:,}",
+            f"{photo.points:,}",
+            "" if math.isnan(photo.rms_px) or not photo.placed else f"{photo.rms_px:.3f}",
+            " ".join((photo.reason, *photo.remarks)).strip(),
         )
         for photo in photos
     )
     heads = ("photo", "verdict", "#features", "#points", "#residual px", "remarks")
-    return Table(heads=heads, rows=rows, marked=tuple(not photo["placed"] for photo in photos))
+    return Table(heads=heads, rows=rows, marked=tuple(not photo.placed for photo in photos))
 
 
-def _set_aside(files: Sequence[Tree]) -> Iterator[Section]:
+def _set_aside(files: Sequence[SetAside]) -> Iterator[Section]:
     if files:
-        rows = tuple((file["name"], file["reason"]) for file in files)
+        rows = tuple((file.name, file.reason) for file in files)
         yield Section(title="Set aside", blocks=(Table(heads=("what", "why"), rows=rows),))
 
 
-def _stages(stages: Sequence[Tree]) -> Table:
+def _stages(stages: Sequence[StageSummary]) -> Table:
     rows = [
         (
-            stage_title(stage["stage"]),
-            f"{stage['wall_s']:.1f}",
-            f"{stage['cpu_s']:.1f}",
-            "" if stage["peak_mb"] is None else f"{stage['peak_mb']:.0f}",
-            "taken from the last run" if stage["reused"] else "",
+            stage_title(stage.stage),
+            f"{stage.wall_s:.1f}",
+            f"{stage.cpu_s:.1f}",
+            "" if math.isnan(stage.peak_mb) else f"{stage.peak_mb:.0f}",
+            "taken from the last run" if stage.reused else "",
         )
         for stage in stages
     ]
-    wall_s, cpu_s = (sum(stage[kind] for stage in stages) for kind in ("wall_s", "cpu_s"))
+    wall_s, cpu_s = sum(one.wall_s for one in stages), sum(one.cpu_s for one in stages)
     rows.append(("All", f"{wall_s:.1f}", f"{cpu_s:.1f}", "", ""))
     return Table(heads=("stage", "#seconds", "#CPU seconds", "#peak MB", ""), rows=tuple(rows))

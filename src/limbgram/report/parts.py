@@ -1,19 +1,18 @@
 """Parts: the bodies of a reconstruction: number, what each is, its area, place and file.
 
 In      a reconstruction.
-Out     a tree for the summary, and of that, lines for the terminal. A case of one body needs
+Out     their part of the summary, and of that, lines for the terminal. A case of one body needs
         none.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, Relation
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
-
-Json = dict[str, Any]
 
 MAIN_FILE = "surface.stl"
 _WORDS = {
@@ -22,54 +21,68 @@ _WORDS = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class PartSummary:
+    """One body, as summary.json has it."""
+
+    number: int
+    relation: Relation
+    name: str
+    """What it is, for people."""
+    area: float
+    middle: tuple[float, ...]
+    size: float
+    file: str | None
+    reason: str
+    """Why there is no file; empty where there is one."""
+
+
 def part_file(number: int | str, kind: str) -> str:
     """Name of the file of a part beside the main one."""
     return f"surface-part-{number}.{kind}"
 
 
-def parts_tree(done: Reconstruction) -> list[Json]:
+def part_summaries(done: Reconstruction) -> tuple[PartSummary, ...]:
     """Every sizeable body in the order of the numbers, the meant one among them."""
     repairs = done.mesh.repairs
     number = 1 if repairs is None else repairs.part
-    rows = [_row(number, "chosen", done.mesh, MAIN_FILE)]
+    meant = _row(number, "chosen", done.mesh, MAIN_FILE)
     if any(one.part.relation == "other side" for one in done.others):
-        rows[0]["name"] += f", the {_side(done.mesh)} of a wall"
-    rows += [_other(one) for one in done.others]
-    return sorted(rows, key=lambda row: row["number"])
+        meant = replace(meant, name=f"{meant.name}, the {_side(done.mesh)} of a wall")
+    rows = (meant, *(_other(one) for one in done.others))
+    return tuple(sorted(rows, key=lambda row: row.number))
 
 
-def part_lines(parts: list[Json], unit: str) -> tuple[str, ...]:
+def part_lines(parts: Sequence[PartSummary], unit: str) -> tuple[str, ...]:
     """What people read at the end, where there are several."""
     if len(parts) < 2:
         return ()
     rows = [
-        f"  part {row['number']}: {row['name']}, {area_of(row, unit)}, {place_of(row, unit)}"
-        + (f" ({row['file']})" if row["file"] else f". {row['reason']}")
+        f"  part {row.number}: {row.name}, {area_of(row, unit)}, {place_of(row, unit)}"
+        + (f" ({row.file})" if row.file else f". {row.reason}")
         for row in parts
     ]
     return (f"{len(parts)} bodies were measured; --part NUMBER makes another the surface:", *rows)
 
 
-def area_of(row: Json, unit: str) -> str:
+def area_of(row: PartSummary, unit: str) -> str:
     """A body's area for people."""
-    return (
-        f"{row['area'] / 100:.0f} cm\N{SUPERSCRIPT TWO}" if unit == "mm" else f"{row['area']:.3g}"
-    )
+    return f"{row.area / 100:.0f} cm\N{SUPERSCRIPT TWO}" if unit == "mm" else f"{row.area:.3g}"
 
 
-def place_of(row: Json, unit: str) -> str:
+def place_of(row: PartSummary, unit: str) -> str:
     """Where a body is and how large."""
-    x, y, z = row["middle"]
+    x, y, z = row.middle
     if unit != "mm":
-        return f"round x {x:.3g}, y {y:.3g}, z {z:.3g}, {row['size']:.3g} long"
-    return f"round x {x:.0f}, y {y:.0f}, z {z:.0f} mm, {row['size']:.0f} mm long"
+        return f"round x {x:.3g}, y {y:.3g}, z {z:.3g}, {row.size:.3g} long"
+    return f"round x {x:.0f}, y {y:.0f}, z {z:.0f} mm, {row.size:.0f} mm long"
 
 
 def _side(mesh: Mesh) -> str:
     return "inside" if faces_inwards(mesh) else "outside"
 
 
-def _name(relation: str, mesh: Mesh | None) -> str:
+def _name(relation: Relation, mesh: Mesh | None) -> str:
     match relation:
         case "chosen":
             return "the surface"
@@ -79,31 +92,31 @@ def _name(relation: str, mesh: Mesh | None) -> str:
             return _WORDS[relation]
 
 
-def _row(number: int, relation: str, mesh: Mesh, file: str) -> Json:
+def _row(number: int, relation: Relation, mesh: Mesh, file: str) -> PartSummary:
     low, high = mesh.vertices_mm.min(0), mesh.vertices_mm.max(0)
-    return {
-        "number": number,
-        "relation": relation,
-        "name": _name(relation, mesh),
-        "area": float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2),
-        "middle": ((low + high) / 2).tolist(),
-        "size": float((high - low).max()),
-        "file": file,
-        "reason": "",
-    }
+    return PartSummary(
+        number=number,
+        relation=relation,
+        name=_name(relation, mesh),
+        area=float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2),
+        middle=tuple(((low + high) / 2).tolist()),
+        size=float((high - low).max()),
+        file=file,
+        reason="",
+    )
 
 
-def _other(one: OtherPart) -> Json:
+def _other(one: OtherPart) -> PartSummary:
     part = one.part
     if one.mesh is not None:
         return _row(part.number, part.relation, one.mesh, part_file(part.number, "stl"))
-    return {
-        "number": part.number,
-        "relation": part.relation,
-        "name": _name(part.relation, None),
-        "area": part.area_mm2,
-        "middle": part.middle_mm.tolist(),
-        "size": part.size_mm,
-        "file": None,
-        "reason": one.reason,
-    }
+    return PartSummary(
+        number=part.number,
+        relation=part.relation,
+        name=_name(part.relation, None),
+        area=part.area_mm2,
+        middle=tuple(part.middle_mm.tolist()),
+        size=part.size_mm,
+        file=None,
+        reason=one.reason,
+    )

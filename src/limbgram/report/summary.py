@@ -1,108 +1,255 @@
 """The summary: the figures of a case for machines, and its verdict for people.
 
 In      the products of one reconstruction, its accuracy, what each stage cost.
-Out     a JSON tree (SCHEMA) that the page shows and `summary.json` keeps.
+Out     a Summary that the report shows and `summary.json` keeps (SCHEMA).
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
+from limbgram.core.typed import Strictness, value_of
+from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.mapping.scene import PhotoVerdict
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
-from limbgram.report.document.page import finite
-from limbgram.report.drawings.charts import image_scales
-from limbgram.report.parts import parts_tree
+from limbgram.report.accuracy.assessment import INTENDED_USE, Assessment
+from limbgram.report.accuracy.judgement import Light
+from limbgram.report.drawings.charts import ImageScale, image_scales
+from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
 
-SCHEMA = "limbgram-summary/2"
+SCHEMA: Literal["limbgram-summary/2"] = "limbgram-summary/2"
 MOST_LEFT_OUT = 0.05
 """Of the surface: what it lacks of itself beyond this part is told below the verdict."""
 
-INTENDED_USE = (
-    "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
-    "device: a qualified professional verifies dimensions before anything is made from them."
-)
 
-Json = dict[str, Any]
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What the case says of itself, word by word that of its accuracy."""
+
+    light: Light
+    headline: str
+    reasons: tuple[str, ...]
+    facts: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class LengthSummary:
+    """A known length beside the scene's."""
+
+    label: str
+    known_mm: float
+    measured_mm: float
+    sigma_mm: float
+    role: Literal["control", "check"]
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScaleSummary:
+    """What says how large the limb is."""
+
+    source: Literal["board", "distances", "none"]
+    relative_sigma: float
+    lengths: tuple[LengthSummary, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoSummary:
+    """What became of a photo."""
+
+    name: str
+    placed: bool
+    points: int
+    rms_px: float
+    reason: str
+    remarks: tuple[str, ...]
+    features: int
+    edge_width_px: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSummary:
+    """A camera after the adjustment."""
+
+    label: str
+    source: Literal["board", "exif"]
+    width_px: int
+    height_px: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    skew: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    k3: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchSummary:
+    """How many matches were left after each step."""
+
+    pairs_tried: int
+    before_correlation: int
+    after_correlation: int
+    verified_pairs: int
+    verified: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneSummary:
+    """The placed photos and their points."""
+
+    placed: int
+    points: int
+    observations: int
+    rms_px: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloudSummary:
+    """The points of the depth maps."""
+
+    points: int
+    spacing: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshSummary:
+    """Size of the surface."""
+
+    vertices: int
+    faces: int
+    size: tuple[float, ...]
+    area: float
+    volume: float | None
+    """None where the surface is open."""
+    left_out_share: float
+    filled_share: float
+    open_edges: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageSummary:
+    """What a stage cost; one that was taken up, what it cost then."""
+
+    stage: str
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+    reused: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """The figures of a case; NaN stands for what is not known, JSON has null for it."""
+
+    schema: Literal["limbgram-summary/2"] = SCHEMA
+    verdict: Verdict
+    intended_use: str = INTENDED_USE
+    unit: Literal["mm", "unitless"]
+    scale: ScaleSummary
+    photos: tuple[PhotoSummary, ...]
+    set_aside: tuple[SetAside, ...]
+    cameras: tuple[CameraSummary, ...]
+    matches: MatchSummary
+    scene: SceneSummary
+    image_scale: tuple[ImageScale, ...]
+    cloud: CloudSummary
+    resolution: Resolution
+    mesh: MeshSummary
+    parts: tuple[PartSummary, ...]
+    stages: tuple[StageSummary, ...]
+
+
+def summary_of(tree: object) -> Summary:
+    """The summary in the tree of a summary.json.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    return value_of(tree, Summary, "the summary", Strictness(special=_null_is_unknown))
+
+
+def _null_is_unknown(tree: object, hint: Any, _at: str) -> object:
+    return math.nan if hint is float and tree is None else NotImplemented
 
 
 def summarise(
-    done: Reconstruction, assessed: Json, timings: Sequence[Timing], reused: Sequence[str] = ()
-) -> Json:
-    """Everything that can be said of a reconstruction in figures; NaN becomes None.
-
-    Args:
-        assessed: The tree of its accuracy: the verdict is that one's, word by word.
-    """
+    done: Reconstruction,
+    assessed: Assessment,
+    timings: Sequence[Timing],
+    reused: Sequence[str] = (),
+) -> Summary:
+    """Everything that can be said of a reconstruction in figures."""
     scene, scale = done.metric.scene, done.metric.scale
     residuals = scene.residuals_px()
-    tree: Json = {
-        "schema": SCHEMA,
-        "verdict": {
-            "light": assessed["light"],
-            "headline": assessed["headline"],
-            "reasons": assessed["reasons"],
-            "facts": facts(
+    return Summary(
+        verdict=Verdict(
+            light=assessed.light,
+            headline=assessed.headline,
+            reasons=assessed.reasons,
+            facts=facts(
                 scale,
                 scene.verdicts,
                 done.photos.set_aside,
                 left_out_share(done.mesh),
                 len(done.others),
             ),
-        },
-        "intended_use": INTENDED_USE,
-        "unit": scale.unit,
-        "scale": _scale(scale),
-        "photos": _photos(done),
-        "set_aside": [asdict(part) for part in (*done.photos.set_aside, *scale.set_aside)],
-        "cameras": [
-            {"label": one.label, "source": one.source, **asdict(camera)}
+        ),
+        unit=scale.unit,
+        scale=_scale(scale),
+        photos=_photos(done),
+        set_aside=(*done.photos.set_aside, *scale.set_aside),
+        cameras=tuple(
+            CameraSummary(label=one.label, source=one.source, **asdict(camera))
             for one, camera in zip(done.cameras.calibrations, scene.cameras, strict=True)
-        ],
-        "matches": {
-            "pairs_tried": done.matches.pairs_tried,
-            "before_correlation": done.matches.descriptor_matches,
-            "after_correlation": sum(len(pair) for pair in done.matches.pairs),
-            "verified_pairs": len(done.pairs.verified),
-            "verified": sum(len(pair.matches) for pair in done.pairs.verified),
-        },
-        "scene": {
-            "placed": len(scene.placed),
-            "points": len(scene.points_in_world),
-            "observations": len(scene.observations.xy_px),
-            "rms_px": float(np.sqrt(np.nanmean(residuals**2))),
-        },
-        "image_scale": [asdict(one) for one in image_scales(done.photos, done.metric)],
-        "cloud": {"points": len(done.cloud), "spacing": done.cloud.spacing_mm},
-        "resolution": asdict(done.resolution),
-        "mesh": mesh_figures(done.mesh),
-        "parts": _named(parts_tree(done), assessed["light"]),
-        "stages": [
-            {**asdict(timing), "reused": name in reused}
+        ),
+        matches=MatchSummary(
+            pairs_tried=done.matches.pairs_tried,
+            before_correlation=done.matches.descriptor_matches,
+            after_correlation=sum(len(pair) for pair in done.matches.pairs),
+            verified_pairs=len(done.pairs.verified),
+            verified=sum(len(pair.matches) for pair in done.pairs.verified),
+        ),
+        scene=SceneSummary(
+            placed=len(scene.placed),
+            points=len(scene.points_in_world),
+            observations=len(scene.observations.xy_px),
+            rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+        ),
+        image_scale=tuple(image_scales(done.photos, done.metric)),
+        cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
+        resolution=done.resolution,
+        mesh=mesh_figures(done.mesh),
+        parts=_named(part_summaries(done), assessed.light),
+        stages=tuple(
+            StageSummary(**asdict(timing), reused=name in reused)
             for name, timing in zip(_kept_names(timings), timings, strict=True)
-        ],
-    }
-    return finite(tree)
+        ),
+    )
 
 
-def _named(parts: list[Json], light: str) -> list[Json]:
+def _named(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, ...]:
     """Files of a red result have its mark in their names."""
-    return [
-        {**part, "file": marked_red(Path(part["file"])).name}
-        if light == "red" and part["file"]
+    return tuple(
+        replace(part, file=marked_red(Path(part.file)).name)
+        if light == "red" and part.file
         else part
         for part in parts
-    ]
+    )
 
 
 def _kept_names(timings: Sequence[Timing]) -> list[str]:
@@ -158,21 +305,20 @@ def _scale_sentence(scale: Scale) -> str:
     )
 
 
-def mesh_figures(mesh: Mesh) -> Json:
+def mesh_figures(mesh: Mesh) -> MeshSummary:
     """Size of a mesh; the volume counts where the surface is closed."""
     normals = mesh.face_normals()
     first = mesh.vertices_mm[mesh.faces[:, 0]]
-    size = np.ptp(mesh.vertices_mm, axis=0)
-    return {
-        "vertices": len(mesh),
-        "faces": len(mesh.faces),
-        "size": [float(side) for side in size],
-        "area": float(np.linalg.norm(normals, axis=1).sum() / 2),
-        "volume": float(np.einsum("fc,fc->", first, normals) / 6) if is_closed(mesh) else None,
-        "left_out_share": left_out_share(mesh),
-        "filled_share": 0.0 if mesh.filled is None else float(mesh.filled.mean()),
-        "open_edges": open_edges(mesh),
-    }
+    return MeshSummary(
+        vertices=len(mesh),
+        faces=len(mesh.faces),
+        size=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
+        area=float(np.linalg.norm(normals, axis=1).sum() / 2),
+        volume=float(np.einsum("fc,fc->", first, normals) / 6) if is_closed(mesh) else None,
+        left_out_share=left_out_share(mesh),
+        filled_share=0.0 if mesh.filled is None else float(mesh.filled.mean()),
+        open_edges=open_edges(mesh),
+    )
 
 
 def is_closed(mesh: Mesh) -> bool:
@@ -186,34 +332,36 @@ def open_edges(mesh: Mesh) -> int:
     return int((counts != 2).sum())
 
 
-def _scale(scale: Scale) -> Json:
-    return {
-        "source": scale.source,
-        "relative_sigma": scale.relative_sigma,
-        "lengths": [{**asdict(length), "error": length.error} for length in scale.lengths],
-    }
+def _scale(scale: Scale) -> ScaleSummary:
+    return ScaleSummary(
+        source=scale.source,
+        relative_sigma=scale.relative_sigma,
+        lengths=tuple(
+            LengthSummary(**asdict(length), error=length.error) for length in scale.lengths
+        ),
+    )
 
 
-def _photos(done: Reconstruction) -> list[Json]:
-    said = _remarks(done.photos)
-    return [
-        {
-            "name": photo.name,
-            "placed": verdict.placed,
-            "points": verdict.points,
-            "rms_px": verdict.rms_px,
-            "reason": verdict.reason,
-            "remarks": said.get(photo.name, []),
-            "features": len(keypoints),
-            "edge_width_px": photo.sharpness,
-        }
+def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
+    remarked = _remarks(done.photos)
+    return tuple(
+        PhotoSummary(
+            name=photo.name,
+            placed=verdict.placed,
+            points=verdict.points,
+            rms_px=verdict.rms_px,
+            reason=verdict.reason,
+            remarks=tuple(remarked.get(photo.name, ())),
+            features=len(keypoints),
+            edge_width_px=photo.sharpness,
+        )
         for photo, verdict, keypoints in zip(
             done.photos.photos,
             done.metric.scene.verdicts,
             done.features.keypoints,
             strict=True,
         )
-    ]
+    )
 
 
 def _remarks(photos: PhotoSet) -> dict[str, list[str]]:

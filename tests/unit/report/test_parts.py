@@ -1,8 +1,9 @@
 """Several bodies are told to people; a single one is not."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import trimesh
@@ -12,26 +13,26 @@ from limbgram.reconstruction.pipeline import OtherPart, Reconstruction
 from limbgram.report.blocks import Section, Table
 from limbgram.report.case import parts_section
 from limbgram.report.drawings.surfaces import sides_figure
-from limbgram.report.parts import part_lines, parts_tree
+from limbgram.report.parts import PartSummary, part_lines, part_summaries
 
-OUTSIDE: dict[str, Any] = {
-    "number": 1,
-    "relation": "chosen",
-    "name": "the surface",
-    "area": 64_100.0,
-    "middle": [1.0, 2.0, 70.2],
-    "size": 151.0,
-    "file": "surface.stl",
-    "reason": "",
-}
-INSIDE = {
-    **OUTSIDE,
-    "number": 2,
-    "relation": "other side",
-    "name": "the other side of its wall",
-    "area": 52_340.0,
-    "file": "surface-part-2.stl",
-}
+OUTSIDE = PartSummary(
+    number=1,
+    relation="chosen",
+    name="the surface",
+    area=64_100.0,
+    middle=(1.0, 2.0, 70.2),
+    size=151.0,
+    file="surface.stl",
+    reason="",
+)
+INSIDE = replace(
+    OUTSIDE,
+    number=2,
+    relation="other side",
+    name="the other side of its wall",
+    area=52_340.0,
+    file="surface-part-2.stl",
+)
 
 
 def table_of(sections: Iterator[Section]) -> Table:
@@ -58,9 +59,9 @@ def test_each_of_several_is_told_with_area_place_and_file() -> None:
 
 
 def test_a_part_that_could_not_be_measured_says_why() -> None:
-    failed = {**INSIDE, "file": None, "reason": "Hardly a place looks alike."}
+    failed = replace(INSIDE, file=None, reason="Hardly a place looks alike.")
     assert part_lines([OUTSIDE, failed], "mm")[2].endswith(". Hardly a place looks alike.")
-    assert table_of(parts_section([OUTSIDE, failed], "mm")).rows[1][-1] == failed["reason"]
+    assert table_of(parts_section([OUTSIDE, failed], "mm")).rows[1][-1] == failed.reason
 
 
 def test_areas_without_scale_are_no_square_centimetres() -> None:
@@ -91,19 +92,19 @@ def cup(radius_mm: float, *, inwards: bool) -> Mesh:
 
 def test_the_sides_of_a_wall_are_called_inside_and_outside() -> None:
     outside, inside = cup(30, inwards=False), cup(28, inwards=True)
-    first, second = parts_tree(reconstruction(outside, inside, "other side"))
-    assert first["name"] == "the surface, the outside of a wall"
-    assert second["name"] == "the inside of its wall"
-    assert second["file"] == "surface-part-2.stl"
-    first, second = parts_tree(reconstruction(inside, outside, "other side"))
-    assert first["name"] == "the surface, the inside of a wall"
-    assert second["name"] == "the outside of its wall"
+    first, second = part_summaries(reconstruction(outside, inside, "other side"))
+    assert first.name == "the surface, the outside of a wall"
+    assert second.name == "the inside of its wall"
+    assert second.file == "surface-part-2.stl"
+    first, second = part_summaries(reconstruction(inside, outside, "other side"))
+    assert first.name == "the surface, the inside of a wall"
+    assert second.name == "the outside of its wall"
 
 
 def test_a_part_without_a_mesh_has_no_file() -> None:
-    first, second = parts_tree(reconstruction(cup(30, inwards=False), None, "apart"))
-    assert first["name"] == "the surface"
-    assert (second["file"], second["reason"], second["area"]) == (None, "-", 900.0)
+    first, second = part_summaries(reconstruction(cup(30, inwards=False), None, "apart"))
+    assert first.name == "the surface"
+    assert (second.file, second.reason, second.area) == (None, "-", 900.0)
 
 
 def test_an_inside_is_drawn_as_its_cast() -> None:

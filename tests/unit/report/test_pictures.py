@@ -1,13 +1,18 @@
 """Drawings put points where they are, turned as people hold the photo."""
 
+import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.core.typed import Mismatch, tree_of
+from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
+from limbgram.report.accuracy.judgement import Light
 from limbgram.report.case import case_report
 from limbgram.report.document.page import finite, table
 from limbgram.report.document.paper import Sheet
@@ -15,7 +20,20 @@ from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures
-from limbgram.report.summary import facts
+from limbgram.report.summary import (
+    CloudSummary,
+    LengthSummary,
+    MatchSummary,
+    MeshSummary,
+    PhotoSummary,
+    ScaleSummary,
+    SceneSummary,
+    StageSummary,
+    Summary,
+    Verdict,
+    facts,
+    summary_of,
+)
 
 
 @pytest.mark.parametrize("turns", [0, 1, 2, 3])
@@ -81,37 +99,74 @@ def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
     assert "surface" not in facts(scale(), [], [], 0.01)
 
 
-def summary(light: str, lengths: list[dict[str, object]], placed: bool) -> dict[str, object]:
-    photo = {"name": "<a>.jpg", "placed": placed, "features": 1, "points": 1, "rms_px": None}
-    return {
-        "verdict": {
-            "light": light,
-            "headline": f"{light.upper()}: 5 < 6 & so on",
-            "reasons": ["5 < 6 & so on", "another <reason>"],
-            "facts": "3 of 4 photos",
-        },
-        "intended_use": "use",
-        "unit": "mm",
-        "scale": {"lengths": lengths},
-        "photos": [{**photo, "reason": "" if placed else "too dark", "remarks": []}],
-        "set_aside": [{"name": "notes.txt", "reason": "no photo"}],
-        "mesh": {"left_out_share": 0.0},
-        "parts": [],
-        "resolution": {"notes": ["Edges are <long>."]},
-        "stages": [
-            {"stage": "match", "wall_s": 1.0, "cpu_s": 2.0, "peak_mb": None, "reused": True}
-        ],
-    }
+def summary(light: Light) -> Summary:
+    return Summary(
+        verdict=Verdict(
+            light=light,
+            headline=f"{light.upper()}: 5 < 6 & so on",
+            reasons=("5 < 6 & so on", "another <reason>"),
+            facts="3 of 4 photos",
+        ),
+        intended_use="use",
+        unit="mm",
+        scale=ScaleSummary(
+            source="board",
+            relative_sigma=1e-4,
+            lengths=(
+                LengthSummary(
+                    label="x", role="check", known_mm=1.0, measured_mm=1.0, error=0.0, sigma_mm=0.1
+                ),
+            ),
+        ),
+        photos=(
+            PhotoSummary(
+                name="<a>.jpg",
+                placed=False,
+                points=1,
+                rms_px=math.nan,
+                reason="too dark",
+                remarks=(),
+                features=1,
+                edge_width_px=1.0,
+            ),
+        ),
+        set_aside=(SetAside("notes.txt", "no photo"),),
+        cameras=(),
+        matches=MatchSummary(
+            pairs_tried=1, before_correlation=1, after_correlation=1, verified_pairs=1, verified=1
+        ),
+        scene=SceneSummary(placed=3, points=9, observations=27, rms_px=math.nan),
+        image_scale=(),
+        cloud=CloudSummary(points=1, spacing=1.0),
+        resolution=Resolution(
+            edge_mm=1.0,
+            face_parts=1,
+            photo_halvings=0,
+            depth_share=1.0,
+            notes=("Edges are <long>.",),
+        ),
+        mesh=MeshSummary(
+            vertices=3,
+            faces=1,
+            size=(1.0, 1.0, 0.0),
+            area=0.5,
+            volume=None,
+            left_out_share=0.0,
+            filled_share=0.0,
+            open_edges=3,
+        ),
+        parts=(),
+        stages=(StageSummary(stage="match", wall_s=1.0, cpu_s=2.0, peak_mb=math.nan, reused=True),),
+    )
 
 
-CHECK = {"label": "x", "role": "check", "known_mm": 1.0, "measured_mm": 1.0, "error": 0.0}
 PICTURES = Pictures((Picture("p", "Title", "Caption", np.zeros(3, np.uint8)),))
 
 
 @pytest.mark.parametrize("light", ["green", "amber", "red"])
-def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light: str) -> None:
+def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light: Light) -> None:
     """Whatever else the summary says: a photo that is not placed makes no red page by itself."""
-    page = html_of(case_report(summary(light, [CHECK], placed=False), PICTURES, "A <case>"))
+    page = html_of(case_report(summary(light), PICTURES, "A <case>"))
     banner = page[page.index('<div class="banner') : page.index("</div>")]
     assert banner.startswith(f'<div class="banner {light}"><b>{light.upper()}</b>')
     assert banner.count("5 &lt; 6 &amp; so on") == 1
@@ -120,6 +175,16 @@ def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light:
     assert "&lt;a&gt;.jpg" in page
     assert "<h1>A &lt;case&gt;</h1>" in page
     assert "<p>Edges are &lt;long&gt;.</p>" in page
+
+
+def test_a_summary_is_read_as_it_was_written() -> None:
+    tree = json.loads(json.dumps(tree_of(summary("green")), allow_nan=False))
+    assert tree["photos"][0]["rms_px"] is None
+    assert tree_of(summary_of(tree)) == tree
+    assert math.isnan(summary_of(tree).stages[0].peak_mb)
+    del tree["verdict"]["light"]
+    with pytest.raises(Mismatch, match=r"the summary\.verdict needs light"):
+        summary_of(tree)
 
 
 def test_tables_mark_numbers_and_bad_rows() -> None:
