@@ -25,7 +25,8 @@ def calibrate_command(
         str,
         typer.Option(
             help="Inner corners of the checkerboard, such as 14x10; or a ChArUco board as "
-            "charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, such as charuco:7x5:30:22:4X4_50."
+            "charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, such as charuco:7x5:30:22:4X4_50; or "
+            "the board file of `limbgram print`."
         ),
     ],
     square: Annotated[
@@ -88,7 +89,7 @@ def _require_no_photo(report: Path | None, photos: list[Path]) -> None:
 
 def as_board(text: str, square_mm: float | None) -> Board:
     """The board that --board and --square name."""
-    if ":" in text:
+    if ":" in text or text.lower().endswith(".json"):
         return parse_board(text)
     if square_mm is None:
         raise OptionsError(

@@ -11,6 +11,7 @@ from pathlib import Path
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, any_value_of, value_of
+from limbgram.formats.board_file import read_board
 from limbgram.reconstruction.scale.distances import KnownDistance
 from limbgram.reconstruction.scale.taping import TapedGirth
 from limbgram.reconstruction.targets.board import Board
@@ -36,7 +37,9 @@ _AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 
 def parse_board(text: str) -> Board:
-    """A board such as charuco:7x5:30:22:4X4_50 or checkerboard:14x10:10, lengths in mm."""
+    """A board such as charuco:7x5:30:22:4X4_50 or checkerboard:14x10:10 (mm), or a board file."""
+    if text.lower().endswith(".json"):
+        return read_board(Path(text))
     match text.split(":"):
         case ["charuco", size, square, marker, dictionary]:
             return Board.charuco(size, _millimetres(square), _millimetres(marker), dictionary)
@@ -46,7 +49,7 @@ def parse_board(text: str) -> Board:
             raise OptionsError(
                 f"{text!r} names no board. Write charuco:SQUARES:SQUARE_MM:MARKER_MM:DICTIONARY, "
                 f"such as {DEFAULT_BOARD}, or checkerboard:INNER_CORNERS:SQUARE_MM, such as "
-                "checkerboard:14x10:10."
+                "checkerboard:14x10:10, or the board file that `limbgram print` wrote."
             )
 
 

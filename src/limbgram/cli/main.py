@@ -56,6 +56,10 @@ COMMANDS = {
         "calibrate:calibrate_command",
         "Find the lens of a camera from photos of a flat board at different angles.",
     ),
+    "print": (
+        "print_board:print_command",
+        "Make a board to print in true size, and the board file that knows its measured size.",
+    ),
     "demo": (
         "demo:demo_command",
         "Photograph a synthetic limb, calibrate, reconstruct, and compare with the truth.",

@@ -48,7 +48,10 @@ def reconstruct_command(
     ] = None,
     board: Annotated[
         str | None,
-        typer.Option(help="Scale board in the scene.", show_default=DEFAULT_BOARD),
+        typer.Option(
+            help="Scale board in the scene, or the board file of `limbgram print`.",
+            show_default=DEFAULT_BOARD,
+        ),
     ] = None,
     no_board: Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")] = False,
     known_distance: Annotated[

@@ -12,7 +12,7 @@ from typing import Literal, Self
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, Int32
+from jaxtyping import Float64, Int32, UInt8
 
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.photos.photo import SetAside
@@ -25,6 +25,10 @@ DICTIONARIES: dict[str, int] = {
     if name.startswith("DICT_")
 }
 """Marker dictionaries by name, without the DICT_ that OpenCV puts before them."""
+
+
+_CELLS = 6
+"""Cells of a square without a marker."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +104,21 @@ class Board:
         across, down = self.inner
         y, x = np.mgrid[1 : down + 1, 1 : across + 1].reshape(2, -1)
         return np.stack([x, y, np.zeros_like(x)], axis=1) * float(self.square_mm)
+
+    def cells(self) -> UInt8[np.ndarray, "rows columns cell cell"]:
+        """The pattern: 1 white, 0 black, by square and by cell of the marker in the square."""
+        columns, rows = self.squares
+        white = np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1
+        if self.kind == "checkerboard":
+            cells = np.zeros((rows, columns, _CELLS, _CELLS), np.uint8)
+            cells[white] = 1
+            return cells
+        markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
+        side = markers.markerSize + 2
+        cells = np.zeros((rows, columns, side, side), np.uint8)
+        for number, (row, column) in enumerate(np.argwhere(white)):
+            cells[row, column] = markers.generateImageMarker(number, side) > 0
+        return cells
 
     def opencv(self) -> cv2.aruco.CharucoBoard:
         """The same ChArUco board as OpenCV has it."""

@@ -2,17 +2,15 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Float64
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.reconstruction.targets.board import DICTIONARIES, Board
+from limbgram.reconstruction.targets.board import Board
 
 BOARD_HEIGHT_MM = 2.5
-_CELLS = 6
 
 
 @dataclass(frozen=True)
@@ -48,20 +46,6 @@ class PrintedBoard:
     def corners_mm(self) -> Points3:
         """True inner corners in the board's frame."""
         return self.board.corners_mm * self.print_scale
-
-    def cells(self) -> UInt8[np.ndarray, "rows columns cell cell"]:
-        """The print: 1 white, 0 black, by square and by cell of the marker in the square."""
-        columns, rows = self.board.squares
-        cells = np.zeros((rows, columns, _CELLS, _CELLS), np.uint8)
-        white = np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 1
-        cells[white] = 1
-        if self.board.kind == "charuco":
-            marks = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.board.dictionary])
-            side = marks.markerSize + 2
-            cells = np.zeros((rows, columns, side, side), np.uint8)
-            for number, (row, column) in enumerate(np.argwhere(white)):
-                cells[row, column] = marks.generateImageMarker(number, side) > 0
-        return cells
 
 
 SCALE_BOARD = PrintedBoard(Board.charuco("7x5", 30.0, 22.0, "4X4_50"))

@@ -154,7 +154,7 @@ def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
         bounds=np.array(bounds),
         kinds=np.array(kinds, np.int64),
         texels=np.concatenate(texels),
-        cells=board.cells(),
+        cells=board.board.cells(),
         square_mm=board.square_mm,
         marker_mm=board.marker_mm,
         margin_mm=MARGIN_MM,
