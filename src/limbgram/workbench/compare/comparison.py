@@ -17,7 +17,7 @@ from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import COVER, Interval, plus_minus
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.compare.deviation import Deviation, deviation
-from limbgram.workbench.compare.frames import Axes, axes_of, in_limb_frame, outside_of
+from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
 from limbgram.workbench.compare.icp import Looseness
 from limbgram.workbench.compare.levels import (
     Change,
@@ -104,12 +104,12 @@ def compare(first: Limb, second: Limb, options: CompareOptions = DEFAULTS) -> Co
     brim_mm = options.registration.brim_mm
     if not (np.isfinite(brim_mm) and brim_mm >= 0):
         raise OptionsError(f"A brim of {brim_mm:g} mm cannot be. Choose 0 mm or more.")
-    first, second = outside_of(first), outside_of(second)
+    first, second = outside_by_name(first), outside_by_name(second)
     axes = axes_of(first)
     registration = options.registration
     alignment = lay(first, second, axes, registration)
-    one = in_limb_frame(first.mesh, axes.limb_from_mesh)
-    two = in_limb_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
+    one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
+    two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ alignment.first_from_second)
     notes = [*first.notes, *second.notes, *alignment.notes, *at_odds(first, second)]
     if axes.note:
         notes.append(axes.note)
@@ -220,8 +220,8 @@ def _second_opinion(
         shaped = _by_shape(first, second, axes, options)
     except MeasureError:
         return None
-    one = in_limb_frame(first.mesh, axes.limb_from_mesh)
-    two = in_limb_frame(second.mesh, axes.limb_from_mesh @ shaped.first_from_second)
+    one = mesh_in_frame(first.mesh, axes.limb_from_mesh)
+    two = mesh_in_frame(second.mesh, axes.limb_from_mesh @ shaped.first_from_second)
     again = changes_by_level(
         one, two, tuple(level.height_mm for level in levels.levels), shaped.slide_sigma_mm
     )
@@ -298,8 +298,8 @@ def _by_volume(first: Limb, second: Limb, axes: Axes, options: RegistrationOptio
     shaped = by_shape(first, second, options)
     limb_from_second = axes.limb_from_mesh @ shaped.first_from_second
     slide = slide_to_volume(
-        in_limb_frame(first.mesh, axes.limb_from_mesh),
-        in_limb_frame(second.mesh, limb_from_second),
+        mesh_in_frame(first.mesh, axes.limb_from_mesh),
+        mesh_in_frame(second.mesh, limb_from_second),
     )
     along = Rigid(np.eye(3), np.array([0.0, 0.0, slide.shift_mm]))
     return replace(

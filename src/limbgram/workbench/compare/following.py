@@ -23,7 +23,7 @@ from scipy.special import ndtri
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.interval import COVER, Interval, plus_minus
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
-from limbgram.workbench.compare.frames import Axes, axes_of, in_limb_frame, outside_of
+from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
 from limbgram.workbench.compare.levels import (
     PLY_SHARE,
     alike_in_detail,
@@ -102,12 +102,12 @@ def stack(limbs: Sequence[Limb], options: CompareOptions) -> Stack:
     Raises:
         MeasureError: a scan cannot be laid on the first, or its volume is open.
     """
-    limbs = [outside_of(limb) for limb in limbs]
+    limbs = [outside_by_name(limb) for limb in limbs]
     first = limbs[0]
     axes = axes_of(first)
     alignments = tuple(lay(first, limb, axes, options.registration) for limb in limbs[1:])
-    meshes = [in_limb_frame(first.mesh, axes.limb_from_mesh)] + [
-        in_limb_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
+    meshes = [mesh_in_frame(first.mesh, axes.limb_from_mesh)] + [
+        mesh_in_frame(limb.mesh, axes.limb_from_mesh @ alignment.first_from_second)
         for limb, alignment in zip(limbs[1:], alignments)
     ]
     meshes = alike_in_detail(meshes)

@@ -47,13 +47,13 @@ def axes_of(limb: Limb) -> Axes:
         )
 
 
-def outside_of(limb: Limb) -> Limb:
+def outside_by_name(limb: Limb) -> Limb:
     """The limb without bodies inside it or loose beside it, and notes of them."""
     name = limb.name or "a shape"
     return bodies.outside_of(limb, name, stop=".")
 
 
-def in_limb_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:
+def mesh_in_frame(mesh: Mesh, limb_from_mesh: Rigid) -> Mesh:
     return replace(mesh, vertices_mm=limb_from_mesh.apply(mesh.vertices_mm))
 
 

@@ -30,9 +30,9 @@ from limbgram.workbench.edits.regions import (
     find_sides,
     fine_along,
     height_mm,
-    in_limb_frame,
     middles_mm,
     on_surface,
+    points_in_limb_frame,
     position_mm,
     require_ring,
     with_added,
@@ -98,7 +98,7 @@ class PlaneCut:
         """
         what = self.title
         level = height_mm(limb, self.height_mm, self.above, what)
-        points = in_limb_frame(limb, what)
+        points = points_in_limb_frame(limb, what)
         middle = middles_mm(limb, np.array([[0.0, 0.0, level]]), what)[0]
         tilt = np.tan(np.radians([self.right_deg, self.forward_deg]))
         normal = np.array([tilt[0], tilt[1], 1.0])
@@ -146,7 +146,7 @@ class Trimline:
         curve = draw_curve(limb.mesh, on_surface(limb, picked, what), what)
         fine = fine_along(limb.mesh, curve, _EDGE_MM)
         sides = find_sides(fine, curve, what)
-        heights = in_limb_frame(limb.with_mesh(fine), what)[:, 2]
+        heights = points_in_limb_frame(limb.with_mesh(fine), what)[:, 2]
         left_is_kept = _is_kept(fine, sides.left, heights, self.keep)
         apart = np.where(
             np.isfinite(sides.signed_mm), sides.signed_mm, np.where(sides.left, 1e3, -1e3)

@@ -18,10 +18,10 @@ from limbgram.workbench.edits.regions import (
     calm_normals,
     displaced,
     distances_from,
-    frame_of,
-    in_limb_frame,
     middles_mm,
     moved_by,
+    points_in_limb_frame,
+    require_frame,
     with_added,
 )
 from limbgram.workbench.limb import Limb
@@ -65,7 +65,7 @@ class Extension:
         """
         what = self.title
         loop = brim_loop(limb, what)
-        points = in_limb_frame(limb, what)
+        points = points_in_limb_frame(limb, what)
         start = points[loop]
         rise = start[:, 2].max() + self.length_mm - start[:, 2]
         slope = _slope(limb, loop, points, what)
@@ -88,7 +88,7 @@ class Extension:
         one = np.stack([ahead[:-1], here[:-1], here[1:]], axis=-1)
         two = np.stack([ahead[:-1], here[1:], ahead[1:]], axis=-1)
         faces = np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3)]).astype(np.int32)
-        places = moved_by(frame_of(limb, what).limb_from_mesh.inverse, ring.reshape(-1, 3))
+        places = moved_by(require_frame(limb, what).limb_from_mesh.inverse, ring.reshape(-1, 3))
         grown = with_added(limb.mesh, places, np.tile(loop, rows).astype(np.int64), faces)
         require_sound(what, limb.mesh, grown)
         return limb.with_mesh(grown)
@@ -129,7 +129,7 @@ class Flare:
         limb = limb.with_mesh(refine_where(limb.mesh, close, edge_mm))
         distance = _from_brim_mm(limb, brim_loop(limb, what), self.height_mm)
         weight = np.clip(1 - distance / self.height_mm, 0, 1) ** 2
-        points = in_limb_frame(limb, what)
+        points = points_in_limb_frame(limb, what)
         outward = points - middles_mm(limb, points, what)
         outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
         x_axis, y_axis, _ = axes_in_mesh(limb, what)
@@ -180,7 +180,7 @@ class DistalEnd:
             EditError: numbers that make no sense, or a surface that would fold.
         """
         what = self.title
-        points = in_limb_frame(limb, what)
+        points = points_in_limb_frame(limb, what)
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
         if self.height_mm >= high - low:
             raise EditError(
@@ -203,7 +203,7 @@ def brim_loop(limb: Limb, what: str) -> Int64[np.ndarray, " b"]:
     Raises:
         EditError: the shape is closed there.
     """
-    heights = in_limb_frame(limb, what)[:, 2]
+    heights = points_in_limb_frame(limb, what)[:, 2]
     middle = (heights.min() + heights.max()) / 2
     upper = [loop for loop in boundary_loops(limb.mesh.faces) if heights[loop].mean() > middle]
     if not upper:
@@ -220,7 +220,7 @@ def _slope(
     limb: Limb, loop: Int64[np.ndarray, " b"], points: Float64[np.ndarray, "n 3"], what: str
 ) -> Float64[np.ndarray, "b 3"]:
     """At each vertex of the brim: direction outwards (x, y), and mm outwards for each mm up."""
-    motion = frame_of(limb, what).limb_from_mesh
+    motion = require_frame(limb, what).limb_from_mesh
     normals = np.einsum("nj,ij->ni", calm_normals(limb.mesh)[loop], motion.rotation)
     outward = (points - middles_mm(limb, points, what))[loop, :2]
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)

@@ -17,8 +17,8 @@ from limbgram.workbench.edits.regions import (
     axes_in_mesh,
     displaced,
     height_mm,
-    in_limb_frame,
     middles_mm,
+    points_in_limb_frame,
 )
 from limbgram.workbench.limb import Limb
 
@@ -109,7 +109,7 @@ def _require_levels(edit: Reduction | Increase, what: str) -> None:
 
 def _require_on_limb(limb: Limb, edit: Reduction | Increase, what: str) -> None:
     """Refuse levels none of which the shape has; some beyond its ends are of a longer limb."""
-    heights = in_limb_frame(limb, what)[:, 2]
+    heights = points_in_limb_frame(limb, what)[:, 2]
     low, high = float(heights.min()), float(heights.max())
     levels = height_mm(limb, 0.0, edit.above, what) + np.array(edit.heights_mm)
     near = (levels >= low - _LEVEL_TOLERANCE_MM) & (levels <= high + _LEVEL_TOLERANCE_MM)
@@ -127,7 +127,7 @@ def change_by_levels(limb: Limb, what: str, edit: Reduction | Increase, sign: fl
     """Scale sections by sign times the per cent."""
     heights, per_cent = np.array(edit.heights_mm), np.array(edit.per_cent)
     base = height_mm(limb, 0.0, edit.above, what)
-    points = in_limb_frame(limb, what)
+    points = points_in_limb_frame(limb, what)
     change = sign * np.interp(points[:, 2], base + heights, per_cent) / 100
     factor = 1 + change if edit.of == "girth" else np.sqrt(1 + change)
     step = (factor - 1)[:, None] * (points - middles_mm(limb, points, what))

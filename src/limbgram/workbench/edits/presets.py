@@ -13,7 +13,7 @@ from limbgram.core.errors import EditError
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.percent import Increase, PerCentOf, Reduction, change_by_levels
-from limbgram.workbench.edits.regions import displaced, height_mm, in_limb_frame
+from limbgram.workbench.edits.regions import displaced, height_mm, points_in_limb_frame
 from limbgram.workbench.limb import Limb
 
 LinerName = Literal["iceross-original", "alpha-3mm", "alpha-6mm", "alpha-9mm"]
@@ -93,7 +93,7 @@ class Liner:
         what = f"The liner preset {self.name}"
         made = LINERS[self.name]
         per_cent = made.least_per_cent + self.share * (made.most_per_cent - made.least_per_cent)
-        heights = in_limb_frame(limb, what)[:, 2]
+        heights = points_in_limb_frame(limb, what)[:, 2]
         low, high = float(heights.min()), float(heights.max())
         if not made.tapers:
             levels = Reduction(heights_mm=(low,), per_cent=(per_cent,), of=made.of)

@@ -77,7 +77,7 @@ class Sides:
     """Distance to the curve of the vertices near it, positive to the left; infinite elsewhere."""
 
 
-def frame_of(limb: Limb, what: str) -> LimbFrame:
+def require_frame(limb: Limb, what: str) -> LimbFrame:
     """The limb's frame.
 
     Raises:
@@ -96,14 +96,14 @@ def moved_by(motion: Rigid, points: Points3) -> Points3:
     return np.einsum("nj,ij->ni", points, motion.rotation) + motion.translation
 
 
-def in_limb_frame(limb: Limb, what: str) -> Points3:
+def points_in_limb_frame(limb: Limb, what: str) -> Points3:
     """The mesh's vertices in the limb frame."""
-    return moved_by(frame_of(limb, what).limb_from_mesh, limb.mesh.vertices_mm)
+    return moved_by(require_frame(limb, what).limb_from_mesh, limb.mesh.vertices_mm)
 
 
 def axes_in_mesh(limb: Limb, what: str) -> Float64[np.ndarray, "3 3"]:
     """Rows: directions of the limb's X, Y and Z in the mesh's frame."""
-    return frame_of(limb, what).limb_from_mesh.rotation
+    return require_frame(limb, what).limb_from_mesh.rotation
 
 
 def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector3:
@@ -125,7 +125,7 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
     point = np.array(place, np.float64)
     if frame == "mesh":
         return point
-    return moved_by(frame_of(limb, what).limb_from_mesh.inverse, point[None])[0]
+    return moved_by(require_frame(limb, what).limb_from_mesh.inverse, point[None])[0]
 
 
 def require_ring(places: Sequence[Place], what: str) -> None:
@@ -163,7 +163,7 @@ def height_mm(limb: Limb, height: float, above: str, what: str) -> float:
     if not above:
         return height
     point = position_mm(limb, above, "mesh", what)
-    base = moved_by(frame_of(limb, what).limb_from_mesh, point[None])[0, 2]
+    base = moved_by(require_frame(limb, what).limb_from_mesh, point[None])[0, 2]
     return float(base) + height
 
 
@@ -192,7 +192,7 @@ def middles_mm(limb: Limb, points: Points3, what: str) -> Points3:
     The line follows the centroids of whole sections, and is made smooth; where sections are
     open (at a slanting brim) or shrink (at the distal end) it goes on along the axis.
     """
-    vertices = in_limb_frame(limb, what)
+    vertices = points_in_limb_frame(limb, what)
     mesh = limb.mesh.with_vertices(vertices)
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
     heights = low + (high - low) * (np.arange(_LEVELS) + 0.5) / _LEVELS

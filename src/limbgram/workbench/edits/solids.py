@@ -14,7 +14,13 @@ from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
 from limbgram.workbench.edits.offset import offset, offset_unchecked
-from limbgram.workbench.edits.regions import displaced, frame_of, moved_by, with_added, with_closed
+from limbgram.workbench.edits.regions import (
+    displaced,
+    moved_by,
+    require_frame,
+    with_added,
+    with_closed,
+)
 from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_lip
 from limbgram.workbench.limb import Landmark, Limb
 
@@ -183,7 +189,7 @@ class Mirror:
             EditError: the limb is not aligned, has no side, or has the confirmed side already.
         """
         what = self.title
-        frame = frame_of(limb, what)
+        frame = require_frame(limb, what)
         if frame.side == "none":
             raise EditError(
                 f"{what} swaps left and right, and nobody has said which this limb is. Align it "

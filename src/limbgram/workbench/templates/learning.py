@@ -25,7 +25,12 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.counterparts import Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
-from limbgram.workbench.compare.frames import axes_of, brim_height_mm, in_limb_frame, outside_of
+from limbgram.workbench.compare.frames import (
+    axes_of,
+    brim_height_mm,
+    mesh_in_frame,
+    outside_by_name,
+)
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
@@ -116,7 +121,9 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         )
     for pair in pairs:
         _require_one_side(pair)
-    pairs = [Pair(before=outside_of(one.before), after=outside_of(one.after)) for one in pairs]
+    pairs = [
+        Pair(before=outside_by_name(one.before), after=outside_by_name(one.after)) for one in pairs
+    ]
     reference = _reference(pairs, options.reference)
     charts = [plain_chart(pair.before, reference) for pair in pairs]
     marks = _marks([pair.before for pair in pairs], charts)
@@ -161,7 +168,7 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
     axes = axes_of(before)
     alignment = lay(before, pair.after, axes, options.registration)
     brim_mm = options.registration.brim_mm
-    placed = in_limb_frame(pair.after.mesh, alignment.first_from_second)
+    placed = mesh_in_frame(pair.after.mesh, alignment.first_from_second)
     ground = Ground.of(placed, brim_mm)
     samples = sample_evenly(before.mesh, _SAMPLES)
     moved = np.zeros(len(samples.points_mm))
@@ -303,7 +310,7 @@ def _marks(limbs: Sequence[Limb], charts: Sequence[LimbChart]) -> tuple[Template
 
 def _top(limb: Limb, chart: LimbChart) -> float:
     """Chart height of the brim."""
-    brim_mm = brim_height_mm(in_limb_frame(limb.mesh, axes_of(limb).limb_from_mesh))
+    brim_mm = brim_height_mm(mesh_in_frame(limb.mesh, axes_of(limb).limb_from_mesh))
     return (brim_mm - chart.dome_mm) / (chart.reference_mm - chart.dome_mm)
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.compare.frames import in_limb_frame
+from limbgram.workbench.compare.frames import mesh_in_frame
 from limbgram.workbench.compare.registration import (
     RegistrationOptions,
     as_is,
@@ -232,7 +232,7 @@ def test_a_thinner_cylinder_sinks_until_it_holds_as_much() -> None:
 
 
 def test_volume_alignment_asks_for_a_closed_end(limb) -> None:
-    tube = in_limb_frame(limb.mesh, Rigid.identity())
+    tube = mesh_in_frame(limb.mesh, Rigid.identity())
     tube = replace(tube, faces=tube.faces[tube.vertices_mm[tube.faces][:, :, 2].min(1) > 60])
     with pytest.raises(MeasureError, match="open"):
         slide_to_volume(tube, tube)

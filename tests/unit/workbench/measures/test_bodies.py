@@ -12,7 +12,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.writing import write_aop
 from limbgram.workbench.bodies import kept, left_out, outer_bodies, outside_of, without_loose
-from limbgram.workbench.compare.frames import outside_of as outside_of_compared
+from limbgram.workbench.compare.frames import outside_by_name
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
@@ -114,7 +114,7 @@ def test_bones_and_crumbs_are_told_apart(make_turned: Callable[..., Mesh], cylin
     assert inside == "1 body inside the limb was left out"
     assert loose.startswith("2 loose bodies apart from the limb (")
     assert loose.endswith(" were left out")
-    assert [note[-1] for note in outside_of_compared(Limb(mesh=both)).notes] == [".", "."]
+    assert [note[-1] for note in outside_by_name(Limb(mesh=both)).notes] == [".", "."]
 
 
 def test_two_limbs_in_one_file_have_no_girth(

@@ -7,7 +7,7 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.compare.frames import outside_of
+from limbgram.workbench.compare.frames import outside_by_name
 from limbgram.workbench.edits.solids import Offset
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
@@ -45,8 +45,8 @@ def test_the_skin_is_edited_as_if_no_bones_were_there() -> None:
 def test_shapes_are_compared_by_their_outsides() -> None:
     skin, bones = ball(60, (0, 0, 60)), (ball(15, (-16, 0, 60)), ball(15, (16, 0, 60)))
     shape = replace(limb_of(skin, *bones), name="scan")
-    assert outside_of(shape).notes == ("2 bodies inside scan were left out.",)
-    nameless = outside_of(replace(limb_of(skin, bones[0]), name=""))
+    assert outside_by_name(shape).notes == ("2 bodies inside scan were left out.",)
+    nameless = outside_by_name(replace(limb_of(skin, bones[0]), name=""))
     assert nameless.notes == ("1 body inside a shape was left out.",)
     assert len(nameless.mesh.faces) == len(skin.faces)
 
