@@ -270,7 +270,7 @@ def _word(name: str) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _tags(text):
+def _tags(text: np.ndarray):
     """Of each pair of lines: code, value if it is a number, name of the entity it belongs to."""
     lines = 0
     for letter in text:
@@ -289,7 +289,7 @@ def _tags(text):
 
 
 @njit(cache=True, nogil=True)
-def _value(text, start):
+def _value(text: np.ndarray, start: int):
     """A line as a number, NaN if it is none, and as a word, 0 if it is longer than eight letters;
     where the next line begins."""
     at, sign, number, share, word = start, 1.0, 0.0, 1.0, 0

@@ -75,7 +75,7 @@ class TriangleTree:
 
 
 @njit(cache=True, nogil=True)
-def _planted(vertices, faces, leaves):
+def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
     """Triangles along the curve by their middles, their numbers, and the boxes over them."""
     count = len(faces)
     middles = np.empty((count, 3))
@@ -105,7 +105,7 @@ def _planted(vertices, faces, leaves):
 
 
 @njit(cache=True, nogil=True)
-def _along_curve(points):
+def _along_curve(points: np.ndarray):
     """Numbers of the points sorted along a Morton curve; those of one cell as they came."""
     count = len(points)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -140,7 +140,15 @@ def _along_curve(points):
 
 
 @njit(cache=True, nogil=True)
-def _search(triangles, boxes, queries, turn, places, found, distances):
+def _search(
+    triangles: np.ndarray,
+    boxes: np.ndarray,
+    queries: np.ndarray,
+    turn: np.ndarray,
+    places: np.ndarray,
+    found: np.ndarray,
+    distances: np.ndarray,
+):
     leaves = boxes.shape[0] // 2
     stack, away2 = np.empty(64, np.int64), np.empty(64)
     place = np.empty(3)
@@ -182,7 +190,7 @@ def _search(triangles, boxes, queries, turn, places, found, distances):
 
 
 @njit(cache=True, nogil=True)
-def _box_distance2(box, point):
+def _box_distance2(box: np.ndarray, point: np.ndarray):
     total = 0.0
     for axis in range(3):
         outside = max(box[axis] - point[axis], point[axis] - box[axis + 3], 0.0)
@@ -191,7 +199,7 @@ def _box_distance2(box, point):
 
 
 @njit(cache=True, nogil=True)
-def _nearest_on_triangle(triangle, point, place):
+def _nearest_on_triangle(triangle: np.ndarray, point: np.ndarray, place: np.ndarray):
     """Squared distance to a triangle; fills in the nearest place (Ericson 2005, 5.1.5)."""
     a, b, c = triangle[0], triangle[1], triangle[2]
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0

@@ -68,7 +68,15 @@ def _done_after(asked: Bool[np.ndarray, " f"], leaves: int) -> Int64[np.ndarray,
 
 
 @njit(cache=True, nogil=True)
-def _cross(triangles, boxes, corners, asked, done_after, turn, found):
+def _cross(
+    triangles: np.ndarray,
+    boxes: np.ndarray,
+    corners: np.ndarray,
+    asked: np.ndarray,
+    done_after: np.ndarray,
+    turn: np.ndarray,
+    found: np.ndarray,
+):
     """Fill in crossing pairs of the triangles whose `turn` it is, as far as there is room; returns
     how many there are."""
     leaves = boxes.shape[0] // 2
@@ -103,7 +111,7 @@ def _cross(triangles, boxes, corners, asked, done_after, turn, found):
 
 
 @njit(cache=True, nogil=True)
-def _apart(one, two):
+def _apart(one: np.ndarray, two: np.ndarray):
     gap = -np.inf
     for axis in range(3):
         gap = max(gap, one[axis] - two[axis + 3], two[axis] - one[axis + 3])
@@ -111,7 +119,7 @@ def _apart(one, two):
 
 
 @njit(cache=True, nogil=True)
-def _clear(box, triangle):
+def _clear(box: np.ndarray, triangle: np.ndarray):
     """Whether a triangle lies beside a box."""
     for axis in range(3):
         a, b, c = triangle[0, axis], triangle[1, axis], triangle[2, axis]
@@ -121,7 +129,9 @@ def _clear(box, triangle):
 
 
 @njit(cache=True, nogil=True)
-def _pass_through(triangles, corners, one, two, work):
+def _pass_through(
+    triangles: np.ndarray, corners: np.ndarray, one: int, two: int, work: tuple[np.ndarray, ...]
+):
     """Whether two triangles share more than they touch in (Moeller 1997); `work` is written on.
 
     Each must have corners on both sides of the other's plane, and the pieces of the planes' common
@@ -162,7 +172,7 @@ def _pass_through(triangles, corners, one, two, work):
 
 
 @njit(cache=True, nogil=True)
-def _unit_normal(triangles, t, normal):
+def _unit_normal(triangles: np.ndarray, t: int, normal: np.ndarray):
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
         normal[axis] = (triangles[t, 1, i] - triangles[t, 0, i]) * (
@@ -174,7 +184,15 @@ def _unit_normal(triangles, t, normal):
 
 
 @njit(cache=True, nogil=True)
-def _straddles(triangles, corners, t, other, normal, least, heights):
+def _straddles(
+    triangles: np.ndarray,
+    corners: np.ndarray,
+    t: int,
+    other: int,
+    normal: np.ndarray,
+    least: float,
+    heights: np.ndarray,
+):
     """Fill in the heights of corners above the other's plane; whether they lie to both sides."""
     above = below = False
     for k in range(3):
@@ -193,7 +211,7 @@ def _straddles(triangles, corners, t, other, normal, least, heights):
 
 
 @njit(cache=True, nogil=True)
-def _covered(triangle, origin, along, heights):
+def _covered(triangle: np.ndarray, origin: np.ndarray, along: np.ndarray, heights: np.ndarray):
     """The piece of a line in the plane of height 0 that a triangle covers."""
     low, high = np.inf, -np.inf
     for k in range(3):

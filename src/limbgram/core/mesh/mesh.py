@@ -128,7 +128,7 @@ def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
 
 
 @njit(cache=True, nogil=True)
-def _crosses(vertices, faces):
+def _crosses(vertices: np.ndarray, faces: np.ndarray):
     found = np.empty((len(faces), 3))
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -142,7 +142,7 @@ def _crosses(vertices, faces):
 
 
 @njit(cache=True, nogil=True)
-def _summed(weighted, faces, count):
+def _summed(weighted: np.ndarray, faces: np.ndarray, count: int):
     """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
     total = np.zeros((count, 3))
     for corner in range(3):

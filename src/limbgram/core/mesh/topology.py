@@ -96,7 +96,7 @@ def number_pairs(
 
 
 @njit(cache=True, nogil=True)
-def _numbered(one, two, places):
+def _numbered(one: np.ndarray, two: np.ndarray, places: np.ndarray):
     """Pairs dealt out by their first number, then sorted by the second in each small heap."""
     count = len(one)
     order, seconds = np.empty(count, np.int64), np.empty(count, np.int64)
@@ -119,7 +119,7 @@ def _numbered(one, two, places):
 
 
 @njit(cache=True, nogil=True)
-def _sort_heap(keys, order):
+def _sort_heap(keys: np.ndarray, order: np.ndarray):
     """Sort keys with what goes with them; equal ones stay as they came."""
     if len(keys) > _SMALL_HEAP:
         sorting = np.argsort(keys, kind="mergesort")
@@ -258,7 +258,7 @@ def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
 
 
 @njit(cache=True, nogil=True)
-def _components(links, count):
+def _components(links: np.ndarray, count: int):
     """Components of a graph by union and find, numbered in the order of their first nodes."""
     root = np.arange(count)
     for k in range(len(links)):

@@ -3,9 +3,8 @@
 A plane maps straight lines to straight lines only through a pinhole, so every photo is resampled
 once, to a pinhole camera of the same focal length and principal point, and reduced in the same
 step: the mean of samples that are spread evenly over each reduced pixel, so that its centre stays
-right. Half a pixel here would be a tenth of a millimetre on the surface.
-
-Pyramid levels: one photo and its sources as the kernels take them, and how to go finer.
+right. Half a pixel here would be a tenth of a millimetre on the surface. One photo and its sources
+make a level of the pyramid, as the kernels take them; a level's result starts the next finer one.
 """
 
 from collections.abc import Sequence

@@ -1,16 +1,13 @@
-"""Agreement: how many other depth maps have the same point of the surface (compiled).
-
-A pixel's point is taken into another photo, onto the plane that was measured there, and back.
-It agrees if it returns to within a fraction of a pixel, at about the same depth, with a similar
-normal. Matches that are wrong rarely do so twice.
-
-Estimation: depth and normal of every pixel that shows the region, photo by photo.
+"""Estimation: depth and normal of every pixel that shows the region, photo by photo.
 
 In      the photos, a MetricScene, a Region.
 Out     one DepthMap a photo, holding only what other photos' maps confirm.
-Method  pinhole crops; PatchMatch at a quarter of their scale; what other photos confirm there,
+Method  Pinhole crops; PatchMatch at a quarter of their scale; what other photos confirm there,
         and its surroundings, again at half and whole scale with a sub-pixel polish; then a pixel
         stays if enough other maps have its point with a similar normal.
+        Confirmation: a pixel's point is taken into another photo, onto the plane that was measured
+        there, and back. It agrees if it returns to within a fraction of a pixel, at about the same
+        depth, with a similar normal. Matches that are wrong rarely do so twice.
 Fails   DenseError: too few photos show the region, or next to nothing could be matched.
 """
 
@@ -67,7 +64,7 @@ def view_row(depth_map: DepthMap) -> Float64[np.ndarray, "17"]:
 
 
 @njit(inline="always")
-def into_view(view, x, y, z):
+def into_view(view: np.ndarray, x: float, y: float, z: float):
     """World point to pixel and depth."""
     a = view[0] * x + view[1] * y + view[2] * z + view[9]
     b = view[3] * x + view[4] * y + view[5] * z + view[10]
@@ -77,7 +74,7 @@ def into_view(view, x, y, z):
 
 
 @njit(inline="always")
-def out_of_view(view, u, v, depth):
+def out_of_view(view: np.ndarray, u: float, v: float, depth: float):
     """Pixel and depth to world point."""
     q = (v - view[15]) / view[13]
     p = (u - view[14] - view[16] * q) / view[12]
@@ -90,7 +87,7 @@ def out_of_view(view, u, v, depth):
 
 
 @njit(inline="always")
-def turned_out(view, nx, ny, nz):
+def turned_out(view: np.ndarray, nx: float, ny: float, nz: float):
     """Direction in the camera to direction in the world."""
     return (
         view[0] * nx + view[3] * ny + view[6] * nz,
@@ -100,7 +97,17 @@ def turned_out(view, nx, ny, nz):
 
 
 @njit(inline="always")
-def depth_on_plane(view, u, v, column, row, depth, nx, ny, nz):
+def depth_on_plane(
+    view: np.ndarray,
+    u: float,
+    v: float,
+    column: float,
+    row: float,
+    depth: float,
+    nx: float,
+    ny: float,
+    nz: float,
+):
     """Depth at (u, v) of the plane measured at a pixel nearby."""
     q0, q1 = (row - view[15]) / view[13], (v - view[15]) / view[13]
     p0 = (column - view[14] - view[16] * q0) / view[12]
@@ -113,7 +120,15 @@ def depth_on_plane(view, u, v, column, row, depth, nx, ny, nz):
 
 @njit(cache=True, nogil=True)
 def _vote(
-    depth, normal, view, other_depth, other_normal, other_view, agree_px, least_cosine, votes
+    depth: np.ndarray,
+    normal: np.ndarray,
+    view: np.ndarray,
+    other_depth: np.ndarray,
+    other_normal: np.ndarray,
+    other_view: np.ndarray,
+    agree_px: float,
+    least_cosine: float,
+    votes: np.ndarray,
 ):
     height, width = depth.shape
     other_height, other_width = other_depth.shape

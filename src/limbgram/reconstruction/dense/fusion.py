@@ -1,24 +1,17 @@
-"""A grid over points, so that neighbours are found without looking at all of them (compiled).
-
-Points are sorted by the cube they lie in; a hash table tells where each cube's points start.
-
-Visibility: which photos agree on a point of the cloud, and what colour it has in them.
-
-Moving least squares: points go to the curved surface that their neighbours agree on (compiled).
-
-Round each point a quadric, height over the tangent plane = c0 + c1 u + c2 v + c3 u^2/2 + c4 u v
-+ c5 v^2/2, is fitted to the measured points with weights that fall with distance and with
-residual; the point moves by c0 along the normal, the normal turns by the slopes (Levin 1998;
-Guennebaud and Gross 2007). The quadratic terms keep a curved surface from shrinking, and tell by
-how much flat correlation windows placed it too deep.
-
-Fusion: many depth maps to one cloud of evenly spaced, oriented points.
+"""Fusion: many depth maps to one cloud of evenly spaced, oriented points.
 
 In      depth maps, and the photos for colour.
 Out     a Cloud.
-Method  all measured points together; evenly spaced ones among them become the cloud and move to
-        the curved surface that all photos' points round them agree on; points that too few photos
-        confirm, that more photos see through, and crumbs away from the surface, are left out.
+Method  All measured points together; evenly spaced ones among them become the cloud and move to
+        the curved surface that all photos' points round them agree on. Points that too few photos
+        confirm, points that more photos see through, and crumbs away from the surface are left out.
+        Neighbours: points are sorted by the cube they lie in; a hash table gives where each cube's
+        points start.
+        The curved surface: round each point a quadric, height over the tangent plane = c0 + c1 u +
+        c2 v + c3 u^2/2 + c4 u v + c5 v^2/2, is fitted to the measured points with weights that fall
+        with distance and with residual; the point moves by c0 along the normal, the normal turns by
+        the slopes (Levin 1998; Guennebaud and Gross 2007). The quadratic terms keep a curved
+        surface from shrinking, and show by how much flat correlation windows placed it too deep.
 Fails   DenseError: too few points agree.
 """
 
@@ -79,7 +72,7 @@ def grid_of(points_mm: Float32[np.ndarray, "n 3"], cell_mm: float) -> Grid:
 
 
 @njit(inline="always")
-def span_of(keys, spans, i, j, k):
+def span_of(keys: np.ndarray, spans: np.ndarray, i: int, j: int, k: int):
     """Sorted points of cube (i, j, k): first and one past the last."""
     key = (i << 2 * _AXIS_BITS) | (j << _AXIS_BITS) | k
     slot = _slot_of(key, len(keys))
@@ -91,13 +84,15 @@ def span_of(keys, spans, i, j, k):
 
 
 @njit(inline="always")
-def _slot_of(key, slots):
+def _slot_of(key: int, slots: int):
     mixed = (key ^ (key >> 29)) * _MULTIPLIER
     return (mixed ^ (mixed >> 17)) & (slots - 1)
 
 
 @njit(cache=True, nogil=True)
-def _fill(unique, first, count, keys, spans):
+def _fill(
+    unique: np.ndarray, first: np.ndarray, count: np.ndarray, keys: np.ndarray, spans: np.ndarray
+):
     for k in range(len(unique)):
         slot = _slot_of(unique[k], len(keys))
         while keys[slot] >= 0:
@@ -108,7 +103,15 @@ def _fill(unique, first, count, keys, spans):
 
 
 @njit(cache=True, nogil=True)
-def thin(points, order, low, cell, keys, spans, spacing):
+def thin(
+    points: np.ndarray,
+    order: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    keys: np.ndarray,
+    spans: np.ndarray,
+    spacing: float,
+):
     """Poisson-disk thinning: of `points` (in the grid's order), visited in `order`, those that are
     kept lie at least `spacing` (at most one cell) apart, and no dropped one has room for itself."""
     blocked = np.zeros(len(points), np.bool_)
@@ -223,7 +226,19 @@ _FACING = 0.5
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def project_to_surface(
-    points, normals, weights, windows, low, cell, keys, spans, radius, noise, seeds, moved, turned
+    points: np.ndarray,
+    normals: np.ndarray,
+    weights: np.ndarray,
+    windows: np.ndarray,
+    low: np.ndarray,
+    cell: float,
+    keys: np.ndarray,
+    spans: np.ndarray,
+    radius: float,
+    noise: float,
+    seeds: np.ndarray,
+    moved: np.ndarray,
+    turned: np.ndarray,
 ):
     """Move seeds[k] to the surface of their neighbours, into moved[k] and turned[k].
 
@@ -273,7 +288,7 @@ def project_to_surface(
 
 
 @njit(cache=True, error_model="numpy")
-def _tangents(axes):
+def _tangents(axes: np.ndarray):
     """Two unit vectors across axes[2], which is made unit too."""
     n = axes[2]
     n /= math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
@@ -290,8 +305,9 @@ def _tangents(axes):
 
 @njit(cache=True, error_model="numpy")
 def _gather(
-    points, normals, weights, windows, low, cell, keys, spans, radius, noise,
-    x, y, z, axes, system,
+    points: np.ndarray, normals: np.ndarray, weights: np.ndarray, windows: np.ndarray,
+    low: np.ndarray, cell: float, keys: np.ndarray, spans: np.ndarray, radius: float, noise: float,
+    x: float, y: float, z: float, axes: np.ndarray, system: np.ndarray,
 ):  # fmt: skip
     """Normal equations (upper triangle and right side) of the neighbours of (x, y, z).
 
@@ -334,7 +350,7 @@ def _gather(
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(system, total, radius, coefficients):
+def _solve(system: np.ndarray, total: float, radius: float, coefficients: np.ndarray):
     """Solve the normal equations, slopes and bends held a little; False if they have none."""
     for a in range(1, _UNKNOWNS):
         reach = radius if a < 3 else 0.5 * radius * radius

@@ -1,28 +1,23 @@
-"""Correlation of slanted windows, many pixels at once (compiled).
-
-Each step is a short loop over LANES pixels, so that one processor instruction serves several
-of them. All scratch lies in one flat array at constant offsets (rows of LANES numbers), or the
-compiler cannot prove that the rows do not overlap and falls back to one pixel at a time.
-Pictures are packed: a 32-bit word holds a pixel and its right, lower and lower right neighbour,
-one load a sample.
-
-Hypothesis: inverse depth w0 of the pixel and its change per pixel, gx and gy. With m =
-(gx, gy, .) the plane's homography into another photo is A + b m^T; within the window it is
-replaced by its derivative at the centre.
-Score: weighted normalised correlation; weights fall with distance and with grey difference
-from the centre pixel, so that a window does not look across a silhouette.
-
-PatchMatch: the best plane for every pixel of a photo, found by asking neighbours (compiled).
+"""PatchMatch: the best plane for every pixel of a photo, found by asking neighbours (compiled).
 
 In      a packed reference and its sources at one pyramid level, the pixels to solve.
 Out     inverse depth, its two slopes, and the score (mean of the better half of the
         correlations, so that photos in which the spot is hidden do not count).
-Method  pixels of a chessboard's two colours in turn; each asks the better of two neighbours in
+Method  Pixels of a chessboard's two colours in turn; each asks the better of two neighbours in
         four directions, then tries random changes (Barnes et al. 2009; Galliani et al. 2015).
-        At the end a parabola through three correlations gives the sub-pixel place.
-
-Every pixel reads the other colour only, and random numbers are hashes of pixel and turn: the
-result does not depend on the order of work.
+        At the end a parabola through three correlations gives the sub-pixel place. Every pixel
+        reads the other colour only, and random numbers are hashes of pixel and turn: the result
+        does not depend on the order of work.
+        Hypothesis: inverse depth w0 of the pixel and its change per pixel, gx and gy. With m =
+        (gx, gy, .) the plane's homography into another photo is A + b m^T; within the window it is
+        replaced by its derivative at the centre.
+        Score: weighted normalised correlation; weights fall with distance and with grey difference
+        from the centre pixel, so that a window does not look across a silhouette.
+        Speed: each step is a short loop over LANES pixels, so that one processor instruction serves
+        several of them. All scratch lies in one flat array at constant offsets (rows of LANES
+        numbers), or the compiler cannot prove that the rows do not overlap and falls back to one
+        pixel at a time. Pictures are packed: a 32-bit word holds a pixel and its right, lower and
+        lower right neighbour, one load a sample.
 """
 
 import math
@@ -31,6 +26,11 @@ import numpy as np
 from numba import njit
 
 f4, i4, u4 = np.float32, np.int32, np.uint32
+
+Picture = tuple[np.ndarray, int, np.ndarray, np.ndarray]
+"""Grey values, width, weights by grey difference and by distance."""
+Sources = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
+"""Packed words, their table, homographies A and b, and how many correlations count."""
 
 LANES = 128
 SIDE = 6
@@ -85,7 +85,16 @@ def packed(grey: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def look_at(grey, width, pixels, count, by_grey, by_distance, t, index):
+def look_at(
+    grey: np.ndarray,
+    width: int,
+    pixels: np.ndarray,
+    count: int,
+    by_grey: np.ndarray,
+    by_distance: np.ndarray,
+    t: np.ndarray,
+    index: np.ndarray,
+):
     """Windows round the first `count` of `pixels` in the reference; spare lanes repeat the last."""
     for lane in range(LANES):
         pixel = pixels[min(lane, count - 1)]
@@ -120,7 +129,16 @@ def look_at(grey, width, pixels, count, by_grey, by_distance, t, index):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def correlate(words, width, height, a, b, t, index, word):
+def correlate(
+    words: np.ndarray,
+    width: int,
+    height: int,
+    a: np.ndarray,
+    b: np.ndarray,
+    t: np.ndarray,
+    index: np.ndarray,
+    word: np.ndarray,
+):
     """Correlation of each lane's hypothesis with one other photo, into CORRELATION (-1: none)."""
     _place(width, height, a, b, t)
     _accumulate(words, width, t, index, word)
@@ -134,7 +152,7 @@ def correlate(words, width, height, a, b, t, index, word):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _place(width, height, a, b, t):
+def _place(width: int, height: int, a: np.ndarray, b: np.ndarray, t: np.ndarray):
     """Window centre in the other photo and the derivative of the homography there."""
     right, bottom = f4(width - 3), f4(height - 3)
     for lane in range(LANES):
@@ -168,7 +186,7 @@ def _place(width, height, a, b, t):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _accumulate(words, width, t, index, word):
+def _accumulate(words: np.ndarray, width: int, t: np.ndarray, index: np.ndarray, word: np.ndarray):
     """Weighted sums of the other photo's window, grey counted from the reference's mean."""
     for lane in range(LANES):
         t[SUM + lane] = f4(0)
@@ -206,7 +224,7 @@ _FAR_PX = 5
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def start(pixels, w_range, focal_px, seed, state):
+def start(pixels: np.ndarray, w_range: np.ndarray, focal_px: float, seed: int, state: np.ndarray):
     """Random depths within the range (uniform in inverse depth) and random slopes."""
     low, high = f4(w_range[0]), f4(w_range[1])
     for pixel in pixels:
@@ -218,7 +236,14 @@ def start(pixels, w_range, focal_px, seed, state):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def rate(picture, sources, pixels, w_range, state, score):
+def rate(
+    picture: Picture,
+    sources: Sources,
+    pixels: np.ndarray,
+    w_range: np.ndarray,
+    state: np.ndarray,
+    score: np.ndarray,
+):
     """Score the planes that the pixels have now."""
     grey, width, by_grey, by_distance = picture
     t, index, word = _scratch()
@@ -237,7 +262,18 @@ def rate(picture, sources, pixels, w_range, state, score):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sweep(picture, sources, pixels, w_range, focal_px, w_step, tilt_step, seed, state, score):
+def sweep(
+    picture: Picture,
+    sources: Sources,
+    pixels: np.ndarray,
+    w_range: np.ndarray,
+    focal_px: float,
+    w_step: float,
+    tilt_step: float,
+    seed: int,
+    state: np.ndarray,
+    score: np.ndarray,
+):
     """Improve the planes of one colour's pixels.
 
     w_step     size of random changes of inverse depth
@@ -278,7 +314,16 @@ def sweep(picture, sources, pixels, w_range, focal_px, w_step, tilt_step, seed, 
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def polish(picture, sources, pixels, w_range, w_step, least, state, score):
+def polish(
+    picture: Picture,
+    sources: Sources,
+    pixels: np.ndarray,
+    w_range: np.ndarray,
+    w_step: float,
+    least: float,
+    state: np.ndarray,
+    score: np.ndarray,
+):
     """Move each depth to the top of the parabola through three correlations, w_step apart.
 
     All photos that correlate better than `least` take part, by how much they do. The score
@@ -325,7 +370,7 @@ def polish(picture, sources, pixels, w_range, w_step, least, state, score):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _try(sources, w_range, t, index, word):
+def _try(sources: Sources, w_range: np.ndarray, t: np.ndarray, index: np.ndarray, word: np.ndarray):
     """Score the hypothesis in W0, GX, GY; where it is better it becomes the best."""
     words, table, a, b, kept = sources
     for lane in range(LANES):
@@ -357,7 +402,15 @@ def _try(sources, w_range, t, index, word):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _ask_neighbour(block, width, dx, dy, state, score, t):
+def _ask_neighbour(
+    block: np.ndarray,
+    width: int,
+    dx: int | np.int32,
+    dy: int | np.int32,
+    state: np.ndarray,
+    score: np.ndarray,
+    t: np.ndarray,
+):
     """The plane of the better of a near and a far neighbour, continued to the pixel itself."""
     for lane in range(LANES):
         pixel = block[min(lane, len(block) - 1)]
@@ -373,7 +426,15 @@ def _ask_neighbour(block, width, dx, dy, state, score, t):
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _change(block, focal_px, w_step, tilt_step, seed, turn, t):
+def _change(
+    block: np.ndarray,
+    focal_px: float | np.float32,
+    w_step: float | np.float32,
+    tilt_step: float | np.float32,
+    seed: int,
+    turn: int,
+    t: np.ndarray,
+):
     """A random change of the best plane so far."""
     for lane in range(LANES):
         pixel = block[min(lane, len(block) - 1)]
@@ -389,7 +450,7 @@ def _change(block, focal_px, w_step, tilt_step, seed, turn, t):
 
 
 @njit(inline="always")
-def _random(pixel, seed, k):
+def _random(pixel: int, seed: int, k: int):
     """Uniform in [0, 1): an integer hash."""
     h = u4(pixel) * u4(747796405) + u4(seed) * u4(2891336453) + u4(k) * u4(277803737)
     h = u4(u4(h ^ (h >> u4(16))) * u4(0x7FEB352D))

@@ -1,21 +1,12 @@
-"""Clusters: sparse points that belong to one surface, told by their own spacing.
-
-The region: the part of the world that is the limb.
-
-Filling: a solid region from points on its surface.
-
-Masking: what the photos' masks say about points and cubes of the world.
-
-Localisation: where in the scene the limb is.
+"""The region: the part of the world that is the limb.
 
 In      the photos (for their masks), a MetricScene.
-Out     a Region: cubes that hold the limb's surface with a margin.
-Method  the sparse points that most photos look at, above the floor and within the photos' masks,
+Out     a Region: cubes that hold the limb's surface with a margin; its footprint in each photo,
+        which pixels can show it and between which depths.
+Method  The sparse points that most photos look at, above the floor and within the photos' masks,
         are linked into clusters by their own spacing; the cluster that the cameras aim at is the
         limb. Its hollows and unseen sides are closed, and it is widened by a margin.
 Fails   RegionError: too few points where the cameras look, or two objects that could be meant.
-
-Footprint: which pixels of a photo can show the region, and between which depths.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,18 +1,16 @@
-"""Agreement: one place per keypoint from all the window matches that it took part in.
+"""Agreement of keypoints before photos are placed, and verdicts on the photos afterwards.
 
-Window matching moved the second point of each pair relative to the first. A keypoint seen in many
-pairs has as many opinions about where it lies; the places that fit all of them best, in least
-squares, are several times better than the detector's own.
+Agreement: window matching moved the second point of each pair relative to the first. A keypoint
+seen in many pairs has as many opinions about where it lies; the places that fit all of them best,
+in least squares, are several times better than the detector's own. Unknown shifts z are complex
+numbers; a pair says z_second - a z_first = m, where m is the move that window matching found and a
+the turn and scale between the two keypoints; the detector says z = 0, with less weight. Two rounds,
+the second with Cauchy weights.
 
-Method  unknown shifts z as complex numbers; a pair says z_second - a z_first = m, where m is the
-        move that window matching found and a the turn and scale between the two keypoints; the
-        detector says z = 0, with less weight. Two rounds, the second with Cauchy weights.
-
-Verdicts: what became of every photo, why, and what to do about it.
-
-That all photos are placed proves nothing: a scene can be folded over and still have small
-residuals. So every placed photo is asked whether its turn against its neighbours is the one that
-its pairs, each solved by itself with the cheirality test, found.
+Verdicts: that all photos are placed proves nothing, because a scene can be folded over and still
+have small residuals. So every placed photo is asked whether its turn against its neighbours is the
+one that its pairs, each solved by itself with the cheirality test, found. A photo that was not
+placed gets the reason, and what to do about it.
 """
 
 from collections.abc import Sequence

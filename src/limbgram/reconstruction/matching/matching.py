@@ -1,18 +1,13 @@
-"""Matches: which keypoint of one photo is which keypoint of another.
-
-Selection: which pairs of photos are worth matching.
-
-Method  the largest keypoints of every photo, their descriptors compressed to a few
-        principal directions, are matched for all pairs. A pair's score is the number of matches
-        that turn the picture by about the same angle. Each photo keeps its best partners, and
-        its neighbours in the order of names, which is the walk round the limb.
-
-Matching: keypoints of photos to matches between pairs of photos.
+"""Matching: keypoints of photos to matches between pairs of photos.
 
 In      photos and their Features.
 Out     Matches, the points of the second photo moved to sub-pixel agreement with the first.
-Method  pairs by a coarse comparison; minimum Euclidean distance of descriptors with ratio and
-        mutual tests; correlation of the windows round each pair.
+Method  Which pairs are worth it: the largest keypoints of every photo, their descriptors compressed
+        to a few principal directions, are matched for all pairs. A pair's score is the number of
+        matches that turn the picture by about the same angle. Each photo keeps its best partners,
+        and its neighbours in the order of names, which is the walk round the limb.
+        In these: least Euclidean distance of descriptors with ratio and mutual tests; correlation
+        of the windows round each pair of keypoints.
 Fails   MatchingError: the photos show too little, or hardly any pair matches.
 """
 

@@ -1,23 +1,17 @@
-"""Pyramid: a photo's luma at full, half, quarter and eighth size in one flat array for kernels.
+"""Window correlation: matched points moved to sub-pixel agreement, false ones dropped.
 
-A level is the 2 x 2 mean of the one before, a last odd row or column left out, so that pixel
-centres are kept: x_level = (x + 0.5) / 2^level - 0.5. Windows are sampled with the cubic B-spline,
-which is smooth to the second derivative and smooths both photos alike.
-
-Least-squares matching of windows: the compiled part of window correlation.
-
-Inverse compositional Gauss-Newton (Baker and Matthews 2004) on a local affine map; gain and
-offset are taken out by giving both windows zero mean and unit deviation.
-
-Window correlation: matched points moved to sub-pixel agreement, false ones dropped.
-
-The window round the first keypoint is compared with the second photo through a local affine map,
-which starts as the similarity between the two keypoints (their scales and orientations) and is
-improved by least-squares matching with gain and offset (Grün 1985), in its inverse compositional
-form (Baker and Matthews 2004): the normal matrix belongs to the first window and is computed once.
-
-Windows are sampled with the cubic B-spline, which smooths both photos alike. Each keypoint is
-looked at in the pyramid level that suits its scale.
+In      two photos' brightness, and matched keypoints.
+Out     where each first keypoint lies in the second photo, and how well the windows correlate.
+Method  The window round the first keypoint is compared with the second photo through a local affine
+        map, which starts as the similarity between the two keypoints (their scales and
+        orientations) and is improved by least-squares matching (Grün 1985), in its inverse
+        compositional form (Baker and Matthews 2004): the normal matrix belongs to the first window
+        and is computed once. Gain and offset are taken out by giving both windows zero mean and
+        unit deviation.
+        Windows are sampled with the cubic B-spline, which is smooth to the second derivative and
+        smooths both photos alike, in the level of a pyramid that suits the keypoint's scale. A
+        level is the 2 x 2 mean of the one before, a last odd row or column left out, so that pixel
+        centres are kept: x_level = (x + 0.5) / 2^level - 0.5.
 """
 
 import math

@@ -1,8 +1,13 @@
-"""Where matching finds a round surface that blurred photos show.
+"""What the measuring kernels see of the photos: the part round the limb, ready to interpolate.
 
-A pixel mixes what lies round it. On a convex surface seen at a slant it reaches further towards
-the contour than away from it: to second order (Taylor's expansion of the surface under a pixel)
-the mean of what it mixes lies as if the surface were displaced along its normal by
+Crops of all photos lie one after another in one flat array of cubic B-spline coefficients
+(Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops. They are
+most of what the measurement holds in memory: `imagery_mb` says beforehand how much.
+
+Blur moves where matching finds a round surface. A pixel mixes what lies round it. On a convex
+surface seen at a slant it reaches further towards the contour than away from it: to second order
+(Taylor's expansion of the surface under a pixel) the mean of what it mixes lies as if the surface
+were displaced along its normal by
 
     1/2 (blur pixel)^2 (H + q(r, r) / cos^2)
 
@@ -10,12 +15,6 @@ H being the sum of the principal curvatures, r the ray's part along the surface,
 along it and cos the cosine of incidence: photos from both sides meet below a convex surface and
 above a hollow. Least squares follow edges too, which blur leaves in place; simulated paint takes
 a share of the displacement.
-
-What the measuring kernels see of the photos: the part round the limb, ready to interpolate.
-
-Crops of all photos lie one after another in one flat array of cubic B-spline coefficients
-(Unser 1999), so that a kernel takes two arrays whatever the number and sizes of the crops. They are
-most of what the measurement holds in memory: `imagery_mb` tells beforehand how much.
 """
 
 from collections.abc import Sequence

@@ -41,7 +41,16 @@ the photo shows the vertex."""
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def local_gains(
-    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, at_vertex
+    coefficients: np.ndarray,
+    crops: np.ndarray,
+    factor: float,
+    views: np.ndarray,
+    seen_by: np.ndarray,
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    quadric: np.ndarray,
+    step_mm: np.ndarray,
+    at_vertex: np.ndarray,
 ):
     """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `at_vertex`.
 
@@ -88,7 +97,9 @@ def local_gains(
 
 
 @njit(cache=True)
-def _in_common(seen_by, at_vertex, i0, i1, i2, slots):
+def _in_common(
+    seen_by: np.ndarray, at_vertex: np.ndarray, i0: int, i1: int, i2: int, slots: np.ndarray
+):
     """Fill `slots` (c, 3) with the photos used at all three vertices; returns how many."""
     found = 0
     for s0 in range(seen_by.shape[1]):
@@ -108,8 +119,9 @@ def _in_common(seen_by, at_vertex, i0, i1, i2, slots):
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def assemble(
-    coefficients, crops, factor, views, seen_by, at_vertex, vertices, normals, faces, points,
-    noise_grey, noise_px, robust,
+    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
+    seen_by: np.ndarray, at_vertex: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
+    faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
 ):  # fmt: skip
     """Normal equations of the three offsets of every face.
 

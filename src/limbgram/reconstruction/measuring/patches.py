@@ -36,7 +36,17 @@ MEASURED, UNSEEN, UNLIKE, SINGULAR, STRAYED, STEEP = 1, 0, -1, -2, -3, -4
 
 @njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def measure_patches(
-    coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, rounds, state
+    coefficients: np.ndarray,
+    crops: np.ndarray,
+    factor: float,
+    views: np.ndarray,
+    seen_by: np.ndarray,
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    quadric: np.ndarray,
+    step_mm: np.ndarray,
+    rounds: int,
+    state: np.ndarray,
 ):
     """Measure every patch.
 
@@ -123,7 +133,15 @@ def measure_patches(
 
 
 @njit(fastmath=True, cache=True)
-def _mean_texture(value, slope, weights, gains, used, texture, texture_slope):
+def _mean_texture(
+    value: np.ndarray,
+    slope: np.ndarray,
+    weights: np.ndarray,
+    gains: np.ndarray,
+    used: int,
+    texture: np.ndarray,
+    texture_slope: np.ndarray,
+):
     """The common texture and its change with d; returns the texture's weighted energy."""
     energy = f4(0)
     for k in range(SAMPLES):
@@ -138,7 +156,16 @@ def _mean_texture(value, slope, weights, gains, used, texture, texture_slope):
 
 @njit(fastmath=True, cache=True)
 def _normal_equations(
-    value, slope, weights, gains, used, texture, texture_slope, energy, step, normal
+    value: np.ndarray,
+    slope: np.ndarray,
+    weights: np.ndarray,
+    gains: np.ndarray,
+    used: int,
+    texture: np.ndarray,
+    texture_slope: np.ndarray,
+    energy: float | np.float32,
+    step: float,
+    normal: np.ndarray,
 ):
     """Upper triangle (6) and right side (3) for d and the slopes.
 
@@ -191,7 +218,7 @@ def _normal_equations(
 
 
 @njit(cache=True)
-def _solve(normal, prior, state):
+def _solve(normal: np.ndarray, prior: float | np.float32, state: np.ndarray):
     """Steps of d and the slopes, and the cofactor of d; slopes are held by a weak prior."""
     m00, m01, m02 = normal[0], normal[1], normal[2]
     m11, m12, m22 = normal[3] + prior, normal[4], normal[5] + prior

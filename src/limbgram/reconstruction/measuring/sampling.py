@@ -22,7 +22,7 @@ _LEAST_CORRELATION = 0.5
 
 
 @njit(inline="always")
-def project(view, x, y, z):
+def project(view: np.ndarray, x: float, y: float, z: float):
     """Pixel (u, v) of a world point through the exact lens, and d(u, v)/d(x, y, z) as 6 numbers.
 
     `view` is View.packed. It gives numbers and no arrays, and is inlined: the measuring kernels
@@ -49,7 +49,7 @@ def project(view, x, y, z):
 
 
 @njit(inline="always", fastmath=True)
-def interpolate(coefficients, start, width, x, y):
+def interpolate(coefficients: np.ndarray, start: int, width: int, x: float, y: float):
     """Value, d/dx and d/dy of the cubic B-spline at crop pixel (x, y)."""
     column, row = int(x), int(y)
     t, s = f4(x - column), f4(y - row)
@@ -96,8 +96,10 @@ def window_weights():
 
 @njit(fastmath=True, cache=True)
 def sample_windows(
-    coefficients, crops, factor, views, seen_by, vertex, axes, quadric, step, state,
-    weights, value, slope, mean, photo_of, least_variance,
+    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
+    seen_by: np.ndarray, vertex: np.ndarray, axes: np.ndarray, quadric: np.ndarray, step: float,
+    state: np.ndarray, weights: np.ndarray, value: np.ndarray, slope: np.ndarray, mean: np.ndarray,
+    photo_of: np.ndarray, least_variance: float,
 ):  # fmt: skip
     """Windows of all photos (weighted mean taken off) and their change per mm along the normal.
 
@@ -157,7 +159,7 @@ def sample_windows(
 
 
 @njit(fastmath=True, cache=True)
-def gram_of(value, weights, used, gram):
+def gram_of(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray):
     """Weighted products of the windows with each other."""
     for i in range(used):
         for j in range(i + 1):
@@ -169,7 +171,7 @@ def gram_of(value, weights, used, gram):
 
 
 @njit(fastmath=True, cache=True)
-def leading_gains(gram, used, gains, scratch):
+def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.ndarray):
     """Leading unit eigenvector of the Gram matrix; False if a photo shows something else."""
     for i in range(used):
         gains[i] = math.sqrt(gram[i, i])
@@ -191,7 +193,16 @@ def leading_gains(gram, used, gains, scratch):
 
 
 @njit(fastmath=True, cache=True)
-def agreeing(value, slope, mean, photo_of, used, gram, gains, scratch):
+def agreeing(
+    value: np.ndarray,
+    slope: np.ndarray,
+    mean: np.ndarray,
+    photo_of: np.ndarray,
+    used: int,
+    gram: np.ndarray,
+    gains: np.ndarray,
+    scratch: np.ndarray,
+):
     """Leave out, one by one, the photos whose window is unlike the others': a highlight, a
     shadow's edge, something else before the limb.
 

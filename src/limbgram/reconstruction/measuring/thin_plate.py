@@ -1,15 +1,12 @@
-"""Conjugate gradients for sparse symmetric systems (compiled).
+"""The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
 
-Hestenes and Stiefel 1952, with diagonal preconditioning. One pass over the matrix a step, one
-thread: the same bytes on every run.
+Cotangent Laplacian (Pinkall and Polthier 1993). The bending energy acts on the whole surface, not
+on the correction, so that noise does not stay from round to round. Folds are let be: the edge of a
+thin part is no noise.
 
-The surface as a thin plate: neighbours are coupled as far as their own certainty asks.
-
-Cotangent Laplacian (Pinkall and Polthier 1993); the bending energy acts on the whole surface,
-not on the correction, so that noise does not stay from round to round. Folds are let be: the
-edge of a thin part is no noise.
-
-Quadrics: how the surface bends round each vertex, by least squares over two rings (compiled).
+Sparse systems are solved by conjugate gradients (Hestenes and Stiefel 1952) with diagonal
+preconditioning, compiled: one pass over the matrix a step, one thread, the same bytes on every run.
+How the surface bends round each vertex is a quadric fitted over two rings by least squares.
 """
 
 from dataclasses import dataclass
@@ -45,7 +42,16 @@ def solve(
 
 
 @njit(cache=True, nogil=True)
-def _iterate(data, indices, starts, preconditioner, right, solution, tolerance, steps):
+def _iterate(
+    data: np.ndarray,
+    indices: np.ndarray,
+    starts: np.ndarray,
+    preconditioner: np.ndarray,
+    right: np.ndarray,
+    solution: np.ndarray,
+    tolerance: float,
+    steps: int,
+):
     count = len(right)
     residual, direction, image = np.empty(count), np.empty(count), np.empty(count)
     size = 0.0
@@ -260,7 +266,14 @@ def quadrics(
 
 
 @njit(cache=True, nogil=True)
-def _add_up(starts, others, vertices, axes, normal, right):
+def _add_up(
+    starts: np.ndarray,
+    others: np.ndarray,
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    normal: np.ndarray,
+    right: np.ndarray,
+):
     """Normal equations of slopes (2) and curvatures (3) over the neighbours' neighbours."""
     count = len(vertices)
     seen = np.full(count, -1, np.int32)

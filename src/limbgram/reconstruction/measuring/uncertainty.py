@@ -1,32 +1,26 @@
-"""Local errors of the measured surface: the photos' disagreement, and detail that the plate takes.
+"""Sigma: one standard deviation along the normal for every measured vertex.
 
-In      the measured mesh and the normal equations of its last round.
-Out     variance along the normal by vertex, the distance over which these errors are alike, and how
-        much longer a line along the limb is than along the measured surface.
-Method  Noise: what single photos pull the surface by, each solved through the plate, is how they
-        disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds sensor
-        noise, shading, pose errors and gaps alike. Detail: the plate takes (1 - H) off the surface
-        x, H being its response. What it would take off again and again, (1 - H)^2 H x, is seen, and
-        for relief whose power falls like the wave number's fifth to seventh power the lost part
-        has about a constant multiple of its energy. Both are pooled over neighbours. Lines: relief
-        of slope s makes a line longer by s^2 / 4 of itself, whatever its direction; what is lost is
-        told by the slope of (1 - H) x, what noise adds by the slope of the photos' disagreement.
+In      the measured mesh, the normal equations of its last round, which photos measured what, and
+        the metric scene with the covariance of its cameras.
+Out     the mesh with its sigmas: local errors of each vertex (variance, the distance over which
+        they are alike, and how much longer a line along the limb is than along the measured
+        surface), and errors that all vertices share (displacement by one standard deviation of each
+        source). It speaks of the shape: where the surface lies in the world is not part of it.
+Method  Noise: what single photos pull the surface by, each solved through the thin plate, is how
+        they disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds
+        sensor noise, shading, pose errors and gaps alike. Detail: the plate takes (1 - H) off the
+        surface x, H being its response. What it would take off again and again, (1 - H)^2 H x, is
+        seen, and for relief whose power falls like the wave number's fifth to seventh power the
+        lost part has about a constant multiple of its energy. Both are pooled over neighbours.
+        Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
+        what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
+        photos' disagreement.
+        Shared: a photo moved by p sees another point of the tangent plane, s_k p away; the surface
+        moves by -sum (t_k - t)'(s_k - s) / sum |t_k - t|^2 to make the photos agree again, t_k
+        being how far along the plane photo k moves for a millimetre along the normal, t and s
+        their means (texture alike in all directions). The scale is set anew from the board in each
+        case, and what only moves the surface as a whole is taken off: a shape has no place.
         docs/method.
-
-Shared errors: what cameras and scale do to the whole surface at once.
-
-In      the metric scene with the covariance of its cameras, the mesh, which photos measured what.
-Out     displacement along the normal of every vertex, for one standard deviation of each source.
-Method  A photo moved by p sees another point of the tangent plane, s_k p away; the surface moves by
-        -sum (t_k - t)'(s_k - s) / sum |t_k - t|^2 to make the photos agree again, t_k being how far
-        along the plane photo k moves for a millimetre along the normal, t and s their means
-        (texture alike in all directions). The scale is set anew from the board in each case, and
-        what only moves the surface as a whole is taken off: a shape has no place.
-
-Sigma: one standard deviation along the normal for every measured vertex.
-
-The sum of local errors (noise, lost detail) and of shared ones (cameras, scale). It speaks of the
-shape: where the surface as a whole lies in the world is not part of it.
 """
 
 from dataclasses import dataclass, replace

@@ -1,22 +1,17 @@
-"""Deep pictures: sixteen bits a sample in the file, of which a camera may fill fewer.
+"""Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
 
-In      an opened picture of sixteen bits a sample.
-Out     how many bits it uses, and its pixels in eight.
-Method  converters write the 12 or 14 bits of a sensor at the lower end of sixteen. The largest
-        sample of a capture tells how many there are, rounded up to a depth that sensors have. Of
-        16-bit colours Pillow keeps the upper byte; decoded once more with the bytes swapped it
-        keeps the lower one.
-
-Decoding: pixels of a picture file, in the orientation in which the sensor stored them.
-
-Only JPEG, PNG and TIFF are tried (HEIF too where pillow-heif is installed), so that no rarely
-used decoder meets a foreign file. Pillow decodes; a JPEG's luma comes without its colours. Deep
-pictures come in eight bits, by the depth that their capture uses (`photos.deep`).
-
-EXIF: the few fields that say something about the camera; everything else is left unread.
-
-Focal-plane resolution tags are not used: they are wrong once a picture was reduced. The focal
-length is nominal; focused near, the true principal distance is a few per cent longer.
+In      a picture file of a capture.
+Out     its brightness or its colours in eight bits; the few EXIF fields that describe the camera.
+Method  Only JPEG, PNG and TIFF are tried (HEIF too where pillow-heif is installed), so that no
+        rarely used decoder meets a foreign file. Pillow decodes; a JPEG's brightness comes without
+        its colours.
+        Deep pictures, of sixteen bits a sample: converters write the 12 or 14 bits of a sensor at
+        the lower end of sixteen. The largest sample of a capture shows how many there are, rounded
+        up to a depth that sensors have. Of 16-bit colours Pillow keeps the upper byte; decoded once
+        more with the bytes swapped it keeps the lower one.
+        EXIF: focal-plane resolution tags are not used, because they are wrong once a picture was
+        reduced. The focal length is nominal; focused near, the true principal distance is a few per
+        cent longer.
 """
 
 import math

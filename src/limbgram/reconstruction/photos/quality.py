@@ -1,18 +1,15 @@
-"""Quality: is a photo sharp, and is it lit so that its surface can be measured?
+"""Quality: which files can be photos, and whether a photo is sharp and well lit.
 
-Sharpness is the width of the sharpest edges, which depends little on what the photo shows: an
-edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)). Motion
-blurs one direction only, so edges across it are taken: the worse of four directions counts.
-Exposure is the share of pixels at either end of the scale.
-
-Where the photos of a capture cannot be used together, `common_fault` tells whether they are to
-blame, so that nobody looks for the cause in the board or in the paint.
-
-Sifting: which files can be photos or masks, and what is said about the others.
-
-In      files, or what lies in a folder; sub-folders are no candidates.
-Out     the candidates, by their ending or by their first bytes, and what was set aside and why.
-Method  nothing is decoded; of many files of other kinds a few are named and the rest counted.
+In      files, or what lies in a folder (sub-folders are no candidates); a photo's brightness.
+Out     the candidates and what was set aside and why; remarks on each photo; where the photos of a
+        capture cannot be used together, whether they are to blame (`common_fault`), so that nobody
+        looks for the cause in the board or in the paint.
+Method  Candidates are told by their ending or their first bytes; nothing is decoded. Of many files
+        of other kinds a few are named and the rest counted.
+        Sharpness is the width of the sharpest edges, which depends little on what the photo shows:
+        an edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)).
+        Motion blurs one direction only, so edges across it are taken: the worse of four directions
+        counts. Exposure is the share of pixels at either end of the scale.
 """
 
 import stat

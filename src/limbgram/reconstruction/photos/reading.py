@@ -1,10 +1,9 @@
-"""Grouping: photos of one camera, lens, focal length and size share one calibration.
-
-Reading: files and folders to a PhotoSet.
+"""Reading: files and folders to a PhotoSet.
 
 In      files and folders; hidden files and sub-folders of a folder are left alone.
-Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why.
-Method  every picture is decoded once: only so a cut-off file shows itself.
+Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why. Photos of
+        one camera, lens, focal length and size share one calibration.
+Method  Every picture is decoded once: only so a cut-off file shows itself.
 Fails   PhotoError: a source does not exist, or fewer than two photos are left.
 """
 

@@ -1,28 +1,22 @@
-"""Corners: a board's corners as points of the scene, from all photos that see them.
+"""The board as a ruler: a board of known size lies in the scene and tells how large it is.
 
-Corners that contradict the others are dropped: where the limb's silhouette cuts the board, a
-detector puts some of them a pixel and more beside the truth. How far the errors of single photos
-(their poses above all) move the corners is told by leaving out one photo after the other.
-
-Lengths: a handful of long distances between a board's corners, for people to judge by.
-
-Board: a board of known size as a ruler in the scene.
-
-The corners are split like the colours of a checkerboard: one half sets the scale, the other half,
-which shares no corner with it, checks it. The board is taken to be printed as described; that x
-and y agree is tested, that both are wrong alike only another length can tell.
-
-Joining: the board takes part in one last adjustment of photos, lenses and points.
-
-A board's corners are seen in more photos, and more sharply, than any spot of the skin. Those that
-set the scale join all scene points as a body of known shape and free size; those that check it stay
-out, so that they go on checking. How far a print is from its shape is read off the corners as they
-were located before, so a bent board still ties photos together but does not bend them.
-
-Lens: the focal length that a board shows in the photos of a scene, to tell whose fault it is.
-
-Corners that miss each other blame the board, but a camera file of another lens does the same. The
-board is a calibration target too: seen from three sides it tells the focal length by itself.
+In      a Scene, and where its photos show the board's corners.
+Out     the board's corners as points of the scene, the lengths that set the scale and those that
+        check it, the scene adjusted once more together with the board.
+Method  Corners are triangulated from all photos that see them. Those that contradict the others
+        are dropped: where the limb's silhouette cuts the board, a detector puts some of them a
+        pixel and more beside the truth. How far the errors of single photos move the corners is
+        found by leaving out one photo after the other.
+        Corners are split like the colours of a checkerboard: one half sets the scale; the other
+        half, which shares no corner with it, checks it. The board is taken to be printed as
+        described: that x and y agree is tested; an error that both share only another length shows.
+        Corners that set the scale join one last adjustment as a body of known shape and free size:
+        they are seen in more photos, and more sharply, than any spot of the skin. Those that check
+        it stay out. How far a print is from its shape is read off the corners as they were located
+        before, so a bent board still ties photos together but does not bend them.
+Fails   ScaleError: too few corners, corners that contradict each other, a mirrored board. Corners
+        miss each other also where the camera file belongs to another lens; the board seen from
+        three sides shows the focal length by itself, and so whose fault it is.
 """
 
 from collections.abc import Iterator

@@ -1,6 +1,6 @@
 """Known distances: two points, each picked in two or more photos, a typed length apart.
 
-Coded marks: single ArUco or AprilTag markers whose distance from each other is known.
+Coded marks (single ArUco or AprilTag markers) are found in the photos instead of picked by hand.
 """
 
 from collections.abc import Sequence

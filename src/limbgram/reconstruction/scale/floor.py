@@ -1,9 +1,8 @@
-"""Floor: the plane that the object stands on, among the sparse points.
+"""The floor that the object stands on, and the direction that is up.
 
-RANSAC with a fixed seed over the points near the aim. A plane is the floor if many points lie on
-it and are spread out, hardly any lie below it, the object and all cameras are above it.
-
-Upright: the direction that is up, told by how the photos were taken.
+Floor: RANSAC with a fixed seed over the sparse points near the aim. A plane is the floor if many
+points lie on it and are spread out, hardly any lie below it, the object and all cameras are above
+it. Up, where there is no floor: how the photos were taken.
 """
 
 from collections.abc import Sequence

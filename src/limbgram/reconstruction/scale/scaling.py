@@ -1,13 +1,11 @@
-"""Verdict: whether the known lengths agree well enough to be believed.
-
-Scale: scene units to millimetres, and the world's frame.
+"""Scale: scene units to millimetres, and the world's frame.
 
 In      a Scene; a board of known size lying in it, known distances, both or neither.
 Out     a MetricScene, the only scene that the dense stages accept.
-Method  a part of the known lengths sets the scale, the rest checks it. A board's corners of the
+Method  A part of the known lengths sets the scale, the rest checks it. A board's corners of the
         first part also join photos, lenses and points in a last adjustment. Without any length the
         scene is made unitless on purpose: the cameras are 1000 units from what they look at.
-Fails   ScaleError: a source that cannot be measured, or lengths that contradict each other.
+Fails   ScaleError: a source that cannot be measured, or known lengths that contradict each other.
 """
 
 from collections.abc import Sequence

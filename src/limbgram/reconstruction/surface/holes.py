@@ -1,11 +1,11 @@
-"""Triangulating a hole's loop with its own vertices (Barequet and Sharir 1995; Liepa 2003).
+"""Holes: which openings of a mesh are holes, and how they are closed.
 
-Filling: holes closed, the new triangles made even and bent to go on as the surface does.
-
-The new vertices take the shape of a thin plate that continues the surface round the hole; there
-the plate may leave the points a little, so that their noise does not set its slope.
-
-Openings: which of a mesh's boundary loops is the brim, the limb's own open end.
+In      a manifold mesh with boundary loops.
+Out     the brim, which is the limb's own open end, told from the holes; the mesh with holes closed.
+Method  A hole's loop is triangulated with its own vertices (Barequet and Sharir 1995; Liepa 2003);
+        the new triangles are made even, and the new vertices take the shape of a thin plate that
+        continues the surface round the hole. There the plate may leave the points a little, so
+        that their noise does not set its slope.
 """
 
 from dataclasses import dataclass
@@ -75,7 +75,7 @@ def _cut_ears(
 
 
 @njit(cache=True, nogil=True)
-def _least_area(ring, taken, split):
+def _least_area(ring: np.ndarray, taken: np.ndarray, split: np.ndarray):
     """Fill split[i, j]: third corner of the triangle on chord i..j; False where none is allowed.
 
     Weight of a triangulation: its area, each triangle's raised by its thinness, so that of two
@@ -101,7 +101,7 @@ def _least_area(ring, taken, split):
 
 
 @njit(cache=True, nogil=True)
-def _cost(a, b, c):
+def _cost(a: np.ndarray, b: np.ndarray, c: np.ndarray):
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     wx, wy, wz = c[0] - b[0], c[1] - b[1], c[2] - b[2]

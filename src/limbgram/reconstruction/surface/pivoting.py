@@ -1,24 +1,17 @@
-"""A hashed grid of points: what lies near a place, for compiled loops.
-
-Cells fold into a table of buckets, so far outliers cost nothing; a bucket may hold points of
-several cells, so every reader checks distances.
-
-Geometry of a ball on points, compiled: where it rests, which way it rolls.
-
-The rolling ball, compiled: Bernardini, Mittleman, Rushmeier, Silva and Taubin (1999).
-
-A face (a, b, o) is counter-clockwise seen from outside, where the ball lies. A front edge runs
-a to b as in its one face; the ball rolls over it, away from o, until it touches a point k; the
-new face is (b, a, k). Edges are found by their ends in a hash table, so gluing is one look-up
-(the loops of the paper need no lists of their own). Records are worked on in the order of
-their making, so the front grows evenly and the result depends on nothing but the points.
-
-Ball Pivoting: a mesh whose vertices are the cloud's own points.
+"""Ball Pivoting: a mesh whose vertices are the cloud's own points.
 
 In      a Cloud: merged points with outward normals.
 Out     a Mesh: edge-manifold, consistently oriented; it may have holes and islands (`repair`).
-Method  Bernardini et al. 1999 with balls of rising radius; points nearer to each other than
-        the noise lets a ball tell apart are thinned first.
+Method  Bernardini, Mittleman, Rushmeier, Silva and Taubin 1999 with balls of rising radius; points
+        nearer to each other than the noise lets a ball tell apart are thinned first.
+        Points lie in cells that fold into a table of buckets, so far outliers cost nothing; a
+        bucket may hold points of several cells, so every reader checks distances.
+        A face (a, b, o) is counter-clockwise seen from outside, where the ball lies. A front edge
+        runs a to b as in its one face; the ball rolls over it, away from o, until it touches a
+        point k; the new face is (b, a, k). Edges are found by their ends in a hash table, so gluing
+        is one look-up (the loops of the paper need no lists of their own). Records are worked on in
+        the order of their making, so the front grows evenly and the result depends on nothing but
+        the points.
 Fails   SurfaceError: the points do not make a surface.
 """
 

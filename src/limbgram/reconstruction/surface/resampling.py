@@ -1,14 +1,11 @@
-"""One pass each of splitting, collapsing, flipping and smoothing edges (Botsch, Kobbelt 2004).
-
-A pass works on tables made before it and touches no face or vertex twice, so it stays valid
-without rebuilding them on the way. Twins: half-edge 3 f + k runs from corner k of face f to the
-next corner; twins[h] is the half-edge on its other side, or -1 on the boundary.
-
-Refinement: near-equilateral triangles of one size on the same surface.
+"""Refinement: near-equilateral triangles of one size on the same surface.
 
 In      a manifold Mesh.
 Out     a Mesh of the asked edge length; its boundary curve stays where it was.
-Method  split, collapse, flip, smooth along the surface, return to it (Botsch, Kobbelt 2004).
+Method  Split, collapse, flip, smooth along the surface, return to it (Botsch, Kobbelt 2004). A pass
+        works on tables made before it and touches no face or vertex twice, so it stays valid
+        without rebuilding them on the way. Twins: half-edge 3 f + k runs from corner k of face f to
+        the next corner; twins[h] is the half-edge on its other side, or -1 on the boundary.
 Fails   SurfaceError: the mesh is not a manifold.
 """
 
@@ -53,7 +50,7 @@ def find_twins(faces: Faces) -> Int64[np.ndarray, " h"]:
 
 
 @njit(cache=True, nogil=True)
-def _pair_up(faces, count, twins):
+def _pair_up(faces: np.ndarray, count: int, twins: np.ndarray):
     """Half-edges of the same two vertices, by a counting sort of their lower vertex.
 
     A sort of all pairs of numbers took half of the time of evening out a mesh.
@@ -168,7 +165,7 @@ def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]
 
 
 @njit(cache=True, nogil=True)
-def _sort_corners(vertex_of, place, corners):
+def _sort_corners(vertex_of: np.ndarray, place: np.ndarray, corners: np.ndarray):
     """Corners in the order of their vertices, each vertex's in their own."""
     for corner in range(vertex_of.shape[0]):
         corners[place[vertex_of[corner]]] = corner
@@ -176,7 +173,16 @@ def _sort_corners(vertex_of, place, corners):
 
 
 @njit(cache=True, nogil=True)
-def _collapse(vertices, faces, starts, corners, edges, fixed, longest2, goes_to):
+def _collapse(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    starts: np.ndarray,
+    corners: np.ndarray,
+    edges: np.ndarray,
+    fixed: np.ndarray,
+    longest2: float,
+    goes_to: np.ndarray,
+):
     locked = np.zeros(vertices.shape[0], np.bool_)
     seen = np.full(vertices.shape[0], -1, np.int64)
     place = np.empty(3)
@@ -202,7 +208,16 @@ def _collapse(vertices, faces, starts, corners, edges, fixed, longest2, goes_to)
 
 
 @njit(cache=True, nogil=True)
-def _fits(vertices, faces, starts, corners, moving, other, place, longest2):
+def _fits(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    starts: np.ndarray,
+    corners: np.ndarray,
+    moving: int,
+    other: float,
+    place: np.ndarray,
+    longest2: float,
+):
     """Whether the faces at `moving`, without `other`, stay unfolded and short with it at place."""
     old, new = np.empty(3), np.empty(3)
     for s in range(starts[moving], starts[moving + 1]):
@@ -223,7 +238,15 @@ def _fits(vertices, faces, starts, corners, moving, other, place, longest2):
 
 
 @njit(cache=True, nogil=True)
-def _common(faces, starts, corners, u, v, stamp, seen):
+def _common(
+    faces: np.ndarray,
+    starts: np.ndarray,
+    corners: np.ndarray,
+    u: int,
+    v: int,
+    stamp: float,
+    seen: np.ndarray,
+):
     """Number of vertices next to both u and v."""
     for s in range(starts[u], starts[u + 1]):
         for k in range(3):
@@ -247,7 +270,14 @@ def flip_to_delaunay(mesh: Triangles) -> Triangles:
 
 
 @njit(cache=True, nogil=True)
-def _flip(vertices, faces, twins, starts, corners, touched):
+def _flip(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    twins: np.ndarray,
+    starts: np.ndarray,
+    corners: np.ndarray,
+    touched: np.ndarray,
+):
     gained = np.zeros(vertices.shape[0], np.bool_)
     original = faces.copy()
     upper, lower, outward = np.empty(3), np.empty(3), np.empty(3)
@@ -288,7 +318,7 @@ def _flip(vertices, faces, twins, starts, corners, touched):
 
 
 @njit(cache=True, nogil=True)
-def _across(p, q, r, out):
+def _across(p: np.ndarray, q: np.ndarray, r: np.ndarray, out: np.ndarray):
     """Twice the area of a triangle, along its normal."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
@@ -296,7 +326,7 @@ def _across(p, q, r, out):
 
 
 @njit(cache=True, nogil=True)
-def _dot(p, q):
+def _dot(p: np.ndarray, q: np.ndarray):
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 

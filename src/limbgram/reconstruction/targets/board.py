@@ -1,9 +1,7 @@
-"""Boards: flat plates of known size that detection finds and calibration and scale rely on.
+"""Boards: flat plates of known size that calibration and scale rely on, and where photos show them.
 
 Board frame: millimetres, origin at the outer corner of the first square, x right and y down as
-printed, z into the plate.
-
-Board detections: where the inner corners of a board appear in each photo.
+printed, z into the board. Detections hold the inner corners that each photo shows.
 """
 
 import re

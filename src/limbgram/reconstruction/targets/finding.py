@@ -1,29 +1,20 @@
-"""ChArUco boards: the inner corners whose markers are seen, to about a pixel, with their ids.
-
-Checkerboards: all inner corners of the board to about a pixel.
-
-Measured on eight sets of board photos: OpenCV's classic detector finds all boards that its
-sector-based one (SB) finds, but for a few, in a thirtieth of the time; where it fails SB is asked.
-Either only gives the start of the sub-pixel fit (`targets.corners`).
-
-Consistency: which corners of one photo lie where a flat board seen by one lens can have them.
-
-In      corner ids and pixels of one photo.
-Out     for each corner its distance from a robustly fitted model of the whole board.
-Method  the pixels, freed of radial distortion by a division model of two terms about the
-        picture's centre (Fitzgibbon 2001), map to the board by a homography: ten unknowns,
-        robust weights, first forgiving and then strict. The lens need not be known, it may be
-        very wide, and no corner is trusted.
-
-Finding a board in photos: detection, sub-pixel fit, and a check of every corner.
+"""Finding a board in photos: detection, sub-pixel fit, and a check of every corner.
 
 In      a PhotoSet, and the Board.
 Out     BoardDetections.
 Method  OpenCV's detectors give ids and rough places; a model of each crossing is fitted to the
-        pixels; a corner is believed if its fit is good and it lies where a flat board has it.
+        pixels (`targets.corners`); a corner is believed if its fit is good and it lies where a flat
+        board has it.
+        Checkerboards: on eight sets of board photos OpenCV's classic detector found all boards that
+        its sector-based one (SB) found, but for a few, in a thirtieth of the time; where it fails,
+        SB is asked.
+        The check: pixels, freed of radial distortion by a division model of two terms about the
+        picture's centre (Fitzgibbon 2001), map to the board by a homography: ten unknowns, robust
+        weights, first forgiving and then strict. The lens need not be known, it may be very wide,
+        and no corner is trusted.
         Where hardly any photo shows the board, photos are looked at mirrored, and asked whether
-        blur or light hide it. A checkerboard looks alike mirrored, so that only a ChArUco board
-        can tell.
+        blur or light hide it. A checkerboard looks the same in a mirror: only a ChArUco board can
+        show that a photo was mirrored.
 """
 
 from dataclasses import dataclass

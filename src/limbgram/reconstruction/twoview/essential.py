@@ -1,13 +1,12 @@
-"""The essential matrix and the relative pose, by the cheirality test.
+"""The essential matrix, the relative pose, and pairs that show only a plane or a rotation.
 
 x2^T E x1 = 0 between ideal normalized coordinates; E = [t]_x R of second_from_first = (R, t),
 with t of unit length. E has four such poses; the right one has the points in front of both
-cameras (Hartley and Zisserman, section 9.6.3).
+cameras (cheirality test: Hartley and Zisserman, section 9.6.3).
 
-Planes and pure rotations: pairs whose matches one homography, or one rotation, explains.
-
-They agree with a whole family of fundamental matrices, so F says nothing about them; a rotation
-does not even have a baseline, so no depth can come from it.
+Pairs whose matches one homography or one rotation explains agree with a whole family of
+fundamental matrices, so F says nothing about them; a rotation does not even have a baseline, so no
+depth can come from it.
 """
 
 from dataclasses import dataclass

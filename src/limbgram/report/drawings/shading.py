@@ -109,7 +109,17 @@ def shade_each(
 
 
 @nb.njit(cache=True, nogil=True)
-def _lit(face_idx, weights, faces, normals, lights, filled, paint, relief, n):
+def _lit(
+    face_idx: np.ndarray,
+    weights: np.ndarray,
+    faces: np.ndarray,
+    normals: np.ndarray,
+    lights: np.ndarray,
+    filled: np.ndarray,
+    paint: np.ndarray,
+    relief: float,
+    n: int,
+):
     """Colour by light, of the ground or of what is filled, and opacity, mean of n by n samples."""
     height, width = face_idx.shape[0] // n, face_idx.shape[1] // n
     picture = np.zeros((height, width, 4), np.uint8)

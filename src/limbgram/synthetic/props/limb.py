@@ -1,15 +1,13 @@
-"""A thin part: an upright fin on the limb's side, as an ear or the blade of a bone.
-
-The fin is pushed out of the skin, so that the limb stays one closed surface; the chart's columns
-crowd on its two sides, which stand steeply.
-
-The limb: a closed surface of known shape, standing free with its distal end up.
+"""The limb: a closed surface of known shape, standing free with its distal end up.
 
 In      a kind of limb, a seed, and a mesh step.
 Out     a Limb: a grid of rings from the middle of the flat cut, over its rim and up the
         skin to the distal pole. The triangles of this grid are the truth AND what is rendered.
-Method  a profile of radii turned about a bent axis, sections that are not round, bumps for
+Method  A profile of radii turned about a bent axis, sections that are not round, bumps for
         bone and muscle pushed along the normal, then fine relief of random plane waves.
+        A thin part, if asked for, is an upright fin on the limb's side, as an ear or the blade of a
+        bone. It is pushed out of the skin, so that the limb stays one closed surface; the chart's
+        columns crowd on its two sides, which stand steeply.
 Frame   world: z up from the table, millimetres; the axis starts at (0, 0, base_mm).
 """
 

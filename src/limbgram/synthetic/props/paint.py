@@ -1,11 +1,10 @@
-"""Spots: round marks of one plain colour, painted over all dabs at known places of the skin.
-
-Paint: the limb's white sock and the fabric paint dabbed on it, as a texture of its chart.
+"""Paint: the limb's white sock and the fabric paint dabbed on it, as a texture of its chart.
 
 In      a Limb, how much of it is painted, marks of one plain colour, a seed, a texel's size.
 Out     a texture (rows, columns, 4): sRGB and gloss.
-Method  dabs of 0.4 to 8 mm, as much area in every octave, laid on in space and not in the
-        chart, so that the pole is painted like the rest; large ones first, marks last.
+Method  Dabs of 0.4 to 8 mm, as much area in every octave, laid on in space and not in the
+        chart, so that the pole is painted like the rest; large ones first. Marks, round spots at
+        known places of the skin, are painted over all dabs.
 """
 
 from collections.abc import Sequence
@@ -210,7 +209,7 @@ def _with_spots(dabs: _Dabs, limb: Limb, spots: Sequence[SockSpot]) -> _Dabs:
 
 
 @njit(cache=True, nogil=True)
-def _sock(texture, start, stop, seeds):
+def _sock(texture: np.ndarray, start: int, stop: int, seeds: np.ndarray):
     """Off-white knit: every texel a little lighter or darker."""
     for r in range(start, stop):
         state = np.uint32(seeds[r])
@@ -224,7 +223,18 @@ def _sock(texture, start, stop, seeds):
 
 
 @njit(cache=True, nogil=True)
-def _lay_on(texture, start, stop, fine, grid, chart, centres, frames, shapes, colours):
+def _lay_on(
+    texture: np.ndarray,
+    start: int,
+    stop: int,
+    fine: int,
+    grid: np.ndarray,
+    chart: np.ndarray,
+    centres: np.ndarray,
+    frames: np.ndarray,
+    shapes: np.ndarray,
+    colours: np.ndarray,
+):
     """Lay all dabs, in order, on the texture rows [start, stop)."""
     columns = texture.shape[1] - 1
     for k in range(len(centres)):
@@ -255,7 +265,9 @@ def _lay_on(texture, start, stop, fine, grid, chart, centres, frames, shapes, co
 
 
 @njit(cache=True, nogil=True)
-def _blend(texture, r, c, x, y, shape, colour):
+def _blend(
+    texture: np.ndarray, r: int, c: int, x: float, y: float, shape: np.ndarray, colour: np.ndarray
+):
     """Paint one texel where it lies inside the wavy edge of a dab."""
     y /= shape[1]
     away = np.sqrt(x * x + y * y)

@@ -8,14 +8,32 @@ import numpy as np
 from numba import njit
 
 from limbgram.core.geometry.lens import ideal_of
-from limbgram.synthetic.rendering.shading import depth_on, mesh_light, panel_light, printed, within
+from limbgram.synthetic.rendering.shading import (
+    Light,
+    Panels,
+    Triangles,
+    depth_on,
+    mesh_light,
+    panel_light,
+    printed,
+    within,
+)
 
 _UNDISTORT_STEPS = 30
 _TOLERANCE = 1e-11
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def rasterise(nearness, face, left, top, fine, screen, points, faces):
+def rasterise(
+    nearness: np.ndarray,
+    face: np.ndarray,
+    left: int,
+    top: int,
+    fine: int,
+    screen: np.ndarray,
+    points: np.ndarray,
+    faces: np.ndarray,
+):
     """Draw front faces: 1 / depth and face number of the nearest one, by sample."""
     for k in range(len(faces)):
         a, b, c = faces[k, 0], faces[k, 1], faces[k, 2]
@@ -47,7 +65,18 @@ def rasterise(nearness, face, left, top, fine, screen, points, faces):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, light):
+def shade(
+    picture: np.ndarray,
+    top: int,
+    fine: int,
+    left: int,
+    nearness: np.ndarray,
+    face: np.ndarray,
+    lens: np.ndarray,
+    panels: Panels,
+    triangles: Triangles,
+    light: Light,
+):
     """Fill the rows of `picture`, which begins at pixel row `top`; buffers begin at `left`."""
     rows, columns = picture.shape[0], picture.shape[1]
     hit = np.empty((rows + 2, columns + 2), np.int32)
@@ -86,7 +115,7 @@ def shade(picture, top, fine, left, nearness, face, lens, panels, triangles, lig
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _look(x, y, panels):
+def _look(x: float, y: float, panels: Panels):
     """Twice the number of the first panel on the ray, one more on white print; -2 for none."""
     best, found, white = np.inf, -1, 0
     rows, bounds = panels.rows, panels.bounds
@@ -105,7 +134,7 @@ def _look(x, y, panels):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_plain(hit, x, y):
+def _is_plain(hit: np.ndarray, x: int, y: int):
     """Whether one sample will do: the same panel, and the same print, all round."""
     for i in range(3):
         for j in range(3):
@@ -115,7 +144,7 @@ def _is_plain(hit, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _is_drawn(face, x, y, fine):
+def _is_drawn(face: np.ndarray, x: int, y: int, fine: int):
     """Whether the mesh is in any sample of the pixel (x, y) of the buffer."""
     if x < 0 or (x + 1) * fine > face.shape[1]:
         return False

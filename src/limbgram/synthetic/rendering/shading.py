@@ -1,10 +1,7 @@
-"""Compiled: the light that panels and the mesh send to the camera.
+"""Light: what panels and the mesh send to the camera, by lamp, flash, shine and a shadow's edge.
 
-Everything is in the camera frame; rays are (x, y, 1).
-
-Lighting: the room's lamp, the camera's flash, shine, and a shadow's edge.
-
-Shares are those of a white page that faces the flash at its reference distance.
+Everything is in the camera frame; rays are (x, y, 1). Shares of light are those of a white page
+that faces the flash at its reference distance. The loops over samples are compiled.
 """
 
 from dataclasses import dataclass
@@ -72,7 +69,7 @@ class Light(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def panel_light(x, y, k, panels, light):
+def panel_light(x: float, y: float, k: int, panels: Panels, light: Light):
     """Light that a panel sends along the ray (x, y, 1)."""
     if k < 0:
         return 0.02, 0.02, 0.02
@@ -101,7 +98,7 @@ def panel_light(x, y, k, panels, light):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def mesh_light(px, py, k, triangles, light):
+def mesh_light(px: float, py: float, k: int, triangles: Triangles, light: Light):
     """Light of face k at a pixel: perspective-correct point, normal and chart position."""
     a, b, c = triangles.faces[k, 0], triangles.faces[k, 1], triangles.faces[k, 2]
     s, p, n = triangles.screen, triangles.points, triangles.normals
@@ -143,7 +140,7 @@ def mesh_light(px, py, k, triangles, light):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def printed(x, y, panels):
+def printed(x: float, y: float, panels: Panels):
     """Reflectance of the board at x, y mm from the corner of its margin."""
     x, y = x - panels.margin_mm, y - panels.margin_mm
     column, row = int(np.floor(x / panels.square_mm)), int(np.floor(y / panels.square_mm))
@@ -164,7 +161,9 @@ def printed(x, y, panels):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lit(point, normal, light):
+def _lit(
+    point: tuple[float, float, float], normal: np.ndarray | tuple[float, float, float], light: Light
+):
     """Diffuse light on a surface, and the shine of the flash towards the camera."""
     up = normal[0] * light.up[0] + normal[1] * light.up[1] + normal[2] * light.up[2]
     lit = light.ambient * (0.65 + 0.35 * up)
@@ -181,7 +180,11 @@ def _lit(point, normal, light):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _facing(point, normal, lamp):
+def _facing(
+    point: tuple[float, float, float],
+    normal: np.ndarray | tuple[float, float, float],
+    lamp: np.ndarray,
+):
     """Cosine between the normal and the way to a lamp, and the distance to it."""
     x, y, z = lamp[0] - point[0], lamp[1] - point[1], lamp[2] - point[2]
     far = np.sqrt(x * x + y * y + z * z)
@@ -189,7 +192,7 @@ def _facing(point, normal, lamp):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def depth_on(x, y, rows, k):
+def depth_on(x: float, y: float, rows: np.ndarray, k: int):
     """Depth at which the ray (x, y, 1) meets a panel's plane; negative from behind."""
     facing = rows[k, 9] * x + rows[k, 10] * y + rows[k, 11]
     if facing >= 0:
@@ -199,7 +202,7 @@ def depth_on(x, y, rows, k):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def within(x, y, depth, rows, k):
+def within(x: float, y: float, depth: float, rows: np.ndarray, k: int):
     """Where on the panel the ray meets it, right and down from its origin, mm."""
     px, py, pz = x * depth - rows[k, 0], y * depth - rows[k, 1], depth - rows[k, 2]
     return (

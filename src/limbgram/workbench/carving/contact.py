@@ -110,7 +110,17 @@ def _inside(mesh: Mesh, chosen: np.ndarray, count: int) -> Points3:
 
 
 @njit(cache=True, nogil=True)
-def _stop(points, starts, nearest, farthest, low, z_mm, angles, ball, stops):
+def _stop(
+    points: np.ndarray,
+    starts: np.ndarray,
+    nearest: np.ndarray,
+    farthest: np.ndarray,
+    low: float,
+    z_mm: np.ndarray,
+    angles: np.ndarray,
+    ball: float,
+    stops: np.ndarray,
+):
     rings = nearest.shape[0]
     around = _BINS_ROUND
     bin_rad = 2 * math.pi / around

@@ -156,7 +156,17 @@ def _rapid_hits(moves: Moves, blank: Blank) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _carve(x_mm, angles, centres, rapid, ball, first_x, cell, radii, hollows):
+def _carve(
+    x_mm: np.ndarray,
+    angles: np.ndarray,
+    centres: np.ndarray,
+    rapid: np.ndarray,
+    ball: float,
+    first_x: float,
+    cell: float,
+    radii: np.ndarray,
+    hollows: np.ndarray,
+):
     rows, columns = radii.shape
     bin_rad = 2 * math.pi / columns
     cosines = np.cos(bin_rad * np.arange(columns))

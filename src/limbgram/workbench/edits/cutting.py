@@ -297,7 +297,7 @@ def _opens_to(path: Points2, corner: int, point: Float64[np.ndarray, "2"]) -> bo
 
 
 @njit(cache=True, nogil=True)
-def _cut_ears(ring, faces):
+def _cut_ears(ring: np.ndarray, faces: np.ndarray):
     """Triangulate a simple ring by cutting the roundest ears; returns the number of faces made."""
     n = ring.shape[0]
     before, after = np.arange(n) - 1, np.arange(n) + 1
@@ -330,7 +330,7 @@ def _cut_ears(ring, faces):
 
 
 @njit(cache=True, nogil=True)
-def _worth(ring, before, after, k):
+def _worth(ring: np.ndarray, before: np.ndarray, after: np.ndarray, k: int):
     """Roundness of the ear at a corner; -1 where it is no corner, 0 where another is in the way."""
     a, c = before[k], after[k]
     ux, uy = ring[k, 0] - ring[a, 0], ring[k, 1] - ring[a, 1]

@@ -168,7 +168,7 @@ def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
 
 
 @njit(cache=True, nogil=True)
-def _with_any(marked, faces):
+def _with_any(marked: np.ndarray, faces: np.ndarray):
     """Which faces have a marked corner."""
     found = np.empty(len(faces), np.bool_)
     for f in range(len(faces)):

@@ -106,13 +106,14 @@ def relative(scene: Scene, first: int, second: int, turn_deg: float = 0.0) -> Ri
 def test_a_photo_contradicts_where_most_of_its_matches_say_so(
     make_scene: MakeScene, make_pair: MakePair, turn_deg: float, wrong: bool
 ) -> None:
-    """Photo 2 has 30 matches that may be turned and 20 that agree; planes are not asked."""
+    """Photo 2 has 29 matches that agree, photo 3 has 31, both 30 others; planes are not asked."""
     scene = make_scene(photos=4)
-    some, more, plane = np.zeros((20, 2)), np.zeros((30, 2)), np.zeros((90, 2))
+    fewer, turned, more = (np.zeros((count, 2)) for count in (29, 30, 31))
+    plane = np.zeros((90, 2))
     verified = (
-        make_pair(1, 2, some, relative(scene, 1, 2)),
-        make_pair(2, 3, more, relative(scene, 2, 3, turn_deg)),
-        make_pair(0, 3, plane, relative(scene, 0, 3)),
+        make_pair(1, 2, fewer, relative(scene, 1, 2)),
+        make_pair(2, 3, turned, relative(scene, 2, 3, turn_deg)),
+        make_pair(0, 3, more, relative(scene, 0, 3)),
         make_pair(0, 2, plane, relative(scene, 0, 2, 90.0), kind="planar"),
         make_pair(0, 1, plane, None, kind="rotation"),
     )
