@@ -83,9 +83,10 @@ def test_wrong_measurements_are_dropped_and_do_no_harm(make_scene: MakeScene) ->
 
 
 def test_a_prior_weighs_as_its_covariance_says(make_scene: MakeScene) -> None:
-    """A focal length that the photos hardly tell stays; its sigma is no larger than before."""
+    """A focal length that photos hardly show goes to its calibration, and is known as well."""
     true = make_scene(photos=4, points=12, noise_px=1.0, lenses=(LENS,))
-    tight = adjust(shaken(true, 5), [calibrated(LENS, fx=0.01)])
+    beside = replace(true, cameras=(replace(LENS, fx=LENS.fx + 1),))
+    tight = adjust(shaken(beside, 5), [calibrated(LENS, fx=0.01)])
     assert abs(tight.scene.cameras[0].fx - LENS.fx) < 0.02
     sigma = float(np.sqrt(tight.lens_covariance[0, 0, 0]))
     assert 0.009 < sigma <= 0.01 * (1 + 1e-9)
