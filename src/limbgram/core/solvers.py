@@ -16,7 +16,7 @@ _SINGULAR = 1e-15
 
 
 @register_jitable(inline="always")
-def adjugate(a, b, c, d, e, f):
+def adjugate(a: float, b: float, c: float, d: float, e: float, f: float):
     """Of the symmetric matrix [a b c; b d e; c e f]: its six cofactors, in this order, and its
     determinant. The inverse is the cofactors over the determinant.
     """

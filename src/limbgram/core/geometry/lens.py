@@ -26,7 +26,7 @@ frame and d a shift: six numbers (w, d).
 """
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -48,7 +48,7 @@ _EXACT = float(np.nextafter(0.0, 1.0))
 
 
 @register_jitable(inline="always")
-def distorted(x, y, k1, k2, p1, p2, k3):
+def distorted(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
     """Distorted of ideal normalized coordinates, as (xd, yd).
 
     Numbers, arrays and complex numbers are taken alike.
@@ -61,7 +61,7 @@ def distorted(x, y, k1, k2, p1, p2, k3):
 
 
 @register_jitable(inline="always")
-def distorted_with_slopes(x, y, k1, k2, p1, p2, k3):
+def distorted_with_slopes(x: Any, y: Any, k1: Any, k2: Any, p1: Any, p2: Any, k3: Any):
     """The same with its derivatives: (xd, yd, d xd/dx, d xd/dy = d yd/dx, d yd/dy)."""
     xd, yd = distorted(x, y, k1, k2, p1, p2, k3)
     r2 = x * x + y * y
@@ -74,7 +74,7 @@ def distorted_with_slopes(x, y, k1, k2, p1, p2, k3):
 
 
 @register_jitable(inline="always")
-def coefficient_slopes(x, y):
+def coefficient_slopes(x: Any, y: Any):
     """Derivatives of (xd, yd) by k1, k2, p1, p2 and k3."""
     r2 = x * x + y * y
     return (
@@ -87,7 +87,7 @@ def coefficient_slopes(x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ideal_of(x_px, y_px, lens, steps, tolerance):
+def ideal_of(x_px: float, y_px: float, lens: np.ndarray, steps: int, tolerance: float):
     """Ideal normalized coordinates of a pixel: the inverse of the projection, by fixed points.
 
     Ends after `steps`, or where a step is smaller than `tolerance`.
@@ -325,7 +325,14 @@ def differentiate_all(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _by_distortion(by_lens, column, move, fx, fy, skew):
+def _by_distortion(
+    by_lens: np.ndarray,
+    column: int,
+    move: tuple[float, float],
+    fx: float,
+    fy: float,
+    skew: float,
+):
     """Write how pixels move when distorted coordinates move by `move`."""
     by_lens[0, column] = fx * move[0] + skew * move[1]
     by_lens[1, column] = fy * move[1]
