@@ -1,21 +1,15 @@
-"""Kept products: those of a finished case from which its accuracy is read; nothing is computed.
+"""Assessing: what a finished case says of its own error, and how it compares with a truth.
 
-What is read is what the finished run kept, to the byte: the keys stand in case.json, the hashes
-beside the products, those of the photos among them.
-
-Truths: a true surface from the truth folder of a capture, or from any mesh file.
-
-Accuracy of a case: CASE/accuracy.json, accuracy.html and accuracy.pdf.
-
-A comparison with a truth goes into accuracy-truth.* beside them: the case's own verdict stays what
-others cite, whatever it was compared with.
-
-Also: what a finished case says of its own accuracy, for the record of a shape made from it.
-
-Painted marks of a case: found in its photos, on the surface that it keeps.
+In      a finished case, to the byte what its run kept: the keys stand in case.json, the hashes
+        beside the products, those of the photos among them. A truth is the truth folder of a
+        capture, or any mesh file. Nothing is computed again.
+Out     CASE/accuracy.json, accuracy.html and accuracy.pdf; beside a truth accuracy-truth.*, so that
+        the case's own verdict stays what others cite, whatever it was compared with. Also what
+        records of a shape cite of a case, and the painted marks of its photos on its surface.
+Fails   CaseError: no finished case, or not what it was finished with; OptionsError: the truth or
+        the shape does not belong to it.
 """
 
-import json
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -28,7 +22,7 @@ from scipy.spatial import KDTree
 from limbgram.cases.encoding import sealed, unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.record import write_json
+from limbgram.cases.record import read_record, write_json
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.cases.store import read_product
 from limbgram.core.errors import CaseError, OptionsError
@@ -98,20 +92,18 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
 def _keys_of_finished(case: CaseFolder) -> dict[str, str]:
     """Key of each stage's product, as case.json has them."""
     try:
-        record: Any = json.loads(case.record.read_text("utf-8"))
-        state = record["state"]
-        keys = {str(stage["stage"]): str(stage["key"]) for stage in record.get("stages", ())}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        record = read_record(case)
+    except LookupError as error:
         raise CaseError(
             f"{case.root} is no case: it has no readable case.json. Name the folder that "
             "`limbgram reconstruct` was given with -o."
         ) from error
-    if state != "finished":
+    if record.state != "finished":
         raise CaseError(
-            f"The case {case.root} is {state}. Run `limbgram reconstruct` again: it continues "
-            "where it stopped."
+            f"The case {case.root} is {record.state}. Run `limbgram reconstruct` again: it "
+            "continues where it stopped."
         )
-    return keys
+    return {stage.stage: stage.key for stage in record.stages}
 
 
 def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> T:
@@ -253,9 +245,8 @@ def cited(case: CaseFolder) -> CaseSource:
     """
     try:
         accuracy: dict[str, Any] = json_of(case.accuracy("json").read_bytes())
-        record = json_of(case.record.read_bytes())
+        files = frozenset(file.sha256 for file in read_record(case).files)
         schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
-        files = frozenset(str(file["sha256"]) for file in record["files"])
         hash_of_record = file_sha256(case.record)
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise CaseError(

@@ -3,6 +3,7 @@
 import json
 import platform
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -12,8 +13,8 @@ from limbgram.cases.encoding import to_tree
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.store import CachingRun
-from limbgram.core.files import written_whole
-from limbgram.core.typed import tree_of
+from limbgram.core.files import json_of, written_whole
+from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.report.summary import Verdict
@@ -34,6 +35,45 @@ _LIBRARIES = (
 State = Literal["unfinished", "cancelled", "refused", "finished"]
 
 
+@dataclass(frozen=True, kw_only=True)
+class StageEntry:
+    """A stage of the run that finished, and the key of its product."""
+
+    stage: str
+    key: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileEntry:
+    """A file that was delivered."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseRecord:
+    """What is read of case.json."""
+
+    state: State
+    job: str = ""
+    stages: tuple[StageEntry, ...] = ()
+    files: tuple[FileEntry, ...] = ()
+
+
+def read_record(case: CaseFolder) -> CaseRecord:
+    """The record of a case.
+
+    Raises:
+        LookupError: there is none that can be read.
+    """
+    try:
+        tree = json_of(case.record.read_bytes())
+        return value_of(tree, CaseRecord, strictness=Strictness(pass_over_unknown=True))
+    except (OSError, ValueError) as error:
+        raise LookupError(f"{case.record} cannot be read: {error}") from error
+
+
 def write_record(
     case: CaseFolder,
     state: State,
@@ -47,7 +87,7 @@ def write_record(
     """Replace case.json.
 
     Args:
-        job: Key of what was asked for (`standing.key_of`).
+        job: Key of what was asked for (`superseding.key_of`).
         verdict: Of a finished run.
     """
     record = {

@@ -1,4 +1,4 @@
-"""Standing: whether the results that lie in a case are those of what is asked for now.
+"""Superseding: results that are no answer to what is asked for now are moved aside.
 
 A case is run again: with the same photos, options and program, the results that lie there are what
 the run will make again, so they stay while it runs, and a stop or a full disk spoils nothing. With
@@ -20,6 +20,7 @@ from typing import Any
 from limbgram.cases.fingerprint import Fingerprints, code_version, file_sha256
 from limbgram.cases.folder import CaseFolder, incoming, require_apart
 from limbgram.cases.job import Job, job_tree
+from limbgram.cases.record import read_record
 from limbgram.core.files import written_whole
 from limbgram.formats.camera import read_camera
 
@@ -59,24 +60,24 @@ def _content(photo: Path) -> str:
 def stands(case: CaseFolder, key: str) -> bool:
     """Whether the case holds the finished results of this very job."""
     try:
-        record: Any = json.loads(case.record.read_text("utf-8"))
-        return (
-            record["state"] == "finished"
-            and record["job"] == key
-            and case.page.is_file()
-            and case.summary.is_file()
-            and case.accuracy("json").is_file()
-            and all((case.root / file["path"]).is_file() for file in record["files"])
-        )
-    except (OSError, ValueError, KeyError, TypeError):
+        record = read_record(case)
+    except LookupError:
         return False
+    return (
+        record.state == "finished"
+        and record.job == key
+        and case.page.is_file()
+        and case.summary.is_file()
+        and case.accuracy("json").is_file()
+        and all((case.root / file.path).is_file() for file in record.files)
+    )
 
 
 def finished(case: CaseFolder) -> bool:
     """Whether case.json says that its results are whole."""
     try:
-        return json.loads(case.record.read_text("utf-8"))["state"] == "finished"
-    except (OSError, ValueError, KeyError, TypeError):
+        return read_record(case).state == "finished"
+    except LookupError:
         return False
 
 

@@ -122,10 +122,9 @@ def expectation(
             budget=_budget({IMAGE: sigma.own_rms_mm, **sigma.shares_mm}),
         )
     arm = max(surface.size) / 2
-    relative = scale_sigma(lengths)
-    scale_mm = 0.0 if math.isnan(relative) else relative * arm
+    scale_mm = scale_sigma(lengths) * arm  # NaN where nothing tells: unknown is not 0
     image_mm = _FORMAL_TOO_SMALL * network.point_sigma.median
-    rms_mm = math.hypot(image_mm, scale_mm)
+    rms_mm = image_mm if math.isnan(scale_mm) else math.hypot(image_mm, scale_mm)
     return ExpectedError(
         basis="points of the scene",
         rms_mm=rms_mm,

@@ -115,6 +115,16 @@ def test_without_a_check_it_is_never_green(with_sigmas: Evidence) -> None:
     assert any("second length" in one.what for one in tree.findings)
 
 
+def test_a_share_that_nothing_tells_is_not_known_rather_than_nothing(evidence: Evidence) -> None:
+    scale = replace(evidence.metric.scale, relative_sigma=math.nan, lengths=())
+    found = assess(replace(evidence, metric=replace(evidence.metric, scale=scale)))
+    budget = {one.part: one.sigma_mm for one in found.figures.expected.budget}
+    assert math.isnan(budget["scale, at the far end"])
+    assert found.figures.expected.rms_mm == budget["image measurement"] > 0
+    known = {one.part: one.sigma_mm for one in assess(evidence).figures.expected.budget}
+    assert known["scale, at the far end"] > 0
+
+
 def test_without_scale_there_are_no_millimetres(evidence: Evidence) -> None:
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
     tree = assess(replace(evidence, metric=replace(evidence.metric, scale=scale)))
