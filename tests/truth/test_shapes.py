@@ -87,6 +87,14 @@ def test_a_way_over_a_real_limb_is_as_long_there_as_back(data_folder: Path) -> N
         assert way >= np.linalg.norm(vertices[start] - vertices[end])
 
 
+def test_a_way_over_a_thin_socket_does_not_stay_on_the_wrong_skin(data_folder: Path) -> None:
+    """The length by exact continuous Dijkstra (pygeodesic); the way round is 8 % longer."""
+    limb = read_limb(data_folder / "shapes" / "homebrew_socket" / "socket.STL")
+    ends = np.array([[130.617, 119.914, 194.416], [66.644, 142.286, 78.418]])
+    path = shortest_path(limb.mesh, ends[0], ends[1])
+    assert length_mm(path) == pytest.approx(179.4241356, rel=1e-8)
+
+
 def test_a_bulge_that_a_plane_just_meets_does_not_lift_the_tape(data_folder: Path) -> None:
     """At 216 mm five points of a bulge stand beside the stump's section: they are no limb."""
     limb = read_limb(data_folder / "shapes" / "ampscan" / "stl_file.stl")

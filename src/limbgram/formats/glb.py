@@ -5,6 +5,10 @@ millimetres with +Z up; written, one node turns +Z to +Y, so that viewers show t
 The attribute _SIGMA has each vertex's standard deviation in metres, -1 where it was filled, for
 glTF has no NaN. Triangles, strips and fans are read, through all nodes of the scene. Compressed
 files are refused by name. trimesh writes the bytes.
+
+Our reader stays: of 300 damaged files trimesh 5.2 reads 15 as another shape without a word, ours 9;
+the rest trimesh ends in eleven kinds of error, RecursionError among them
+(benchmarks/results/formats.json).
 """
 
 import struct

@@ -2,6 +2,9 @@
 
 A line that begins with no word of the format is damage: passed over, it might have been a face.
 Written are vertices, to a millionth of a unit, and triangles.
+
+Ours stays: of 300 damaged files trimesh 5.2 reads 90 as another shape without a word, this reader
+34 (benchmarks/results/formats.json).
 """
 
 import re

@@ -4,6 +4,10 @@ The header lists elements, each with its properties; only vertices and faces are
 that it promises must be what follows, to the last byte: a reader that took what it found would lose
 faces of a damaged file without a word. Text and binary are read, with polygons of any size; written
 is the binary form, little-endian.
+
+Ours stays: trimesh 5.2 refuses a whole binary file of triangles and quads; of 300 damaged text
+files it reads 82 as another shape without a word, this reader 19; of binary ones 18 and 9
+(benchmarks/results/formats.json).
 """
 
 import math

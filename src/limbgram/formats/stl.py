@@ -4,6 +4,10 @@ A binary file may begin with "solid": its length shows which it is. A text is ta
 at all: what is left between its triangles but the names of solids is damage, and a reader that
 passed over it would lose triangles without a word. Written is the binary form, whose header says
 the unit.
+
+Ours stays: of 300 damaged binary files trimesh 5.2 reads 79 as another shape without a word, and
+187 as no triangles at all; this reader 44, and none as empty. Of text files 63 and 16
+(benchmarks/results/formats.json).
 """
 
 import re
