@@ -4,7 +4,8 @@ The surface is 3DFACEs, or polyface meshes: these keep vertices apart from faces
 neighbours stay joined. Their counts are 16-bit numbers, so a larger surface is split into several
 meshes that touch. Release 12 has no field for the unit: comments and layer names say it.
 
-Ours stays: ezdxf's r12writer writes no header and no layer table, where the unit stands.
+Ours stays: ezdxf's r12writer writes no header and no layer table, where the unit stands, and takes
+6.5 s for 250,000 triangles; ours takes 0.6 s with reading back (benchmarks/results/formats.json).
 """
 
 from collections.abc import Iterable, Iterator, Sequence
