@@ -218,7 +218,7 @@ def _normal_equations(
 
 
 @njit(cache=True)
-def _solve(normal: np.ndarray, prior: float | np.float32, state: np.ndarray):
+def _solve(normal: np.ndarray, prior: float | np.float32, state: np.ndarray) -> tuple[float, ...]:
     """Steps of d and the slopes, and the cofactor of d; slopes are held by a weak prior."""
     m00, m01, m02 = normal[0], normal[1], normal[2]
     m11, m12, m22 = normal[3] + prior, normal[4], normal[5] + prior

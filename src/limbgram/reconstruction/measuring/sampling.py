@@ -22,7 +22,7 @@ _LEAST_CORRELATION = 0.5
 
 
 @njit(inline="always")
-def project(view: np.ndarray, x: float, y: float, z: float):
+def project(view: np.ndarray, x: float, y: float, z: float) -> tuple[float, ...]:
     """Pixel (u, v) of a world point through the exact lens, and d(u, v)/d(x, y, z) as 6 numbers.
 
     `view` is View.packed. It gives numbers and no arrays, and is inlined: the measuring kernels

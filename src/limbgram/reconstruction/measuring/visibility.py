@@ -5,6 +5,7 @@ Out     per vertex and photo the cosine of the incidence angle, 0 where it is no
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -46,7 +47,7 @@ def incidences(
 
 
 def _cosines(
-    scene: EmbreeScene,
+    scene: Any,  # embreex has no stubs
     vertices: Points3,
     normals: Points3,
     views: Sequence[View],
