@@ -74,7 +74,7 @@ def accuracy_of(case: Path) -> dict[str, Any]:
     page = (case / "report.html").read_text("utf-8")
     assert f'<div class="banner {light}"><b>{light.upper()}</b>' in page
     assert page.count('<div class="banner') == 1
-    assert f'<p class="light {light}">' in (case / "accuracy.html").read_text("utf-8")
+    assert f'<div class="banner {light}">' in (case / "accuracy.html").read_text("utf-8")
     names = {file["path"] for file in record["files"]}
     assert ("deliverables/surface-RED.stl" in names) == (light == "red")
     assert ("deliverables/surface.stl" in names) == (light != "red")

@@ -37,14 +37,15 @@ from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
-from limbgram.report.accuracy.assessment import Assessment, assess
+from limbgram.report.accuracy.assessment import ACCURACY_SCHEMA, Assessment, assess
+from limbgram.report.accuracy.charts import accuracy_pictures
 from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.page import accuracy_page, accuracy_pictures
-from limbgram.report.accuracy.pdf import accuracy_pdf
+from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import Alignment, KnownTruth
 from limbgram.report.alignment import Truth
-from limbgram.report.document.page import ACCURACY_SCHEMA
 from limbgram.report.drawings.drawing import Picture
+from limbgram.report.html import html_of
+from limbgram.report.pdf import pdf_of
 from limbgram.report.record.sources import CaseSource
 from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
 
@@ -211,7 +212,7 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> A
     with locked(case):
         write_accuracy(case, assessment, pictures)
         with written_whole(case.accuracy("pdf", against_truth=known is not None)) as beside:
-            beside.write_bytes(accuracy_pdf(assessment.tree, pictures))
+            beside.write_bytes(pdf_of(accuracy_report(assessment, pictures)))
     return assessment
 
 
@@ -234,7 +235,7 @@ def write_accuracy(
     against_truth = assessment.figures.truth is not None
     write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
     with written_whole(case.accuracy("html", against_truth=against_truth)) as beside:
-        beside.write_text(accuracy_page(assessment.tree, pictures), encoding="utf-8")
+        beside.write_text(html_of(accuracy_report(assessment, pictures)), encoding="utf-8")
 
 
 def cited(case: CaseFolder) -> CaseSource:

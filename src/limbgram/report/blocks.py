@@ -102,6 +102,8 @@ class Table:
     """Of the rows' last words, such as the colour of a verdict."""
     folded: str = ""
     """Not empty: the page shows these words, and the table when they are clicked."""
+    page_head: str = ""
+    """Head of a column that paper has no room for."""
     shorten: Literal["", "thin", "cut"] = ""
     """How a full sheet shortens it: every second or third row, or the first rows alone."""
     page_only: bool = False

@@ -23,7 +23,8 @@ from limbgram.report.drawings.drawing import Chart, Picture
 _PX_PER_IN = 135
 """Of a chart on the page: its letters are then as large as those of the captions."""
 _LEFT_OUT = re.compile(
-    r'<metadata>.*?</metadata>|<style type="text/css">.*?</style>|(?<=<g) id="[^"]*"', re.DOTALL
+    r'<metadata>.*?</metadata>|<style type="text/css">.*?</style>|<!--.*?-->|(?<=<g) id="[^"]*"',
+    re.DOTALL,
 )
 """What matplotlib says of itself, a style for the whole page, and names that repeat."""
 _SVG_HEAD = re.compile(r"\A.*?<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>", re.DOTALL)

@@ -159,7 +159,7 @@ def sheets_of(report: Report) -> list[list[Mark]]:
 
 def _head(report: Report, number: int, count: int) -> Iterator[Laid]:
     """Title and banner of every sheet; cards and what is said of them on the first."""
-    title = f"{report.title}, sheet {number} of {count}"
+    title = f"{report.title} (sheet {number} of {count})"
     yield _lines(title, _WIDTH_IN, 13.0, INK, bold=True)
     yield Laid(0.06)
     yield _banner(report.banner)
@@ -196,7 +196,7 @@ class _Slot:
             case AdviceList() as advice:
                 return _advice(advice, self.shortened)
             case Table() as table:
-                return _table(table, self.shortened)
+                return _table(_for_paper(table), self.shortened)
             case Illustration() as figure:
                 return _illustration(figure, _WIDTH_IN, self.height_in or self.least_in)
             case Columns() as columns:
@@ -402,6 +402,15 @@ def _advice(advice: AdviceList, shortened: int) -> Laid:
     return _stacked(parts)
 
 
+def _for_paper(table: Table) -> Table:
+    """The table without the column that the page alone has."""
+    if table.page_head not in table.heads:
+        return table
+    k = table.heads.index(table.page_head)
+    rows = tuple((*row[:k], *row[k + 1 :]) for row in table.rows)
+    return replace(table, heads=(*table.heads[:k], *table.heads[k + 1 :]), rows=rows)
+
+
 def _table(table: Table, shortened: int) -> Laid:
     rows, note = list(zip(table.rows, _inks(table), strict=True)), ""
     if shortened and table.shorten == "thin":
@@ -461,25 +470,35 @@ def _row(
 
 
 def _columns_in(table: Table) -> list[float]:
-    """Widths: what the cells need; columns of words share what is left, and wrap."""
-    widths_in = [width_of(head.removeprefix("#"), _SMALL, bold=True) for head in table.heads]
+    """Widths: what the cells need; the widest columns of words give way, and their cells wrap."""
+    needed_in = [width_of(head.removeprefix("#"), _SMALL, bold=True) for head in table.heads]
+    word_in = list(needed_in)
     for row in table.rows:
         whole = row if len(row) == len(table.heads) else row[:-1]
         for number, cell in enumerate(whole):
-            widths_in[number] = max(widths_in[number], width_of(cell, _SMALL))
-    widths_in = [width_in + _CELL_GAP_IN for width_in in widths_in]
-    words = [number for number, head in enumerate(table.heads) if not head.startswith("#")]
-    while words and (over_in := sum(widths_in) - _WIDTH_IN) > 1e-9:
-        widest = max(words, key=lambda number: widths_in[number])
-        after_in = max(
-            (widths_in[n] for n in words if widths_in[n] < widths_in[widest]), default=0.0
-        )
-        least_in = max(_NARROWEST_IN, after_in, widths_in[widest] - over_in)
-        if least_in >= widths_in[widest]:
-            break
-        widths_in[widest] = least_in
-    spare_in = max(_WIDTH_IN - sum(widths_in), 0.0) / len(widths_in)
-    return [width_in + spare_in for width_in in widths_in]
+            needed_in[number] = max(needed_in[number], width_of(cell, _SMALL, bold=True))
+            for word in cell.split():
+                word_in[number] = max(word_in[number], width_of(word, _SMALL, bold=True))
+    room_in = _WIDTH_IN - _CELL_GAP_IN * len(needed_in)
+    least_in = [
+        needed if head.startswith("#") else min(needed, max(word, _NARROWEST_IN))
+        for head, needed, word in zip(table.heads, needed_in, word_in, strict=True)
+    ]
+    low_in, high_in = 0.0, max(needed_in, default=0.0)
+    widths_in = needed_in
+    if sum(needed_in) > room_in:
+        for _ in range(30):
+            middle_in = (low_in + high_in) / 2
+            widths_in = [
+                max(least, min(needed, middle_in))
+                for least, needed in zip(least_in, needed_in, strict=True)
+            ]
+            if sum(widths_in) > room_in:
+                high_in = middle_in
+            else:
+                low_in = middle_in
+    spare_in = max(room_in - sum(widths_in), 0.0) / len(widths_in)
+    return [width_in + spare_in + _CELL_GAP_IN for width_in in widths_in]
 
 
 def _tall(image: Picture | Chart) -> float:

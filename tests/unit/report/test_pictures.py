@@ -14,8 +14,6 @@ from limbgram.reconstruction.photos.photo import Exif, Photo, SetAside
 from limbgram.reconstruction.scale.metric import LengthCheck, Scale
 from limbgram.report.accuracy.judgement import Light
 from limbgram.report.case import case_report
-from limbgram.report.document.page import finite, table
-from limbgram.report.document.paper import Sheet
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.drawings.photographs import _side_by_side, _upright
 from limbgram.report.html import html_of
@@ -187,33 +185,6 @@ def test_a_summary_is_read_as_it_was_written() -> None:
         summary_of(tree)
 
 
-def test_tables_mark_numbers_and_bad_rows() -> None:
-    html = table(("name", "#number"), [("a", "1"), ("b", "2")], [False, True])
-    assert html.count('<td class="n">') == 2
-    assert html.count('<tr class="bad">') == 1
-
-
 def test_json_gets_none_for_what_is_no_number() -> None:
-    tree = finite({"a": [1.0, float("nan")], "b": (float("inf"), "x", 3)})
+    tree = tree_of({"a": [1.0, float("nan")], "b": (float("inf"), "x", 3)})
     assert tree == {"a": [1.0, None], "b": [None, "x", 3]}
-
-
-def test_a_sentence_in_place_of_figures_spans_their_columns_and_wraps() -> None:
-    """In a column of numbers, which never wrap, it would push all others out of sight."""
-    reason = "The plane runs into an open edge. " * 5
-    html = table(("#height", "#tape", "#area"), [("20.0", "188.6", "27.2"), ("260.0", reason)])
-    assert f'<td class="n">260.0</td><td class="why" colspan="2">{reason}</td></tr>' in html
-    assert html.count('<td class="n">') == 4
-
-
-def test_a_sentence_on_paper_is_whole_and_moves_what_follows_down() -> None:
-    reason = " ".join(f"word{number}" for number in range(40))
-    plain, told = Sheet(), Sheet()
-    plain.table(("#height", "#tape", "#area"), [("260.0", "1", "2")], (1, 1, 1))
-    told.table(("#height", "#tape", "#area"), [("260.0", reason)], (1, 1, 1))
-    lines = [text.get_text() for text in told.figure.texts[4:]]
-    assert " ".join(lines) == reason
-    assert len(lines) > 1
-    step_in = 1.32 * 7 / 72
-    moved_in = told.down_in - plain.down_in
-    assert moved_in == pytest.approx((len(lines) - 1) * step_in)

@@ -36,12 +36,13 @@ from limbgram.report.accuracy.judgement import (
 )
 from limbgram.report.accuracy.limits import Finding, findings
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
-from limbgram.report.document.page import ACCURACY_SCHEMA
 
 INTENDED_USE = (
     "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
     "device: a qualified professional verifies dimensions before anything is made from them."
 )
+
+ACCURACY_SCHEMA = "limbgram-accuracy/1"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.document.page import finite
+from limbgram.core.typed import tree_of
 from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
@@ -152,7 +152,7 @@ def record_of(
         },
     }
     tree["findings"] = [asdict(found) for found in findings(tree, measures)]
-    return Record(tree=finite(tree), pictures=pictures)
+    return Record(tree=tree_of(tree), pictures=pictures)
 
 
 def _compare(

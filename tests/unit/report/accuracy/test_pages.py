@@ -8,21 +8,19 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
+from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.glossary import terms, value_at
-from limbgram.report.accuracy.page import accuracy_page, accuracy_pictures
-from limbgram.report.accuracy.pdf import _banner, accuracy_pdf
-from limbgram.report.accuracy.svg import Series, histogram
+from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import KnownTruth
 from limbgram.report.alignment import Truth
-from limbgram.report.document.paper import PAGE_IN
 from limbgram.report.drawings.maps import sigma_map
+from limbgram.report.html import html_of
+from limbgram.report.pdf import Box, Line, pdf_of, sheets_of
 
 VOID = {"meta", "img", "br"}
 
@@ -83,7 +81,7 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(
     photos = replace(with_sigmas.photos, photos=(photo, *with_sigmas.photos.photos[1:]))
     named = replace(with_sigmas, photos=photos)
     assessment = assess(named, with_truth(named) if compared else None)
-    page = accuracy_page(assessment.tree, accuracy_pictures(named, assessment))
+    page = html_of(accuracy_report(assessment, accuracy_pictures(named, assessment)))
     reader = Reader()
     reader.feed(page)
     assert reader.open == []
@@ -100,20 +98,18 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(
 def test_the_pdf_has_two_pages(evidence: Evidence) -> None:
     assessment = assess(evidence)
     pictures = accuracy_pictures(evidence, assessment)
-    pdf = accuracy_pdf(assessment.tree, pictures)
+    pdf = pdf_of(accuracy_report(assessment, pictures))
     assert len(re.findall(rb"/Type /Page\b", pdf)) == 2
     assert pdf.endswith(b"%%EOF\n")
 
 
 def test_a_histogram_draws_each_step_where_it_is() -> None:
-    svg = histogram([0.0, 1.0, 2.0], [Series("a", [1.0, 3.0], "#000")], "mm", "steps")
-    points = re.search(r'points="([^"]+)"', svg)
-    assert points is not None
-    xy = np.array([pair.split(",") for pair in points[1].split()], float)
-    base = xy[0, 1]
-    assert xy[1, 1] < base
-    assert (base - xy[3, 1]) / (base - xy[1, 1]) == pytest.approx(3, rel=0.01)
-    assert xy[-1, 0] - xy[2, 0] == pytest.approx(xy[2, 0] - xy[0, 0], abs=0.2)
+    axes = Figure().subplots()
+    histogram([0.0, 1.0, 2.0], [Series("a", [1.0, 3.0], "#000000")], "mm", "steps").draw(axes)
+    (steps,) = axes.patches
+    xy = steps.get_path().vertices
+    assert {tuple(one) for one in xy} >= {(0, 0), (0, 1), (1, 1), (1, 3), (2, 3), (2, 0)}
+    assert axes.get_xlabel() == "mm"
 
 
 def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
@@ -125,18 +121,16 @@ def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
 
 @pytest.mark.parametrize("words", [3, 40])
 def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, words: int) -> None:
-    tree = {**assess(with_sigmas).tree, "light": "red", "headline": "RED: " + "word " * words}
-    figure = Figure(figsize=PAGE_IN)
-    below = _banner(figure, tree)
-    box = next(one for one in figure.artists if isinstance(one, Rectangle))
-    assert box.get_y() == below
-    (said,) = (text for text in figure.texts if text.get_text().startswith("word"))
-    FigureCanvasAgg(figure)
-    height_px = said.get_window_extent().height
-    page_px = figure.get_size_inches()[1] * figure.dpi
-    assert 0.3 < height_px / page_px / box.get_height() < 1.0
+    said = replace(assess(with_sigmas), light="red", headline="RED: " + "word " * words)
+    first, _ = sheets_of(accuracy_report(said, ()))
+    box = next(one for one in first if isinstance(one, Box))
+    lines = [one for one in first if isinstance(one, Line) and one.words.startswith("word")]
+    assert sum(len(line.words.split()) for line in lines) == words
+    assert box.y_in < min(line.y_in - line.points / 72 for line in lines)
+    assert max(line.y_in for line in lines) < box.y_in + box.height_in
+    assert max(line.y_in for line in lines) > box.y_in + 0.3 * box.height_in
     if words == 3:
-        assert box.get_height() < 0.045
+        assert box.height_in < 0.5
 
 
 def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evidence) -> None:
@@ -146,8 +140,10 @@ def test_taped_girths_stand_beside_the_surface_or_say_why_not(with_sigmas: Evide
     nowhere = TapeWitness(
         taped=TapedGirth(girth_mm=350), measured_mm=math.nan, sigma_mm=math.nan, reason="no < end"
     )
-    tree = assess(replace(with_sigmas, tapes=TapeWitnesses((near, nowhere)))).tree
-    page = accuracy_page(tree, ())
+    assessment = assess(replace(with_sigmas, tapes=TapeWitnesses((near, nowhere))))
+    page = html_of(accuracy_report(assessment, ()))
     assert "<td>at 150 mm above the table</td>" in page
     assert '<td class="n">-0.8</td>' in page
-    assert 'at the widest place</td><td class="n">350.0</td><td class="why" colspan="4">' in page
+    assert (
+        'at the widest place</td><td class="n">350.0</td><td class="sentence" colspan="4">' in page
+    )

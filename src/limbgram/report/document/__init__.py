@@ -1,1 +1,0 @@
-"""Document: what every page and sheet of limbgram has in common."""
