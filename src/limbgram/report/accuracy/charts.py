@@ -100,12 +100,9 @@ def bars(names: Sequence[str], values: Sequence[float], unit: str, title: str) -
             words = f"{value:.3g} {unit}" if math.isfinite(value) else "not known"
             axes.text(known[row] + 0.015 * top, row, words, va="center", color=PALE_INK,
                       fontsize=letters)  # fmt: skip
-        axes.set_yticks(range(len(names)), names, fontsize=letters, color=INK)
         axes.set_xlim(0, 1.3 * top)
         axes.set_ylim(len(names) - 0.5, -0.5)
-        axes.set_xticks([])
-        axes.tick_params(length=0)
-        axes.spines[:].set_visible(False)
+        _name_rows(axes, names)
 
     longest = max((len(name) for name in names), default=0)
     return Chart(
@@ -140,14 +137,17 @@ def correlations(names: Sequence[str], rows: Sequence[Sequence[float]], title: s
         matrix = np.array(rows, float)
         matrix[np.triu_indices(len(matrix), 1)] = np.nan
         axes.imshow(matrix, cmap=_SIGNED, vmin=-1, vmax=1, interpolation="none")
-        letters = min(0.42 * _row_pt(axes, len(names)), 5.5)  # of the width of a cell
+        letters = min(0.34 * _row_pt(axes, len(names)), 5.5)  # of the width of a cell
         for (row, column), value in np.ndenumerate(matrix):
             if column <= row:
                 axes.text(
                     column, row, f"{value:.2f}", ha="center", va="center", fontsize=letters,
                     color="white" if abs(value) > 0.6 else INK,
                 )  # fmt: skip
-        _named(axes, names)
+        _name_rows(axes, names)
+        for column, name in enumerate(names):
+            axes.text(column, -0.02, name, transform=axes.get_xaxis_transform(), ha="center",
+                      va="top", fontsize=_letters(axes, len(names)), color=INK)  # fmt: skip
 
     return Chart(draw=draw, title=title, height_in=2.6, left_in=0.5, bottom_in=0.3)
 
@@ -159,8 +159,7 @@ def counts(names: Sequence[str], rows: Sequence[Sequence[int]], title: str) -> C
         matrix = np.array(rows, float)
         np.fill_diagonal(matrix, 0.0)
         axes.imshow(matrix, cmap=_COUNTS, vmin=0, vmax=matrix.max() or 1.0, interpolation="none")
-        _named(axes, names)
-        axes.set_xticks([])
+        _name_rows(axes, names)
 
     longest = max((len(name) for name in names), default=0)
     return Chart(
@@ -231,18 +230,21 @@ def _draw_vectors(axes: Axes, grid: ResidualGrid) -> None:
         )  # fmt: skip
     axes.vlines(np.arange(grid.columns + 1) - 0.5, ends[2], ends[3], color=_CELL, lw=0.5)
     axes.hlines(np.arange(grid.rows + 1) - 0.5, ends[0], ends[1], color=_CELL, lw=0.5)
-    axes.set_xticks([])
-    axes.set_yticks([])
     axes.set_xlim(*ends[:2])
     axes.set_ylim(*ends[2:])
     axes.set_aspect(cell_px[1] / cell_px[0])
-    axes.set_xlabel(
+    axes.set_axis_off()
+    axes.text(
+        0.5,
+        -0.03,
         f"longest arrow {longest:.4f} px; faint: within {SURE_SIGMAS:g} sigmas of none;\n"
         f"darkest cell {roughest:.3f} px RMS",
+        transform=axes.transAxes,
+        ha="center",
+        va="top",
         fontsize=6.0,
         color=INK,
     )
-    axes.spines[:].set_color(_CELL)
 
 
 def _quiet(axes: Axes, unit: str) -> None:
@@ -259,9 +261,10 @@ def _row_pt(axes: Axes, rows: int) -> float:
     return 72.0 * axes.bbox.height / axes.figure.dpi / max(rows, 1)
 
 
-def _named(axes: Axes, names: Sequence[str]) -> None:
+def _name_rows(axes: Axes, names: Sequence[str]) -> None:
+    """Names beside the rows: as letters, since the ticks of an axis take three times as long."""
+    axes.set_axis_off()
     letters = _letters(axes, len(names))
-    axes.set_yticks(range(len(names)), names, fontsize=letters, color=INK)
-    axes.set_xticks(range(len(names)), names, fontsize=letters, color=INK)
-    axes.tick_params(length=0)
-    axes.spines[:].set_visible(False)
+    for row, name in enumerate(names):
+        axes.text(-0.015, row, name, transform=axes.get_yaxis_transform(), ha="right",
+                  va="center", fontsize=letters, color=INK)  # fmt: skip

@@ -9,13 +9,14 @@ from matplotlib.figure import Figure
 
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.report.drawings.drawing import INK, Drawing
+from limbgram.report.drawings.drawing import INK, Drawing, axes_at
 from limbgram.report.drawings.surfaces import sides_figure
 
 _UNKNOWN = np.array([205.0, 205.0, 205.0])
 """Colour of vertices that have no figure."""
 _SHOWN_QUANTILE = 0.98
-_BAR_IN = 1.05
+_BAR_IN = 0.7
+"""Room of the bar of colours below the views."""
 
 
 def size_map(mesh: Mesh, values: Float64[np.ndarray, " n"], label: str, *, in_mm: bool) -> Figure:
@@ -71,9 +72,9 @@ def _map(
     paint = 255.0 * np.asarray(shades.to_rgba(np.where(known, values, 0.0)))[:, :3]
     paint[~known] = _UNKNOWN
     figure = sides_figure(mesh, paint, in_mm=in_mm, room_in=_BAR_IN)
-    bar = figure.colorbar(
-        shades, ax=figure.axes, orientation="horizontal", fraction=0.05, aspect=60, pad=0.01
-    )
+    width_in, height_in = figure.get_size_inches()
+    place = axes_at(figure, 0.2, height_in - _BAR_IN + 0.1, width_in - 0.4, 0.16)
+    bar = figure.colorbar(shades, cax=place, orientation="horizontal")
     bar.set_label(label, fontsize=8, color=INK)
     bar.ax.tick_params(labelsize=8)
     return figure

@@ -13,11 +13,22 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.mesh.topology import faces_inwards
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.report.drawings.drawing import FAINT, INK, RED, Drawing, blank, scale_bar
+from limbgram.report.drawings.drawing import (
+    BELOW_PX,
+    FAINT,
+    INK,
+    RED,
+    Drawing,
+    axes_at,
+    bare,
+    blank,
+    scale_bar,
+)
 from limbgram.report.drawings.shading import Frame, looking_along, shade
 
 _AZIMUTHS_DEG = (0, 90, 180, 270)
 _HEIGHT_PX = 520
+_WIDTH_IN, _GAP_IN, _TITLE_IN = 10.5, 0.1, 0.3
 _SHOWN_POINTS = 40_000
 _CAMERA_SHARE = 0.05
 """Length of a drawn camera as a share of the cameras' spread."""
@@ -31,7 +42,7 @@ def four_sides(mesh: Mesh, metric: MetricScene) -> Drawing:
 
 
 def sides_figure(
-    mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.4
+    mesh: Mesh, paint: Float64[np.ndarray, "n 3"] | None, *, in_mm: bool, room_in: float = 0.05
 ) -> Figure:
     """Four sides of a mesh in clay or in the paint of its vertices; `room_in` is kept below.
 
@@ -44,8 +55,12 @@ def sides_figure(
     height_mm = 1.04 * float(high[2] - low[2])
     pixel_mm = max(width_mm, height_mm) / _HEIGHT_PX
     width_px, height_px = int(width_mm / pixel_mm), int(height_mm / pixel_mm)
-    figure = blank(10.5, 10.5 / 4 * height_px / width_px + room_in)
-    for axes, azimuth_deg in zip(figure.subplots(1, 4), _AZIMUTHS_DEG, strict=True):
+    across_in = (_WIDTH_IN - _GAP_IN) / 4 - _GAP_IN
+    along_in = across_in * (height_px + BELOW_PX) / width_px
+    figure = bare(_WIDTH_IN, _TITLE_IN + along_in + room_in)
+    for number, azimuth_deg in enumerate(_AZIMUTHS_DEG):
+        left_in = _GAP_IN + number * (across_in + _GAP_IN)
+        axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
         frame = Frame(
             picture_from_world=looking_along(azimuth_deg),
             middle_mm=(low + high) / 2,
@@ -55,7 +70,7 @@ def sides_figure(
         )
         axes.imshow(shade(mesh, frame, paint))
         axes.set_axis_off()
-        axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT)
+        axes.set_title(f"{azimuth_deg}°", fontsize=9, color=FAINT, y=1.0)
         if in_mm:
             scale_bar(axes, frame)
     return figure
