@@ -118,7 +118,7 @@ class Illustration:
     caption: str
     most_in: float = 9.0
     """Height on paper, at most."""
-    least_in: float = 1.2
+    least_in: float = 1.0
     """Height on paper, at least."""
     optional: bool = False
     """It gives way where a sheet is full."""
