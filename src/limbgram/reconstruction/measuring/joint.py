@@ -11,8 +11,9 @@ pair.
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
+from limbgram.core.run import in_parallel
 from limbgram.reconstruction.measuring.sampling import (
     MARGIN_PX,
     SAMPLES,
@@ -27,6 +28,8 @@ from limbgram.reconstruction.measuring.sampling import (
 
 f4 = np.float32
 
+_BLOCK = 2048
+"""Vertices, or faces, that a thread takes at a time."""
 _GAIN_PRIOR = 25.0
 """Grey variance by which gains are drawn towards the means' ratio: steadies plain windows."""
 _LEAST_CURVATURE = 0.1
@@ -39,7 +42,6 @@ mean changes for a millimetre's move of the surface, and how far above its place
 the photo shows the vertex."""
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def local_gains(
     coefficients: np.ndarray,
     crops: np.ndarray,
@@ -51,52 +53,78 @@ def local_gains(
     quadric: np.ndarray,
     step_mm: np.ndarray,
     at_vertex: np.ndarray,
-):
+) -> None:
     """Fill GAIN (mean square 1 over the photos used), MEAN and DRIFT of `at_vertex`.
 
     at_vertex  (n, c, 4), zeros; photos as in seen_by (n, c)
     """
-    count, most = seen_by.shape
-    for block in prange((count + 63) // 64):
-        value = np.empty((most, SAMPLES), np.float32)
-        slope = np.empty((most, SAMPLES), np.float32)
-        weights = window_weights()
-        gains = np.empty(most)
-        gram = np.empty((most, most))
-        scratch = np.empty(most)
-        level = np.empty(most)
-        photo_of = np.empty(most, np.int64)
-        rest = np.zeros(3)
-        for p in range(block * 64, min(count, block * 64 + 64)):
-            used, _ = sample_windows(
-                coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                quadric[p], step_mm[p], rest, weights, value, slope, level, photo_of, 0.0,
-            )  # fmt: skip
-            if used < 2:
-                continue
-            gram_of(value, weights, used, gram)
-            used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch)
-            if used == 0:
-                continue
-            prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
-            for i in range(used):
-                for j in range(used):
-                    gram[i, j] += prior * level[i] * level[j]
-            if not leading_gains(gram, used, gains, scratch):
-                continue
-            for i in range(used):
-                slot = 0
-                while seen_by[p, slot] != photo_of[i]:
-                    slot += 1
-                at_vertex[p, slot, GAIN] = gains[i] * math.sqrt(used)
-                at_vertex[p, slot, MEAN] = level[i]
-                change = f4(0)
-                for k in range(SAMPLES):
-                    change += weights[k] * slope[i, k]
-                at_vertex[p, slot, DRIFT] = change
+
+    def block(first: int) -> None:
+        last = min(first + _BLOCK, len(seen_by))
+        _gains_block(
+            coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm,
+            at_vertex, first, last,
+        )  # fmt: skip
+
+    in_parallel(block, range(0, len(seen_by), _BLOCK))
 
 
-@njit(cache=True)
+@njit(fastmath=True, cache=True, nogil=True)
+def _gains_block(
+    coefficients: np.ndarray,
+    crops: np.ndarray,
+    factor: float,
+    views: np.ndarray,
+    seen_by: np.ndarray,
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    quadric: np.ndarray,
+    step_mm: np.ndarray,
+    at_vertex: np.ndarray,
+    first: int,
+    last: int,
+):
+    """Fill `at_vertex` of the vertices from `first` up to `last`."""
+    most = seen_by.shape[1]
+    value = np.empty((most, SAMPLES), np.float32)
+    slope = np.empty((most, SAMPLES), np.float32)
+    weights = window_weights()
+    gains = np.empty(most)
+    gram = np.empty((most, most))
+    scratch = np.empty(most)
+    level = np.empty(most)
+    photo_of = np.empty(most, np.int64)
+    rest = np.zeros(3)
+    for p in range(first, last):
+        used, _ = sample_windows(
+            coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
+            quadric[p], step_mm[p], rest, weights, value, slope, level, photo_of, 0.0,
+        )  # fmt: skip
+        if used < 2:
+            continue
+        gram_of(value, weights, used, gram)
+        used = agreeing(value, slope, level, photo_of, used, gram, gains, scratch)
+        if used == 0:
+            continue
+        prior = _GAIN_PRIOR / (level[0] * level[0] + 1.0)
+        for i in range(used):
+            for j in range(used):
+                gram[i, j] += prior * level[i] * level[j]
+        if not leading_gains(gram, used, gains, scratch):
+            continue
+        for i in range(used):
+            slot = 0
+            while seen_by[p, slot] != photo_of[i]:
+                slot += 1
+            at_vertex[p, slot, GAIN] = gains[i] * math.sqrt(used)
+            at_vertex[p, slot, MEAN] = level[i]
+            change = f4(0)
+            for k in range(SAMPLES):
+                change += weights[k] * slope[i, k]
+            at_vertex[p, slot, DRIFT] = change
+
+
+@njit(cache=True, forceinline=True)
 def _in_common(
     seen_by: np.ndarray, at_vertex: np.ndarray, i0: int, i1: int, i2: int, slots: np.ndarray
 ):
@@ -117,12 +145,11 @@ def _in_common(
     return found
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def assemble(
     coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
     seen_by: np.ndarray, at_vertex: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
     faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
-):  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
     """Normal equations of the three offsets of every face.
 
     at_vertex   (n, c, 4) GAIN, MEAN, DRIFT and LIFT of the photos in seen_by (n, c)
@@ -135,93 +162,110 @@ def assemble(
     weight says.
     """
     count = len(faces)
-    most = seen_by.shape[1]
-    shift = 0.5 * factor - 0.5
     matrix = np.zeros((count, 6))
     right = np.zeros((count, 3))
-    pull = np.zeros((count, most), np.float32)
+    pull = np.zeros((count, seen_by.shape[1]), np.float32)
     curvature = np.ones(count)
-    for block in prange((count + 255) // 256):
-        slots = np.empty((most, 3), np.int64)
-        slot_of = np.empty(most, np.int64)
-        grey = np.empty(most, np.float32)
-        change = np.empty(most, np.float32)
-        scale = np.empty(most, np.float32)
-        for f in range(block * 256, min(count, block * 256 + 256)):
-            i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
-            held = bent = 0.0
-            common = _in_common(seen_by, at_vertex, i0, i1, i2, slots)
-            for s in range(len(points)):
-                a, b, c = points[s, 0], points[s, 1], points[s, 2]
-                x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
-                y = a * vertices[i0, 1] + b * vertices[i1, 1] + c * vertices[i2, 1]
-                z = a * vertices[i0, 2] + b * vertices[i1, 2] + c * vertices[i2, 2]
-                n0 = a * normals[i0, 0] + b * normals[i1, 0] + c * normals[i2, 0]
-                n1 = a * normals[i0, 1] + b * normals[i1, 1] + c * normals[i2, 1]
-                n2 = a * normals[i0, 2] + b * normals[i1, 2] + c * normals[i2, 2]
-                used = 0
-                sum_aa = sum_ag = sum_ah = steep = f4(0)
-                for j in range(common):
-                    first, second = at_vertex[i0, slots[j, 0]], at_vertex[i1, slots[j, 1]]
-                    third = at_vertex[i2, slots[j, 2]]
-                    k = seen_by[i0, slots[j, 0]]
-                    u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
-                    nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
-                    up = a * first[LIFT] + b * second[LIFT] + c * third[LIFT]
-                    u = (u + up * nx) * factor + shift - crops[k, 1]
-                    v = (v + up * ny) * factor + shift - crops[k, 2]
-                    if not (
-                        u > MARGIN_PX
-                        and v > MARGIN_PX
-                        and u < crops[k, 3] - 1 - MARGIN_PX
-                        and v < crops[k, 4] - 1 - MARGIN_PX
-                    ):
-                        continue
-                    light, along_x, along_y = interpolate(
-                        coefficients, crops[k, 0], crops[k, 3], u, v
-                    )
-                    scale[used] = a * first[GAIN] + b * second[GAIN] + c * third[GAIN]
-                    grey[used] = light - (a * first[MEAN] + b * second[MEAN] + c * third[MEAN])
-                    change[used] = factor * (along_x * nx + along_y * ny) - (
-                        a * first[DRIFT] + b * second[DRIFT] + c * third[DRIFT]
-                    )
-                    sum_aa += scale[used] * scale[used]
-                    sum_ag += scale[used] * grey[used]
-                    sum_ah += scale[used] * change[used]
-                    steep += along_x * along_x + along_y * along_y
-                    slot_of[used] = slots[j, 0]
-                    used += 1
-                if used < 2:
-                    continue
-                texture, texture_change = sum_ag / sum_aa, sum_ah / sum_aa
-                hh = hr = rr = f4(0)
-                for k in range(used):
-                    residual = grey[k] - scale[k] * texture
-                    slope = change[k] - scale[k] * texture_change
-                    hh += slope * slope
-                    hr -= residual * slope
-                    rr += residual * residual
-                variance = noise_grey * noise_grey + noise_px * noise_px * steep / used
-                chi2 = rr / variance
-                limit = (used - 1) * robust * robust
-                weight = 1 / (variance * (1 + chi2 / limit))
-                for k in range(used):
-                    residual = grey[k] - scale[k] * texture
-                    slope = change[k] - scale[k] * texture_change
-                    pull[f, slot_of[k]] -= weight * residual * slope
-                held += weight * hh
-                bent += weight * hh - 2 * weight * weight * hr * hr / limit
-                hh *= weight
-                hr *= weight
-                matrix[f, 0] += a * a * hh
-                matrix[f, 1] += a * b * hh
-                matrix[f, 2] += a * c * hh
-                matrix[f, 3] += b * b * hh
-                matrix[f, 4] += b * c * hh
-                matrix[f, 5] += c * c * hh
-                right[f, 0] += a * hr
-                right[f, 1] += b * hr
-                right[f, 2] += c * hr
-            if held > 0:
-                curvature[f] = min(max(bent / held, _LEAST_CURVATURE), 1.0)
+
+    def block(first: int) -> None:
+        _assemble_block(
+            coefficients, crops, factor, views, seen_by, at_vertex, vertices, normals, faces,
+            points, noise_grey, noise_px, robust, matrix, right, pull, curvature, first,
+            min(first + _BLOCK, count),
+        )  # fmt: skip
+
+    in_parallel(block, range(0, count, _BLOCK))
     return matrix, right, pull, curvature
+
+
+@njit(fastmath=True, cache=True, nogil=True)
+def _assemble_block(
+    coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
+    seen_by: np.ndarray, at_vertex: np.ndarray, vertices: np.ndarray, normals: np.ndarray,
+    faces: np.ndarray, points: np.ndarray, noise_grey: float, noise_px: float, robust: float,
+    matrix: np.ndarray, right: np.ndarray, pull: np.ndarray, curvature: np.ndarray,
+    first: int, last: int,
+):  # fmt: skip
+    """Fill the equations of the faces from `first` up to `last`."""
+    most = seen_by.shape[1]
+    shift = 0.5 * factor - 0.5
+    slots = np.empty((most, 3), np.int64)
+    slot_of = np.empty(most, np.int64)
+    grey = np.empty(most, np.float32)
+    change = np.empty(most, np.float32)
+    scale = np.empty(most, np.float32)
+    for f in range(first, last):
+        i0, i1, i2 = faces[f, 0], faces[f, 1], faces[f, 2]
+        held = bent = 0.0
+        common = _in_common(seen_by, at_vertex, i0, i1, i2, slots)
+        for s in range(len(points)):
+            a, b, c = points[s, 0], points[s, 1], points[s, 2]
+            x = a * vertices[i0, 0] + b * vertices[i1, 0] + c * vertices[i2, 0]
+            y = a * vertices[i0, 1] + b * vertices[i1, 1] + c * vertices[i2, 1]
+            z = a * vertices[i0, 2] + b * vertices[i1, 2] + c * vertices[i2, 2]
+            n0 = a * normals[i0, 0] + b * normals[i1, 0] + c * normals[i2, 0]
+            n1 = a * normals[i0, 1] + b * normals[i1, 1] + c * normals[i2, 1]
+            n2 = a * normals[i0, 2] + b * normals[i1, 2] + c * normals[i2, 2]
+            used = 0
+            sum_aa = sum_ag = sum_ah = steep = f4(0)
+            for j in range(common):
+                near, second = at_vertex[i0, slots[j, 0]], at_vertex[i1, slots[j, 1]]
+                third = at_vertex[i2, slots[j, 2]]
+                k = seen_by[i0, slots[j, 0]]
+                u, v, _, ux, uy, uz, vx, vy, vz = project(views[k], x, y, z)
+                nx, ny = ux * n0 + uy * n1 + uz * n2, vx * n0 + vy * n1 + vz * n2
+                up = a * near[LIFT] + b * second[LIFT] + c * third[LIFT]
+                u = (u + up * nx) * factor + shift - crops[k, 1]
+                v = (v + up * ny) * factor + shift - crops[k, 2]
+                if not (
+                    u > MARGIN_PX
+                    and v > MARGIN_PX
+                    and u < crops[k, 3] - 1 - MARGIN_PX
+                    and v < crops[k, 4] - 1 - MARGIN_PX
+                ):
+                    continue
+                light, along_x, along_y = interpolate(coefficients, crops[k, 0], crops[k, 3], u, v)
+                scale[used] = a * near[GAIN] + b * second[GAIN] + c * third[GAIN]
+                grey[used] = light - (a * near[MEAN] + b * second[MEAN] + c * third[MEAN])
+                change[used] = factor * (along_x * nx + along_y * ny) - (
+                    a * near[DRIFT] + b * second[DRIFT] + c * third[DRIFT]
+                )
+                sum_aa += scale[used] * scale[used]
+                sum_ag += scale[used] * grey[used]
+                sum_ah += scale[used] * change[used]
+                steep += along_x * along_x + along_y * along_y
+                slot_of[used] = slots[j, 0]
+                used += 1
+            if used < 2:
+                continue
+            texture, texture_change = sum_ag / sum_aa, sum_ah / sum_aa
+            hh = hr = rr = f4(0)
+            for k in range(used):
+                residual = grey[k] - scale[k] * texture
+                slope = change[k] - scale[k] * texture_change
+                hh += slope * slope
+                hr -= residual * slope
+                rr += residual * residual
+            variance = noise_grey * noise_grey + noise_px * noise_px * steep / used
+            chi2 = rr / variance
+            limit = (used - 1) * robust * robust
+            weight = 1 / (variance * (1 + chi2 / limit))
+            for k in range(used):
+                residual = grey[k] - scale[k] * texture
+                slope = change[k] - scale[k] * texture_change
+                pull[f, slot_of[k]] -= weight * residual * slope
+            held += weight * hh
+            bent += weight * hh - 2 * weight * weight * hr * hr / limit
+            hh *= weight
+            hr *= weight
+            matrix[f, 0] += a * a * hh
+            matrix[f, 1] += a * b * hh
+            matrix[f, 2] += a * c * hh
+            matrix[f, 3] += b * b * hh
+            matrix[f, 4] += b * c * hh
+            matrix[f, 5] += c * c * hh
+            right[f, 0] += a * hr
+            right[f, 1] += b * hr
+            right[f, 2] += c * hr
+        if held > 0:
+            curvature[f] = min(max(bent / held, _LEAST_CURVATURE), 1.0)

@@ -5,14 +5,17 @@ shows the same unknown texture with its own gain and mean; texture, gains and me
 eliminated (the texture is the leading left singular vector of the photos' windows, derivative
 after Kaufman 1975), so that no photo is the reference. The patch is curved by a given quadric:
 without it the surface sinks.
+Threads take blocks of patches. What the kernels call is compiled into them (`forceinline`): linked
+from elsewhere, it was compiled once more where a cache was read, and gave other last digits.
 Gruen and Baltsavias 1988 (geometrically constrained matching); Furukawa and Ponce 2010.
 """
 
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
+from limbgram.core.run import in_parallel
 from limbgram.core.solvers import adjugate
 from limbgram.reconstruction.measuring.sampling import (
     HALF,
@@ -25,6 +28,8 @@ from limbgram.reconstruction.measuring.sampling import (
 
 f4 = np.float32
 
+_BLOCK = 2048
+"""Patches that a thread takes at a time."""
 _LEAST_VARIANCE = 4.0
 """Windows of less grey variance carry no texture."""
 _MAX_SLOPE = 1.2
@@ -34,7 +39,6 @@ MEASURED, UNSEEN, UNLIKE, SINGULAR, STRAYED, STEEP = 1, 0, -1, -2, -3, -4
 """Outcome of a patch; every value but MEASURED is a failure."""
 
 
-@njit(parallel=True, fastmath=True, cache=True, nogil=True)
 def measure_patches(
     coefficients: np.ndarray,
     crops: np.ndarray,
@@ -47,7 +51,7 @@ def measure_patches(
     step_mm: np.ndarray,
     rounds: int,
     state: np.ndarray,
-):
+) -> np.ndarray:
     """Measure every patch.
 
     seen_by   (n, c) int32, photos of each patch, -1 = none
@@ -58,81 +62,108 @@ def measure_patches(
     Returns (n, 5) float32: outcome, formal sigma of d (mm), noise (grey levels), mean
     correlation (less for photos left out), photos used.
     """
-    count, most = seen_by.shape
-    report = np.zeros((count, 5), np.float32)
-    blocks = (count + 63) // 64
-    for block in prange(blocks):
-        value = np.empty((most, SAMPLES), np.float32)
-        slope = np.empty((most, SAMPLES), np.float32)
-        texture = np.empty(SAMPLES, np.float32)
-        texture_slope = np.empty(SAMPLES, np.float32)
-        weights = window_weights()
-        effective = f4(0)
-        for k in range(SAMPLES):
-            effective += weights[k] * weights[k]
-        effective = f4(1) / effective
-        gains = np.empty(most)
-        gram = np.empty((most, most))
-        scratch = np.empty(most)
-        mean = np.empty(most)
-        photo_of = np.empty(most, np.int64)
-        normal = np.empty(9)
-        for p in range(block * 64, min(count, block * 64 + 64)):
-            for turn in range(rounds + 1):
-                used, per_mm = sample_windows(
-                    coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                    quadric[p], step_mm[p], state[p], weights, value, slope, mean, photo_of,
-                    _LEAST_VARIANCE,
-                )  # fmt: skip
-                if used < 2:
-                    report[p, 0] = UNSEEN
-                    break
-                gram_of(value, weights, used, gram)
-                seen = used
-                used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
-                if used == 0:
-                    report[p, 0] = UNLIKE
-                    break
-                total = 0.0
-                for i in range(used):
-                    total += gram[i, i]
-                energy = _mean_texture(value, slope, weights, gains, used, texture, texture_slope)
-                _normal_equations(
-                    value, slope, weights, gains, used, texture, texture_slope, energy,
-                    step_mm[p], normal,
-                )  # fmt: skip
-                freedom = (used - 1) * (effective - 2) - 3
-                noise2 = max((total - energy) * effective / max(freedom, 1.0), 0.0)
-                prior = max(noise2, 0.5) / (effective * _SLOPE_PRIOR**2)
-                step_d, step_a, step_b, cofactor = _solve(normal, prior, state[p])
-                if not cofactor > 0:
-                    report[p, 0] = SINGULAR
-                    break
-                report[p, 1] = math.sqrt(noise2 / effective * cofactor)
-                report[p, 2] = math.sqrt(noise2)
-                alike = (energy / total * used - 1) / (used - 1)
-                report[p, 3] = alike * used / seen
-                report[p, 4] = used
-                report[p, 0] = MEASURED
-                if turn == rounds:
-                    break
-                if not abs(step_d) * per_mm < 6:
-                    report[p, 0] = STRAYED
-                    break
-                damping = 1.0 / max(1.0, abs(step_d) * per_mm / 1.5)
-                state[p, 0] += damping * step_d
-                state[p, 1] += damping * step_a
-                state[p, 2] += damping * step_b
-                if abs(state[p, 1]) > _MAX_SLOPE or abs(state[p, 2]) > _MAX_SLOPE:
-                    report[p, 0] = STEEP
-                    break
-                reach = (abs(step_a) + abs(step_b)) * HALF * step_mm[p]
-                if abs(step_d) * per_mm < 0.01 and reach * per_mm < 0.03:
-                    break
+    report = np.zeros((len(seen_by), 5), np.float32)
+
+    def block(first: int) -> None:
+        last = min(first + _BLOCK, len(seen_by))
+        _measure_block(
+            coefficients, crops, factor, views, seen_by, vertices, axes, quadric, step_mm, rounds,
+            state, report, first, last,
+        )  # fmt: skip
+
+    in_parallel(block, range(0, len(seen_by), _BLOCK))
     return report
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, nogil=True)
+def _measure_block(
+    coefficients: np.ndarray,
+    crops: np.ndarray,
+    factor: float,
+    views: np.ndarray,
+    seen_by: np.ndarray,
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    quadric: np.ndarray,
+    step_mm: np.ndarray,
+    rounds: int,
+    state: np.ndarray,
+    report: np.ndarray,
+    first: int,
+    last: int,
+):
+    """Measure the patches from `first` up to `last`, each by itself."""
+    most = seen_by.shape[1]
+    value = np.empty((most, SAMPLES), np.float32)
+    slope = np.empty((most, SAMPLES), np.float32)
+    texture = np.empty(SAMPLES, np.float32)
+    texture_slope = np.empty(SAMPLES, np.float32)
+    weights = window_weights()
+    effective = f4(0)
+    for k in range(SAMPLES):
+        effective += weights[k] * weights[k]
+    effective = f4(1) / effective
+    gains = np.empty(most)
+    gram = np.empty((most, most))
+    scratch = np.empty(most)
+    mean = np.empty(most)
+    photo_of = np.empty(most, np.int64)
+    normal = np.empty(9)
+    for p in range(first, last):
+        for turn in range(rounds + 1):
+            used, per_mm = sample_windows(
+                coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
+                quadric[p], step_mm[p], state[p], weights, value, slope, mean, photo_of,
+                _LEAST_VARIANCE,
+            )  # fmt: skip
+            if used < 2:
+                report[p, 0] = UNSEEN
+                break
+            gram_of(value, weights, used, gram)
+            seen = used
+            used = agreeing(value, slope, mean, photo_of, used, gram, gains, scratch)
+            if used == 0:
+                report[p, 0] = UNLIKE
+                break
+            total = 0.0
+            for i in range(used):
+                total += gram[i, i]
+            energy = _mean_texture(value, slope, weights, gains, used, texture, texture_slope)
+            _normal_equations(
+                value, slope, weights, gains, used, texture, texture_slope, energy,
+                step_mm[p], normal,
+            )  # fmt: skip
+            freedom = (used - 1) * (effective - 2) - 3
+            noise2 = max((total - energy) * effective / max(freedom, 1.0), 0.0)
+            prior = max(noise2, 0.5) / (effective * _SLOPE_PRIOR**2)
+            step_d, step_a, step_b, cofactor = _solve(normal, prior, state[p])
+            if not cofactor > 0:
+                report[p, 0] = SINGULAR
+                break
+            report[p, 1] = math.sqrt(noise2 / effective * cofactor)
+            report[p, 2] = math.sqrt(noise2)
+            alike = (energy / total * used - 1) / (used - 1)
+            report[p, 3] = alike * used / seen
+            report[p, 4] = used
+            report[p, 0] = MEASURED
+            if turn == rounds:
+                break
+            if not abs(step_d) * per_mm < 6:
+                report[p, 0] = STRAYED
+                break
+            damping = 1.0 / max(1.0, abs(step_d) * per_mm / 1.5)
+            state[p, 0] += damping * step_d
+            state[p, 1] += damping * step_a
+            state[p, 2] += damping * step_b
+            if abs(state[p, 1]) > _MAX_SLOPE or abs(state[p, 2]) > _MAX_SLOPE:
+                report[p, 0] = STEEP
+                break
+            reach = (abs(step_a) + abs(step_b)) * HALF * step_mm[p]
+            if abs(step_d) * per_mm < 0.01 and reach * per_mm < 0.03:
+                break
+
+
+@njit(fastmath=True, cache=True, forceinline=True)
 def _mean_texture(
     value: np.ndarray,
     slope: np.ndarray,
@@ -154,7 +185,7 @@ def _mean_texture(
     return energy
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def _normal_equations(
     value: np.ndarray,
     slope: np.ndarray,
@@ -217,7 +248,7 @@ def _normal_equations(
         normal[8] -= r2
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _solve(normal: np.ndarray, prior: float | np.float32, state: np.ndarray) -> tuple[float, ...]:
     """Steps of d and the slopes, and the cofactor of d; slopes are held by a weak prior."""
     m00, m01, m02 = normal[0], normal[1], normal[2]

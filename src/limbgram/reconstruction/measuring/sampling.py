@@ -83,7 +83,7 @@ def interpolate(coefficients: np.ndarray, start: int, width: int, x: float, y: f
     return value, along_x, along_y
 
 
-@njit(cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def window_weights():
     """Gaussian over the patch, sum 1."""
     weights = np.empty(SAMPLES, np.float32)
@@ -94,7 +94,7 @@ def window_weights():
     return weights / weights.sum()
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def sample_windows(
     coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
     seen_by: np.ndarray, vertex: np.ndarray, axes: np.ndarray, quadric: np.ndarray, step: float,
@@ -158,7 +158,7 @@ def sample_windows(
     return used, per_mm / max(used, 1)
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def gram_of(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray):
     """Weighted products of the windows with each other."""
     for i in range(used):
@@ -170,7 +170,7 @@ def gram_of(value: np.ndarray, weights: np.ndarray, used: int, gram: np.ndarray)
             gram[j, i] = product
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.ndarray):
     """Leading unit eigenvector of the Gram matrix; False if a photo shows something else."""
     for i in range(used):
@@ -192,7 +192,7 @@ def leading_gains(gram: np.ndarray, used: int, gains: np.ndarray, scratch: np.nd
     return alike
 
 
-@njit(fastmath=True, cache=True)
+@njit(fastmath=True, cache=True, forceinline=True)
 def agreeing(
     value: np.ndarray,
     slope: np.ndarray,

@@ -5,12 +5,19 @@ The references know nothing of the kernels' order of work: projection and its sl
 dense projections. Kernels sample in single precision; tolerances are a few of its roundings.
 """
 
+import hashlib
 import math
+import os
+import pickle
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import limbgram
 from limbgram.core.geometry.lens import View
 from limbgram.reconstruction.measuring import joint, patches, sampling
 from limbgram.reconstruction.measuring.imagery import Imagery
@@ -334,6 +341,42 @@ def test_a_patch_is_measured_by_the_formula(painted, seed: int, off_mm: float) -
     np.testing.assert_allclose(
         stepped[0] - start[0], damping * expected.of_state, rtol=1e-3, atol=2e-5
     )
+
+
+IN_A_PROCESS = """
+import hashlib, pathlib, pickle, sys
+from limbgram.reconstruction.measuring.patches import measure_patches
+given = pickle.loads(pathlib.Path(sys.argv[1]).read_bytes())
+report = measure_patches(*given)
+sys.stdout.write(hashlib.sha256(report.tobytes() + given[-1].tobytes()).hexdigest())
+"""
+
+
+def test_the_run_that_compiles_gives_the_bytes_of_all_others(painted, tmp_path: Path) -> None:
+    """Functions that were compiled apart and linked gave other digits once out of the cache."""
+    random = np.random.default_rng(4)
+    some = [a_patch(random) for _ in range(50)]
+    imagery = painted.imagery
+    given = (
+        imagery.coefficients, imagery.crops, imagery.factor, painted.packed,
+        np.tile(np.arange(5, dtype=np.int32), (len(some), 1)),
+        np.stack([patch.vertex for patch in some]), np.stack([patch.axes for patch in some]),
+        np.stack([patch.quadric for patch in some]), np.full(len(some), STEP_MM), 4,
+        np.tile([0.2, 0.0, 0.0], (len(some), 1)),
+    )  # fmt: skip
+    file = tmp_path / "given.pickle"
+    file.write_bytes(pickle.dumps(given))
+    source = Path(limbgram.__file__).parent.parent
+    around = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(source)}
+    command = [sys.executable, "-c", IN_A_PROCESS, str(file)]
+    compiling, cached = (
+        subprocess.run(command, env=around, check=True, capture_output=True, text=True).stdout
+        for _ in range(2)
+    )
+    assert compiling == cached
+    report = patches.measure_patches(*given)
+    assert np.count_nonzero(report[:, 0] == patches.MEASURED) > 40
+    assert compiling == hashlib.sha256(report.tobytes() + given[-1].tobytes()).hexdigest()
 
 
 def test_what_cannot_be_measured_says_why(painted) -> None:
