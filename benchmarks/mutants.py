@@ -565,7 +565,7 @@ _ACCURACY = json.dumps(
         }
     )
 ).encode()
-_CASE = json.dumps({"state": "finished", "files": [{"name": "a", "sha256": "00"}]}).encode()
+_CASE = json.dumps({"state": "finished", "files": [{"path": "a", "sha256": "00"}]}).encode()
 
 
 def _picture(kind: str, *, mode: str = "RGB", seed: int = 8, **options: Any) -> bytes:

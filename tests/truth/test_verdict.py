@@ -196,7 +196,7 @@ def test_a_refused_run_sets_the_green_page_aside(folder: Path) -> None:
     assert result.exit_code == 4
     assert not (case / "report.html").exists()
     assert not (case / "deliverables").exists()
-    assert 'class="verdict green"' in (case / "superseded" / "report.html").read_text("utf-8")
+    assert 'class="banner green"' in (case / "superseded" / "report.html").read_text("utf-8")
     assert json.loads((case / "case.json").read_text("utf-8"))["superseded"] == "superseded"
     assert limbgram("accuracy", case).exit_code == 3
     assert again(folder, "refused").exit_code == 0

@@ -147,7 +147,10 @@ class _File:
         listed = self.tree[kind]
         if not isinstance(listed, list):
             raise TypeError(f"{kind} is no list")
-        return cast(list[dict[str, Any]], listed)[_whole(number, kind)]
+        found = cast(list[object], listed)[_whole(number, kind)]
+        if not isinstance(found, dict):
+            raise TypeError(f"{kind} holds what is no object")
+        return cast(dict[str, Any], found)
 
     def array(self, number: Any, widths: tuple[str, ...]) -> tuple[np.ndarray, bool]:
         """An accessor's rows, and whether whole numbers stand for shares of one."""

@@ -297,7 +297,7 @@ def _mesh(rows: np.ndarray, polygons: list[list[int]] | np.ndarray) -> Mesh:
             raise ValueError("a face names a vertex that cannot be")
         faces = polygons.astype(np.int32)
     colours = None
-    if set(_COLOUR) <= set(names) and rows.dtype["red"].itemsize == 1:
+    if set(_COLOUR) <= set(names) and all(rows.dtype[name] == np.uint8 for name in _COLOUR):
         colours = np.column_stack([rows[name] for name in _COLOUR])
     sigma = rows["sigma"].astype(np.float32) if "sigma" in names else None
     if sigma is not None and ((sigma < 0) | np.isinf(sigma)).any():

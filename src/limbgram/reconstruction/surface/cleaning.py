@@ -126,7 +126,7 @@ def drop_dangling(faces: Faces) -> _FewerFaces:
     return faces
 
 
-def largest_manifold(vertices: Points3, faces: Faces) -> Faces:
+def largest_manifold(vertices: Points3, faces: Faces) -> _FewerFaces:
     """The largest piece, manifold."""
     count = -1
     while count != len(faces):
@@ -142,7 +142,7 @@ def _open_sides(faces: Faces) -> Int64[np.ndarray, " f"]:
     return (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
 
 
-def largest_component(vertices: Points3, faces: Faces) -> Faces:
+def largest_component(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Faces of the component of the largest area."""
     labels = face_components(faces)
     a, b, c = (vertices[faces[:, k]] for k in range(3))

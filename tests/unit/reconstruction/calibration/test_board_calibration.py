@@ -13,7 +13,7 @@ from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.reconstruction.calibration.adjustment import bent_board
 from limbgram.reconstruction.calibration.board import CalibrationOptions, calibrate_detections
 from limbgram.reconstruction.photos.photo import SetAside
-from limbgram.reconstruction.targets.board import Board, BoardDetections
+from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 
 Capture = Callable[..., Any]
 FIXED = [PARAMETERS.index(name) for name in ("skew", "k3")]
@@ -23,6 +23,16 @@ def with_photo(detections: BoardDetections, idx: int, **changes: object) -> Boar
     photos = list(detections.photos)
     photos[idx] = replace(photos[idx], **changes)  # pyright: ignore[reportArgumentType]
     return replace(detections, photos=tuple(photos))
+
+
+def only(photo: PhotoCorners, kept: np.ndarray) -> PhotoCorners:
+    """The photo with some of its corners."""
+    return replace(
+        photo,
+        ids=photo.ids[kept],
+        xy_px=photo.xy_px[kept],
+        sigmas_px=photo.sigmas_px[kept],
+    )
 
 
 def test_exact_corners_give_the_exact_camera(capture: Capture, true_camera: Camera) -> None:
@@ -189,7 +199,7 @@ def test_a_corner_of_the_picture_never_covered_is_refused_by_name(capture: Captu
     photos = []
     for one in taken.detections.photos:
         keep = (one.xy_px[:, 0] < 1050) | (one.xy_px[:, 1] < 770)
-        photos.append(replace(one, ids=one.ids[keep], xy_px=one.xy_px[keep]))
+        photos.append(only(one, keep))
     with pytest.raises(CalibrationError, match="near the bottom right of"):
         calibrate_detections(taken.photos, replace(taken.detections, photos=tuple(photos)))
 
@@ -242,8 +252,9 @@ def test_a_board_that_looks_alike_after_a_quarter_turn_is_believed_flat(capture:
     photos = []
     for one in bent.detections.photos:
         inside = np.isin(one.ids, keep)
-        ids = np.array([rows[idx] for idx in one.ids[inside]], np.int32)
-        photos.append(replace(one, ids=ids, xy_px=one.xy_px[inside]))
+        kept = only(one, inside)
+        ids = np.array([rows[idx] for idx in kept.ids], np.int32)
+        photos.append(replace(kept, ids=ids))
     detections = replace(
         bent.detections, board=square, corners_mm=square.corners_mm, photos=tuple(photos)
     )
