@@ -119,17 +119,14 @@ def draw_board_sheet(board: Board, page: PageName = "a4") -> BoardSheet:
 def _black_cells_mm(board: Board) -> Float64[np.ndarray, "n 4 2"]:
     """Corners of the rectangles that are black, from the pattern's top left corner, y down."""
     cells = board.cells()
-    rows, columns, side, _ = cells.shape
-    grid = cells.transpose(0, 2, 1, 3).reshape(rows * side, columns * side)
-    margin = 0.5 * (board.square_mm - board.marker_mm) if board.kind == "charuco" else 0.0
+    black = ~cells.any(axis=(2, 3))
     found: list[np.ndarray] = []
-    squares = grid.reshape(rows, side, columns, side)
-    black = ~squares.any(axis=(1, 3))
     for row, column in np.argwhere(black).tolist():
         found.append(_rectangle(column, row, 1, 1) * board.square_mm)
     if board.kind == "checkerboard":
         return np.array(found)
-    cell_mm = board.marker_mm / side
+    margin = 0.5 * (board.square_mm - board.marker_mm)
+    cell_mm = board.marker_mm / cells.shape[-1]
     for row, column in np.argwhere(~black).tolist():
         corner = np.array([column, row]) * board.square_mm + margin
         for down, start, end in _runs(cells[row, column] == 0):
