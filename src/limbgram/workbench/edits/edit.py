@@ -24,8 +24,8 @@ _LONGEST_MM = 2000.0
 class Effect:
     """What the ledger has to know of what an edit does to a positive."""
 
-    presses: bool = False
-    """It moves the skin of the limb: the ledger says where that presses on what bears none."""
+    moves_skin: bool = False
+    """Where that carves in over what bears no pressure, the ledger says so."""
     reports_displacement: bool = True
     """The ledger says how far the surface moved. That means nothing where all of it moved, or where
     parts were only added or taken away."""

@@ -153,7 +153,7 @@ class DistalEnd:
     """0 leaves the shape, 1 makes it half an ellipsoid on the section at that height."""
 
     title: ClassVar[str] = "The distal end"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         """Refuse numbers that make sense on no limb.

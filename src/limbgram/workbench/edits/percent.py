@@ -42,7 +42,7 @@ class Reduction:
     """Landmark from which heights count; without it the distal end's origin."""
 
     title: ClassVar[str] = "The reduction"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         _require_levels(self, self.title)
@@ -71,7 +71,7 @@ class Increase:
     """Landmark from which heights count; without it the distal end's origin."""
 
     title: ClassVar[str] = "The increase"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         _require_levels(self, self.title)

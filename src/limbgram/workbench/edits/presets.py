@@ -60,7 +60,7 @@ class Liner:
     """Landmark from which that height counts; without it the distal end's origin."""
 
     title: ClassVar[str] = "The liner preset"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         """Refuse a choice that no maker's range has, or a height where it has none.
@@ -118,7 +118,7 @@ class SockPly:
     plies: float
 
     title: ClassVar[str] = "The change by sock plies"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         """Refuse more plies than anybody wears.

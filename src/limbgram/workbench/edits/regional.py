@@ -61,7 +61,7 @@ class Relieve:
     """Frame of coordinates."""
 
     title: ClassVar[str] = "The edit relieve"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         _require_area(self)
@@ -94,7 +94,7 @@ class Load:
     """Frame of coordinates."""
 
     title: ClassVar[str] = "The edit load"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         _require_area(self)

@@ -55,7 +55,7 @@ class Smoothing:
     """Frame of coordinates."""
 
     title: ClassVar[str] = "The smoothing"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         """Refuse numbers that make sense on no limb.

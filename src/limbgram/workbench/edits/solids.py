@@ -51,7 +51,7 @@ class Offset:
     """Outwards; negative inwards."""
 
     title: ClassVar[str] = "The offset"
-    effect: ClassVar[Effect] = Effect(presses=True)
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
 
     def check(self) -> None:
         """Refuse nothing: any value may make sense."""

@@ -115,7 +115,7 @@ def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
         gained = figures_of(after, levels)
         found = AtPlaces(pressures=(), shifts_mm={})
         reach_mm = (0.0, 0.0)
-        if entry.edit.effect.presses:
+        if entry.edit.effect.moves_skin:
             found = at_places(limb, after)
             for name, moved_mm in found.shifts_mm.items():
                 places[name] = places.get(name, 0.0) + moved_mm
