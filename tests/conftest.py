@@ -7,6 +7,9 @@ no Python functions; generators, whose bodies run later; what runs in another pr
 
 jaxtyping's own import hook does the same, but refuses `Self` and decorates what numba compiles.
 Loading the whole package takes a second longer, the tests themselves a few per cent.
+
+Hypothesis does not stop a test for the time that it takes: the first example may compile a kernel,
+and on a busy machine every one is slow. What the examples have to show stays as it is.
 """
 
 import functools
@@ -22,6 +25,7 @@ from typing import Any, Self
 
 import pytest
 from beartype import BeartypeConf, beartype
+from hypothesis import HealthCheck, settings
 from jaxtyping import jaxtyped
 
 _PACKAGE = "limbgram"
@@ -86,6 +90,11 @@ def _checked(function: Callable[..., Any], owner: type | None = None) -> Callabl
 
 
 sys.meta_path.insert(0, _Finder())
+
+settings.register_profile(
+    "limbgram", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("limbgram")
 
 
 @pytest.fixture(scope="session")

@@ -32,7 +32,7 @@ def meshes(draw: st.DrawFn) -> Mesh:
     )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(mesh=meshes())
 def test_every_format_reads_back(mesh: Mesh) -> None:
     # The writers raise if what they read back differs.
@@ -42,7 +42,7 @@ def test_every_format_reads_back(mesh: Mesh) -> None:
             assert one.write(mesh, folder / f"a{one.suffix}", "mm").stat().st_size > 84
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     corners=hnp.arrays(np.float64, (4, 3), elements=st.floats(-500, 500)),
     spacing_mm=st.floats(20, 200),

@@ -49,7 +49,8 @@ def test_thirty_files_of_noise_truncation_and_wrong_types_are_set_aside(capture:
 
 
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=60,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 @given(
     kind=st.sampled_from(["JPEG", "PNG", "TIFF"]),

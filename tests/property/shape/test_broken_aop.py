@@ -37,7 +37,7 @@ def test_cut_off_after_every_line() -> None:
     assert whole == [False] * len(LINES) + [True]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(first=st.integers(0, len(LINES) - 1), second=st.integers(0, len(LINES) - 1))
 def test_lines_swapped(first: int, second: int) -> None:
     lines = list(LINES)
@@ -45,7 +45,7 @@ def test_lines_swapped(first: int, second: int) -> None:
     read_or_refuse(lines)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(line=st.integers(0, len(LINES) - 1), value=st.sampled_from(VALUES))
 def test_a_line_replaced(line: int, value: str) -> None:
     lines = list(LINES)
@@ -53,7 +53,7 @@ def test_a_line_replaced(line: int, value: str) -> None:
     read_or_refuse(lines)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(content=st.binary(max_size=400))
 def test_any_bytes(content: bytes) -> None:
     try:

@@ -138,7 +138,7 @@ def test_every_kind_of_edit_is_tried() -> None:
     assert set(TRIED) == set(EDITS)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 20), edit=EDIT)
 def test_manifold_in_manifold_out(seed: int, edit: Edit) -> None:
     limb = bumpy(seed)
@@ -176,7 +176,7 @@ def test_edits_of_every_day_are_not_refused(edit: Edit) -> None:
         do_edit(bumpy(seed), edit)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 20), edits=st.lists(EDIT, min_size=1, max_size=3))
 def test_the_ledger_tells_what_a_look_finds_and_replay_repeats(
     seed: int, edits: list[Edit]

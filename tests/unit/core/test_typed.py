@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from limbgram.core.typed import Mismatch, Strictness, any_value_of, tree_of, value_of
@@ -105,7 +105,6 @@ TREES = st.recursive(
 )
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(TREES, st.sampled_from([File, Lens, float, str | None, tuple[int, ...], Literal["a"]]))
 def test_any_tree_is_read_or_refused(tree: object, hint: Any) -> None:
     """Never another error, and never another type."""

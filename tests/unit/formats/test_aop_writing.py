@@ -97,7 +97,7 @@ def wavy(amplitudes: list[float], phases: list[float]) -> Limb:
     return replace(limb_of(body), landmarks=(Landmark(name="Fibula Head", position_mm=place),))
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 @given(
     amplitudes=st.lists(st.floats(0, 0.08), min_size=3, max_size=3),
     phases=st.lists(st.floats(0, 6.3), min_size=3, max_size=3),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -11,7 +11,6 @@ from limbgram.core.mesh.mesh import Mesh, crosses
 from limbgram.core.mesh.topology import find_edges, half_edges, number_pairs
 
 
-@settings(deadline=None)  # the first one compiles
 @given(arrays(np.int32, st.tuples(st.integers(0, 40), st.just(2)), elements=st.integers(0, 6)))
 def test_pairs_are_numbered_in_rising_order_and_equal_ones_alike(pairs: np.ndarray) -> None:
     numbered = number_pairs(pairs[:, 0], pairs[:, 1])

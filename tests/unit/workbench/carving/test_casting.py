@@ -14,7 +14,7 @@ def mesh_of(shape: trimesh.Trimesh) -> Mesh:
     return Mesh(vertices_mm=np.asarray(shape.vertices), faces=shape.faces.astype(np.int32))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     x=st.floats(-40, 40),
     y=st.floats(-40, 40),
@@ -45,7 +45,7 @@ def test_beside_the_axis_a_ray_crosses_twice_or_never() -> None:
     assert np.isnan(found.radii_mm).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6))
 def test_a_ray_through_corners_counts_once(seed: int) -> None:
     """Rays and planes through the mesh's own vertices: the hardest places."""
