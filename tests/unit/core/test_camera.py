@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera, View, project_and_differentiate, turned
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, View, project_and_differentiate, turned
 
 LENS = Camera(
     width_px=2400, height_px=1600, fx=2800.0, fy=2790.0, cx=1210.0, cy=790.0,
@@ -53,7 +53,7 @@ def test_points_behind_give_nan() -> None:
 
 def test_kernel_says_that_a_point_is_behind() -> None:
     view = View("a", LENS, Rigid.identity()).packed
-    arrays = np.full(2, 7.0), np.empty((2, 3)), np.empty((2, 6)), np.empty((2, 10))
+    arrays = np.full(2, 7.0), np.empty((2, 3)), np.empty((2, 6)), np.empty((2, LENS_SIZE))
     assert project_and_differentiate(view, np.array([0.0, 0.0, -2.0]), *arrays) == -2.0
     assert (arrays[0] == 7.0).all()
 

@@ -40,7 +40,7 @@ LENS = Camera(
     k1=-0.12, k2=0.08, p1=0.0009, p2=-0.0007, k3=-0.03,
 )  # fmt: skip
 """No parameter is zero, so that no derivative is."""
-LENS_STEPS = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 0.01, 0.01, 0.01, 0.01, 0.01])
+LENS_STEPS = np.append(np.ones(5), np.full(LENS_SIZE - 5, 0.01))
 POSE_STEPS = np.array([1e-3, 1e-3, 1e-3, 0.3, 0.3, 0.3])
 CENTRES = [np.array([900 * np.sin(a), -900 * np.cos(a), 300.0]) for a in (0.0, 0.5, 1.0, 1.4)]
 UP = np.array([0.0, 0.0, 1.0])
@@ -82,7 +82,7 @@ def agree(exact: np.ndarray, function: Function, steps: np.ndarray) -> None:
 def derivatives(view: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """By point, pose and lens."""
     count = len(points)
-    filled = np.empty((count, 2, 3)), np.empty((count, 2, 6)), np.empty((count, 2, 10))
+    filled = np.empty((count, 2, 3)), np.empty((count, 2, 6)), np.empty((count, 2, LENS_SIZE))
     differentiate_all(view, points, *filled)
     return filled
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import PARAMETERS, Camera
+from limbgram.core.geometry.lens import LENS_SIZE, PARAMETERS, Camera
 from limbgram.reconstruction.calibration.adjustment import bent_board
 from limbgram.reconstruction.calibration.board import CalibrationOptions, calibrate_detections
 from limbgram.reconstruction.photos.photo import SetAside
@@ -89,7 +89,7 @@ def test_what_is_held_fixed_has_no_variance_and_no_correlation(capture: Capture)
         assert result.calibration.camera.packed[row] == 0.0
         assert not result.calibration.covariance[row].any()
         assert not result.correlations[row].any()
-    free = np.delete(np.arange(10), FIXED)
+    free = np.delete(np.arange(LENS_SIZE), FIXED)
     np.testing.assert_allclose(np.diag(result.correlations)[free], 1.0)
     assert np.abs(result.correlations).max() <= 1.0 + 1e-9
 
@@ -157,7 +157,7 @@ def test_wrong_corners_are_left_out_and_counted(capture: Capture, true_camera: C
     xy_px[[3, 30]] += [[0.9, 0.0], [0.0, -0.8]]
     result = calibrate_detections(taken.photos, with_photo(taken.detections, 2, xy_px=xy_px))
     assert [photo.dropped for photo in result.photos] == [0, 0, 2] + 9 * [0]
-    free = np.delete(np.arange(10), FIXED)
+    free = np.delete(np.arange(LENS_SIZE), FIXED)
     off = result.calibration.camera.packed - true_camera.packed
     assert (np.abs(off) < 5 * result.calibration.sigmas)[free].all()
 

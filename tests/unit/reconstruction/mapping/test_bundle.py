@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 
@@ -50,8 +51,8 @@ def test_a_step_turns_shifts_and_refines(make_scene: MakeScene) -> None:
         np.testing.assert_allclose(after.views[k, :9].reshape(3, 3), rotation, atol=1e-12)
         shift = view.camera_from_world.translation + step[6 * k + 3 : 6 * k + 6]
         np.testing.assert_allclose(after.views[k, 9:12], shift)
-        first = 6 * len(scene.views) + 10 * scene.camera_idx[k]
-        lens = view.camera.packed + step[first : first + 10]
+        first = 6 * len(scene.views) + LENS_SIZE * scene.camera_idx[k]
+        lens = view.camera.packed + step[first : first + LENS_SIZE]
         np.testing.assert_allclose(after.views[k, 12:], lens)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.geometry.lens import Camera, turned
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust
@@ -13,7 +13,7 @@ ALIKE = 9
 """Neighbours that err as one: what the adjustment takes residuals for (3 sigmas, squared)."""
 CAMERA = Camera(width_px=900, height_px=900, fx=1500.0, fy=1500.0, cx=450.0, cy=450.0)
 KNOWN = Calibration(
-    label="", source="board", camera=CAMERA, covariance=np.zeros((10, 10)), rms_px=0.1
+    label="", source="board", camera=CAMERA, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), rms_px=0.1
 )
 
 
@@ -64,9 +64,9 @@ def test_photos_scatter_as_their_covariance_says() -> None:
 
 def test_held_lenses_have_no_variance_and_the_frame_carries_nothing() -> None:
     covariance = adjust(drawn(1), (KNOWN,)).covariance
-    assert covariance.shape == (6 * PHOTOS + 10, 6 * PHOTOS + 10)
-    assert np.abs(covariance[-10:]).max() == 0
-    values = np.linalg.eigvalsh(covariance[:-10, :-10])
+    assert covariance.shape == (6 * PHOTOS + LENS_SIZE, 6 * PHOTOS + LENS_SIZE)
+    assert np.abs(covariance[-LENS_SIZE:]).max() == 0
+    values = np.linalg.eigvalsh(covariance[:-LENS_SIZE, :-LENS_SIZE])
     assert (values > 1e-9 * values[-1]).sum() == 6 * PHOTOS - 7
 
 

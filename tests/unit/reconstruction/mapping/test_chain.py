@@ -8,6 +8,7 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import LENS_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.chain import chain, resect
 from limbgram.reconstruction.mapping.scene import Scene
@@ -46,7 +47,11 @@ def photos_of(scene: Scene) -> tuple[PhotoSet, Cameras]:
     )
     calibrations = tuple(
         Calibration(
-            label="", source="board", camera=lens, covariance=np.zeros((10, 10)), rms_px=0.1
+            label="",
+            source="board",
+            camera=lens,
+            covariance=np.zeros((LENS_SIZE, LENS_SIZE)),
+            rms_px=0.1,
         )
         for lens in scene.cameras
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pycolmap
 import pytest
 
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.colmap import _lens, _write_photos, map_incrementally
 from limbgram.reconstruction.mapping.scene import Scene
@@ -27,7 +27,11 @@ def given(scene: Scene, source: Literal["board", "exif"]) -> tuple[PhotoSet, Cam
         Photo(name=name, path=Path(name), sha256="", camera_idx=0, **sizes) for name in scene.names
     )
     calibration = Calibration(
-        label="", source=source, camera=scene.cameras[0], covariance=np.zeros((10, 10)), rms_px=0.1
+        label="",
+        source=source,
+        camera=scene.cameras[0],
+        covariance=np.zeros((LENS_SIZE, LENS_SIZE)),
+        rms_px=0.1,
     )
     return PhotoSet(photos, (CameraGroup(label="", **sizes),)), Cameras((calibration,))
 
@@ -61,7 +65,11 @@ def test_a_refined_lens_comes_back_half_a_pixel_nearer() -> None:
         )
     )  # fmt: skip
     held = Calibration(
-        label="", source="board", camera=LENS, covariance=np.zeros((10, 10)), rms_px=0.1
+        label="",
+        source="board",
+        camera=LENS,
+        covariance=np.zeros((LENS_SIZE, LENS_SIZE)),
+        rms_px=0.1,
     )
     free = replace(held, source="exif")
     expected = Camera(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from limbgram.core.geometry.frames import fit_similarity
-from limbgram.core.geometry.lens import Camera, turned
+from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.scene import Observations, Scene
@@ -18,8 +18,7 @@ LENS = Camera(width_px=900, height_px=900, fx=1500.0, fy=1500.0, cx=450.0, cy=45
 
 def calibrated(camera: Camera, **sigmas: float) -> Calibration:
     """Known to the sigmas given, the rest exactly."""
-    order = ("fx", "fy", "cx", "cy", "skew", "k1", "k2", "p1", "p2", "k3")
-    variance = np.array([sigmas.get(name, 0.0) ** 2 for name in order])
+    variance = np.array([sigmas.get(name, 0.0) ** 2 for name in PARAMETERS])
     return Calibration(
         label="", source="board", camera=camera, covariance=np.diag(variance), rms_px=0.1
     )
