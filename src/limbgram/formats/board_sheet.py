@@ -11,7 +11,7 @@ Fails   OptionsError: the board does not fit on the page, or is of OpenCV's lega
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from jaxtyping import Float64
@@ -214,7 +214,7 @@ def _write(
 
 def _pdf_of(axes: Axes, title: str) -> bytes:
     file = io.BytesIO()
-    figure = axes.get_figure(root=True)
+    figure = cast(Figure, axes.figure)  # get_figure(root=True) needs matplotlib 3.10
     FigureCanvasPdf(figure)
     about = {"CreationDate": None, "Creator": "limbgram", "Title": title}
     with PdfPages(file, metadata=about) as pages:
