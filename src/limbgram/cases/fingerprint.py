@@ -9,9 +9,11 @@ import ast
 import hashlib
 import json
 import platform
+import re
 import sys
 import weakref
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass
 from functools import cache
 from importlib.metadata import packages_distributions, version
@@ -32,6 +34,10 @@ _BEHIND = {
     "matplotlib": ("numpy",),
 }
 """Libraries that another uses to compute, though our code names them nowhere."""
+_IMPORT = re.compile(
+    rb"^[ \t]*(?:from[ \t]+\S+[ \t]+)?import[ \t]+(?:\([^)]*\)|[^(\n]*)", re.MULTILINE
+)
+"""An import statement; this project has one a line."""
 
 
 @dataclass
@@ -94,34 +100,32 @@ def code_version(module: str) -> str:
     """
     if not module.startswith("limbgram"):
         return module
-    waiting, sources, libraries = [module], dict[str, bytes](), set[str]()
+    waiting, sources, libraries = [module], dict[str, _Source](), set[str]()
     while waiting:
         name = waiting.pop()
-        file = _source_file(name)
-        if name in sources or file is None:
-            continue
-        sources[name] = file.read_bytes()
-        imported = set(_imported(sources[name]))
-        ours = {name for name in imported if name.partition(".")[0] == _PACKAGE.name}
-        waiting.extend(ours)
-        libraries |= {name.partition(".")[0] for name in imported - ours}
+        source = None if name in sources else _source(name)
+        if source is not None:
+            sources[name] = source
+            waiting.extend(source.ours)
+            libraries |= source.libraries
     digest = hashlib.sha256(platform.python_version().encode())
     for library, found in library_versions(frozenset(libraries)).items():
         digest.update(f"{library} {found}\n".encode())
     for name in sorted(sources):
-        digest.update(name.encode() + b"\0" + sources[name] + b"\0")
+        digest.update(name.encode() + b"\0" + sources[name].content + b"\0")
     return digest.hexdigest()
 
 
-@cache
 def library_versions(imported: frozenset[str]) -> dict[str, str]:
     """Version of each library among imported modules and behind them; "none": not installed."""
     used = imported | {one for name in imported for one in _BEHIND.get(name, ())}
-    return {
-        name: ", ".join(f"{one} {version(one)}" for one in sorted(set(_distributions(name))))
-        or "none"
-        for name in sorted(used - sys.stdlib_module_names)
-    }
+    return {name: _library_version(name) for name in sorted(used - sys.stdlib_module_names)}
+
+
+@cache
+def _library_version(module: str) -> str:
+    found = sorted(set(_distributions(module)))
+    return ", ".join(f"{one} {version(one)}" for one in found) or "none"
 
 
 def _distributions(module: str) -> list[str]:
@@ -134,6 +138,29 @@ def _all_distributions() -> dict[str, list[str]]:
     return {name: list(found) for name, found in packages_distributions().items()}
 
 
+@dataclass(frozen=True)
+class _Source:
+    """A module's source and what it imports."""
+
+    content: bytes
+    ours: frozenset[str]
+    libraries: frozenset[str]
+
+
+@cache
+def _source(module: str) -> _Source | None:
+    """A limbgram module's source; None: there is no such module. Many stages share it."""
+    file = _source_file(module)
+    if file is None:
+        return None
+    content = file.read_bytes()
+    imported = set(_imported(content))
+    ours = {name for name in imported if name.partition(".")[0] == _PACKAGE.name}
+    return _Source(
+        content, frozenset(ours), frozenset(name.partition(".")[0] for name in imported - ours)
+    )
+
+
 def _source_file(module: str) -> Path | None:
     place = _PACKAGE.joinpath(*module.split(".")[1:])
     candidates = (place.with_suffix(".py"), place / "__init__.py")
@@ -142,7 +169,7 @@ def _source_file(module: str) -> Path | None:
 
 def _imported(source: bytes) -> Iterator[str]:
     """Modules that a source imports, by name in a call of import_module too."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(_imports(source)):
         match node:
             case ast.ImportFrom(module=str(module), level=0):
                 yield module
@@ -153,3 +180,14 @@ def _imported(source: bytes) -> Iterator[str]:
                 yield module
             case _:
                 pass
+
+
+def _imports(source: bytes) -> ast.Module:
+    """The import statements of a source; all of it where these cannot be told by their lines.
+
+    To parse whole files takes ten times as long.
+    """
+    if b"import_module(" not in source:
+        with suppress(SyntaxError):  # lines of a text that look like imports
+            return ast.parse(b"\n".join(line.lstrip() for line in _IMPORT.findall(source)))
+    return ast.parse(source)

@@ -1,5 +1,6 @@
 """Nothing is computed twice, and nothing is reused that has changed or is not whole."""
 
+import ast
 import errno
 import json
 from dataclasses import dataclass
@@ -240,6 +241,44 @@ def test_code_version_follows_imports() -> None:
     assert "limbgram.core.geometry.frames" in read_by_lens
 
 
+def test_imports_are_found_wherever_they_stand() -> None:
+    source = b"""'''Text, in which a line begins like one:
+import of nothing (
+'''
+import a.b, c
+from d import (
+    e,  # why
+    f,
+)
+def g():
+    if h:
+        from i.j import k  # why
+    return "import l"
+"""
+    found = {"a.b", "c", "d", "d.e", "d.f", "i.j", "i.j.k"}
+    assert set(fingerprint._imported(source)) == found
+    without_text = source[source.rindex(b"'''") + 3 :]
+    assert set(fingerprint._imported(without_text)) == found
+    by_name = without_text + b"import_module('m')\n"
+    assert set(fingerprint._imported(by_name)) == found | {"m"}
+
+
+def test_imports_of_our_own_sources_are_those_of_the_whole_text() -> None:
+    for file in fingerprint._PACKAGE.rglob("*.py"):
+        source = file.read_bytes()
+        whole = {
+            name
+            for node in ast.walk(ast.parse(source))
+            if isinstance(node, ast.Import | ast.ImportFrom)
+            for name in (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else [str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)]
+            )
+        }
+        assert whole <= set(fingerprint._imported(source)), file
+
+
 def test_code_version_has_the_libraries_that_the_code_can_use(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -258,7 +297,7 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
     for module, libraries in stages.items():
         for library in libraries | {"matplotlib"}:
             fingerprint.code_version.cache_clear()
-            fingerprint.library_versions.cache_clear()
+            fingerprint._library_version.cache_clear()
             with monkeypatch.context() as patch:
                 if library == "pillow_heif":  # comes later than the rest
                     installed = fingerprint._all_distributions() | {library: ["pillow"]}
@@ -270,7 +309,7 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
                 )
                 assert (code_version(module) == before[module]) == (library == "matplotlib")
     fingerprint.code_version.cache_clear()
-    fingerprint.library_versions.cache_clear()
+    fingerprint._library_version.cache_clear()
 
 
 def test_fingerprints_tell_dtype_shape_and_content_apart() -> None:
