@@ -34,8 +34,8 @@ from limbgram.core.run import in_parallel, worker_count
 from limbgram.core.solvers import solve_positive
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region
-from limbgram.reconstruction.photos.decoding import in_flight_mb, load_colour
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.decoding import halvings_to, in_flight_mb, load_colour
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _MULTIPLIER = 0x9E3779B1
@@ -163,10 +163,17 @@ def point_visibility(
     def one(depth_map: DepthMap) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         seen, cosine, through = _seen(depth_map, points_mm, normals, agree_mm)
         view = metric.scene.view(depth_map.photo_idx)
-        colours = _colours(photos, depth_map.photo_idx, view, points_mm[seen])
+        colours = _colours(photos.photos[depth_map.photo_idx], view, halvings, points_mm[seen])
         return seen, cosine**2, colours, through
 
-    each_mb = in_flight_mb(photos.photos, colour=True)
+    halvings = min(
+        (
+            halvings_to(metric.scene.view(one.photo_idx).camera.width_px, one.camera.width_px)
+            for one in depth_maps
+        ),
+        default=0,
+    )
+    each_mb = in_flight_mb(photos.photos, colour=True, halvings=halvings)
     views, through = np.zeros((2, len(points_mm)), np.uint8)
     weights = np.full(len(points_mm), 1e-9)
     sums = np.zeros((len(points_mm), 3))
@@ -202,12 +209,14 @@ def _seen(
 
 
 def _colours(
-    photos: PhotoSet, photo_idx: int, view: View, points_mm: np.ndarray
+    photo: Photo, view: View, halvings: int, points_mm: np.ndarray
 ) -> Float32[np.ndarray, "n 3"]:
+    """Colours of the points in a photo that is reduced, but no further than its depth map is."""
     if not len(points_mm):
         return np.zeros((0, 3), np.float32)
-    xy = view.project(points_mm.astype(float)).astype(np.float32)
-    colour = load_colour(photos.photos[photo_idx])
+    xy = view.project(points_mm.astype(float)) + 0.5
+    xy = (xy / (1 << halvings) - 0.5).astype(np.float32)
+    colour = load_colour(photo, halvings)
     rows = max(1, -(-len(xy) // 1024))
     x, y = np.resize(xy, (rows * 1024, 2)).T.copy().reshape(2, rows, 1024)
     sampled = cv2.remap(colour, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)

@@ -132,6 +132,10 @@ _JPEG_SUFFIXES = (".jpg", ".jpeg")
 _LUMA_BYTES, _LUMA_BYTES_JPEG, _COLOUR_BYTES, _DEEP_BYTES = 6.5, 2.7, 9.5, 29.0
 """Bytes a pixel while a photo is decoded, with the array that is handed on. Measured on 24 MP:
 luma 2.7 of a JPEG, 6.3 of a PNG; colour 9.3; 6 of 16 bits grey, 29 of 16 bits in colours."""
+_DECODED_BYTES = 4.0
+"""What Pillow keeps of a decoded pixel in colours."""
+_MOST_HALVINGS = 3
+"""As often as a JPEG's blocks of 8 pixels can be halved while they are decoded."""
 
 _SRGB = np.arange(256) / 255
 LINEAR_OF_SRGB = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
@@ -170,8 +174,11 @@ def load_luma(photo: Photo) -> GreyImage:
         raise _gone(photo) from fault
 
 
-def load_colour(photo: Photo) -> ColourImage:
-    """Red, green, blue of a photo, in the sensor's orientation.
+def load_colour(photo: Photo, halvings: int = 0) -> ColourImage:
+    """Red, green, blue of a photo, in the sensor's orientation, halved `halvings` times.
+
+    Pixel centres are kept. Of a JPEG only what the reduced photo shows is decoded: a quarter of the
+    memory and half of the time for one halving.
 
     Raises:
         PhotoError: the file changed or vanished since it was read first.
@@ -179,10 +186,18 @@ def load_colour(photo: Photo) -> ColourImage:
     try:
         with open_picture(photo.path) as picture:
             if is_deep(picture):
-                return _of_size(photo, _deep_colour(picture, photo.bits or 16))
-            return _of_size(photo, _as_array(picture, "RGB"))
+                deep = Image.fromarray(_deep_colour(picture, photo.bits or 16))
+                colours = np.asarray(deep.reduce(1 << halvings) if halvings else deep)
+            else:
+                colours = _as_array(picture, "RGB", halvings)
+            return _of_size(photo, colours, halvings)
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
+
+
+def halvings_to(width_px: int, least_px: float) -> int:
+    """How often a photo can be halved, three times at most, to be no narrower than `least_px`."""
+    return int(np.clip(np.floor(np.log2(width_px / least_px)), 0, _MOST_HALVINGS))
 
 
 def open_picture(path: Path) -> ImageFile:
@@ -206,27 +221,32 @@ def luma_of(picture: ImageFile, bits: int | None) -> GreyImage:
     return _as_array(picture, "L")
 
 
-def decoding_mb(path: Path, pixels: int, *, colour: bool = False, deep: bool = False) -> float:
+def decoding_mb(
+    path: Path, pixels: int, *, colour: bool = False, deep: bool = False, halvings: int = 0
+) -> float:
     """Memory that a photo takes while it is decoded and looked at.
 
     deep: it holds sixteen bits a sample (`photos.deep`).
+    halvings: of its colours (`load_colour`).
     """
     if deep:
         return pixels * _DEEP_BYTES / 2**20
     is_jpeg = path.suffix.lower() in _JPEG_SUFFIXES
-    luma_bytes = _LUMA_BYTES_JPEG if is_jpeg else _LUMA_BYTES
-    return pixels * (_COLOUR_BYTES if colour else luma_bytes) / 2**20
+    if not colour:
+        return pixels * (_LUMA_BYTES_JPEG if is_jpeg else _LUMA_BYTES) / 2**20
+    whole_bytes = 0.0 if is_jpeg or halvings == 0 else _DECODED_BYTES
+    return pixels * (whole_bytes + _COLOUR_BYTES / 4**halvings) / 2**20
 
 
 def in_flight_mb(
-    photos: Sequence[Photo], bytes_a_pixel: float = 0.0, *, colour: bool = False
+    photos: Sequence[Photo], bytes_a_pixel: float = 0.0, *, colour: bool = False, halvings: int = 0
 ) -> float:
     """Memory for the largest of these photos while it is decoded and worked on."""
 
     def each(photo: Photo) -> float:
         pixels = photo.width_px * photo.height_px
         deep = photo.bits is not None
-        decoding = decoding_mb(photo.path, pixels, colour=colour, deep=deep)
+        decoding = decoding_mb(photo.path, pixels, colour=colour, deep=deep, halvings=halvings)
         return decoding + pixels * bytes_a_pixel / 2**20
 
     return max(map(each, photos), default=0.0)
@@ -256,20 +276,27 @@ def _deep_colour(picture: ImageFile, bits: int) -> ColourImage:
     return colours_of(picture, bits, lambda: open_picture(Path(os.fsdecode(picture.filename))))
 
 
-def _as_array(picture: Image.Image, mode: Literal["L", "RGB"]) -> np.ndarray:
-    """All pixels in a mode, converted band by band."""
+def _as_array(picture: ImageFile, mode: Literal["L", "RGB"], halvings: int = 0) -> np.ndarray:
+    """All pixels in a mode, converted and reduced band by band."""
+    factor, stored_px = 1 << halvings, picture.width
+    if halvings:
+        picture.draft(None, (picture.width >> halvings, picture.height >> halvings))
+        factor //= round(stored_px / picture.width)  # a JPEG's decoder has done its part
     picture.load()
     width, height = picture.size
-    pixels = np.empty((height, width) if mode == "L" else (height, width, 3), np.uint8)
-    rows = max(1, _BAND_PX // max(width, 1))
+    shape = -(-height // factor), -(-width // factor)
+    pixels = np.empty(shape if mode == "L" else (*shape, 3), np.uint8)
+    rows = max(1, _BAND_PX // max(width, 1)) * factor
     for top in range(0, height, rows):
-        band = picture.crop((0, top, width, min(top + rows, height)))
-        pixels[top : top + rows] = np.asarray(band.convert(mode))
+        band = picture.crop((0, top, width, min(top + rows, height))).convert(mode)
+        reduced = band.reduce(factor) if factor > 1 else band
+        pixels[top // factor : top // factor + reduced.height] = np.asarray(reduced)
     return pixels
 
 
-def _of_size(photo: Photo, pixels: np.ndarray) -> np.ndarray:
-    if pixels.shape[:2] != (photo.height_px, photo.width_px):
+def _of_size(photo: Photo, pixels: np.ndarray, halvings: int = 0) -> np.ndarray:
+    part = 1 << halvings
+    if pixels.shape[:2] != (-(-photo.height_px // part), -(-photo.width_px // part)):
         raise _gone(photo)
     return pixels
 

@@ -8,7 +8,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 
 from limbgram.core.geometry.arrays import ColourImage, Points2
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.photos.decoding import load_colour
+from limbgram.reconstruction.photos.decoding import halvings_to, load_colour
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -104,7 +104,7 @@ def _picture(axes: Axes, image: ColourImage) -> Axes:
 
 def _upright(photo: Photo, xy_px: Points2) -> tuple[ColourImage, Points2]:
     """A reduced photo as people hold it, and points of the stored photo on it."""
-    image = load_colour(photo)
+    image = load_colour(photo, halvings_to(photo.width_px, _SHOWN_WIDTH_PX))
     factor = min(1.0, _SHOWN_WIDTH_PX / photo.width_px)
     size = round(photo.width_px * factor), round(photo.height_px * factor)
     image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)

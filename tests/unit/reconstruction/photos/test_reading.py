@@ -10,7 +10,7 @@ import pytest
 from PIL import Image, ImageOps
 
 from limbgram.core.errors import OptionsError, PhotoError
-from limbgram.reconstruction.photos.decoding import load_colour, load_luma
+from limbgram.reconstruction.photos.decoding import halvings_to, load_colour, load_luma
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 
 Writer = Callable[..., Path]
@@ -78,6 +78,32 @@ def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path:
     for photo in read_photos([tmp_path]).photos:
         weighted = load_colour(photo) @ np.array([0.299, 0.587, 0.114])
         assert np.abs(load_luma(photo) - weighted).mean() < 0.7
+
+
+@pytest.mark.parametrize("halvings", [1, 2, 3])
+@pytest.mark.parametrize("name", ["1.jpg", "1.png", "1.tif"])
+def test_colours_are_halved_about_the_same_pixel_centres(
+    name: str, halvings: int, tmp_path: Path
+) -> None:
+    rows, columns = np.mgrid[:203, :301]
+    spot = np.exp(-((columns - 140.25) ** 2 + (rows - 90.5) ** 2) / (2 * 20.0**2))
+    stored = (spot[:, :, None] * (250, 200, 120)).round()
+    deep = name.endswith(".tif")
+    picture = (256 * stored[:, :, ::-1]).astype(np.uint16) if deep else stored[:, :, ::-1]
+    cv2.imwrite(str(tmp_path / name), picture)
+    (photo,) = read_photos([tmp_path], PhotoOptions(min_photos=1)).photos
+    halved = load_colour(photo, halvings).astype(float)
+    part = 1 << halvings
+    assert halved.shape == (-(-203 // part), -(-301 // part), 3)
+    assert halved.max(axis=(0, 1)) == pytest.approx([250, 200, 120], abs=6)
+    weight = halved[:, :, 0] * (halved[:, :, 0] > 4)
+    y, x = np.mgrid[: weight.shape[0], : weight.shape[1]]
+    centre = np.array([(weight * x).sum(), (weight * y).sum()]) / weight.sum()
+    np.testing.assert_allclose((centre + 0.5) * part - 0.5, (140.25, 90.5), atol=0.15)
+
+
+def test_a_photo_is_halved_no_further_than_is_asked() -> None:
+    assert [halvings_to(4000, width) for width in (5000, 2001, 2000, 999, 1)] == [0, 0, 1, 2, 3]
 
 
 def test_the_first_picture_of_a_phone_s_double_file_is_read(
