@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+import limbgram
 from limbgram.cases.deliverables import surface_of
 from limbgram.core.errors import RED_EXIT_CODE
 from limbgram.core.geometry.frames import Rigid, angle_between_deg, fit_similarity
@@ -101,9 +102,7 @@ def jobs(chosen: argparse.Namespace, folder: Path) -> Iterator[tuple[Path, dict[
         source.parent.mkdir(parents=True, exist_ok=True)
         made = {}
         if not source.exists():
-            options = ["--photos", str(setting.photos), "--megapixels", str(setting.megapixels)]
-            options += ["--distance", str(setting.distance_mm), "--seed", str(setting.seed)]
-            made = timed([sys.executable, str(HERE / "sweep.py"), str(source), *options])
+            made = timed([sys.executable, str(HERE / "sweep.py"), str(source), *setting.arguments])
         yield source, {"photos": setting.photos, "setting": asdict(setting), "made": made}
 
 
@@ -183,11 +182,11 @@ def _accuracy_tree(case: Path, truth: Path | None = None) -> dict[str, Any]:
     return tree
 
 
-def timed(command: list[str]) -> dict[str, Any]:
+def timed(command: list[str], environment: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Run a program; wall and CPU seconds of it and its children, largest peak of one process."""
     start = time.perf_counter()
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log, env=environment)
         _, status, usage = os.wait4(process.pid, 0)
         log.seek(0)
         words = log.read().decode(errors="replace")
@@ -268,8 +267,12 @@ def against_poses(ours: dict[str, Rigid], theirs: dict[str, Rigid]) -> dict[str,
 
 def machine() -> dict[str, Any]:
     """What the figures were measured on."""
+    measured = Path(limbgram.__file__).parent  # which PYTHONPATH may have chosen
     commit = subprocess.run(
-        ["git", "-C", str(HERE), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
+        ["git", "-C", str(measured), "rev-parse", "HEAD"],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     return {
         "system": platform.platform(),

@@ -1,16 +1,21 @@
 """Rivals that are installed, on the same photos and the same calibration, each in its own process.
 
     python benchmarks/rivals.py pycolmap IMAGES CAMERA.json OUT
+    python benchmarks/rivals.py sparse IMAGES OUT
 
 pycolmap    features, exhaustive matching, incremental mapping with our lens held; its poses.
+sparse      the same with all its defaults and no lens given; its seconds, step by step: what
+            cost.py measures the whole of limbgram by.
 OpenMVS     where its programs are on the PATH: undistorted photos and poses of pycolmap, then
             densify, reconstruct and refine at its own defaults.
 """
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +56,35 @@ def run_pycolmap(images: Path, camera_file: Path, out: Path) -> Path:
     return out / "sparse" / str(best)
 
 
+def run_sparse(images: Path, out: Path) -> None:
+    """Write sparse.json: seconds of extracting, matching and mapping, and photos placed."""
+    database = out / "database.db"
+    cpu_s: dict[str, float] = {}
+    before_s, start = _cpu_s(), time.perf_counter()
+
+    def spent(step: str) -> None:
+        cpu_s[step] = round(_cpu_s() - before_s - sum(cpu_s.values()), 2)
+
+    pycolmap.extract_features(database, images)
+    spent("extract")
+    pycolmap.match_exhaustive(database)
+    spent("match")
+    models = pycolmap.incremental_mapping(database, images, out / "sparse")
+    spent("map")
+    placed = max((model.num_reg_images() for model in models.values()), default=0)
+    wall_s = round(time.perf_counter() - start, 2)
+    said = {"steps_cpu_s": cpu_s, "sparse_cpu_s": round(sum(cpu_s.values()), 2)}
+    (out / "sparse.json").write_text(
+        json.dumps(said | {"sparse_wall_s": wall_s, "placed": placed}, indent=1) + "\n"
+    )
+
+
+def _cpu_s() -> float:
+    """Of this process and all its threads."""
+    spent = os.times()
+    return spent.user + spent.system
+
+
 def write_poses(model: pycolmap.Reconstruction, path: Path) -> None:
     """Poses in the form of our own poses.json; in a frame and scale of its own."""
     poses: list[dict[str, Any]] = []
@@ -81,12 +115,15 @@ def run_openmvs(images: Path, camera_file: Path, out: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rival", choices=["pycolmap", "openmvs"])
+    parser.add_argument("rival", choices=["pycolmap", "openmvs", "sparse"])
     parser.add_argument("images", type=Path)
-    parser.add_argument("camera", type=Path)
+    parser.add_argument("camera", type=Path, nargs="?", help="not for sparse")
     parser.add_argument("out", type=Path)
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True)
+    if chosen.rival == "sparse":
+        run_sparse(chosen.images, chosen.out)
+        return
     run = run_pycolmap if chosen.rival == "pycolmap" else run_openmvs
     run(chosen.images, chosen.camera, chosen.out)
 

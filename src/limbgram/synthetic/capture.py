@@ -112,7 +112,7 @@ def _take(
 ) -> None:
     """Take one photo; its noise depends on the seed and its number alone."""
     rng = np.random.default_rng((options.seed, 10, photo_idx))
-    picture = softened(render(view, stage, light), options.blur_px)
+    picture = softened(render(view, stage, light, options.samples), options.blur_px)
     if photo_idx in options.shaken:
         picture = shaken(picture, options.shake_px, rng.uniform(0, np.pi))
     pixels = developed(picture, options.noise, rng)

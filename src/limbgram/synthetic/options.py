@@ -7,6 +7,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
+from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
 
 
@@ -47,6 +48,9 @@ class CaptureOptions:
     """Photos, counted from 0, that were blurred by the hand."""
     shake_px: float = 14.0
     """Length of that blur."""
+    samples: int = SAMPLES
+    """Samples along the side of a pixel that shows limb or print. 2 take a third of the time and do
+    where pixels are smaller than what is printed and painted."""
     jpeg_quality: int = 94
     mesh_step_mm: float = 0.7
     """Edge of the truth's triangles, which are what is rendered."""
@@ -70,6 +74,7 @@ class CaptureOptions:
         )
         _require(500 <= self.distance_mm <= 2500, "the room allows 500 to 2500 mm of distance")
         _require(min(self.noise, self.blur_px, self.shake_px) >= 0, "noise and blur are 0 or more")
+        _require(1 <= self.samples <= 8, "a pixel's side has 1 to 8 samples")
         _require(0.3 <= self.mesh_step_mm <= 3.0, "the truth's edges have 0.3 to 3 mm")
         _require(
             all(0 <= k < self.photos for k in self.shaken),

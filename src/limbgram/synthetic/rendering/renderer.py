@@ -4,8 +4,8 @@ In      a View and a Stage: panels, a mesh, its painted chart.
 Out     a picture in linear light; the limb's silhouette; the vertices that a camera sees.
 Method  The mesh goes through the exact lens and is rasterised on a lattice of samples (its
         triangles are about a pixel, so that linear interpolation inside them is exact to
-        0.001 px); panels are met by rays. A pixel is sampled SAMPLES x SAMPLES times where
-        limb, print or an edge is in it, and once elsewhere.
+        0.001 px); panels are met by rays. A pixel is sampled `samples` x `samples` times
+        where limb, print or an edge is in it, and once elsewhere.
 Limits  nothing casts a shadow of its own: there is the one painted under the limb, and the straight
         edge that Light brings.
 """
@@ -42,29 +42,29 @@ class Stage:
     skin: UInt8[np.ndarray, "rows columns 4"] | None = None
 
 
-def render(view: View, stage: Stage, light: Light) -> LinearPicture:
-    """What the camera sees in this light, which is in its frame."""
+def render(view: View, stage: Stage, light: Light, samples: int = SAMPLES) -> LinearPicture:
+    """What the camera sees in this light, which is in its frame; `samples` along a pixel's side."""
     camera = view.camera
     picture = np.zeros((camera.height_px, camera.width_px, 3), np.float32)
     panels = _panels(stage.panels, view.camera_from_world)
     triangles = _triangles(view, stage)
     left, right = _columns(triangles, camera.width_px)
-    step = max(1, _BUFFER_SAMPLES // (SAMPLES**2 * max(1, right - left)))
+    step = max(1, _BUFFER_SAMPLES // (samples**2 * max(1, right - left)))
     for top in range(0, camera.height_px, step):
         rows = picture[top : top + step]
-        shape = len(rows) * SAMPLES, (right - left) * SAMPLES
+        shape = len(rows) * samples, (right - left) * samples
         nearness, face = np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
         rasterise(
             nearness,
             face,
             left,
             top,
-            SAMPLES,
+            samples,
             triangles.screen,
             triangles.points,
             triangles.faces,
         )
-        shade(rows, top, SAMPLES, left, nearness, face, camera.packed, panels, triangles, light)
+        shade(rows, top, samples, left, nearness, face, camera.packed, panels, triangles, light)
     return picture
 
 
