@@ -60,6 +60,9 @@ class _CameraFile:
     covariance: tuple[tuple[float, ...], ...]
     sigmas: _Lens | None = None
     focal_mm: float | None = None
+    focal_35mm: float | None = None
+    digital_zoom: float | None = None
+    body: str | None = None
     rms_px: float | None = None
 
 
@@ -81,6 +84,9 @@ def write_camera(
         "height_px": camera.height_px,
         "label": calibration.label,
         "focal_mm": calibration.focal_mm,
+        "focal_35mm": calibration.focal_35mm,
+        "digital_zoom": calibration.digital_zoom,
+        "body": calibration.body,
         "source": calibration.source,
         "rms_px": calibration.rms_px if math.isfinite(calibration.rms_px) else None,
         "parameters": dict(zip(PARAMETERS, camera.packed.tolist())),
@@ -147,7 +153,8 @@ def read_camera(path: Path) -> Calibration:
         raise _unusable(path, "a focal length is not positive")
     if np.abs(camera.packed).max() > _LARGEST_PX:
         raise _unusable(path, "a parameter is larger than any camera's")
-    for name, value in (("focal_mm", record.focal_mm), ("rms_px", record.rms_px)):
+    for name in ("focal_mm", "focal_35mm", "digital_zoom", "rms_px"):
+        value = getattr(record, name)
         if value is not None and value < 0:
             raise _unusable(path, f"{name} is negative")
     covariance = _covariance(path, record.covariance)
@@ -159,6 +166,9 @@ def read_camera(path: Path) -> Calibration:
         source=record.source,
         label=record.label,
         focal_mm=record.focal_mm,
+        focal_35mm=record.focal_35mm,
+        digital_zoom=record.digital_zoom,
+        body=record.body,
         rms_px=math.nan if record.rms_px is None else record.rms_px,
     )
 

@@ -285,7 +285,8 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
     stages = {
         "limbgram.reconstruction.photos.reading": {
             "pillow",
-            "pillow_heif",
+            "pi_heif",
+            "rawpy",
             "numpy",
             "opencv-python-headless",
         },
@@ -299,8 +300,8 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
             fingerprint.code_version.cache_clear()
             fingerprint._library_version.cache_clear()
             with monkeypatch.context() as patch:
-                if library == "pillow_heif":  # comes later than the rest
-                    installed = fingerprint._all_distributions() | {library: ["pillow"]}
+                if library in ("pi_heif", "rawpy"):  # may come later than the rest
+                    installed = fingerprint._all_distributions() | {library: [library]}
                     patch.setattr(fingerprint, "_all_distributions", lambda found=installed: found)
                 patch.setattr(
                     fingerprint,

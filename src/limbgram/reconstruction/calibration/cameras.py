@@ -4,11 +4,15 @@ Cameras of a photo set: given calibrations where they fit, a guess from EXIF els
 
 In      a PhotoSet, and the calibrations at hand.
 Out     Cameras, one calibration for each camera group.
-Method  a calibration fits photos of its own size, or of a smaller copy of it, by the same
-        camera at the same focal length. Without any, the focal length comes from EXIF: 35-mm
-        equivalent, else focal length over the model's sensor width, else a usual angle. EXIF is
-        nominal (focused near, 50 mm is 51.5), and a guess has sigmas to match.
-Fails   CalibrationError: calibrations were given and none fits a group.
+Method  a calibration fits photos of its own size, or of a smaller copy of it, by the same camera,
+        lens and zoom. The most particular one counts: that of this very body before that of its
+        model, that of this very size before a reduced one. Photos that a program turned by a
+        quarter take it turned: to which side nobody can tell, so the principal point stands in
+        the middle, with a sigma that holds either place, and the photos settle it.
+        Without any, the focal length comes from EXIF: 35-mm equivalent, else focal length over
+        the model's sensor width, else a usual angle. EXIF is nominal (focused near, 50 mm is
+        51.5), and a guess has sigmas to match.
+Fails   CalibrationError: calibrations were given and none fits a group, or two do equally.
 """
 
 import re
@@ -39,6 +43,11 @@ class Calibration:
     """Make, model and lens, as in EXIF."""
     focal_mm: float | None = None
     """Nominal focal length of the calibration photos, to tell another zoom setting."""
+    focal_35mm: float | None = None
+    """The same as told for film of 36 x 24 mm, which counts what was cut off and enlarged."""
+    digital_zoom: float | None = None
+    body: str | None = None
+    """Tells the body from others of its model (`Exif.body`)."""
     rms_px: float = float("nan")
 
     @property
@@ -66,6 +75,8 @@ class CameraOptions:
 
     focal_tolerance: float = 0.02
     """Accepted difference of nominal focal lengths between calibration and photos."""
+    tolerance_35mm: float = 0.6
+    """The same of what is written for film, in mm: whole ones are."""
     usual_focal: float = 1.2
     """Focal length over the longer side where EXIF says nothing."""
     sigma_from_35mm: float = 0.05
@@ -132,6 +143,9 @@ def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibrat
         source="exif",
         label=label_of(group.exif),
         focal_mm=group.exif.focal_mm,
+        focal_35mm=group.exif.focal_35mm,
+        digital_zoom=group.exif.digital_zoom,
+        body=group.exif.body,
     )
 
 
@@ -150,13 +164,18 @@ def focal_from_exif(
     long_side_px = max(width_px, height_px)
     if exif.focal_35mm is not None and 5 <= exif.focal_35mm <= 3000:
         diagonal_px = float(np.hypot(width_px, height_px))
+        # EXIF 3.0 leaves open whether this counts a digital zoom; most phones do so.
+        doubt = 0.0 if exif.digital_zoom is None else abs(exif.digital_zoom - 1.0)
         return FocalGuess(
-            exif.focal_35mm / float(np.hypot(36.0, 24.0)) * diagonal_px, options.sigma_from_35mm
+            exif.focal_35mm / float(np.hypot(36.0, 24.0)) * diagonal_px,
+            max(options.sigma_from_35mm, min(doubt, options.sigma_from_nothing)),
         )
+    zoom = exif.digital_zoom or 1.0
     sensor_mm = _sensor_mm(exif)
     if exif.focal_mm is not None and sensor_mm is not None:
-        return FocalGuess(exif.focal_mm / sensor_mm * long_side_px, options.sigma_from_sensor)
-    return FocalGuess(options.usual_focal * long_side_px, options.sigma_from_nothing)
+        focal_px = exif.focal_mm / sensor_mm * long_side_px * zoom
+        return FocalGuess(focal_px, options.sigma_from_sensor)
+    return FocalGuess(options.usual_focal * long_side_px * zoom, options.sigma_from_nothing)
 
 
 def contradicting_exif(
@@ -210,13 +229,20 @@ def _wide_covariance(
 def _fitting(
     group: CameraGroup, names: list[str], given: Sequence[Calibration], options: CameraOptions
 ) -> Calibration:
-    """The calibration of this group, the one of its very size first."""
-    faults: list[str] = []
-    for calibration in sorted(given, key=lambda one: one.camera.width_px != group.width_px):
-        fault = _misfit(group, calibration, options)
-        if fault is None:
-            return _resized(calibration, group)
-        faults.append(fault)
+    """The calibration of this group, the most particular one."""
+    misfits = [_misfit(group, one, options) for one in given]
+    fitting = [one for one, fault in zip(given, misfits) if fault is None]
+    if fitting:
+        best = min(_strangeness(group, one) for one in fitting)
+        chosen = [one for one in fitting if _strangeness(group, one) == best]
+        if any(one.camera != chosen[0].camera for one in chosen):
+            raise CalibrationError(
+                f"{len(chosen)} calibrations given fit {_described(names)} equally well, and "
+                "nothing in the photos tells which camera took them. Give the camera file of one "
+                "camera, or keep the photos of each camera as a case of its own."
+            )
+        return _as_taken(chosen[0], group)
+    faults = [fault for fault in misfits if fault is not None]
     raise CalibrationError(
         f"No calibration given fits {_described(names)} ({group.width_px} x {group.height_px}"
         f"{' ' + label_of(group.exif) if label_of(group.exif) else ''}): {'; '.join(faults)}."
@@ -227,16 +253,12 @@ def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions
     """Why a calibration is not that of a group; None where it is."""
     camera, exif = calibration.camera, group.exif
     size, calibrated = (group.width_px, group.height_px), (camera.width_px, camera.height_px)
-    if size == calibrated[::-1] and size[0] != size[1]:
-        return (
-            f"the calibration is for {calibrated[0]} x {calibrated[1]}, the photos are turned by "
-            "a quarter. Use the photos as they come from the camera, not turned by a program, "
-            "or calibrate from photos turned alike"
-        )
+    if _is_turned(group, camera):
+        calibrated = calibrated[::-1]
     factor = size[0] / calibrated[0]
     if factor > 1.0 or abs(calibrated[1] * factor - size[1]) > 1.0:
         return (
-            f"the calibration is for {calibrated[0]} x {calibrated[1]}, the photos are "
+            f"the calibration is for {camera.width_px} x {camera.height_px}, the photos are "
             f"{size[0]} x {size[1]}. Calibrate with the same camera at the size of the photos"
         )
     label = label_of(exif)
@@ -252,7 +274,102 @@ def _misfit(group: CameraGroup, calibration: Calibration, options: CameraOptions
                 f"the calibration is for {calibration.focal_mm:g} mm, the photos were taken at "
                 f"{exif.focal_mm:g} mm. Leave the zoom as it was, or calibrate at this setting"
             )
-    return None
+    return _body_misfit(exif, calibration) or _zoom_misfit(exif, calibration, options)
+
+
+def _body_misfit(exif: Exif, calibration: Calibration) -> str | None:
+    if exif.body is None or calibration.body is None or exif.body == calibration.body:
+        return None
+    return (
+        f"the calibration is of another {calibration.label} than the one that took the photos, "
+        "as their serial numbers tell. Calibrate each camera"
+    )
+
+
+def _zoom_misfit(exif: Exif, calibration: Calibration, options: CameraOptions) -> str | None:
+    """A digital zoom shows in the zoom ratio, in the focal length for film, or in both."""
+    now, then = exif.digital_zoom or 1.0, calibration.digital_zoom or 1.0
+    if abs(now / then - 1.0) > options.focal_tolerance:
+        return (
+            f"the calibration is for photos enlarged {then:g} times by the camera's digital zoom, "
+            f"the photos are enlarged {now:g} times. Take them without digital zoom, or calibrate "
+            "at this setting"
+        )
+    if exif.focal_35mm is None or calibration.focal_35mm is None:
+        return None
+    off_mm = abs(exif.focal_35mm - calibration.focal_35mm)
+    if off_mm <= options.tolerance_35mm + options.focal_tolerance * calibration.focal_35mm:
+        return None
+    return (
+        f"the calibration is for {calibration.focal_35mm:g} mm in terms of 35-mm film, the photos "
+        f"were taken at {exif.focal_35mm:g} mm. Use the same lens of the phone without zoom, or "
+        "calibrate at this setting"
+    )
+
+
+def _strangeness(group: CameraGroup, calibration: Calibration) -> tuple[bool, ...]:
+    """What a fitting calibration does not share with a group, the weightiest first."""
+    return (
+        group.exif.body is not None and calibration.body is None,
+        label_of(group.exif) != calibration.label,
+        (group.width_px, group.height_px)
+        != (calibration.camera.width_px, calibration.camera.height_px),
+        _is_turned(group, calibration.camera),
+    )
+
+
+def _is_turned(group: CameraGroup, camera: Camera) -> bool:
+    """Whether one is upright where the other is broad."""
+    return (group.width_px - group.height_px) * (camera.width_px - camera.height_px) < 0
+
+
+def _as_taken(calibration: Calibration, group: CameraGroup) -> Calibration:
+    """The calibration for turned or smaller copies of its pictures; else itself."""
+    if _is_turned(group, calibration.camera):
+        calibration = _turned(calibration)
+    return _resized(calibration, group)
+
+
+_TURNED = [1, 0, 3, 2, 4, 5, 6, 8, 7, 9]
+"""Which parameter becomes which when the picture is turned by a quarter."""
+_CLOCKWISE = np.array([1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 1.0, -1.0, 1.0])
+_TURNS_OVER = np.isin(np.arange(len(_TURNED)), [2, 3, 7, 8])
+"""Their signs, and those that have the other one anticlockwise."""
+
+
+def _turned(calibration: Calibration) -> Calibration:
+    """The calibration of pictures turned by a quarter, to which side is not known.
+
+    Turned to one side or the other, principal point and tangential distortion lie this much
+    beside the middle or as much on its other side; both places are one sigma away.
+    """
+    camera = calibration.camera
+    right_px = camera.cx - 0.5 * (camera.width_px - 1)
+    down_px = camera.cy - 0.5 * (camera.height_px - 1)
+    aside = np.zeros(len(_TURNED))
+    aside[[2, 3, 7, 8]] = -down_px, right_px, camera.p2, -camera.p1
+    covariance = np.outer(aside, aside)
+    for side in (1.0, -1.0):
+        signs = np.where(_TURNS_OVER, side * _CLOCKWISE, _CLOCKWISE)
+        covariance += (
+            0.5 * calibration.covariance[np.ix_(_TURNED, _TURNED)] * np.outer(signs, signs)
+        )
+    return replace(
+        calibration,
+        camera=Camera(
+            width_px=camera.height_px,
+            height_px=camera.width_px,
+            fx=camera.fy,
+            fy=camera.fx,
+            cx=0.5 * (camera.height_px - 1),
+            cy=0.5 * (camera.width_px - 1),
+            skew=-camera.skew,
+            k1=camera.k1,
+            k2=camera.k2,
+            k3=camera.k3,
+        ),
+        covariance=covariance,
+    )
 
 
 def _resized(calibration: Calibration, group: CameraGroup) -> Calibration:

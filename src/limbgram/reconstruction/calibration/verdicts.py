@@ -209,7 +209,10 @@ def refuse_mixed(photos: tuple[Photo, ...]) -> None:
     for photo in photos:
         exif = photo.exif
         focal = "" if exif.focal_mm is None else f" at {exif.focal_mm:g} mm"
-        key = f"{photo.width_px} x {photo.height_px} {label_of(exif)}{focal}".strip()
+        film = "" if exif.focal_35mm is None else f" ({exif.focal_35mm:g} mm for 35-mm film)"
+        zoom = "" if exif.digital_zoom is None else f" enlarged {exif.digital_zoom:g} times"
+        size = f"{photo.width_px} x {photo.height_px}"
+        key = f"{size} {label_of(exif)}{focal}{film}{zoom}".strip()
         groups.setdefault(key, []).append(photo.name)
     if len(groups) == 1:
         return

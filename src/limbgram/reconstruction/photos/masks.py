@@ -14,10 +14,12 @@ from PIL import Image
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, fault_for_people
+from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Exif, Photo
+from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 MASKS_FOLDER = "masks"
-_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", ".heic", ".heif")
+_PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 _COLOURED = 24
 """Difference of two colour channels that no mask has."""
 

@@ -17,8 +17,13 @@ class Exif:
     make: str | None = None
     model: str | None = None
     lens: str | None = None
+    body: str | None = None
+    """Tells one body from others of its model: a hash of its serial number, never that itself."""
     focal_mm: float | None = None
     focal_35mm: float | None = None
+    """Focal length that gives the same picture on film of 36 x 24 mm."""
+    digital_zoom: float | None = None
+    """How much of its sensor's picture the camera enlarged; None where it did not, or is silent."""
     aperture: float | None = None
     subject_m: float | None = None
     """Distance at which the lens says that it was focused."""

@@ -22,7 +22,9 @@ import numpy as np
 
 from limbgram.core.errors import printable
 from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 _FINE_PX, _COARSE_PX = 1.0, 2.5
 _SIDE_PX = 1800
@@ -200,8 +202,7 @@ def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
     return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))
 
 
-RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
-_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".heic", ".heif", *RAW_SUFFIXES)
+_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 _BEGINNINGS = (
     b"\xff\xd8\xff",  # JPEG
     b"\x89PNG\r\n\x1a\n",
@@ -210,7 +211,6 @@ _BEGINNINGS = (
     b"II+\0",  # TIFF for files beyond 4 GB
     b"MM\0+",
 )
-_HEIF_BRANDS = (b"heic", b"heix", b"hevc", b"mif1", b"msf1")
 _NAMED_AT_MOST = 5
 
 
@@ -274,7 +274,7 @@ def _begins_as_picture(path: Path) -> bool:
             first = stream.read(12)
     except OSError:
         return False
-    return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in _HEIF_BRANDS)
+    return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS)
 
 
 def _summed_up(others: list[Path]) -> list[SetAside]:

@@ -2,7 +2,8 @@
 
 In      files and folders; hidden files and sub-folders of a folder are left alone.
 Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why. Photos of
-        one camera, lens, focal length and size share one calibration.
+        one camera, lens, focal length, zoom and size share one calibration: each of a phone's
+        lenses is a camera, and however it is held it stays the same one.
 Method  Every picture is decoded once: only so a cut-off file shows itself.
 Fails   PhotoError: a source does not exist, or fewer than two photos are left.
 """
@@ -31,13 +32,13 @@ from limbgram.reconstruction.photos.decoding import (
 from limbgram.reconstruction.photos.masks import find_mask, load_mask, mask_fault, masks_among
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import (
-    RAW_SUFFIXES,
     brightest_luma,
     burnt_share,
     edge_width_px,
     name_for_people,
     sifted,
 )
+from limbgram.reconstruction.photos.raw import HAS_RAW, NO_RAW, RAW_SUFFIXES
 
 
 def grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSet:
@@ -46,7 +47,8 @@ def grouped(photos: Sequence[Photo], set_aside: tuple[SetAside, ...]) -> PhotoSe
     keys: list[tuple[str | float | None, ...]] = []
     for photo in photos:
         exif, width_px, height_px = photo.exif, photo.width_px, photo.height_px
-        key = (exif.make, exif.model, exif.lens, exif.focal_mm, width_px, height_px)
+        lens = (exif.lens, exif.focal_mm, exif.focal_35mm, exif.digital_zoom)
+        key = (exif.make, exif.model, exif.body, *lens, width_px, height_px)
         keys.append(key)
         if key not in groups:
             groups[key] = CameraGroup(
@@ -68,7 +70,8 @@ def _label(exif: Exif) -> str:
     if exif.make and not model.lower().startswith(exif.make.lower().split()[0]):
         model = f"{exif.make} {model}"
     focal = f"{exif.focal_mm:g} mm" if exif.focal_mm else None
-    return ", ".join(part for part in (model, exif.lens, focal) if part)
+    zoom = f"enlarged {exif.digital_zoom:g} times" if exif.digital_zoom else None
+    return ", ".join(part for part in (model, exif.lens, focal, zoom) if part)
 
 
 __all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
@@ -150,13 +153,12 @@ def _natural(path: Path) -> tuple[list[tuple[int, int, str]], str]:
 
 
 def _read(path: Path, options: PhotoOptions) -> Photo | SetAside:
-    name = path.name
-    if path.suffix.lower() in RAW_SUFFIXES:
-        return SetAside(name, "a raw file: export it as JPEG or TIFF without cropping")
+    if path.suffix.lower() in RAW_SUFFIXES and not HAS_RAW:
+        return SetAside(path.name, NO_RAW)
     try:
         return _decoded(path, options)
     except DECODING_FAULTS as fault:
-        return SetAside(name, fault_for_people(path, fault))
+        return SetAside(path.name, fault_for_people(path, fault))
 
 
 def _reading_mb(path: Path, options: PhotoOptions) -> float:

@@ -7,7 +7,12 @@ import pytest
 
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for, focal_from_exif
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    cameras_for,
+    focal_from_exif,
+    label_of,
+)
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
 
 CANON = Exif(make="Canon", model="Canon EOS 500D", lens="EF50mm f/1.8 II", focal_mm=50.0)
@@ -63,7 +68,6 @@ def test_each_group_takes_its_own() -> None:
 @pytest.mark.parametrize(
     ("size", "told"),
     [
-        ((3168, 4752), "turned by a quarter"),
         ((9504, 6336), "4752 x 3168, the photos are 9504 x 6336"),
         ((4752, 2673), "4752 x 3168, the photos are 4752 x 2673"),
     ],
@@ -80,6 +84,95 @@ def test_another_camera_or_zoom_is_refused() -> None:
     zoomed = replace(CANON, focal_mm=35.0)
     with pytest.raises(CalibrationError, match=r"50 mm.*35 mm"):
         cameras_for(photo_set((4752, 3168), exif=zoomed), [calibrated()])
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_photos_that_a_program_turned_hold_the_true_lens_within_a_sigma(side: int) -> None:
+    """Against the lens itself, turned to either side."""
+    given = calibrated()
+    given = replace(given, camera=replace(given.camera, p1=4e-4, p2=-3e-4))
+    (taken,) = cameras_for(photo_set((3168, 4752)), [given]).calibrations
+    lens = given.camera
+    points = np.random.default_rng(1).uniform(-1, 1, (50, 3)) * [300.0, 200, 100] + [0, 0, 1500]
+    stored = lens.project(points)
+    if side == 1:  # clockwise: rows become columns from the right
+        turned, turned_px = points * [1, -1, 1], (3167 - stored[:, 1], stored[:, 0])
+    else:
+        turned, turned_px = points * [-1, 1, 1], (stored[:, 1], 4751 - stored[:, 0])
+    turned = turned[:, [1, 0, 2]]
+    step = np.zeros(10)
+    step[[2, 3, 7, 8]] = np.array([-(1570 - 1583.5), 2380 - 2375.5, -3e-4, -4e-4]) * side
+    true = taken.camera.with_parameters(taken.camera.packed + step)
+    np.testing.assert_allclose(true.project(turned), np.column_stack(turned_px), atol=1e-6)
+    moved = step[[2, 3, 7, 8]]
+    within = taken.covariance[np.ix_([2, 3, 7, 8], [2, 3, 7, 8])]
+    assert 0.99 < moved @ np.linalg.solve(within, moved) < 1.0  # beside it the lens's own sigmas
+    assert np.linalg.eigvalsh(taken.covariance).min() > -1e-9
+    assert taken.sigmas[:2] == pytest.approx([2.0, 2.0])
+
+
+PHONE = Exif(make="Apple", model="iPhone 13 Pro", lens="back camera 5.7mm f/1.5", focal_mm=5.7)
+
+
+@pytest.mark.parametrize(
+    ("taken_with", "told"),
+    [
+        (replace(PHONE, focal_35mm=26.0), None),
+        (replace(PHONE, focal_35mm=27.0), None),  # whole millimetres, rounded
+        (replace(PHONE, focal_35mm=29.0, digital_zoom=1.1), "enlarged 1.1 times"),
+        (replace(PHONE, focal_35mm=29.0), "26 mm in terms of 35-mm film.*29 mm"),
+        (replace(PHONE, focal_35mm=26.0, digital_zoom=2.0), "enlarged 2 times"),
+        (replace(PHONE, lens="back camera 9mm f/2.8", focal_mm=9.0), "back camera 9mm"),
+        (replace(PHONE, lens=None, focal_mm=1.57), "5.7 mm.*1.57 mm"),
+        (replace(PHONE, body="aaaaaaaa"), "another Apple iPhone 13 Pro"),
+    ],
+)
+def test_a_phone_s_other_lens_or_zoom_is_refused(taken_with: Exif, told: str | None) -> None:
+    given = replace(
+        calibrated(4032, 3024),
+        label=label_of(PHONE),
+        focal_mm=5.7,
+        focal_35mm=26.0,
+        body="bbbbbbbb",
+    )
+    photos = photo_set((4032, 3024), exif=taken_with)
+    if told is None:
+        assert cameras_for(photos, [given]).calibrations == (given,)
+        return
+    with pytest.raises(CalibrationError, match=told):
+        cameras_for(photos, [given])
+
+
+def test_bodies_of_one_model_take_each_its_own_calibration() -> None:
+    first, second = (
+        replace(calibrated(), body=body, rms_px=rms_px)
+        for body, rms_px in (("aaaaaaaa", 0.1), ("bbbbbbbb", 0.2))
+    )
+    groups = (replace(CANON, body="bbbbbbbb"), replace(CANON, body="aaaaaaaa"))
+    photos = PhotoSet(
+        (), tuple(CameraGroup(label="", width_px=4752, height_px=3168, exif=e) for e in groups)
+    )
+    assert cameras_for(photos, [first, second]).calibrations == (second, first)
+
+
+def test_two_calibrations_that_fit_alike_are_refused() -> None:
+    first = calibrated()
+    second = replace(first, camera=replace(first.camera, fx=11100.0, fy=11102.0))
+    with pytest.raises(CalibrationError, match="2 calibrations given fit"):
+        cameras_for(photo_set((4752, 3168)), [first, second])
+    assert cameras_for(photo_set((4752, 3168)), [first, first]).calibrations == (first,)
+    named = replace(second, label="")  # of an unknown camera: the other says more
+    assert cameras_for(photo_set((4752, 3168)), [named, first]).calibrations == (first,)
+
+
+def test_a_digital_zoom_lengthens_the_guess_or_widens_its_sigma() -> None:
+    by_sensor = focal_from_exif(replace(CANON, digital_zoom=1.5), 4752, 3168)
+    assert by_sensor.focal_px == pytest.approx(1.5 * focal_from_exif(CANON, 4752, 3168).focal_px)
+    counted = Exif(focal_35mm=39.0, digital_zoom=1.5)
+    guess = focal_from_exif(counted, 4032, 3024)
+    assert guess.focal_px == pytest.approx(39 / 43.267 * 5040, rel=1e-3)
+    not_counted = guess.focal_px * 1.5
+    assert (not_counted - guess.focal_px) / guess.focal_px < 2 * guess.relative_sigma
 
 
 def test_photos_that_lost_their_exif_take_the_calibration_of_their_size() -> None:

@@ -20,7 +20,13 @@ def write_photo(tmp_path: Path) -> Writer:
         exif = Image.Exif()
         exif[0x010F], exif[0x0110] = tags.get("make", "Maker"), tags.get("model", "Model 1")
         exif[0x0112] = tags.get("orientation", 1)
-        exif.get_ifd(0x8769)[0x920A] = tags.get("focal_mm", 50.0)
+        details = exif.get_ifd(0x8769)
+        details[0x920A] = tags.get("focal_mm", 50.0)
+        for tag, value in (("lens", 0xA434), ("film_mm", 0xA405), ("zoom", 0xA404)):
+            if tag in tags:
+                details[value] = tags[tag]
+        if "serial" in tags:
+            details[0xA431] = tags["serial"]
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         picture.save(path, exif=exif)

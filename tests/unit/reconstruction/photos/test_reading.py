@@ -40,6 +40,34 @@ def test_cameras_are_told_apart_by_model_focal_length_and_size(
     assert (photos.cameras[3].width_px, photos.cameras[3].height_px) == (90, 120)
 
 
+def test_each_lens_and_zoom_of_a_phone_is_a_camera_of_its_own(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    main = {"lens": "back camera 5.7mm f/1.5", "focal_mm": 5.7, "film_mm": 26}
+    tele = {"lens": "back camera 9mm f/2.8", "focal_mm": 9.0, "film_mm": 77}
+    write_photo("1 main.jpg", 1, **main)
+    write_photo("2 main upright.jpg", 2, **main, orientation=6)
+    write_photo("3 tele.jpg", 3, **tele)
+    write_photo("4 main zoomed.jpg", 4, **{**main, "film_mm": 39}, zoom=1.5)
+    write_photo("5 main zoomed, film as before.jpg", 5, **main, zoom=1.5)
+    write_photo("6 main cropped.jpg", 6, **{**main, "film_mm": 39})
+    write_photo("7 main no zoom.jpg", 7, **main, zoom=0.0)
+    photos = read_photos([tmp_path])
+    assert [photo.camera_idx for photo in photos.photos] == [0, 0, 1, 2, 3, 4, 0]
+    assert "enlarged 1.5 times" in photos.cameras[2].label
+
+
+def test_two_bodies_of_one_model_are_told_apart_but_not_named(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    for number, serial in enumerate(("1234567", "7654321", "1234567", "0000000")):
+        write_photo(f"{number}.jpg", number, serial=serial)
+    photos = read_photos([tmp_path])
+    assert [photo.camera_idx for photo in photos.photos] == [0, 1, 0, 2]
+    assert photos.cameras[2].exif.body is None
+    assert "1234567" not in repr(photos)
+
+
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_pixels_stay_as_the_sensor_stored_them(
     write_photo: Writer, tmp_path: Path, orientation: int

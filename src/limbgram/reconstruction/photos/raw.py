@@ -1,0 +1,127 @@
+"""Raw files: what a sensor saw, developed by LibRaw through rawpy (the extra `raw`).
+
+In      a camera's raw file, such as .dng, .nef or .cr3.
+Out     an opened picture for Pillow: eight bits of red, green and blue in the sensor's frame.
+        Its header opens at once; it is developed on demand.
+Method  As the camera balanced white, and all photos of a capture alike: nothing is brightened by
+        what a single photo shows, no lens correction is applied, and the whole sensor is kept. It
+        is a few pixels larger than the JPEG that the camera makes of it, so a camera is calibrated
+        from raw files where raw files are measured.
+        EXIF comes from the file where it is built like a TIFF (most are), else from the JPEG that
+        it holds, else from what LibRaw knows of the lens.
+Fails   OSError or SyntaxError: the file is broken, its camera is not known to LibRaw, or rawpy is
+        not there.
+"""
+
+import io
+import os
+import struct
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from PIL.ExifTags import IFD, Base
+from PIL.ImageFile import ImageFile
+
+HAS_RAW = find_spec("rawpy") is not None
+RAW_SUFFIXES = (".3fr", ".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".rw2")
+NO_RAW = (
+    "a raw file, for which a decoder must be added: pip install 'limbgram[raw]'. Or export it as "
+    "JPEG or TIFF without cropping"
+)
+"""Why such a file is set aside where rawpy is not installed."""
+BAD_RAW = (
+    "a raw file that cannot be developed: it is broken, or its camera is newer than rawpy. Copy it "
+    "again from the camera, or export it as JPEG or TIFF without cropping"
+)
+
+_ORIENTATION_OF_FLIP = {0: 1, 3: 3, 5: 8, 6: 6}
+_TIFF = (b"II*\0", b"MM\0*")
+_BROKEN = (OSError, SyntaxError, ValueError, TypeError, LookupError, EOFError, struct.error)
+
+
+class RawPicture(ImageFile):
+    """The developed picture of a raw file."""
+
+    format = "RAW"
+    format_description = "Camera raw file, developed"
+
+    _developed = False
+
+    def _open(self) -> None:
+        library = _library()
+        with library.RawPy() as raw:
+            try:
+                raw.open_file(os.fsdecode(self.filename))
+                sizes = raw.sizes
+                self._exif = _exif_of(raw, Path(os.fsdecode(self.filename)))
+            except library.LibRawError as error:
+                raise SyntaxError(f"LibRaw: {error}") from error
+        self._size = (sizes.width, sizes.height)
+        self._mode = "RGB"
+        self.tile = []
+        orientation = _ORIENTATION_OF_FLIP.get(sizes.flip, 1)
+        self._exif[Base.Orientation] = orientation
+
+    def getexif(self) -> Image.Exif:
+        return self._exif or Image.Exif()
+
+    def load(self) -> Any:
+        """Develop the picture, once."""
+        if self._developed:
+            return super().load()
+        library = _library()
+        with library.RawPy() as raw:
+            try:
+                raw.open_file(os.fsdecode(self.filename))
+                raw.unpack()
+                pixels = raw.postprocess(
+                    user_flip=0, use_camera_wb=True, no_auto_bright=True, output_bps=8
+                )
+            except library.LibRawError as error:
+                raise OSError(f"LibRaw: {error}") from error
+        developed = Image.fromarray(pixels)
+        self._developed = True
+        self._size = developed.size
+        self.im = developed.im
+        return super().load()
+
+
+def _library() -> Any:
+    try:
+        return import_module("rawpy")
+    except ImportError as error:
+        raise SyntaxError("rawpy is not installed") from error
+
+
+def _exif_of(raw: Any, path: Path) -> Image.Exif:
+    """What the file says about its camera."""
+    exif = Image.Exif()
+    try:
+        with path.open("rb") as stream:
+            if stream.read(4) in _TIFF:
+                stream.seek(0)
+                exif.load_from_fp(stream)
+                return _kept(exif)
+        return _kept(Image.open(io.BytesIO(raw.extract_thumb().data), formats=("JPEG",)).getexif())
+    except (*_BROKEN, _library().LibRawError):
+        return _as_libraw_knows(raw)
+
+
+def _kept(read: Image.Exif) -> Image.Exif:
+    """A copy that needs no open file, with the fields that describe the camera."""
+    exif = Image.Exif()
+    exif.update({tag: read[tag] for tag in (Base.Make, Base.Model) if tag in read})
+    exif.get_ifd(IFD.Exif).update(read.get_ifd(IFD.Exif))
+    return exif
+
+
+def _as_libraw_knows(raw: Any) -> Image.Exif:
+    exif = Image.Exif()
+    details = exif.get_ifd(IFD.Exif)
+    details[Base.LensModel] = raw.lens.model
+    details[Base.FocalLength] = raw.other.focal_length
+    details[Base.FNumber] = raw.other.aperture
+    return exif
