@@ -1,6 +1,7 @@
 """The case folder: what lies where, taking photos in, and the lock that keeps it to one run.
 
 CASE/photos/          the photos as received: copies, never altered
+CASE/frames/VIDEO/    of a video: the frames that were taken, and why (see `frames`)
 CASE/camera.json      the camera (camera-2.json, ... where there are several)
 CASE/stages/NAME/     one folder a stage: product.json, arrays.npz, stage.json (key, options)
 CASE/deliverables/    the files for other programs
@@ -47,6 +48,10 @@ class CaseFolder:
     @property
     def photos(self) -> Path:
         return self.root / "photos"
+
+    @property
+    def frames(self) -> Path:
+        return self.root / "frames"
 
     @property
     def left_out(self) -> Path:

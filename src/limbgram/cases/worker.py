@@ -13,11 +13,12 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
 from limbgram.cases.folder import CaseFolder, locked, sweep, with_disk_advice
+from limbgram.cases.frames import with_frames
 from limbgram.cases.job import Job, do, read_job
 from limbgram.cases.record import State, add_message, write_record
 from limbgram.cases.store import CachingRun
@@ -83,6 +84,7 @@ def work(job: Job, events: Events, stop: int) -> int:
 def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
     case = run.case
     try:
+        job = replace(job, sources=with_frames(case, job.sources, run))
         key = key_of(job)
     except LimbgramError as error:
         # Nothing of the case was touched: results that lie there still are what they were.

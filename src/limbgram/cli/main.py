@@ -52,6 +52,10 @@ COMMANDS = {
         "accuracy:accuracy_command",
         "Say how accurate a finished case is: one page, a PDF of two pages, and JSON.",
     ),
+    "frames": (
+        "frames:frames_command",
+        "Take the sharp, well-spread frames out of a video, and say why each was taken or not.",
+    ),
     "calibrate": (
         "calibrate:calibrate_command",
         "Find the lens of a camera from photos of a flat board at different angles.",

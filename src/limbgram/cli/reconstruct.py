@@ -39,7 +39,10 @@ class SurfaceMethod(StrEnum):
 def reconstruct_command(
     photos: Annotated[
         list[Path],
-        typer.Argument(help="Photos of the limb, or folders of them; NAME.png is a mask of NAME."),
+        typer.Argument(
+            help="Photos of the limb, folders of them, or a video of a walk round it; NAME.png is "
+            "a mask of NAME."
+        ),
     ],
     case: Annotated[Path, typer.Option("-o", "--out", help="Case folder: new, or to continue.")],
     camera: Annotated[

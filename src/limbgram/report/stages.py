@@ -1,6 +1,8 @@
 """Stages: their names for people, on a page and at a terminal."""
 
 _STAGES = {
+    "survey": "Follow the film",
+    "choose frames": "Choose its frames",
     "read photos": "Read the photos",
     "cameras for": "Cameras",
     "detect": "Feature points",

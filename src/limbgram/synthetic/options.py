@@ -32,6 +32,9 @@ class CaptureOptions:
     photos: int = 15
     rings: int = 1
     """Heights at which the photographer walks round, 1 to 3."""
+    filmed: bool = False
+    """Whether the photos are the frames of a film: one walk of uneven speed in which each place
+    follows from the one before."""
     distance_mm: float = 1500.0
     """From the camera to the limb's middle; the lens is focused there and stays so."""
     width_px: int = 1500

@@ -88,6 +88,33 @@ def walk_round(
     return tuple(poses)
 
 
+def film_round(target: Vector3, distance_mm: float, frames: int, seed: int) -> tuple[Rigid, ...]:
+    """Poses of a film: once round and a little more, up and down, now faster and now slower."""
+    rng = np.random.default_rng((seed, 6))
+    time = np.arange(frames) / frames
+
+    def swaying(amplitude: float, waves: int = 3) -> np.ndarray:
+        phases, sizes = rng.uniform(0, 2 * np.pi, waves), rng.uniform(0.3, 1.0, waves)
+        turns = 2 * np.pi * np.arange(1, waves + 1)[:, None] * time
+        sway = (sizes[:, None] * np.sin(turns + phases[:, None])).sum(0)
+        return amplitude * sway / np.abs(sway).max()
+
+    azimuth = np.radians(rng.uniform(0, 360) + 372.0 * time + swaying(14.0))
+    elevation = np.radians(_ELEVATIONS_DEG[0] + 6.0 + swaying(12.0))
+    distance = distance_mm * (1.0 + swaying(0.05))
+    aims = target + np.column_stack([swaying(12.0), swaying(12.0), swaying(12.0)])
+    rolls_deg = swaying(4.0)
+    away = np.column_stack(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+    )
+    centres = target + away * distance[:, None]
+    return tuple(_held(*at) for at in zip(centres, aims, rolls_deg, strict=True))
+
+
 def over_board(outline: Points3, camera: Camera, photos: int, seed: int) -> tuple[Rigid, ...]:
     """Poses over a flat board that see its whole outline, tilted by up to 40 degrees.
 

@@ -14,7 +14,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
 from limbgram.synthetic.options import CaptureOptions
-from limbgram.synthetic.photographer import camera_of, over_board, walk_round
+from limbgram.synthetic.photographer import camera_of, film_round, over_board, walk_round
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.rendering.renderer import seen
@@ -54,7 +54,11 @@ def stage_truth(options: CaptureOptions) -> Truth:
     )
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
     target = np.array([0.0, 0.0, BASE_MM + _AIM * limb.height_mm])
-    ring = walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)
+    ring = (
+        film_round(target, options.distance_mm, options.photos, options.seed)
+        if options.filmed
+        else walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)
+    )
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
     tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
     return Truth(
