@@ -8,13 +8,12 @@ lens is a phone's, as wide as one of 26 mm on film, in pictures of 4 x 3.
 """
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
-from limbgram.synthetic.rendering.renderer import SAMPLES
 
 PHOTOS = (8, 15, 30, 60)
 MEGAPIXELS = (1.0, 4.0, 15.0)
@@ -23,7 +22,7 @@ _CAMERA = Lens(focal_mm=50.0, sensor_width_mm=22.3)
 _PHONE = Lens(
     make="Apple",
     model="iPhone 13",
-    name="26 mm wide",
+    name="wide 26mm",
     focal_mm=7.36,
     sensor_width_mm=9.8,
     aperture=1.6,
@@ -55,7 +54,7 @@ class Setting:
         """Photos on one ring up to 20, on two up to 40, on three beyond."""
         across, down = (4, 3) if self.phone else (3, 2)
         width_px = 2 * round((self.megapixels * 1e6 * across / down) ** 0.5 / 2)
-        return CaptureOptions(
+        options = CaptureOptions(
             photos=self.photos,
             rings=1 if self.photos <= 20 else 2 if self.photos <= 40 else 3,
             width_px=width_px,
@@ -63,8 +62,8 @@ class Setting:
             seed=self.seed,
             distance_mm=self.distance_mm,
             lens=_PHONE if self.phone else _CAMERA,
-            samples=2 if self.phone else SAMPLES,
         )
+        return replace(options, blur_px=0.7, samples=2) if self.phone else options
 
     @property
     def arguments(self) -> list[str]:
