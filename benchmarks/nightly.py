@@ -104,10 +104,12 @@ def run_set(name: str, data: Path | None) -> dict[str, Any]:
         folder = Path(scratch) / name
         if name != DEMO and data is not None:
             return one_set(data / "rendered" / name, folder, None)
-        ran = timed([LIMBGRAM, "demo", "-o", str(folder)])
+        ran = {"reconstruct": timed([LIMBGRAM, "demo", "-o", str(folder)])}
+        if not (folder / "case" / "summary.json").exists():
+            return ran
         summary = json.loads((folder / "case" / "summary.json").read_text("utf-8"))
         compared = accuracy(folder / "case", folder / "capture")
-        return {"reconstruct": ran, "summary": summary, "accuracy": compared}
+        return ran | {"summary": summary, "accuracy": compared}
 
 
 def committed(name: str) -> dict[str, Any]:
@@ -118,22 +120,23 @@ def committed(name: str) -> dict[str, Any]:
 
 
 def figures_of(one: dict[str, Any]) -> dict[str, float]:
-    """The figures that have bounds; NaN where the run gave none."""
-    ran, truth = one["reconstruct"], one["accuracy"]["truth"]
-    photos = one["summary"]["photos"]
+    """The figures that have bounds; without those that the run did not come to."""
+    ran = one["reconstruct"]
+    cost = {"exit code": ran["exit_code"], "CPU s": ran["cpu_s"], "peak MB": ran["peak_mb"]}
+    truth = one.get("accuracy", {}).get("truth")
+    if truth is None:
+        return cost
     girths = [level["error_mm"] for level in truth["girths"]]
-    return {
-        "exit code": ran["exit_code"],
-        "photos placed": sum(photo["placed"] for photo in photos),
+    sigma = truth["sigma"]
+    return cost | {
+        "photos placed": sum(photo["placed"] for photo in one["summary"]["photos"]),
         "RMS mm": truth["rms_mm"],
         "95 % mm": truth["p95_mm"],
         "bias mm": truth["mean_mm"],
         "scale error %": 100 * truth["scale_error"],
         "worst girth mm": max(girths, key=abs, default=math.nan),
         "volume error %": 100 * truth["volume_error"],
-        "error / sigma": truth["sigma"]["robust_spread"],
-        "CPU s": ran["cpu_s"],
-        "peak MB": ran["peak_mb"],
+        "error / sigma": math.nan if sigma is None else sigma["robust_spread"],
     }
 
 

@@ -69,3 +69,11 @@ def test_the_committed_results_have_every_figure(nightly: ModuleType) -> None:
         assert figures.keys() == nightly.BOUNDS.keys()
         assert all(math.isfinite(value) for value in figures.values())
         assert figures["exit code"] == 0
+
+
+def test_a_run_that_was_refused_lies_outside(nightly: ModuleType) -> None:
+    known = nightly.figures_of(nightly.committed("limb_ring15"))
+    refused = {"reconstruct": {"exit_code": 4, "cpu_s": known["CPU s"], "peak_mb": 300}}
+    findings = nightly.judged(known, nightly.figures_of(refused))
+    outside = {finding.name for finding in findings if not finding.inside}
+    assert outside == nightly.BOUNDS.keys() - {"CPU s"}
