@@ -62,7 +62,7 @@ COMMANDS = {
     ),
     "print": (
         "print_board:print_command",
-        "Make a board to print in true size, and the board file that knows its measured size.",
+        "Make sheets to print in true size, and files that know their measured size.",
     ),
     "demo": (
         "demo:demo_command",

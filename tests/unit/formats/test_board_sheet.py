@@ -6,7 +6,8 @@ import pypdfium2
 import pytest
 
 from limbgram.core.errors import OptionsError
-from limbgram.formats.board_sheet import BoardSheet, PageName, draw_board_sheet
+from limbgram.formats.sheets.boards import draw_board_sheet
+from limbgram.formats.sheets.page import PageName, Sheet
 from limbgram.reconstruction.targets.board import Board
 
 DPI = 600
@@ -17,16 +18,17 @@ CORNER_MM = np.array([12.0, 21.0])
 """Where the pattern begins on the page."""
 
 
-def raster(sheet: BoardSheet) -> np.ndarray:
+def raster(sheet: Sheet) -> np.ndarray:
     page = pypdfium2.PdfDocument(sheet.pdf)[0]
     assert page.get_width() * 25.4 / 72 == pytest.approx(sheet.width_mm, abs=0.01)
     assert page.get_height() * 25.4 / 72 == pytest.approx(sheet.height_mm, abs=0.01)
     return page.render(scale=DPI / 72, grayscale=True).to_numpy().squeeze()
 
 
-def corners_mm(sheet: BoardSheet) -> np.ndarray:
+def corners_mm(sheet: Sheet) -> np.ndarray:
     """The inner corners, found from 0.3 mm off, mm from the pattern's corner."""
     picture, board = raster(sheet), sheet.board
+    assert board is not None
     mm = np.array([sheet.width_mm, sheet.height_mm]) / picture.shape[::-1]  # whole pixels a page
     start = (board.corners_mm[:, :2] + CORNER_MM + 0.3) / mm - 0.5
     enough = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-4)

@@ -1,0 +1,1 @@
+"""Sheets: what is printed for a capture, as PDF in true size; `kinds` lists all."""

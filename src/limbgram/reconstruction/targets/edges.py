@@ -1,0 +1,404 @@
+"""Edges of a dark square to hundredths of a pixel, on flat and on bent paper.
+
+In      linear light of a photo, the four corners to a pixel or two, the code inside, and the lens.
+Out     the four corners, each the crossing of two fitted sides, and how well the sides fit.
+Method  Pixels are taken to where a lens without distortion would have them. A side's profile is
+        l(t, n) = a0 + a1 t + (h0 + h1 t) erf((n - c - m t - k t^2) / s sqrt 2), t along the side
+        from -1 to 1 and n across it in pixels: a line (c, m), its bend k, its blur s, and light
+        that changes along the side, fitted by Levenberg and Marquardt to all pixels of a band
+        that keeps clear of corners and, as far as it can, of the code. What light the code's
+        white cells still spill over the black border is known from the code, and taken off.
+        Straight sides stay straight under such a lens, so a bend that is surely there means bent
+        paper, and only then k is kept: it costs a corner two to three times the noise.
+Limits  Light must be linear. A tone curve moves all four sides outwards or inwards alike, which
+        moves corners along the diagonals and leaves the crossing of the diagonals where it is.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float32, Float64, UInt8
+from scipy.special import erf
+
+from limbgram.core.geometry.arrays import GreyImage, Points2
+from limbgram.core.geometry.lens import Camera
+from limbgram.core.optimisation import Descent, Trial, minimise
+
+Code = UInt8[np.ndarray, "c c"]
+_CODES = np.arange(256) / 255.0
+_LINEAR_OF_CODE: Float32[np.ndarray, "256"] = (
+    255 * np.where(_CODES <= 0.04045, _CODES / 12.92, ((_CODES + 0.055) / 1.055) ** 2.4)
+).astype(np.float32)
+_ROUNDS = 4
+_SETTLED_PX = 0.02
+_FIRST_BLUR_PX = 0.8
+_LEAST_BLUR_PX, _MOST_BLUR_PX = 0.15, 12.0
+_CLEAR_BLURS = 2.0
+"""Blurs that the band keeps from the code's cells."""
+_CORNER_BLURS, _CORNER_PX = 2.5, 1.2
+"""Blurs, and pixels at least, that the band keeps from the next side."""
+_MOST_REACH_PX = 5.0
+_LEAST_PIXELS = 24
+_BEND, _BLUR = 2, 3
+"""Places among a band's unknowns."""
+_BEND_CHI2 = 18.5
+"""Of four bends: one flat mark in a thousand has more."""
+_LEAST_SIGMA_PX = 0.02
+"""Of a bend: sampling and rounding to 8 bits bend the sides of the best photo so far."""
+_DESCENT = Descent(iterations=25, smallest_gain=1e-7, least_gain=1e-12)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SquareFit:
+    """A square whose sides were fitted."""
+
+    corners_px: Float64[np.ndarray, "4 2"]
+    centre_px: Float64[np.ndarray, "2"]
+    """Where the diagonals cross, which perspective keeps."""
+    sigmas_px: Float64[np.ndarray, "4"]
+    """Formal sigma of one coordinate of each corner: a relative weight, no promise."""
+    blur_px: float
+    contrast: float
+    """Half the step from black to white, of 255 in linear light."""
+    misfit: float
+    """RMS of the residuals over the contrast, of the worst side."""
+    bent: bool
+    """Whether the sides are surely no straight lines."""
+
+
+def linear_light(luma: GreyImage) -> Float32[np.ndarray, "h w"]:
+    """Light of sRGB codes, 0 to 255."""
+    codes: UInt8[np.ndarray, "h w"] = np.asarray(luma, np.uint8)
+    return _LINEAR_OF_CODE[codes]
+
+
+def fit_square(
+    light: Float32[np.ndarray, "h w"],
+    corners_px: Float64[np.ndarray, "4 2"],
+    code: Code,
+    camera: Camera | None = None,
+) -> SquareFit | None:
+    """Fit the four sides of a dark square on white.
+
+    Args:
+        corners_px: Clockwise as printed, to a pixel or two.
+        code: The square's cells, row by row: 1 white, 0 black; the outer ones are black. As much
+            white as one cell must lie outside.
+        camera: Lens of the photo; None takes pixels as they are, and distortion for a bend.
+
+    Returns:
+        None where the square is too small, cut off by the picture, or no square of dark on white.
+    """
+    patch = _patch(light, corners_px, 1 / len(code), camera)
+    if patch is None:
+        return None
+    corners = patch.straight(corners_px)
+    sides = _first_sides(corners)
+    blur_px = _FIRST_BLUR_PX
+    for turn in range(_ROUNDS):
+        fits = [_fit(patch, sides, k, code, blur_px, bends=turn > 0) for k in range(4)]
+        found = [one for one in fits if one is not None]
+        if len(found) < 4:
+            return None
+        blur_px = float(np.median([one.blur_px for one in found]))
+        moved = _crossings(found)
+        if moved is None or not np.isfinite(moved).all():
+            return None
+        change_px = float(np.abs(moved - corners).max())
+        corners, sides = moved, found
+        if turn > 0 and change_px < _SETTLED_PX:
+            break
+    bent = sum((one.curve[2] / one.sigma_bend) ** 2 for one in sides) > _BEND_CHI2
+    if not bent:
+        flat = [_fit(patch, sides, k, code, blur_px, bends=False) for k in range(4)]
+        sides = [one for one in flat if one is not None]
+        straight = _crossings(sides) if len(sides) == 4 else None
+        if straight is None:
+            return None
+        corners = straight
+    centre = _centre(corners)
+    if not np.isfinite(corners).all() or not np.isfinite(centre).all():
+        return None
+    return SquareFit(
+        corners_px=patch.bent_back(corners),
+        centre_px=patch.bent_back(centre[None])[0],
+        sigmas_px=_sigmas_px(sides),
+        blur_px=float(np.median([one.blur_px for one in sides])),
+        contrast=min(one.contrast for one in sides),
+        misfit=max(one.misfit for one in sides),
+        bent=bool(bent),
+    )
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """Pixels round a square, where a lens without distortion would have them."""
+
+    xy: Points2
+    light: Float64[np.ndarray, " n"]
+    camera: Camera | None
+
+    def straight(self, xy_px: Points2) -> Points2:
+        return _straight(xy_px, self.camera)
+
+    def bent_back(self, xy: Points2) -> Points2:
+        camera = self.camera
+        if camera is None:
+            return xy
+        ideal = (xy - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+        return np.asarray(camera.project(np.column_stack([ideal, np.ones(len(ideal))])))
+
+
+def _straight(xy_px: Points2, camera: Camera | None) -> Points2:
+    if camera is None:
+        return xy_px
+    return camera.normalize(xy_px) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+
+
+def _patch(
+    light: Float32[np.ndarray, "h w"],
+    corners_px: Float64[np.ndarray, "4 2"],
+    border: float,
+    camera: Camera | None,
+) -> _Patch | None:
+    """The pixels of the square and a border round it; None where the picture cuts it off."""
+    if not np.isfinite(corners_px).all():
+        return None
+    low, high = corners_px.min(0), corners_px.max(0)
+    margin = min(border * float((high - low).max()), _MOST_REACH_PX) + 2.0
+    left, top = np.floor(low - margin).astype(int).tolist()
+    right, bottom = np.ceil(high + margin).astype(int).tolist()
+    height, width = light.shape
+    if min(low) < 2 or high[0] > width - 3 or high[1] > height - 3:
+        return None
+    left, top, right, bottom = max(left, 0), max(top, 0), min(right, width), min(bottom, height)
+    y, x = np.mgrid[top:bottom, left:right].reshape(2, -1)
+    xy = np.column_stack([x, y]).astype(float)
+    near = _near_sides(xy, corners_px, margin)
+    xy = xy[near]
+    grey = light[top:bottom, left:right].ravel()[near].astype(float)
+    return _Patch(_straight(xy, camera), grey, camera)
+
+
+def _near_sides(
+    xy: Points2, corners: Float64[np.ndarray, "4 2"], margin: float
+) -> Bool[np.ndarray, " n"]:
+    near = np.zeros(len(xy), bool)
+    for first, last in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = last - first
+        length = max(float(np.hypot(*along)), 1e-9)
+        across = (xy - first) @ np.array([along[1], -along[0]]) / length
+        near |= np.abs(across) < margin
+    return near
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Side:
+    """One side: a curve over its chord, and how it fits."""
+
+    middle: Float64[np.ndarray, "2"]
+    along: Float64[np.ndarray, "2"]
+    outward: Float64[np.ndarray, "2"]
+    half_px: float
+    curve: Float64[np.ndarray, "3"]
+    """Offset, slope and bend: n = c + m t + k t^2."""
+    covariance: Float64[np.ndarray, "3 3"]
+    blur_px: float = _FIRST_BLUR_PX
+    contrast: float = 0.0
+    misfit: float = 0.0
+
+    @property
+    def sigma_bend(self) -> float:
+        return max(float(np.sqrt(self.covariance[2, 2])), _LEAST_SIGMA_PX)
+
+    def coordinates(self, xy: Points2) -> Points2:
+        """t along the side, n across it in pixels, outwards."""
+        off = xy - self.middle
+        return np.column_stack([off @ self.along / self.half_px, off @ self.outward])
+
+    def beyond(self, xy: Points2) -> Float64[np.ndarray, " n"]:
+        """Pixels outwards from the curve, negative inside the square."""
+        t, n = self.coordinates(xy).T
+        t = np.clip(t, -1.3, 1.3)
+        return n - (self.curve[0] + t * (self.curve[1] + t * self.curve[2]))
+
+    def at(self, t: float) -> Float64[np.ndarray, "2"]:
+        n = self.curve[0] + t * (self.curve[1] + t * self.curve[2])
+        return self.middle + t * self.half_px * self.along + n * self.outward
+
+    def slope(self, t: float) -> Float64[np.ndarray, "2"]:
+        n = self.curve[1] + 2 * t * self.curve[2]
+        return self.half_px * self.along + n * self.outward
+
+
+def _first_sides(corners: Points2) -> list[_Side]:
+    """Straight sides between corners that run clockwise in the picture."""
+    return [_straight_between(corners[k], corners[(k + 1) % 4]) for k in range(4)]
+
+
+def _straight_between(first: Float64[np.ndarray, "2"], last: Float64[np.ndarray, "2"]) -> _Side:
+    half_px = max(0.5 * float(np.hypot(*(last - first))), 1e-6)
+    along = (last - first) / (2 * half_px)
+    return _Side(
+        middle=0.5 * (first + last),
+        along=along,
+        outward=np.array([along[1], -along[0]]),
+        half_px=half_px,
+        curve=np.zeros(3),
+        covariance=np.eye(3),
+    )
+
+
+def _fit(
+    patch: _Patch, sides: list[_Side], k: int, code: Code, blur_px: float, *, bends: bool
+) -> _Side | None:
+    """Fit one side to the pixels of its band."""
+    side, border = sides[k], 1 / len(code)
+    opposite, before, after = sides[(k + 2) % 4], sides[k - 1], sides[(k + 1) % 4]
+    depth_px = -float(side.beyond(opposite.middle[None])[0])
+    reach_px = max(border * depth_px - _CLEAR_BLURS * blur_px, 0.55 * border * depth_px)
+    reach_px = min(reach_px, _MOST_REACH_PX)
+    clear_px = max(_CORNER_BLURS * blur_px, _CORNER_PX)
+    away = side.beyond(patch.xy)
+    taken = np.abs(away) <= reach_px
+    taken[taken] = (before.beyond(patch.xy[taken]) < -clear_px) & (
+        after.beyond(patch.xy[taken]) < -clear_px
+    )
+    if np.count_nonzero(taken) < _LEAST_PIXELS:
+        return None
+    t, n = side.coordinates(patch.xy[taken]).T
+    spilt = _spilt(side, np.rot90(code, k)[1], border * depth_px, t, away[taken])
+    band = _Band(t, n, patch.light[taken] - spilt, bends)
+    start = band.start(side.curve if bends else side.curve * (1, 1, 0), blur_px)
+    found = minimise(start, band.cost(start), band.linearised, _DESCENT)
+    blur, contrast = float(found[3]), float(found[6])
+    if not (contrast > 0 and math.isfinite(blur)):
+        return None
+    rms = math.sqrt(2 * band.cost(found) / len(t))
+    return replace(
+        side,
+        curve=found[:3].copy(),
+        covariance=band.covariance(found),
+        blur_px=blur,
+        contrast=contrast,
+        misfit=rms / contrast,
+    )
+
+
+def _spilt(
+    side: _Side,
+    cells: UInt8[np.ndarray, " c"],
+    depth_px: float,
+    t: Float64[np.ndarray, " n"],
+    away_px: Float64[np.ndarray, " n"],
+) -> Float64[np.ndarray, " n"]:
+    """Light of the white cells that lie `depth_px` inside a side, by its last fit."""
+    if side.contrast <= 0:
+        return np.zeros(len(t))
+    wide = side.blur_px * math.sqrt(2)
+    bounds = np.linspace(-1, 1, len(cells) + 1)
+    steps = erf((t[:, None] - bounds) * side.half_px / wide)
+    white = 0.5 * (steps[:, :-1] - steps[:, 1:]) @ cells.astype(float)
+    return side.contrast * white * (1 - erf((away_px + depth_px) / wide))
+
+
+@dataclass(frozen=True)
+class _Band:
+    """Pixels of one side: unknowns are c, m, k, s, a0, a1, h0, h1."""
+
+    t: Float64[np.ndarray, " n"]
+    n: Float64[np.ndarray, " n"]
+    light: Float64[np.ndarray, " n"]
+    bends: bool
+
+    def start(self, curve: Float64[np.ndarray, "3"], blur_px: float) -> Float64[np.ndarray, "8"]:
+        low, high = np.percentile(self.light, [5, 95])
+        rest = [blur_px, (low + high) / 2, 0.0, max((high - low) / 2, 1e-3), 0.0]
+        return np.concatenate([curve, rest])
+
+    def cost(self, state: Float64[np.ndarray, "8"]) -> float:
+        return 0.5 * float((self._misses(state) ** 2).sum())
+
+    def linearised(
+        self, state: Float64[np.ndarray, "8"]
+    ) -> Callable[[float], Trial[Float64[np.ndarray, "8"]] | None]:
+        misses, slopes, free = self._misses(state), self._slopes(state), self._free
+        normal, right = slopes.T @ slopes, slopes.T @ misses
+
+        def step(damping: float) -> Trial[Float64[np.ndarray, "8"]] | None:
+            tried = state.copy()
+            tried[free] -= np.linalg.solve(normal + damping * np.diag(np.diag(normal)), right)
+            tried[_BLUR] = min(max(tried[_BLUR], _LEAST_BLUR_PX), _MOST_BLUR_PX)
+            return Trial(tried, self.cost(tried))
+
+        return step
+
+    def covariance(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, "3 3"]:
+        """Of offset, slope and bend; zero for a bend that was held."""
+        slopes, free = self._slopes(state), self._free
+        variance = 2 * self.cost(state) / max(1, len(self.t) - len(free))
+        covariance = np.zeros((8, 8))
+        covariance[np.ix_(free, free)] = variance * np.linalg.inv(slopes.T @ slopes)
+        return covariance[:3, :3]
+
+    @property
+    def _free(self) -> list[int]:
+        return list(range(8)) if self.bends else [k for k in range(8) if k != _BEND]
+
+    def _misses(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, " n"]:
+        c, m, k, s, a0, a1, h0, h1 = state
+        t = self.t
+        profile = erf((self.n - c - t * (m + t * k)) / (s * math.sqrt(2)))
+        return a0 + a1 * t + (h0 + h1 * t) * profile - self.light
+
+    def _slopes(self, state: Float64[np.ndarray, "8"]) -> Float64[np.ndarray, "n k"]:
+        """Derivatives of the misses by the free unknowns."""
+        c, m, k, s, _, _, h0, h1 = state
+        t, ones = self.t, np.ones(len(self.t))
+        blurs = (self.n - c - t * (m + t * k)) / (s * math.sqrt(2))
+        step = -(h0 + h1 * t) * np.exp(-(blurs**2)) * math.sqrt(2 / math.pi) / s
+        profile = erf(blurs)
+        columns = [step, step * t, step * t * t, step * blurs * math.sqrt(2)]
+        columns += [ones, t, profile, profile * t]
+        return np.column_stack([columns[k] for k in self._free])
+
+
+def _crossings(sides: list[_Side]) -> Points2 | None:
+    """Corner k, where the side before meets side k."""
+    corners = np.empty((4, 2))
+    for k in range(4):
+        before, after = sides[k - 1], sides[k]
+        t = np.array([1.0, -1.0])
+        for _ in range(8):
+            gap = before.at(t[0]) - after.at(t[1])
+            turn = np.column_stack([before.slope(t[0]), -after.slope(t[1])])
+            if abs(np.linalg.det(turn)) < 1e-9:
+                return None
+            t = t - np.linalg.solve(turn, gap)
+            if not np.abs(t).max() < 2.5:
+                return None
+        corners[k] = after.at(t[1])
+    return corners
+
+
+def _sigmas_px(sides: list[_Side]) -> Float64[np.ndarray, "4"]:
+    sigmas = np.empty(4)
+    for k in range(4):
+        before, after = sides[k - 1], sides[k]
+        across = np.linalg.inv(np.array([before.outward, after.outward]))
+        ends = (np.array([1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0]))
+        variances = [
+            float(end @ side.covariance @ end)
+            for end, side in zip(ends, (before, after), strict=True)
+        ]
+        spread = across @ np.diag(variances) @ across.T
+        sigmas[k] = math.sqrt(max(0.5 * float(np.trace(spread)), 0.0))
+    return sigmas
+
+
+def _centre(corners: Points2) -> Float64[np.ndarray, "2"]:
+    rows = np.column_stack([corners, np.ones(4)])
+    crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))
+    return crossing[:2] / crossing[2]

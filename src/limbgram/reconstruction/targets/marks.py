@@ -1,0 +1,188 @@
+"""Coded marks: single AprilTag or ArUco markers, found in photos and measured by their sides.
+
+In      a PhotoSet, the marks' dictionary, and the lens of each photo if it is known.
+Out     MarkDetections: for each photo the marks that it shows, their corners and centres.
+Method  OpenCV reads the codes and says to a pixel or two where the squares are; which release of
+        it does so leaves no trace, because `edges` fits all four sides anew. A mark that a photo
+        shows twice, or whose sides do not fit, is named and not believed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64, Int32
+
+from limbgram.core.errors import OptionsError
+from limbgram.core.geometry.arrays import GreyImage
+from limbgram.core.geometry.lens import Camera
+from limbgram.core.run import in_parallel
+from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.targets.board import DICTIONARIES, parse_dictionary
+from limbgram.reconstruction.targets.edges import SquareFit, fit_square, linear_light
+
+KIT_DICTIONARY = "APRILTAG_36H11"
+"""Of the marks that are printed here: its codes differ in 11 bits at least, so that paint is
+hardly ever taken for one, and no mark of the scale board (4X4_50) for another."""
+
+SEARCH_BYTES = 11.0
+"""A pixel, while marks are looked for: OpenCV's copies, and four bytes of linear light."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkOptions:
+    """When a mark is believed."""
+
+    max_misfit: float = 0.2
+    """RMS of the grey residuals over the contrast, of the worst side."""
+    max_shift: float = 0.12
+    """Farthest that the fit may move a corner from where OpenCV saw it, in sides."""
+    least_shift_px: float = 2.5
+    """A corner may always move so far."""
+    min_contrast: float = 6.0
+    """Half the step from black to white, of 255 in linear light."""
+    min_side_px: float = 14.0
+    """Of the shortest side."""
+
+
+DEFAULTS = MarkOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoMarks:
+    """The marks seen in one photo."""
+
+    name: str
+    photo_idx: int
+    """Place in the PhotoSet."""
+    ids: Int32[np.ndarray, " n"]
+    """Codes, ascending; each stands once."""
+    corners_px: Float64[np.ndarray, "n 4 2"]
+    """From the mark's own top left, clockwise as printed."""
+    centres_px: Float64[np.ndarray, "n 2"]
+    """Where the diagonals cross."""
+    sigmas_px: Float64[np.ndarray, " n"]
+    """Formal sigma of one coordinate of a corner; a relative weight, no promise."""
+    bent: Bool[np.ndarray, " n"]
+    """Whether the mark surely lies on something round."""
+    doubtful_ids: Int32[np.ndarray, " m"]
+    """Marks that were read but not believed."""
+    doubts: tuple[str, ...]
+    """Why, for each doubtful mark."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkDetections:
+    """Marks of one dictionary in all photos that show any."""
+
+    dictionary: str
+    photos: tuple[PhotoMarks, ...]
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """All marks that were believed somewhere."""
+        return tuple(sorted({int(one) for photo in self.photos for one in photo.ids}))
+
+    def seen_in(self, mark_id: int) -> int:
+        """Photos that show a mark."""
+        return sum(int((photo.ids == mark_id).any()) for photo in self.photos)
+
+
+def find_marks(
+    photos: PhotoSet,
+    dictionary: str = KIT_DICTIONARY,
+    lenses: Sequence[Camera] = (),
+    options: MarkOptions = DEFAULTS,
+) -> MarkDetections:
+    """Find all marks of a dictionary in all photos.
+
+    Args:
+        lenses: The lens of each photo; none: distortion is taken for bent paper.
+    """
+    dictionary = parse_dictionary(dictionary)
+    if lenses and len(lenses) != len(photos.photos):
+        raise OptionsError(
+            f"{len(lenses)} lenses were given for {len(photos.photos)} photos. Give one for each "
+            "photo, or none."
+        )
+
+    def work(photo_idx: int) -> PhotoMarks:
+        photo = photos.photos[photo_idx]
+        lens = lenses[photo_idx] if lenses else None
+        found = marks_in(load_luma(photo), dictionary, lens, options)
+        good = [one for one in found if not one.doubt and one.fit is not None]
+        fits = [one.fit for one in good if one.fit is not None]
+        bad = [one for one in found if one.doubt]
+        return PhotoMarks(
+            name=photo.name,
+            photo_idx=photo_idx,
+            ids=np.array([one.mark_id for one in good], np.int32),
+            corners_px=np.array([fit.corners_px for fit in fits]).reshape(-1, 4, 2),
+            centres_px=np.array([fit.centre_px for fit in fits]).reshape(-1, 2),
+            sigmas_px=np.array([float(np.mean(fit.sigmas_px)) for fit in fits]),
+            bent=np.array([fit.bent for fit in fits], bool),
+            doubtful_ids=np.array([one.mark_id for one in bad], np.int32),
+            doubts=tuple(one.doubt for one in bad),
+        )
+
+    each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
+    seen = in_parallel(work, range(len(photos.photos)), each_mb=each_mb)
+    shown = tuple(one for one in seen if len(one.ids) or len(one.doubtful_ids))
+    return MarkDetections(dictionary=dictionary, photos=shown)
+
+
+class FoundMark(NamedTuple):
+    """A mark that was read."""
+
+    mark_id: int
+    fit: SquareFit | None
+    doubt: str
+    """Why it is not believed; empty where it is."""
+
+
+def marks_in(
+    luma: GreyImage,
+    dictionary: str = KIT_DICTIONARY,
+    camera: Camera | None = None,
+    options: MarkOptions = DEFAULTS,
+) -> tuple[FoundMark, ...]:
+    """The marks of one picture, by their codes."""
+    codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    corners, ids, _ = cv2.aruco.ArucoDetector(codes, parameters).detectMarkers(luma)
+    if not len(corners):
+        return ()
+    cells = codes.markerSize + 2
+    light = linear_light(luma)
+    labels = [int(one) for one in np.asarray(ids).ravel()]
+    found: list[FoundMark] = []
+    for k in np.argsort(labels, kind="stable").tolist():
+        label = labels[k]
+        square = np.asarray(corners[k], float).reshape(4, 2)
+        if labels.count(label) > 1:
+            found.append(FoundMark(label, None, "the photo shows this mark twice"))
+            continue
+        code = (codes.generateImageMarker(label, cells) > 0).astype(np.uint8)
+        fit = fit_square(light, square, code, camera)
+        found.append(FoundMark(label, fit, _doubt(square, fit, options)))
+    return tuple(found)
+
+
+def _doubt(square: Float64[np.ndarray, "4 2"], fit: SquareFit | None, options: MarkOptions) -> str:
+    sides_px = np.linalg.norm(square - np.roll(square, -1, axis=0), axis=1)
+    if sides_px.min() < options.min_side_px:
+        return f"it is {sides_px.min():.0f} px small; {options.min_side_px:.0f} px are needed"
+    if fit is None:
+        return "a side is cut off, hidden or has no white round it"
+    shift_px = float(np.linalg.norm(fit.corners_px - square, axis=1).max())
+    if shift_px > max(options.least_shift_px, options.max_shift * float(sides_px.mean())):
+        return f"the fit moved a corner by {shift_px:.1f} px"
+    if fit.misfit > options.max_misfit:
+        return "a side is no edge of black on white"
+    if fit.contrast < options.min_contrast:
+        return "hardly any contrast"
+    return ""
