@@ -90,8 +90,10 @@ def shade_each(
         pixels[:, :2] = (pixels[:, :2] + 0.5) * n - 0.5
         face_idx, weights = rasterise(pixels, mesh.faces, frame.height_px * n, frame.width_px * n)
         facing = turned(normals, frame.picture_from_world)
-        return [
-            _lit(
+        # matplotlib 3.9 draws no array that a kernel from numba's cache made: its type is a copy.
+        lit = [np.zeros((frame.height_px, frame.width_px, 4), np.uint8) for _ in paints]
+        for paint, picture in zip(paints, lit):
+            _light(
                 face_idx,
                 weights,
                 mesh.faces,
@@ -100,16 +102,15 @@ def shade_each(
                 filled,
                 np.array([CLAY]) if paint is None else np.ascontiguousarray(paint, np.float64),
                 1.0 if paint is None else _PAINT_RELIEF,
-                n,
+                picture,
             )
-            for paint in paints
-        ]
+        return lit
 
     return in_parallel(pictures, frames)
 
 
 @nb.njit(cache=True, nogil=True)
-def _lit(
+def _light(
     face_idx: np.ndarray,
     weights: np.ndarray,
     faces: np.ndarray,
@@ -118,11 +119,14 @@ def _lit(
     filled: np.ndarray,
     paint: np.ndarray,
     relief: float,
-    n: int,
-):
-    """Colour by light, of the ground or of what is filled, and opacity, mean of n by n samples."""
-    height, width = face_idx.shape[0] // n, face_idx.shape[1] // n
-    picture = np.zeros((height, width, 4), np.uint8)
+    picture: np.ndarray,
+) -> None:
+    """Fill colour by light, of the ground or of what is filled, and opacity.
+
+    Each is the mean of the samples of a pixel, as many along each side as `face_idx` has more rows.
+    """
+    height, width, _ = picture.shape
+    n = face_idx.shape[0] // height
     normal, ground, total = np.empty(3), np.empty(3), np.empty(3)
     painted = len(paint) > 1
     for row in range(height):
@@ -157,7 +161,6 @@ def _lit(
                 for axis in range(3):
                     picture[row, column, axis] = round(total[axis] / covered)
                 picture[row, column, 3] = round(255 * covered / (n * n))
-    return picture
 
 
 @nb.njit(cache=True, nogil=True)
