@@ -30,6 +30,7 @@ from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.typed import Mismatch, Strictness, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
@@ -46,7 +47,7 @@ from limbgram.report.alignment import Truth
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
-from limbgram.report.record.sources import CaseSource
+from limbgram.report.record.sources import CaseAccuracy, CaseSource
 from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
 
 T = TypeVar("T")
@@ -122,6 +123,7 @@ def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> 
 
 _FEWEST_CAMERAS = 3
 _LARGEST_BYTES = 4_000_000
+_AS_FAR_AS_CITED = Strictness(pass_over_unknown=True)
 
 
 def read_truth(path: Path, evidence: Evidence, alignment: Alignment) -> KnownTruth:
@@ -260,8 +262,8 @@ def cited(case: CaseFolder) -> CaseSource:
             "accuracy` on the case again."
         )
     try:
-        accuracy = unsealed(accuracy)
-    except LookupError as error:
+        said = value_of(unsealed(accuracy), CaseAccuracy, strictness=_AS_FAR_AS_CITED)
+    except (LookupError, Mismatch) as error:
         raise CaseError(
             f"The accuracy.json of {case.root} is not as it was written: it is damaged, was "
             "edited, or is older than this version. Run `limbgram accuracy` on the case again."
@@ -276,7 +278,7 @@ def cited(case: CaseFolder) -> CaseSource:
             f"The case {case.root} has no scale, so nothing in it is in millimetres. Leave --case "
             "out, or reconstruct with a board or known distances."
         )
-    return CaseSource(sha256=hash_of_record, accuracy=accuracy, files=files)
+    return CaseSource(sha256=hash_of_record, accuracy=said, files=files)
 
 
 _MOST_TRIED = 2000

@@ -2,14 +2,12 @@
 
 import json
 import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from limbgram.cases.encoding import to_tree
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.store import CachingRun
@@ -61,6 +59,54 @@ class CaseRecord:
     files: tuple[FileEntry, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
+class _PhotoEntry:
+    """A photo that was read, and whether it was placed."""
+
+    name: str
+    sha256: str
+    placed: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _StageRun(StageEntry):
+    """A stage that was stopped or refused before it was timed."""
+
+    reused: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TimedStage(_StageRun):
+    """A stage that ended."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Content:
+    """What is written to case.json, in this order."""
+
+    schema: str = SCHEMA
+    state: State
+    message: str
+    verdict: Verdict | None
+    superseded: str | None
+    """Folder of the earlier run's results that no longer stand."""
+    job: str
+    written: str
+    """Date and time, UTC."""
+    versions: dict[str, str]
+    python: str
+    system: str
+    photos: tuple[_PhotoEntry, ...]
+    set_aside: tuple[SetAside, ...]
+    stages: tuple[_StageRun, ...]
+    files: tuple[FileEntry, ...]
+
+
 def read_record(case: CaseFolder) -> CaseRecord:
     """The record of a case.
 
@@ -90,26 +136,22 @@ def write_record(
         job: Key of what was asked for (`superseding.key_of`).
         verdict: Of a finished run.
     """
-    record = {
-        "schema": SCHEMA,
-        "state": state,
-        "message": message,
-        "verdict": tree_of(verdict),
-        "superseded": case.superseded.name if case.superseded.is_dir() else None,
-        "job": job,
-        "written": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": {name: version(name) for name in ("limbgram", *_LIBRARIES)},
-        "python": platform.python_version(),
-        "system": platform.platform(),
-        "photos": [] if done is None else _photos(done),
-        "set_aside": [] if done is None else _set_aside(done.photos.set_aside),
-        "stages": [
-            {"stage": name, "key": key, "reused": name in run.reused, **_timing(run, idx)}
-            for idx, (name, key) in enumerate(run.keys.items())
-        ],
-        "files": _files(case) if state == "finished" else [],
-    }
-    write_json(case.record, record)
+    content = _Content(
+        state=state,
+        message=message,
+        verdict=verdict,
+        superseded=case.superseded.name if case.superseded.is_dir() else None,
+        job=job,
+        written=datetime.now(UTC).isoformat(timespec="seconds"),
+        versions={name: version(name) for name in ("limbgram", *_LIBRARIES)},
+        python=platform.python_version(),
+        system=platform.platform(),
+        photos=() if done is None else _photos(done),
+        set_aside=() if done is None else done.photos.set_aside,
+        stages=_stages(run),
+        files=_files(case) if state == "finished" else (),
+    )
+    write_json(case.record, tree_of(content))
 
 
 def add_message(case: CaseFolder, message: str) -> None:
@@ -124,32 +166,42 @@ def write_json(path: Path, content: Any) -> None:
         beside.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
 
 
-def _photos(done: Reconstruction) -> list[dict[str, Any]]:
+def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:
     verdicts = {verdict.name: verdict for verdict in done.metric.scene.verdicts}
-    return [
-        {
-            "name": photo.name,
-            "sha256": photo.sha256,
-            "placed": verdicts[photo.name].placed,
-            "reason": verdicts[photo.name].reason,
-        }
+    return tuple(
+        _PhotoEntry(
+            name=photo.name,
+            sha256=photo.sha256,
+            placed=verdicts[photo.name].placed,
+            reason=verdicts[photo.name].reason,
+        )
         for photo in done.photos.photos
-    ]
+    )
 
 
-def _set_aside(parts: Sequence[SetAside]) -> list[dict[str, str]]:
-    return [{"name": part.name, "reason": part.reason} for part in parts]
+def _stages(run: CachingRun) -> tuple[_StageRun, ...]:
+    """In the order of the run; the last one may have no timing."""
+    found: list[_StageRun] = []
+    for idx, (name, key) in enumerate(run.keys.items()):
+        reused = name in run.reused
+        if idx >= len(run.timings):
+            found.append(_StageRun(stage=name, key=key, reused=reused))
+            continue
+        took = run.timings[idx]
+        found.append(
+            _TimedStage(
+                stage=name,
+                key=key,
+                reused=reused,
+                wall_s=took.wall_s,
+                cpu_s=took.cpu_s,
+                peak_mb=took.peak_mb,
+            )
+        )
+    return tuple(found)
 
 
-def _timing(run: CachingRun, idx: int) -> dict[str, Any]:
-    """Of a stage; none for the one that was stopped or refused before it was timed."""
-    if idx >= len(run.timings):
-        return {}
-    tree: Any = to_tree(run.timings[idx], [], str)
-    return {name: tree[name] for name in ("wall_s", "cpu_s", "peak_mb")}
-
-
-def _files(case: CaseFolder) -> list[dict[str, Any]]:
+def _files(case: CaseFolder) -> tuple[FileEntry, ...]:
     """What was delivered; hidden files are half written ones, or of the system."""
     files = sorted(
         file
@@ -157,7 +209,7 @@ def _files(case: CaseFolder) -> list[dict[str, Any]]:
         if file.is_file()
         and not any(part.startswith(".") for part in file.relative_to(case.deliverables).parts)
     )
-    return [
-        {"path": file.relative_to(case.root).as_posix(), "sha256": file_sha256(file)}
+    return tuple(
+        FileEntry(path=file.relative_to(case.root).as_posix(), sha256=file_sha256(file))
         for file in files
-    ]
+    )

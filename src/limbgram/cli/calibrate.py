@@ -11,6 +11,7 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import written_whole
 from limbgram.core.run import Run
+from limbgram.core.typed import tree_of
 from limbgram.formats.camera import require_camera_place, write_camera
 from limbgram.reconstruction.calibration.board import BoardCalibration, calibrate
 from limbgram.reconstruction.photos.reading import read_photos
@@ -52,7 +53,7 @@ def calibrate_command(
     save_calibration(result, out, report)
     return Reply(
         (calibration_text(result), f"Written: {out}"),
-        {"camera": str(out), **calibration_summary(result)},
+        {"camera": str(out), **tree_of(calibration_summary(result))},
     )
 
 

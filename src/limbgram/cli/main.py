@@ -34,7 +34,7 @@ No photos at hand? `limbgram demo` makes some and goes all the way.
 - **0**: done
 - **1**: a bug of ours: please report the traceback
 - **2**: an option cannot be used
-- **3**: photos, camera file or case folder cannot be read or written
+- **3**: photos, camera file or case folder cannot be read, or the folder not written
 - **4**: the photos cannot give the answer: the message says why and what to do
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the case continues

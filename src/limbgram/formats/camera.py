@@ -1,8 +1,7 @@
 """The camera file: one calibration as JSON that people can read.
 
 Pixel (0, 0) is the centre of the top left pixel; the lens model is geometry.camera's. Sigmas
-are written for people; what is read back is the covariance they come from. A file is written
-beside its place, synced and renamed, so an interrupted write leaves the old one.
+are written for people; what is read back is the covariance they come from.
 """
 
 import json
@@ -15,7 +14,7 @@ from typing import Literal, cast
 import numpy as np
 
 from limbgram.core.errors import CaseError
-from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.calibration.cameras import Calibration
@@ -72,7 +71,8 @@ def write_camera(
     """Keep a calibration, and in `provenance` where it comes from (board, photos, program).
 
     Raises:
-        CaseError: the file cannot be written, or would take the place of another one.
+        CaseError: the file would take the place of another one.
+        ExportError: it cannot be written.
     """
     require_camera_place(path)
     camera = calibration.camera
@@ -95,15 +95,7 @@ def write_camera(
         "provenance": dict(provenance or {}),
     }
     text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with written_whole(path) as beside:
-            beside.write_bytes(text.encode())
-    except OSError as error:
-        raise CaseError(
-            f"The camera file {path} cannot be written: {error.strerror or error}. Check that "
-            "its folder exists, may be written to and has room."
-        ) from error
+    write_bytes(path, text.encode())
 
 
 def require_camera_place(path: Path) -> None:

@@ -6,7 +6,7 @@ misses shows as a pattern), where the board was seen, the RMS of every photo, an
 
 import io
 import math
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,8 +18,82 @@ from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.reconstruction.calibration.adjustment import BOARD_TERMS
 from limbgram.reconstruction.calibration.board import BoardCalibration
 from limbgram.reconstruction.calibration.screening import Estimate
+from limbgram.reconstruction.photos.photo import SetAside
 
 _BLUE, _ORANGE, _GREY = "#1f5a8a", "#d9822b", "#777777"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LensNumber:
+    """A parameter of the lens."""
+
+    value: float
+    sigma: float
+    fixed: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class TestedNumber:
+    """A parameter that is delivered only where the photos show it."""
+
+    value: float
+    sigma: float
+    delivered: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LensCorrelations:
+    """Of the lens; zero rows for what was held fixed."""
+
+    order: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoverageSummary:
+    """Where in the picture the board was seen."""
+
+    seen: float
+    """Share of the picture."""
+    reach: tuple[float, ...]
+    """Towards top left, top right, bottom left and bottom right, 0 to 1."""
+    edge_sigmas_px: tuple[float, ...]
+    """Of a ray's place in these corners; NaN where the lens has no inverse."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardPhoto:
+    """A photo that was used."""
+
+    name: str
+    rms_px: float
+    corners: int
+    corners_left_out: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationSummary:
+    """What `limbgram calibrate --json` replies."""
+
+    camera: str
+    size_px: tuple[int, int]
+    board: str
+    rms_px: float
+    sigma0_px: float
+    """Standard deviation of one coordinate of one corner."""
+    sigma_inflation: float
+    """Factor on all sigmas for errors that the corners of one photo share."""
+    parameters: dict[str, LensNumber]
+    correlations: LensCorrelations
+    pixel_aspect: Estimate
+    skew_px: TestedNumber
+    k3: TestedNumber
+    board_shape: dict[str, Estimate] | None
+    """How the board differs from flat and true; None: it does not."""
+    coverage: CoverageSummary
+    photos: tuple[BoardPhoto, ...]
+    set_aside: tuple[SetAside, ...]
+    doubts: tuple[str, ...]
 
 
 def calibration_picture(result: BoardCalibration) -> bytes:
@@ -66,47 +140,49 @@ def calibration_text(result: BoardCalibration) -> str:
     return "\n".join(lines + [""] + [f"! {doubt}" for doubt in result.doubts])
 
 
-def calibration_summary(result: BoardCalibration) -> dict[str, Any]:
-    """The same for machines; plain values that JSON can hold."""
+def calibration_summary(result: BoardCalibration) -> CalibrationSummary:
+    """The same for machines."""
     calibration, camera = result.calibration, result.calibration.camera
     shape = result.board_shape
-    return {
-        "camera": calibration.label,
-        "size_px": [camera.width_px, camera.height_px],
-        "board": str(result.board),
-        "rms_px": calibration.rms_px,
-        "sigma0_px": result.sigma0_px,
-        "sigma_inflation": result.inflation,
-        "parameters": {
-            name: {"value": float(value), "sigma": float(sigma), "fixed": bool(sigma == 0)}
+    return CalibrationSummary(
+        camera=calibration.label,
+        size_px=(camera.width_px, camera.height_px),
+        board=str(result.board),
+        rms_px=calibration.rms_px,
+        sigma0_px=result.sigma0_px,
+        sigma_inflation=result.inflation,
+        parameters={
+            name: LensNumber(value=float(value), sigma=float(sigma), fixed=bool(sigma == 0))
             for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas)
         },
-        "correlations": {"order": list(PARAMETERS), "matrix": result.correlations.tolist()},
-        "pixel_aspect": _record(result.aspect),
-        "skew_px": {**_record(result.skew), "delivered": result.skew_delivered},
-        "k3": {**_record(result.k3), "delivered": result.k3_delivered},
-        "board_shape": None
-        if shape is None
-        else {name: _record(one) for name, one in zip(BOARD_TERMS, shape)},
-        "coverage": {
-            "seen": result.coverage.seen,
-            "reach": result.coverage.reach.tolist(),
-            "edge_sigmas_px": [
-                None if math.isnan(one) else one for one in result.edge_sigmas_px.tolist()
-            ],
-        },
-        "photos": [
-            {
-                "name": photo.name,
-                "rms_px": photo.rms_px,
-                "corners": len(photo.ids),
-                "corners_left_out": photo.dropped,
-            }
+        correlations=LensCorrelations(
+            order=PARAMETERS, matrix=tuple(map(tuple, result.correlations.tolist()))
+        ),
+        pixel_aspect=result.aspect,
+        skew_px=TestedNumber(
+            value=result.skew.value, sigma=result.skew.sigma, delivered=result.skew_delivered
+        ),
+        k3=TestedNumber(
+            value=result.k3.value, sigma=result.k3.sigma, delivered=result.k3_delivered
+        ),
+        board_shape=None if shape is None else dict(zip(BOARD_TERMS, shape)),
+        coverage=CoverageSummary(
+            seen=result.coverage.seen,
+            reach=tuple(result.coverage.reach.tolist()),
+            edge_sigmas_px=tuple(result.edge_sigmas_px.tolist()),
+        ),
+        photos=tuple(
+            BoardPhoto(
+                name=photo.name,
+                rms_px=photo.rms_px,
+                corners=len(photo.ids),
+                corners_left_out=photo.dropped,
+            )
             for photo in result.photos
-        ],
-        "set_aside": [{"name": one.name, "reason": one.reason} for one in result.set_aside],
-        "doubts": list(result.doubts),
-    }
+        ),
+        set_aside=result.set_aside,
+        doubts=result.doubts,
+    )
 
 
 def _draw_residuals(axes: Axes, result: BoardCalibration) -> None:
@@ -176,7 +252,3 @@ def _decimals(sigma: float) -> int:
 
 def _spread(sigma: float) -> str:
     return plus_minus(Interval.of_sigma(sigma), _decimals(sigma))
-
-
-def _record(one: Estimate) -> dict[str, float]:
-    return {"value": one.value, "sigma": one.sigma}

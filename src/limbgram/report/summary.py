@@ -21,9 +21,10 @@ from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
-from limbgram.report.accuracy.assessment import INTENDED_USE, Assessment
+from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.judgement import Light
 from limbgram.report.drawings.charts import ImageScale, image_scales
+from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
 
@@ -158,7 +159,7 @@ class Summary:
 
     schema: Literal["limbgram-summary/2"] = SCHEMA
     verdict: Verdict
-    intended_use: str = INTENDED_USE
+    intended_use: str = OF_SCANS
     unit: Literal["mm", "unitless"]
     scale: ScaleSummary
     photos: tuple[PhotoSummary, ...]

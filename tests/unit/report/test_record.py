@@ -10,12 +10,13 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import HOLDS
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.typed import value_of
 from limbgram.report.html import html_of
 from limbgram.report.pdf import Line, sheets_of
 from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import RecordOptions, record_of
-from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
+from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.edits.percent import Reduction
 from limbgram.workbench.edits.regional import Load
 from limbgram.workbench.frame.landmarks import in_limb_frame
@@ -67,12 +68,16 @@ def source(limb: Limb, digit: str = "a") -> ShapeSource:
 def case(**accuracy: Any) -> CaseSource:
     tree = {
         "light": "green",
-        "lengths": {"check": [{}, {}], "check_worst": 0.001, "check_rms": 0.0004},
-        "truth": None,
+        "lengths": {
+            "check": [{"label": "A-B"}, {"label": "B-C"}],
+            "check_worst": 0.001,
+            "check_rms": 0.0004,
+        },
         "expected": {"rms_mm": 0.05, "p95_mm": 0.1, "basis": "vertex sigmas"},
         **accuracy,
     }
-    return CaseSource(sha256=64 * "c", accuracy=tree, files=frozenset([64 * "a"]))
+    said = value_of(tree, CaseAccuracy)
+    return CaseSource(sha256=64 * "c", accuracy=said, files=frozenset([64 * "a"]))
 
 
 def lines(limb: Limb, of_case: CaseSource | None = None) -> dict[str, Any]:

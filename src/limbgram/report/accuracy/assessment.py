@@ -36,11 +36,7 @@ from limbgram.report.accuracy.judgement import (
 )
 from limbgram.report.accuracy.limits import Finding, findings
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
-
-INTENDED_USE = (
-    "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
-    "device: a qualified professional verifies dimensions before anything is made from them."
-)
+from limbgram.report.intended_use import OF_SCANS
 
 ACCURACY_SCHEMA = "limbgram-accuracy/1"
 
@@ -72,7 +68,7 @@ class Assessment:
             "light": self.light,
             "headline": self.headline,
             "reasons": list(self.reasons),
-            "intended_use": INTENDED_USE,
+            "intended_use": OF_SCANS,
             "criteria": tree_of(self.criteria),
             "findings": tree_of(self.findings),
             **tree_of(self.figures),

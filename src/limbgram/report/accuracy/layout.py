@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from limbgram.report.accuracy.assessment import INTENDED_USE, Assessment
+from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
     Series,
     bars,
@@ -44,6 +44,7 @@ from limbgram.report.blocks import (
     Text,
 )
 from limbgram.report.drawings.drawing import BLUE, GREEN, ORANGE, Picture
+from limbgram.report.intended_use import OF_SCANS
 
 MEANING = (
     "Green: finer than a socket's fit can show. Amber: usable, with the doubt that is named. Red: "
@@ -64,7 +65,7 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
         ),
         cards=_cards(assessment),
         note=MEANING,
-        intended_use=INTENDED_USE,
+        intended_use=OF_SCANS,
         sections=(
             _findings(assessment),
             *_pictures(pictures),

@@ -69,31 +69,31 @@ def mean_radius_mm(measures: Measures) -> float:
 def _scale(case: CaseSource | None, radius_mm: float) -> Bias:
     if case is None:
         return _unknown("scale", "no case is named: --case tells how it was checked")
-    lengths = case.accuracy["lengths"]
-    if not lengths["check"]:
+    lengths = case.accuracy.lengths
+    if not lengths.check or lengths.check_rms is None or lengths.check_worst is None:
         return _unknown("scale", "no length checked it that had not set it")
-    worst, rms = abs(lengths["check_worst"]), lengths["check_rms"]
+    worst = abs(lengths.check_worst)
     return Bias(
         step="scale",
         bias_mm=None,
-        typical_mm=rms * radius_mm,
+        typical_mm=lengths.check_rms * radius_mm,
         largest_mm=worst * radius_mm,
         volume_share=None,
-        basis=f"worst of {len(lengths['check'])} check lengths off by {100 * worst:.3f} %, at the "
+        basis=f"worst of {len(lengths.check)} check lengths off by {100 * worst:.3f} %, at the "
         f"mean radius of {radius_mm:.0f} mm",
     )
 
 
 def _surface(mesh: Mesh, case: CaseSource | None) -> Bias:
     if case is not None:
-        expected = case.accuracy["expected"]
+        expected = case.accuracy.expected
         return Bias(
             step="surface",
             bias_mm=None,
-            typical_mm=expected["rms_mm"],
+            typical_mm=expected.rms_mm,
             largest_mm=None,
             volume_share=None,
-            basis=f"expected, from the {expected['basis']}; without a truth no bias is known",
+            basis=f"expected, from the {expected.basis}; without a truth no bias is known",
         )
     known = None if mesh.sigma_mm is None else mesh.sigma_mm[np.isfinite(mesh.sigma_mm)]
     if known is None or not len(known):

@@ -23,6 +23,7 @@ from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.drawings.walls import wall_map
+from limbgram.report.intended_use import OF_SHAPES
 from limbgram.report.record.advice import findings
 from limbgram.report.record.bias import biases
 from limbgram.report.record.sources import (
@@ -51,11 +52,6 @@ from limbgram.workbench.measures.measuring import (
 from limbgram.workbench.measures.table import tree as measures_tree
 
 SCHEMA = "limbgram-report/1"
-INTENDED_USE = (
-    "Shape capture and computer-aided shaping of casts and limbs by qualified prosthetic and "
-    "orthotic professionals. Not for diagnosis. A professional must verify dimensions before "
-    "fabrication. Not a cleared medical device."
-)
 NAMES_NOTE = (
     "No name is printed here: files are told by the first digits of their SHA-256, landmarks "
     "with names of their own by numbers in the order of the limb file."
@@ -131,7 +127,7 @@ def record_of(
         "id": nameless_shape.id,
         "side": frame.side,
         "unit": "mm",
-        "intended_use": INTENDED_USE,
+        "intended_use": OF_SHAPES,
         "names": NAMES_NOTE,
         "size_mm": np.ptp(mesh.vertices_mm, axis=0).tolist(),
         "triangles": len(mesh.faces),
@@ -207,14 +203,14 @@ def _recipe(done: Replaying, printed: Mapping[str, str]) -> Json:
 
 def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> Json:
     hashes = {source.sha256 for source in (shape, against) if source is not None}
-    lengths = case.accuracy["lengths"]
+    lengths = case.accuracy.lengths
     return {
         "id": case.id,
-        "light": case.accuracy["light"],
+        "light": case.accuracy.light,
         "delivered": bool(hashes & case.files),
-        "check_lengths": len(lengths["check"]),
-        "check_worst": lengths["check_worst"],
-        "expected_p95_mm": case.accuracy["expected"]["p95_mm"],
+        "check_lengths": len(lengths.check),
+        "check_worst": lengths.check_worst,
+        "expected_p95_mm": case.accuracy.expected.p95_mm,
     }
 
 

@@ -9,13 +9,13 @@ Replaying: a recipe done again, so that a record's ledger is computed and not co
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.report.accuracy.judgement import Light
 from limbgram.workbench.frame.landmarks import NAMES
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
@@ -54,13 +54,47 @@ class RecipeSource:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CheckLength:
+    """A known length that did not set the scale, as far as a record cites it."""
+
+    label: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckedScale:
+    """How the scale of a case was checked."""
+
+    check: tuple[CheckLength, ...]
+    check_rms: float | None
+    """None, as in accuracy.json, where nothing checked it."""
+    check_worst: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedOfCase:
+    """The error that a case expects on its surface."""
+
+    basis: str
+    rms_mm: float | None
+    p95_mm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseAccuracy:
+    """What a record cites of accuracy.json; its names are the file's."""
+
+    light: Light
+    lengths: CheckedScale
+    expected: ExpectedOfCase
+
+
+@dataclass(frozen=True, kw_only=True)
 class CaseSource:
     """What a finished case says of its own accuracy."""
 
     sha256: str
     """Of its case.json."""
-    accuracy: dict[str, Any]
-    """The tree of its accuracy.json."""
+    accuracy: CaseAccuracy
     files: frozenset[str]
     """SHA-256 of every file that it delivered."""
 

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.core.typed import tree_of
 from limbgram.reconstruction.calibration.board import calibrate_detections
 from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
 
 
 def test_the_summary_is_json_and_holds_every_number(capture: Callable[..., Any]) -> None:
     result = calibrate_detections(*capture().arguments)
-    summary = json.loads(json.dumps(calibration_summary(result), allow_nan=False))
+    summary = json.loads(json.dumps(tree_of(calibration_summary(result)), allow_nan=False))
     camera = result.calibration.camera
     assert summary["parameters"]["fx"] == {
         "value": camera.fx,

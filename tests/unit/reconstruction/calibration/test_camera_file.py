@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from limbgram.core.errors import CaseError
+from limbgram.core.errors import CaseError, ExportError
 from limbgram.core.geometry.lens import PARAMETERS
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.reconstruction.calibration.board import calibrate_detections
@@ -94,5 +94,5 @@ def test_a_missing_file_and_a_file_for_a_folder_are_told(
         read_camera(tmp_path / "none.json")
     path = tmp_path / "file"
     path.write_text("no folder")
-    with pytest.raises(CaseError, match="cannot be written"):
+    with pytest.raises(ExportError, match="was not written"):
         write_camera(path / "camera.json", calibration)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import CalibrationError
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.reconstruction.calibration.cameras import (
     Calibration,
     cameras_for,
@@ -33,7 +33,9 @@ def calibrated(width_px: int = 4752, height_px: int = 3168) -> Calibration:
     camera = Camera(
         width_px=width_px, height_px=height_px, fx=11000.0, fy=11002.0, cx=2380.0, cy=1570.0, k1=0.1
     )
-    covariance = np.diag([4.0, 4.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
+    variances = {"fx": 4.0, "fy": 4.0, "cx": 1.0, "cy": 1.0}
+    variances |= {"k1": 1e-6, "k2": 1e-6, "p1": 1e-8, "p2": 1e-8}
+    covariance = np.diag([variances.get(name, 0.0) for name in PARAMETERS])
     return Calibration(
         camera=camera,
         covariance=covariance,

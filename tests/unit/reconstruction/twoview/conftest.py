@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.geometry.lens import LENS_SIZE, Camera, View
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.essential import fundamental_from_pose
@@ -33,7 +33,7 @@ class KnownPair:
 
 
 def board(lens: Camera = LENS) -> Calibration:
-    return Calibration(camera=lens, covariance=np.zeros((10, 10)), source="board")
+    return Calibration(camera=lens, covariance=np.zeros((LENS_SIZE, LENS_SIZE)), source="board")
 
 
 def photograph(points: np.ndarray, second_centre: np.ndarray) -> KnownPair:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import Camera
+from limbgram.core.geometry.lens import LENS_SIZE, Camera
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Ring, Scene
@@ -117,7 +117,7 @@ def evidence(make_scene: MakeScene) -> Evidence:
         for name in scene.names
     )  # fmt: skip
     group = CameraGroup(label="Model", width_px=1200, height_px=800, exif=exif)
-    covariance = np.zeros((10, 10))
+    covariance = np.zeros((LENS_SIZE, LENS_SIZE))
     covariance[0, 0] = covariance[1, 1] = 0.09
     given = Calibration(camera=LENS, covariance=covariance, source="board", label="Model")
     scale = Scale(unit="mm", source="distances", relative_sigma=0.0001, lengths=(CONTROL, CHECK))

@@ -1,0 +1,13 @@
+"""Intended use: what every page, PDF and record says of what the program is for."""
+
+OF_SCANS = (
+    "limbgram measures the outer shape of a limb or a model of it. It is not a cleared medical "
+    "device: a qualified professional verifies dimensions before anything is made from them."
+)
+"""Of a case and its accuracy, where nothing has been shaped yet."""
+OF_SHAPES = (
+    "Shape capture and computer-aided shaping of casts and limbs by qualified prosthetic and "
+    "orthotic professionals. Not for diagnosis. A professional must verify dimensions before "
+    "fabrication. Not a cleared medical device."
+)
+"""Of a record, which may be kept with what was made."""
