@@ -4,14 +4,16 @@ In      a Report; its sections say on which sheet they stand.
 Out     the bytes of a PDF; the same report gives the same bytes. Charts are vectors.
 Method  every block is laid out at its full height. Where a sheet is too full, pictures become
         smaller, optional ones are left out, and the longest table or list is shortened, row by
-        row, and says so. matplotlib writes the file: it draws the charts too, so page and paper
-        show the same ones. (reportlab wrote the text in half the time, 0.45 against 0.9 s of CPU
-        for a record, but takes no vectors from matplotlib.)
+        row, and says so. What is still too much goes on on another sheet. matplotlib writes the
+        file: it draws the charts too, so page and paper show the same ones. (reportlab wrote the
+        text in half the time, 0.45 against 0.9 s of CPU for a record, but takes no vectors from
+        matplotlib.)
+Fails   ExportError: a single block is higher than a sheet.
 """
 
 import io
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import matplotlib as mpl
@@ -26,6 +28,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from PIL import Image
 
+from limbgram.core.errors import ExportError
 from limbgram.report.blocks import (
     AdviceList,
     Banner,
@@ -60,6 +63,8 @@ _BASELINE = 0.98
 _CELL_GAP_IN = 0.14
 _ROW_PAD_IN = 0.012
 _COLUMN_GAP_IN = 0.2
+_ROUNDING_IN = 1e-6
+"""Pictures take all the room that is left: the sum of all heights is the room but for rounding."""
 _NARROWEST_IN = 0.5
 """Column of words."""
 _RULE = "#dde4e8"
@@ -139,17 +144,28 @@ class Laid:
 
 
 def sheets_of(report: Report) -> list[list[Mark]]:
-    """What is drawn on each sheet, from its upper left corner."""
+    """What is drawn on each sheet, from its upper left corner.
+
+    Raises:
+        ExportError: a single block is higher than a sheet.
+    """
     numbers = sorted({one.sheet for one in report.sections if one.sheet is not None})
     foot = _lines(report.intended_use, _WIDTH_IN, 6.5, PALE_INK)
-    sheets: list[list[Mark]] = []
+    below_head_in = PAGE_IN[1] - _MARGIN_IN - _FOOT_IN - foot.height_in - 0.1
+    filled: list[list[_Filled]] = []
     for number in numbers:
-        head = [*_head(report, number, len(numbers))]
-        sections = [_Filled(one) for one in report.sections if one.sheet == number]
-        room_in = PAGE_IN[1] - _MARGIN_IN - _FOOT_IN - foot.height_in - 0.1
-        _fit(sections, room_in - sum(part.height_in for part in head))
+        rest = [_Filled.of(one) for one in report.sections if one.sheet == number]
+        while rest:
+            head = _head(report, len(filled) + 1, len(numbers))
+            room_in = below_head_in - sum(part.height_in for part in head)
+            _fit(rest, room_in)
+            sheet, rest = _parted(rest, room_in)
+            filled.append(sheet)
+    sheets: list[list[Mark]] = []
+    for number, sections in enumerate(filled, start=1):
         marks = [*foot.at(_MARGIN_IN, PAGE_IN[1] - _FOOT_IN - foot.height_in)]
         y_in = _MARGIN_IN
+        head = _head(report, number, len(filled))
         for part in (*head, *(part for section in sections for part in section.laid())):
             marks += part.at(_MARGIN_IN, y_in)
             y_in += part.height_in
@@ -248,10 +264,11 @@ class _Filled:
     """A section on its sheet."""
 
     section: Section
-    slots: list[_Slot] = field(init=False)
+    slots: list[_Slot]
 
-    def __post_init__(self) -> None:
-        self.slots = [_Slot(block) for block in self.section.blocks if not block.page_only]
+    @staticmethod
+    def of(section: Section) -> "_Filled":
+        return _Filled(section, [_Slot(one) for one in section.blocks if not one.page_only])
 
     def laid(self) -> Iterator[Laid]:
         parts = [slot.laid() for slot in self.slots]
@@ -278,6 +295,25 @@ def _fit(sections: Sequence[_Filled], room_in: float) -> None:
         share = min(1.0, -over_in / sum(growth)) if sum(growth) > 0 else 0.0
         for slot, more_in in zip(slots, growth, strict=True):
             slot.height_in = slot.least_in + share * more_in
+
+
+def _parted(sections: list[_Filled], room_in: float) -> tuple[list[_Filled], list[_Filled]]:
+    """What fits on a sheet, and what goes on on the next one, which is nothing as a rule."""
+    over: list[_Filled] = []
+    while _height(sections) > room_in + _ROUNDING_IN:
+        last = sections[-1]
+        if not last.slots:
+            sections = sections[:-1]
+            continue
+        if len(sections) == len(last.slots) == 1:
+            raise ExportError(
+                f"The sheet {last.section.title!r} cannot be printed: one of its texts or pictures "
+                "is higher than the paper. The page (HTML) shows all; shorten names and notes."
+            )
+        if not over or over[0].section is not last.section:
+            over.insert(0, replace(last, slots=[]))
+        over[0].slots.insert(0, last.slots.pop())
+    return sections, over
 
 
 def _height(sections: Sequence[_Filled]) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
+from limbgram.core.errors import ExportError
 from limbgram.report.blocks import (
     Advice,
     AdviceList,
@@ -166,3 +167,23 @@ def test_a_pdf_is_the_same_bytes_each_time() -> None:
     made = report(Columns(figures=(Illustration(image=chart(), caption="c"),)), Text(words="x"))
     assert pdf_of(made) == pdf_of(made)
     assert html_of(made) == html_of(made)
+
+
+def test_what_cannot_be_shortened_goes_on_on_another_sheet() -> None:
+    texts = [Text(words=f"{number} " + "word " * 150) for number in range(40)]
+    sheets = sheets_of(report(*texts))
+    assert len(sheets) > 2
+    for number, sheet in enumerate(sheets, start=1):
+        lines = [mark for mark in sheet if isinstance(mark, Line)]
+        assert f"Title (sheet {number} of {len(sheets)})" in [line.words for line in lines]
+        foot_in = next(line.y_in for line in lines if line.words == "For professionals.")
+        assert max(line.y_in for line in lines) == foot_in < PAGE_IN[1]
+        written = [line.y_in for line in lines if line.y_in < foot_in]
+        assert number == len(sheets) or max(written) > 0.85 * PAGE_IN[1], "no sheet half empty"
+    begun = [mark.words.split()[0] for sheet in sheets for mark in sheet if isinstance(mark, Line)]
+    assert [one for one in begun if one.isdigit()] == [str(number) for number in range(40)]
+
+
+def test_a_text_higher_than_paper_is_refused() -> None:
+    with pytest.raises(ExportError, match="higher than the paper"):
+        sheets_of(report(Text(words="word " * 9000)))
