@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -16,6 +16,7 @@ from limbgram.core.files import write_bytes
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
+from limbgram.report.record.content import Content
 from limbgram.report.record.layout import record_report
 from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import RecipeSource, ShapeSource
@@ -82,7 +83,7 @@ def report_command(
     )
     written = _write(record, out or shape.with_name(f"{shape.stem}-report"))
     return Reply(
-        (*_lines(record.tree), *(f"Written: {path}" for path in written)),
+        (*_lines(record.content), *(f"Written: {path}" for path in written)),
         {**record.tree, "written": [str(path) for path in written]},
     )
 
@@ -115,7 +116,7 @@ def _write(record: Record, folder: Path) -> list[Path]:
         raise ExportError(
             f"The folder {folder} cannot be made: {error.strerror or error}. Choose another by -o."
         ) from error
-    report = record_report(record.tree, record.pictures)
+    report = record_report(record.content, record.pictures)
     tree = json.dumps(record.tree, indent=1, ensure_ascii=False, allow_nan=False)
     return [
         write_bytes(folder / "report.json", f"{tree}\n".encode()),
@@ -124,16 +125,14 @@ def _write(record: Record, folder: Path) -> list[Path]:
     ]
 
 
-def _lines(tree: dict[str, Any]) -> tuple[str, ...]:
+def _lines(content: Content) -> tuple[str, ...]:
     """Side and what to check, for people at a terminal."""
-    side = tree["side"]
-    found = tree["findings"]
+    side, found = content.side, content.findings
     more = [f"  and {len(found) - _SHOWN} more on the page"] if len(found) > _SHOWN else []
-    compared = tree["comparison"]
     return (
-        f"{tree['id']}: {'no side' if side == 'none' else side + ' side'}, millimetres",
-        *(() if compared is None else (compared["verdict"],)),
+        f"{content.id}: {'no side' if side == 'none' else side + ' side'}, millimetres",
+        *(() if content.comparison is None else (content.comparison["verdict"],)),
         "Before anything is made from it:",
-        *(f"  {one['what']}\n    -> {one['remedy']}" for one in found[:_SHOWN]),
+        *(f"  {one.what}\n    -> {one.remedy}" for one in found[:_SHOWN]),
         *more,
     )

@@ -100,14 +100,14 @@ def test_plus_minus_on_the_record_is_what_holds_in_95_of_100() -> None:
     shared = np.full((len(scanned.mesh), 1), 0.1, np.float32)  # the whole surface in or out
     known = replace(scanned.mesh, sigma_mm=shared[:, 0], shared_mm=shared, correlation_mm=1.0)
     bare = record_of(source(scanned))
-    tree = record_of(source(replace(scanned, mesh=known))).tree
-    page = html_of(record_report(tree, bare.pictures))
-    told = tree["measures"]["levels"][1]["tape_mm"]
+    content = record_of(source(replace(scanned, mesh=known))).content
+    page = html_of(record_report(content, bare.pictures))
+    told = content.measures["levels"][1]["tape_mm"]
     assert told["sigma"] == pytest.approx(2 * np.pi * 0.1, rel=0.02)
     assert f"{told['value']:.1f} ± {1.96 * told['sigma']:.2f}" in page
     assert f"± {told['sigma']:.2f}" not in page
     assert page.count(HOLDS) == 1
-    assert HOLDS not in html_of(record_report(bare.tree, bare.pictures))
+    assert HOLDS not in html_of(record_report(bare.content, bare.pictures))
 
 
 def test_scale_and_sock_in_millimetres_of_radius() -> None:
@@ -139,7 +139,7 @@ def test_no_name_of_file_or_landmark_is_in_the_record() -> None:
     assert record.tree["notes"] == ["shape aaaaaaaa has a seam"]
     assert record.tree["comparison"]["first"] == "shape bbbbbbbb"
     assert record.tree["comparison"]["volume"]["ml"]["difference"] == pytest.approx(0, abs=1e-6)
-    assert badge(record.tree) == "RIGHT · mm"
+    assert badge(record.content) == "RIGHT · mm"
 
 
 def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
@@ -150,7 +150,7 @@ def test_heights_may_count_from_a_landmark_whose_name_is_not_printed() -> None:
     assert record.tree["measures"]["reference"] == "own landmark 1"
     heights = [row["from_reference_mm"] for row in record.tree["measures"]["levels"]]
     assert heights[0] == pytest.approx(-60.0)
-    assert measure_rows(record.tree)[0][0] == "-60.0"
+    assert measure_rows(record.content)[0][0] == "-60.0"
 
 
 def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
@@ -202,7 +202,7 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
     assert "presses 4.0 mm on the tibial crest" in told[0]["what"]
     assert "NOT accepted in the recipe: load on tibial crest" in told[0]["what"]
     assert "tibial crest 4.9 mm" in told[2]["what"]
-    report = record_report(record.tree, record.pictures)
+    report = record_report(record.content, record.pictures)
     page = html_of(report)
     sheets = sheets_of(report)
     assert len(sheets) == 2
@@ -248,7 +248,7 @@ def test_a_wall_s_thickness_and_inside_are_in_the_record() -> None:
     expected = 2 * np.pi * 0.94 * RADIUS_MM
     assert all(girth["value"] == pytest.approx(expected, rel=1e-3) for girth in girths)
     assert [picture.name for picture in record.pictures] == ["sides", "sections", "wall"]
-    page = html_of(record_report(record.tree, record.pictures))
+    page = html_of(record_report(record.content, record.pictures))
     assert "Measures of the inside by level" in page
     assert "Of the OUTSIDE of the wall" in page
     assert "mm thick where it is thinnest" in page

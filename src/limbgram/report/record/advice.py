@@ -1,9 +1,8 @@
 """Advice: what a professional should check or know before anything is made from the shape."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, Literal
 
+from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
 from limbgram.workbench.edits.solids import LEAST_WALL_MM
@@ -11,49 +10,37 @@ from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
 
-Json = dict[str, Any]
 
-
-@dataclass(frozen=True, kw_only=True)
-class Finding:
-    """One thing to check or to know."""
-
-    topic: Literal["recipe", "case", "surface", "tape", "comparison", "file"]
-    what: str
-    remedy: str
-    gravity: Literal["serious", "mild"] = "mild"
-
-
-def findings(tree: Json, measures: Measures) -> tuple[Finding, ...]:
+def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
     """The grave ones first."""
     found = (
-        *_about_recipe(tree["recipe"]),
-        *_about_case(tree["case"]),
+        *_about_recipe(content.recipe),
+        *_about_case(content.case),
         *_about_surface(measures),
-        *_by_tape(tree),
-        *_about_comparison(tree["comparison"]),
+        *_by_tape(content),
+        *_about_comparison(content.comparison),
         *(
             Finding(topic="file", what=f"{note}.", remedy="Look at the pictures.")
-            for note in tree["notes"]
+            for note in content.notes
         ),
     )
     return tuple(sorted(found, key=lambda one: one.gravity != "serious"))
 
 
-def tape_checks(tree: Json) -> tuple[tuple[float, float], ...]:
+def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
     """Three heights from the reference and the tape girths there, lowest first."""
-    rows = [row for row in tree["measures"]["levels"] if row["tape_mm"] is not None]
+    rows = [row for row in content.measures["levels"] if row["tape_mm"] is not None]
     picked = {round(share * (len(rows) - 1)) for share in (0.25, 0.5, 0.75)} if rows else set()
     return tuple(
         (rows[idx]["from_reference_mm"], rows[idx]["tape_mm"]["value"]) for idx in sorted(picked)
     )
 
 
-def _by_tape(tree: Json) -> Iterator[Finding]:
-    checks = tape_checks(tree)
+def _by_tape(content: Content) -> Iterator[Finding]:
+    checks = tape_checks(content)
     if checks:
         girths = ", ".join(f"{girth:.0f} mm at {height:g} mm" for height, girth in checks)
-        reference = tree["measures"]["reference"]
+        reference = content.measures["reference"]
         yield Finding(
             topic="tape",
             what="No tape reading has been compared with this shape here.",
@@ -104,39 +91,39 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         )
 
 
-def _about_recipe(recipe: Json | None) -> Iterator[Finding]:
+def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:
     if recipe is None:
         return
     yield from _about_pressure(recipe)
-    for note in recipe["notes"]:
+    for note in recipe.notes:
         what = f"{note[0].upper()}{note[1:]}."
         yield Finding(topic="recipe", what=what, remedy="Check it against what you meant.")
-    if recipe["apart_mm"] is not None and recipe["apart_mm"] > SAME_MM:
+    if recipe.apart_mm is not None and recipe.apart_mm > SAME_MM:
         yield Finding(
             topic="recipe",
             what=f"The shape is not what the recipe makes of the scan: they are up to "
-            f"{recipe['apart_mm']:.2f} mm apart.",
+            f"{recipe.apart_mm:.2f} mm apart.",
             remedy="Apply the recipe again (`limbgram edit apply`), or name the recipe that made "
             "it; the ledger below is not this shape's.",
             gravity="serious",
         )
 
 
-def _about_pressure(recipe: Json) -> Iterator[Finding]:
+def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
     """Loads on what bears no pressure, great depths, and what all edits together leave there."""
-    for line in recipe["lines"]:
-        for concern in line["concerns"]:
-            if not concern["word"]:
+    for line in recipe.lines:
+        for concern in line.concerns:
+            if not concern.word:
                 continue
-            said = "accepted in the recipe" if concern["accepted"] else "NOT accepted in the recipe"
+            said = "accepted in the recipe" if concern.accepted else "NOT accepted in the recipe"
             yield Finding(
                 topic="recipe",
-                what=f"Edit {line['number']}: {concern['what']} ({said}: {concern['word']}).",
+                what=f"Edit {line.number}: {concern.what} ({said}: {concern.word}).",
                 remedy="Look whether it is meant: what is made over the shape presses there. For "
                 "room use the edit relieve.",
                 gravity="serious",
             )
-    pressed = {name: -moved for name, moved in recipe["places_mm"].items() if moved < -PRESSES_MM}
+    pressed = {name: -moved for name, moved in recipe.places_mm.items() if moved < -PRESSES_MM}
     if pressed:
         places = ", ".join(f"{name} {depth:.1f} mm" for name, depth in pressed.items())
         yield Finding(
@@ -146,22 +133,22 @@ def _about_pressure(recipe: Json) -> Iterator[Finding]:
         )
 
 
-def _about_case(case: Json | None) -> Iterator[Finding]:
+def _about_case(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
-    if not case["delivered"]:
+    if not case.delivered:
         yield Finding(
             topic="case",
             what="None of the shapes is a file of the case that is named.",
             remedy="Scale and surface of the table of biases hold only if the shape came from it.",
             gravity="serious",
         )
-    if case["light"] != "green":
+    if case.light != "green":
         yield Finding(
             topic="case",
-            what=f"The capture's own assessment is {case['light'].upper()}.",
+            what=f"The capture's own assessment is {case.light.upper()}.",
             remedy="Read the case's accuracy page: it says what limits it.",
-            gravity="serious" if case["light"] == "red" else "mild",
+            gravity="serious" if case.light == "red" else "mild",
         )
 
 

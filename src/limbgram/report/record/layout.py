@@ -1,12 +1,11 @@
 """Layout: what the page and the PDF of a record show, and in which order.
 
-In      the tree of a record and its pictures.
+In      the content of a record and its pictures.
 Out     a Report of two sheets: the shape, its measures and what to check, to be signed; what was
         done to it and how sure it is.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.report.blocks import (
@@ -25,8 +24,10 @@ from limbgram.report.blocks import (
 )
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.record.advice import tape_checks
+from limbgram.report.record.content import Content, Json, RecipeDone
+from limbgram.workbench.recipe.accepting import Concern
+from limbgram.workbench.recipe.ledger import Figures
 
-Tree = dict[str, Any]
 Row = tuple[str, ...]
 
 SIDES = {"left": "LEFT", "right": "RIGHT", "none": "NO SIDE"}
@@ -50,20 +51,20 @@ BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "ho
 FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
 
 
-def record_report(tree: Tree, pictures: Sequence[Picture]) -> Report:
+def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
     """The record, the four sides first among its pictures."""
     return Report(
-        title=f"Record of {tree['id']}",
-        banner=Banner(badge=badge(tree), words=_banner(tree), colour="blue"),
-        cards=tuple(_cards(tree)),
-        intended_use=tree["intended_use"],
+        title=f"Record of {content.id}",
+        banner=Banner(badge=badge(content), words=_banner(content), colour="blue"),
+        cards=tuple(_cards(content)),
+        intended_use=content.intended_use,
         sections=(
-            _findings(tree),
-            _shape(tree, pictures[0]),
-            _measures(tree),
-            _to_sign(tree),
-            *_comparison(tree),
-            *_recipe(tree),
+            _findings(content),
+            _shape(content, pictures[0]),
+            _measures(content),
+            _to_sign(content),
+            *_comparison(content),
+            *_recipe(content.recipe),
             *(
                 Section(title=one.title, blocks=(_illustration(one, optional=True),), sheet=2)
                 for one in pictures[1:]
@@ -72,16 +73,16 @@ def record_report(tree: Tree, pictures: Sequence[Picture]) -> Report:
                 title="What each step does to a radius",
                 blocks=(
                     Text(words=BIAS_NOTE, note=True),
-                    Table(heads=BIAS_HEADS, rows=tuple(bias_rows(tree))),
+                    Table(heads=BIAS_HEADS, rows=tuple(bias_rows(content))),
                 ),
                 sheet=2,
             ),
             Section(
                 title="Files and versions",
                 blocks=(
-                    Text(words=tree["names"], note=True),
-                    Table(heads=FILE_HEADS, rows=tuple(file_rows(tree))),
-                    Text(words=versions(tree), note=True),
+                    Text(words=content.names, note=True),
+                    Table(heads=FILE_HEADS, rows=tuple(file_rows(content))),
+                    Text(words=versions(content), note=True),
                 ),
                 sheet=2,
             ),
@@ -89,18 +90,18 @@ def record_report(tree: Tree, pictures: Sequence[Picture]) -> Report:
     )
 
 
-def _findings(tree: Tree) -> Section:
+def _findings(content: Content) -> Section:
     items = tuple(
-        Advice(what=one["what"], remedy=one["remedy"], serious=one["gravity"] == "serious")
-        for one in tree["findings"]
+        Advice(what=one.what, remedy=one.remedy, serious=one.gravity == "serious")
+        for one in content.findings
     )
     return Section(
         title="Before anything is made from it", blocks=(AdviceList(items=items),), sheet=1
     )
 
 
-def _shape(tree: Tree, picture: Picture) -> Section:
-    marks = tuple(landmark_rows(tree))
+def _shape(content: Content, picture: Picture) -> Section:
+    marks = tuple(landmark_rows(content))
     return Section(
         title=picture.title,
         blocks=(
@@ -114,30 +115,30 @@ def _shape(tree: Tree, picture: Picture) -> Section:
     )
 
 
-def _measures(tree: Tree) -> Section:
+def _measures(content: Content) -> Section:
     blocks: list[Block] = [
-        Text(words=measure_note(tree), note=True),
-        Table(heads=MEASURE_HEADS, rows=tuple(measure_rows(tree)), shorten="thin"),
+        Text(words=measure_note(content), note=True),
+        Table(heads=MEASURE_HEADS, rows=tuple(measure_rows(content)), shorten="thin"),
     ]
-    if tree["inside"] is not None:
+    if content.inside is not None:
         blocks += [
             Heading(words="Measures of the inside by level", page_only=True),
             Text(words=_skin("inside").strip(), note=True, page_only=True),
-            Table(heads=MEASURE_HEADS, rows=tuple(inside_rows(tree)), page_only=True),
+            Table(heads=MEASURE_HEADS, rows=tuple(inside_rows(content)), page_only=True),
         ]
     return Section(title="Measures by level", blocks=tuple(blocks), sheet=1)
 
 
-def _to_sign(tree: Tree) -> Section:
+def _to_sign(content: Content) -> Section:
     """Where a professional writes what the tape says."""
     blocks: list[Block] = []
-    checks = tape_checks(tree)
+    checks = tape_checks(content)
     if checks:
         labels = tuple(f"at {height:g} mm: {girth:.1f}, tape" for height, girth in checks)
         blocks = [
             Fields(labels=labels),
             Text(
-                words=f"Heights count from: {tree['measures']['reference']}. More than 1 mm or "
+                words=f"Heights count from: {content.measures['reference']}. More than 1 mm or "
                 "1 % apart: find out why before anything is made.",
                 note=True,
             ),
@@ -149,8 +150,8 @@ def _to_sign(tree: Tree) -> Section:
     )
 
 
-def _comparison(tree: Tree) -> Iterator[Section]:
-    compared = tree["comparison"]
+def _comparison(content: Content) -> Iterator[Section]:
+    compared = content.comparison
     if compared is None:
         return
     yield Section(
@@ -158,22 +159,22 @@ def _comparison(tree: Tree) -> Iterator[Section]:
         blocks=(
             Text(words=compared["verdict"]),
             Text(words=COMPARISON_NOTE, note=True),
-            Table(heads=CHANGE_HEADS, rows=tuple(change_rows(tree)), page_only=True),
+            Table(heads=CHANGE_HEADS, rows=tuple(change_rows(content)), page_only=True),
         ),
         sheet=2,
     )
 
 
-def _recipe(tree: Tree) -> Iterator[Section]:
-    if tree["recipe"] is None:
+def _recipe(recipe: RecipeDone | None) -> Iterator[Section]:
+    if recipe is None:
         return
-    heads, rows = girth_ledger(tree)
+    heads, rows = girth_ledger(recipe)
     title = "Girths after each edit, by height in the limb frame (contour, mm)"
     yield Section(
         title="Edits and what they did",
         blocks=(
-            Text(words=recipe_note(tree), note=True),
-            Table(heads=LEDGER_HEADS, rows=tuple(ledger_rows(tree)), shorten="cut"),
+            Text(words=recipe_note(recipe), note=True),
+            Table(heads=LEDGER_HEADS, rows=tuple(ledger_rows(recipe)), shorten="cut"),
             Text(words=LEDGER_NOTE, note=True),
             Heading(words=title, page_only=True),
             Table(heads=heads, rows=tuple(rows), page_only=True),
@@ -190,16 +191,16 @@ def _illustration(
     )
 
 
-def badge(tree: Tree) -> str:
+def badge(content: Content) -> str:
     """What nobody may overlook."""
-    return f"{SIDES[tree['side']]} · mm"
+    return f"{SIDES[content.side]} · mm"
 
 
-def _banner(tree: Tree) -> str:
+def _banner(content: Content) -> str:
     """Side, unit and frame, in a sentence."""
-    side = tree["side"]
+    side = content.side
     whose = "No side was given" if side == "none" else f"The patient's {side} side"
-    sock = tree["measures"]["sock_taken_off_mm"]
+    sock = content.measures["sock_taken_off_mm"]
     worn = f"{sock:g} mm of sock are off" if sock else "no sock is recorded as taken off"
     return (
         f"{whose}. All lengths are in millimetres (mm), volumes in millilitres. Aligned: +Z "
@@ -207,11 +208,11 @@ def _banner(tree: Tree) -> str:
     )
 
 
-def _cards(tree: Tree) -> Iterator[Card]:
+def _cards(content: Content) -> Iterator[Card]:
     """What is asked first."""
-    across, deep, long = tree["size_mm"]
-    rows = [row for row in tree["measures"]["levels"] if row["volume_below_ml"] is not None]
-    girths = [row for row in tree["measures"]["levels"] if row["tape_mm"] is not None]
+    across, deep, long = content.size_mm
+    rows = [row for row in content.measures["levels"] if row["volume_below_ml"] is not None]
+    girths = [row for row in content.measures["levels"] if row["tape_mm"] is not None]
     yield Card(
         "Size",
         f"{long:.1f} mm long",
@@ -222,16 +223,16 @@ def _cards(tree: Tree) -> Iterator[Card]:
         yield Card(
             "Volume",
             f"{_figure(top['volume_below_ml'], 1)} mL",
-            f"from the distal end up to {_height(tree, top)}",
+            f"from the distal end up to {_height(content, top)}",
         )
     if girths:
         widest = max(girths, key=lambda row: row["tape_mm"]["value"])
         yield Card(
             "Largest tape girth",
             f"{_figure(widest['tape_mm'], 1)} mm",
-            f"at {_height(tree, widest)}",
+            f"at {_height(content, widest)}",
         )
-    compared = tree["comparison"]
+    compared = content.comparison
     if compared is not None and compared["volume"]["ml"] is not None:
         change, plies = compared["volume"]["ml"], compared["volume"]["sock_plies"]
         yield Card(
@@ -241,112 +242,112 @@ def _cards(tree: Tree) -> Iterator[Card]:
         )
 
 
-def inside_rows(tree: Tree) -> list[Row]:
+def inside_rows(content: Content) -> list[Row]:
     """The same of what a wall holds."""
-    return [_measure_row(row) for row in tree["inside"]["levels"]]
+    return [] if content.inside is None else [_measure_row(row) for row in content.inside["levels"]]
 
 
-def measure_rows(tree: Tree) -> list[Row]:
+def measure_rows(content: Content) -> list[Row]:
     """A row a level; one without an answer has a second cell alone, which says why."""
-    return [_measure_row(row) for row in tree["measures"]["levels"]]
+    return [_measure_row(row) for row in content.measures["levels"]]
 
 
-def measure_note(tree: Tree) -> str:
+def measure_note(content: Content) -> str:
     with_sigma = any(
         row["tape_mm"] is not None and row["tape_mm"]["sigma"] is not None
-        for row in tree["measures"]["levels"]
+        for row in content.measures["levels"]
     )
     spread = f"{HOLDS}." if with_sigma else ""
-    skin, reference = _skin(tree["measures"]["skin"]), tree["measures"]["reference"]
+    skin, reference = _skin(content.measures["skin"]), content.measures["reference"]
     return (
         f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
         f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
     ).strip()
 
 
-def landmark_rows(tree: Tree) -> list[Row]:
+def landmark_rows(content: Content) -> list[Row]:
     return [
-        (str(number), mark["name"], *(f"{value:+.1f}" for value in mark["in_limb_mm"]))
-        for number, mark in enumerate(tree["landmarks"], start=1)
+        (str(number), mark.name, *(f"{value:+.1f}" for value in mark.in_limb_mm))
+        for number, mark in enumerate(content.landmarks, start=1)
     ]
 
 
-def change_rows(tree: Tree) -> list[Row]:
+def change_rows(content: Content) -> list[Row]:
     """What differs, level by level."""
-    return [_change_row(row) for row in tree["comparison"]["levels"]]
+    compared = content.comparison
+    return [] if compared is None else [_change_row(row) for row in compared["levels"]]
 
 
-def ledger_rows(tree: Tree) -> list[Row]:
+def ledger_rows(recipe: RecipeDone) -> list[Row]:
     """A row an edit; under it a sentence for each thing that somebody has to mean or to know."""
     rows: list[Row] = []
-    for line in tree["recipe"]["lines"]:
-        before, after = line["before"]["volume_ml"], line["after"]["volume_ml"]
-        moved = line["displacement"]
+    for line in recipe.lines:
+        before, after, moved = line.before.volume_ml, line.after.volume_ml, line.displacement
         rows.append(
             (
-                str(line["number"]),
-                line["edit"],
+                str(line.number),
+                line.edit,
                 f"{after:.1f}",
                 f"{after - before:+.2f}",
                 f"{100 * (after / before - 1):+.3f}" if before else "",
-                "" if moved is None else f"{moved['largest_mm']:+.2f}",
-                "" if moved is None else f"{moved['mean_mm']:+.3f}",
+                "" if moved is None else f"{moved.largest_mm:+.2f}",
+                "" if moved is None else f"{moved.mean_mm:+.3f}",
             )
         )
-        rows += [("", sentence) for sentence in line["told"]]
-        rows += [("!", _mark(concern)) for concern in line["concerns"]]
+        rows += [("", sentence) for sentence in line.told]
+        rows += [("!", _mark(concern)) for concern in line.concerns]
     return rows
 
 
-def girth_ledger(tree: Tree) -> tuple[Row, list[Row]]:
+def girth_ledger(recipe: RecipeDone) -> tuple[Row, list[Row]]:
     """Girths after each edit, at levels that stay the same: heads and rows."""
-    recipe = tree["recipe"]
-    heads = ("#no.", *(f"#{level:.0f} mm" for level in recipe["levels_mm"]))
-    lines = recipe["lines"]
-    start = [] if not lines else [("before", *_girths(lines[0]["before"]))]
-    return heads, [*start, *((str(one["number"]), *_girths(one["after"])) for one in lines)]
+    heads = ("#no.", *(f"#{level:.0f} mm" for level in recipe.levels_mm))
+    lines = recipe.lines
+    start = [] if not lines else [("before", *_girths(lines[0].before))]
+    return heads, [*start, *((str(one.number), *_girths(one.after)) for one in lines)]
 
 
-def recipe_note(tree: Tree) -> str:
+def recipe_note(recipe: RecipeDone) -> str:
     """What the ledger is, and whether it is this shape's."""
-    recipe = tree["recipe"]
-    done = f"Computed for this record by doing {recipe['id']} to {recipe['scan']} again"
-    apart = recipe["apart_mm"]
-    if apart is None:
+    done = f"Computed for this record by doing {recipe.id} to {recipe.scan} again"
+    if recipe.apart_mm is None:
         return f"{done}; the rest of this record shows the shape before these edits."
-    return f"{done}; the result and the shape of this record are {apart:.3f} mm apart at most."
+    return (
+        f"{done}; the result and the shape of this record are {recipe.apart_mm:.3f} mm apart at "
+        "most."
+    )
 
 
-def bias_rows(tree: Tree) -> list[Row]:
+def bias_rows(content: Content) -> list[Row]:
     return [
         (
-            one["step"],
-            _number(one["bias_mm"], "+.3f"),
-            "" if one["typical_mm"] is None else f"{one['typical_mm']:.3f}",
-            "" if one["largest_mm"] is None else f"{one['largest_mm']:.3f}",
-            "" if one["volume_share"] is None else f"{100 * one['volume_share']:+.3f}",
-            one["basis"],
+            one.step,
+            _number(one.bias_mm, "+.3f"),
+            "" if one.typical_mm is None else f"{one.typical_mm:.3f}",
+            "" if one.largest_mm is None else f"{one.largest_mm:.3f}",
+            "" if one.volume_share is None else f"{100 * one.volume_share:+.3f}",
+            one.basis,
         )
-        for one in tree["bias"]
+        for one in content.bias
     ]
 
 
-def file_rows(tree: Tree) -> list[Row]:
-    return [(one["what"], one["id"], one["kind"], one["sha256"]) for one in tree["files"]]
+def file_rows(content: Content) -> list[Row]:
+    return [(one.what, one.id, one.kind, one.sha256) for one in content.files]
 
 
-def versions(tree: Tree) -> str:
-    return "Made by " + ", ".join(f"{name} {what}" for name, what in tree["versions"].items()) + "."
+def versions(content: Content) -> str:
+    return "Made by " + ", ".join(f"{name} {what}" for name, what in content.versions.items()) + "."
 
 
-def _height(tree: Tree, row: Tree) -> str:
+def _height(content: Content, row: Json) -> str:
     """A height, and what it counts from where that is no end of the limb."""
-    reference = tree["measures"]["reference"]
+    reference = content.measures["reference"]
     counted = "" if reference == "distal end" else f" from {reference}"
     return f"{row['from_reference_mm']:g} mm{counted}"
 
 
-def _measure_row(row: Tree) -> Row:
+def _measure_row(row: Json) -> Row:
     height = f"{row['from_reference_mm']:.1f}"
     if row["tape_mm"] is None:
         return height, row["reason"]
@@ -363,7 +364,7 @@ def _measure_row(row: Tree) -> Row:
     )
 
 
-def _change_row(row: Tree) -> Row:
+def _change_row(row: Json) -> Row:
     height = f"{row['height_mm']:.1f}"
     tape, slab = row.get("tape_mm"), row["volume_since_last_level_ml"]
     if tape is None:
@@ -389,18 +390,18 @@ def _skin(skin: str) -> str:
     return ""
 
 
-def _mark(concern: Tree) -> str:
+def _mark(concern: Concern) -> str:
     """What somebody had to mean, or has to know, of an edit."""
-    if not concern["word"]:
-        return concern["what"]
-    return f"{concern['what']} ({'accepted' if concern['accepted'] else 'NOT accepted'})"
+    if not concern.word:
+        return concern.what
+    return f"{concern.what} ({'accepted' if concern.accepted else 'NOT accepted'})"
 
 
-def _girths(figures: Tree) -> Row:
-    return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures["girths_mm"])
+def _girths(figures: Figures) -> Row:
+    return tuple("-" if girth is None else f"{girth:.1f}" for girth in figures.girths_mm)
 
 
-def _figure(figure: Tree, decimals: int) -> str:
+def _figure(figure: Json, decimals: int) -> str:
     sigma = figure["sigma"]
     interval = None if sigma is None else Interval.of_sigma(sigma)
     return f"{figure['value']:.{decimals}f} {plus_minus(interval, max(decimals, 2))}".rstrip()

@@ -1,16 +1,17 @@
-"""The record: everything that is kept of a shape, as one JSON tree and pictures.
+"""The record: everything that is kept of a shape, with pictures.
 
 In      an aligned shape; another one to compare it with, the recipe it was made by, the case of
         its scan, as far as there are any.
-Out     a Record: a tree (SCHEMA) in mm and mL, and pictures. No name of a file, folder, recipe or
+Out     a Record: its content in mm and mL, and pictures. No name of a file, folder, recipe or
         person is in it: see sources.
 Fails   MeasureError: the shape is not aligned. OptionsError: the recipe belongs to neither shape.
 """
 
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.metadata import version
 from typing import Any
 
@@ -23,9 +24,9 @@ from limbgram.report.drawings.differences import difference_pictures
 from limbgram.report.drawings.drawing import Drawing, Picture, png
 from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.drawings.walls import wall_map
-from limbgram.report.intended_use import OF_SHAPES
 from limbgram.report.record.advice import findings
 from limbgram.report.record.bias import biases
+from limbgram.report.record.content import CaseCited, Content, Mark, RecipeDone, SourceFile
 from limbgram.report.record.sources import (
     CaseSource,
     RecipeSource,
@@ -51,14 +52,7 @@ from limbgram.workbench.measures.measuring import (
 )
 from limbgram.workbench.measures.table import tree as measures_tree
 
-SCHEMA = "limbgram-report/1"
-NAMES_NOTE = (
-    "No name is printed here: files are told by the first digits of their SHA-256, landmarks "
-    "with names of their own by numbers in the order of the limb file."
-)
 _LIBRARIES = ("limbgram", "numpy", "scipy", "numba", "trimesh")
-
-Json = dict[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,9 +75,14 @@ DEFAULTS = RecordOptions()
 class Record:
     """What page and PDF are made of."""
 
-    tree: Json
+    content: Content
     pictures: tuple[Picture, ...]
     """The four sides first, then the differences, or the sections where nothing was compared."""
+
+    @cached_property
+    def tree(self) -> dict[str, Any]:
+        """What report.json holds."""
+        return tree_of(self.content)
 
 
 def record_of(
@@ -122,33 +121,28 @@ def record_of(
         steps = beside.submit(biases, measures, mesh, case, ledger)
         pictures = _pictures(mesh, marks, measures, compared)
         lines = steps.result()
-    tree: Json = {
-        "schema": SCHEMA,
-        "id": nameless_shape.id,
-        "side": frame.side,
-        "unit": "mm",
-        "intended_use": OF_SHAPES,
-        "names": NAMES_NOTE,
-        "size_mm": np.ptp(mesh.vertices_mm, axis=0).tolist(),
-        "triangles": len(mesh.faces),
-        "notes": list(nameless_shape.limb.notes),
-        "measures": measures_tree(measures),
-        "inside": None if inside is None else measures_tree(inside),
-        "landmarks": [
-            {"name": mark.name, "in_limb_mm": mark.position_mm.tolist()} for mark in marks
-        ],
-        "comparison": None if compared is None else comparison_tree(compared),
-        "recipe": None if done is None else _recipe(done, printed),
-        "case": None if case is None else _case(case, shape, against),
-        "bias": [asdict(line) for line in lines],
-        "files": _files(shape, against, recipe, case),
-        "versions": {
+    content = Content(
+        id=nameless_shape.id,
+        side=frame.side,
+        size_mm=tuple(np.ptp(mesh.vertices_mm, axis=0).tolist()),
+        triangles=len(mesh.faces),
+        notes=nameless_shape.limb.notes,
+        measures=measures_tree(measures),
+        inside=None if inside is None else measures_tree(inside),
+        landmarks=tuple(
+            Mark(name=mark.name, in_limb_mm=tuple(mark.position_mm.tolist())) for mark in marks
+        ),
+        comparison=None if compared is None else comparison_tree(compared),
+        recipe=None if done is None else _recipe(done, printed),
+        case=None if case is None else _case(case, shape, against),
+        bias=lines,
+        files=tuple(_files(shape, against, recipe, case)),
+        versions={
             **{name: version(name) for name in _LIBRARIES},
             "python": platform.python_version(),
         },
-    }
-    tree["findings"] = [asdict(found) for found in findings(tree, measures)]
-    return Record(tree=tree_of(tree), pictures=pictures)
+    )
+    return Record(content=replace(content, findings=findings(content, measures)), pictures=pictures)
 
 
 def _compare(
@@ -186,32 +180,30 @@ def _places(marks: tuple[Landmark, ...], to_limb: Callable[[Points3], Points3]) 
     return to_limb(np.stack([mark.position_mm for mark in marks]))
 
 
-def _recipe(done: Replaying, printed: Mapping[str, str]) -> Json:
+def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:
     """The ledger; its edits name landmarks as the record does."""
-    return {
-        "id": done.recipe.id,
-        "scan": done.scan.id,
-        "apart_mm": done.apart_mm,
-        "notes": list(done.recipe.recipe.notes),
-        "levels_mm": list(done.ledger.levels_mm),
-        "places_mm": dict(done.ledger.places_mm),
-        "lines": [
-            {**asdict(line), "edit": in_print(line.edit, printed)} for line in done.ledger.lines
-        ],
-    }
+    return RecipeDone(
+        id=done.recipe.id,
+        scan=done.scan.id,
+        apart_mm=done.apart_mm,
+        notes=done.recipe.recipe.notes,
+        levels_mm=done.ledger.levels_mm,
+        places_mm=done.ledger.places_mm,
+        lines=tuple(replace(line, edit=in_print(line.edit, printed)) for line in done.ledger.lines),
+    )
 
 
-def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> Json:
+def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> CaseCited:
     hashes = {source.sha256 for source in (shape, against) if source is not None}
     lengths = case.accuracy.lengths
-    return {
-        "id": case.id,
-        "light": case.accuracy.light,
-        "delivered": bool(hashes & case.files),
-        "check_lengths": len(lengths.check),
-        "check_worst": lengths.check_worst,
-        "expected_p95_mm": case.accuracy.expected.p95_mm,
-    }
+    return CaseCited(
+        id=case.id,
+        light=case.accuracy.light,
+        delivered=bool(hashes & case.files),
+        check_lengths=len(lengths.check),
+        check_worst=lengths.check_worst,
+        expected_p95_mm=case.accuracy.expected.p95_mm,
+    )
 
 
 def _files(
@@ -219,23 +211,19 @@ def _files(
     against: ShapeSource | None,
     recipe: RecipeSource | None,
     case: CaseSource | None,
-) -> list[Json]:
+) -> Iterator[SourceFile]:
     """Every file the record stands on, by hash."""
-    listed: list[Json] = []
     for what, source in (("shape", shape), ("compared with", against)):
         if source is None:
             continue
-        listed.append({"what": what, "id": source.id, "kind": source.kind, "sha256": source.sha256})
+        yield SourceFile(what=what, id=source.id, kind=source.kind, sha256=source.sha256)
         if source.limb_file_sha256 is not None:
             sha256 = source.limb_file_sha256
-            listed.append(
-                {"what": "its limb file", "id": source.id, "kind": "JSON", "sha256": sha256}
-            )
+            yield SourceFile(what="its limb file", id=source.id, kind="JSON", sha256=sha256)
     if recipe is not None:
-        listed.append({"what": "recipe", "id": recipe.id, "kind": "TOML", "sha256": recipe.sha256})
+        yield SourceFile(what="recipe", id=recipe.id, kind="TOML", sha256=recipe.sha256)
     if case is not None:
-        listed.append({"what": "case", "id": case.id, "kind": "JSON", "sha256": case.sha256})
-    return listed
+        yield SourceFile(what="case", id=case.id, kind="JSON", sha256=case.sha256)
 
 
 def _picture(name: str, title: str, drawing: Drawing) -> Picture:
