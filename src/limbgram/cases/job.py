@@ -20,6 +20,7 @@ from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstru
 from limbgram.reconstruction.scale.distances import KnownDistance
 from limbgram.reconstruction.scale.taping import TapedGirth
 from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.case import case_report
 from limbgram.report.html import html_of
@@ -39,6 +40,8 @@ class Job:
     distances: tuple[KnownDistance, ...] = ()
     tapes: tuple[TapedGirth, ...] = ()
     """Girths taped on the limb, to test the size by."""
+    plates: tuple[MarkPlate, ...] = ()
+    """Scale bars, mats and rings in the scene."""
     unscaled: bool = False
     """Write files even though their unit is not known."""
     options: PipelineOptions = field(default_factory=PipelineOptions)
@@ -74,6 +77,7 @@ def do(job: Job, run: CachingRun) -> Done:
         board=job.board,
         distances=job.distances,
         tapes=job.tapes,
+        plates=job.plates,
     )
     done = reconstruct(capture, job.options, run)
     drawn = run(

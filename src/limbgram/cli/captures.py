@@ -12,9 +12,11 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, any_value_of, value_of
 from limbgram.formats.board_file import read_board
+from limbgram.formats.marks_file import read_marks
 from limbgram.reconstruction.scale.distances import KnownDistance
 from limbgram.reconstruction.scale.taping import TapedGirth
 from limbgram.reconstruction.targets.board import Board
+from limbgram.reconstruction.targets.plates import MarkPlate
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -51,6 +53,18 @@ def parse_board(text: str) -> Board:
                 f"such as {DEFAULT_BOARD}, or checkerboard:INNER_CORNERS:SQUARE_MM, such as "
                 "checkerboard:14x10:10, or the board file that `limbgram print` wrote."
             )
+
+
+def plates_of(path: Path) -> tuple[MarkPlate, ...]:
+    """The plates with known lengths of a marks file, in the size that was measured."""
+    kept = read_marks(path)
+    plates = tuple(plate for plate in kept.true_plates if len(plate.marks) > 1)
+    if not plates:
+        raise OptionsError(
+            f"{path} is of a sheet without known lengths ({kept.kind}). Give the file of scale "
+            "bars, of a mat or of a ring."
+        )
+    return plates
 
 
 def read_distances(path: Path) -> tuple[KnownDistance, ...]:

@@ -12,7 +12,14 @@ import typer
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.job import Job
 from limbgram.cases.supervision import JobBug, Supervision
-from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
+from limbgram.cli.captures import (
+    DEFAULT_BOARD,
+    parse_board,
+    parse_box,
+    parse_tape,
+    plates_of,
+    read_distances,
+)
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable
@@ -60,6 +67,13 @@ def reconstruct_command(
     known_distance: Annotated[
         list[Path] | None,
         typer.Option(help="JSON file of known distances between points picked in the photos."),
+    ] = None,
+    marks: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="File that `limbgram print` wrote beside scale bars, a mat or a ring: their "
+            "lengths set the scale, or with --board check it. Repeat it.",
+        ),
     ] = None,
     tape: Annotated[
         list[str] | None,
@@ -111,10 +125,11 @@ def reconstruct_command(
         sources=tuple(photos),
         camera_files=tuple(camera or ()),
         board=None
-        if _boardless(board, no_board, known_distance, unscaled)
+        if _boardless(board, no_board, [*(known_distance or ()), *(marks or ())], unscaled)
         else parse_board(board or DEFAULT_BOARD),
         distances=tuple(d for file in known_distance or () for d in read_distances(file)),
         tapes=tuple(parse_tape(text) for text in tape or ()),
+        plates=tuple(plate for file in marks or () for plate in plates_of(file)),
         unscaled=unscaled,
         options=pipeline_options(surface, box, part, triangles),
         memory_mb=None if memory is None else 1024 * memory,
@@ -195,15 +210,13 @@ def profile_lines(stages: Sequence[StageSummary]) -> tuple[str, ...]:
     )
 
 
-def _boardless(
-    board: str | None, no_board: bool, distances: list[Path] | None, unscaled: bool
-) -> bool:
+def _boardless(board: str | None, no_board: bool, lengths: list[Path], unscaled: bool) -> bool:
     """Whether no board is looked for: told so, or another answer to the scale was given."""
     if board is not None and no_board:
         raise OptionsError("--board and --no-board contradict each other; give one of them.")
-    if no_board and not distances and not unscaled:
+    if no_board and not lengths and not unscaled:
         raise OptionsError(
             "Without a board or known distances the size of the surface is unknown. Give "
-            "--known-distance, or --unscaled if the size does not matter."
+            "--known-distance or --marks, or --unscaled if the size does not matter."
         )
-    return board is None and (no_board or bool(distances) or unscaled)
+    return board is None and (no_board or bool(lengths) or unscaled)

@@ -31,6 +31,7 @@ from limbgram.reconstruction.measuring.measurement import MeasureOptions, measur
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.scale.distances import KnownDistance
+from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitnesses, hold_tapes
@@ -41,6 +42,8 @@ from limbgram.reconstruction.surface.repair import RepairOptions, repair
 from limbgram.reconstruction.surface.resampling import refine
 from limbgram.reconstruction.targets.board import Board, BoardDetections
 from limbgram.reconstruction.targets.finding import TargetOptions, find_board
+from limbgram.reconstruction.targets.marks import MarkOptions, find_marks
+from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
@@ -58,6 +61,8 @@ class Capture:
     distances: tuple[KnownDistance, ...] = ()
     tapes: tuple[TapedGirth, ...] = ()
     """Girths taped on the limb: they set nothing and test the size of all."""
+    plates: tuple[MarkPlate, ...] = ()
+    """Scale bars, mats and rings with coded marks that lie in the scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +76,7 @@ class PipelineOptions:
     twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
     targets: TargetOptions = field(default_factory=TargetOptions)
+    marks: MarkOptions = field(default_factory=MarkOptions)
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
     dense: DenseOptions = field(default_factory=DenseOptions)
@@ -135,7 +141,12 @@ def reconstruct(
     scene = run(place, photos, features, pairs, cameras, options.mapping)
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
-    metric = run(to_millimetres, scene, found, capture.distances, options.scale, cameras)
+    distances = capture.distances
+    if capture.plates:
+        lenses = [cameras.calibrations[photo.camera_idx].camera for photo in photos.photos]
+        marks = run(find_marks, photos, capture.plates[0].dictionary, lenses, options.marks)
+        distances = (*distances, *mark_distances(marks, capture.plates))
+    metric = run(to_millimetres, scene, found, distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
     share = depth_share(photos, options.dense.most_px, run.memory_mb)
     dense = replace(options.dense, most_px=round(share * options.dense.most_px))

@@ -4,12 +4,8 @@ In      a Scene; BoardDetections of a board lying in it, known distances, both o
 Out     a MetricScene.
 """
 
-from limbgram.reconstruction.scale.distances import (
-    KnownDistance,
-    Pick,
-    distance_between_marks,
-    find_markers,
-)
+from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 
@@ -21,6 +17,6 @@ __all__ = [
     "Scale",
     "ScaleOptions",
     "distance_between_marks",
-    "find_markers",
+    "mark_distances",
     "to_millimetres",
 ]

@@ -1,30 +1,28 @@
 """Known distances: two points, each picked in two or more photos, a typed length apart.
 
-Coded marks (single ArUco or AprilTag markers) are found in the photos instead of picked by hand.
+Coded marks are found in the photos instead of picked by hand: `marks` makes distances of them.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Int32
 
 from limbgram.core.errors import OptionsError, ScaleError
-from limbgram.core.geometry.arrays import GreyImage, Matrix3, Vector3
-from limbgram.core.geometry.triangulation import triangulate
-from limbgram.core.run import in_parallel
+from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
+from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.triangulation import Triangulated, triangulate
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
-from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.ruler import Ruler, RulerLength
-from limbgram.reconstruction.targets.board import DICTIONARIES, parse_dictionary
-from limbgram.reconstruction.targets.finding import SEARCH_BYTES
 
 _LEAST_ANGLE_DEG = 2.0
 _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
 """Largest accepted distance of a pick from the common point, as a share of the photo's width."""
+_MOST_STRANGE = 0.25
+"""Of the photos in which a mark was read, so many may contradict the others."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +42,10 @@ class KnownDistance:
     length_mm: float
     first: tuple[Pick, ...]
     second: tuple[Pick, ...]
+    sigma_px: float | None = None
+    """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
+    ends: tuple[str, str] = ("its first end", "its second end")
+    """What the ends are called."""
 
     def __post_init__(self) -> None:
         if not 0 < self.length_mm < 1e5:
@@ -56,6 +58,8 @@ class KnownDistance:
 class _End:
     point_in_world: Vector3
     covariance: Matrix3
+    strange: tuple[SetAside, ...] = ()
+    """Photos that contradict the others."""
 
 
 def measure_distances(
@@ -72,8 +76,8 @@ def measure_distances(
     set_aside: list[SetAside] = []
     for distance in distances:
         ends = [
-            _locate(scene, distance.label, picks, pick_sigma_px)
-            for picks in (distance.first, distance.second)
+            _locate(scene, distance, name, picks, pick_sigma_px)
+            for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
         missing = [end for end in ends if isinstance(end, str)]
         if missing:
@@ -81,6 +85,7 @@ def measure_distances(
         else:
             check = all_check or len(lengths) % 2 == 1
             first, second = (end for end in ends if isinstance(end, _End))
+            set_aside += first.strange + second.strange
             lengths.append(_length(distance, first, second, check=check))
     if not lengths:
         raise ScaleError(
@@ -91,8 +96,11 @@ def measure_distances(
     return _ruler(lengths, tuple(set_aside))
 
 
-def _locate(scene: Scene, label: str, picks: Sequence[Pick], pick_sigma_px: float) -> _End | str:
+def _locate(
+    scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick], pick_sigma_px: float
+) -> _End | str:
     """One end in the scene, or why it cannot be had."""
+    label = distance.label
     unknown = [pick.photo for pick in picks if pick.photo not in scene.names]
     if unknown:
         raise ScaleError(
@@ -101,17 +109,26 @@ def _locate(scene: Scene, label: str, picks: Sequence[Pick], pick_sigma_px: floa
     views = {scene.names[k]: scene.view(k) for k in scene.placed}
     usable = [pick for pick in picks if pick.photo in views]
     if len(usable) < 2:
-        return f"one end is picked in {len(usable)} placed photos; 2 are needed"
+        return f"{name} is seen in {len(usable)} placed photos; 2 are needed"
     seen = [views[pick.photo] for pick in usable]
     xy_px = np.array([(pick.x_px, pick.y_px) for pick in usable])
-    order = np.arange(len(seen), dtype=np.int32)
-    located = triangulate(seen, order, np.zeros(len(seen), np.int32), xy_px, 1)
+    kept = np.arange(len(seen), dtype=np.int32)
+    if distance.sigma_px is not None:
+        kept = _agreeing(seen, xy_px)
+    strange = tuple(
+        SetAside(usable[k].photo, f"it puts {name} ({label}) elsewhere than the other photos")
+        for k in sorted({*range(len(seen))} - {*kept.tolist()})
+    )
+    believed = kept.tolist()
+    usable, seen = [usable[k] for k in believed], [seen[k] for k in believed]
+    xy_px = xy_px[kept]
+    located = _meeting(seen, xy_px)
     point = located.points_in_world[0]
     directions = np.array([view.centre_in_world - point for view in seen])
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     narrowest = float((directions @ directions.T).min())
     if not np.isfinite(point).all() or narrowest > np.cos(np.radians(_LEAST_ANGLE_DEG)):
-        return f"the rays to one end meet at less than {_LEAST_ANGLE_DEG:g} degrees"
+        return f"the rays to {name} meet at less than {_LEAST_ANGLE_DEG:g} degrees"
     _check_meeting(
         label,
         usable,
@@ -120,7 +137,29 @@ def _locate(scene: Scene, label: str, picks: Sequence[Pick], pick_sigma_px: floa
     )
     freedom = max(1, 2 * len(seen) - 3)
     spread_px = float(located.rms_px[0] * np.sqrt(len(seen) / freedom))
-    return _End(point, located.covariance[0] * max(pick_sigma_px, spread_px) ** 2)
+    sigma_px = pick_sigma_px if distance.sigma_px is None else distance.sigma_px
+    return _End(point, located.covariance[0] * max(sigma_px, spread_px) ** 2, strange)
+
+
+def _meeting(views: Sequence[View], xy_px: Points2) -> Triangulated:
+    order = np.arange(len(views), dtype=np.int32)
+    return triangulate(views, order, np.zeros(len(views), np.int32), xy_px, 1)
+
+
+def _agreeing(views: Sequence[View], xy_px: Points2) -> Int32[np.ndarray, " k"]:
+    """The photos that agree on a mark; a few may have misread one."""
+    kept = np.arange(len(views), dtype=np.int32)
+    while len(kept) - 1 >= max(3, (1 - _MOST_STRANGE) * len(views)):
+        chosen = [views[k] for k in kept.tolist()]
+        point = _meeting(chosen, xy_px[kept]).points_in_world
+        seen_px = np.array([view.project(point)[0] for view in chosen])
+        off_px = np.linalg.norm(seen_px - xy_px[kept], axis=1)
+        worst = int(np.argmax(off_px))
+        width_px = chosen[worst].camera.width_px
+        if not off_px[worst] > max(_LEAST_RESIDUAL_PX, _MOST_RESIDUAL * width_px):
+            break
+        kept = np.delete(kept, worst)
+    return kept
 
 
 def _check_meeting(
@@ -165,74 +204,3 @@ def _ruler(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...]) -> R
         lengths=tuple(lengths),
         set_aside=set_aside,
     )
-
-
-@dataclass(frozen=True)
-class MarkerObservation:
-    """A marker's centre in a photo: where the diagonals of its black square cross."""
-
-    mark_id: int
-    pick: Pick
-
-
-def find_markers(photos: PhotoSet, dictionary: str) -> tuple[MarkerObservation, ...]:
-    """All markers of a dictionary in all photos; one that a photo shows twice is left out."""
-    marks = cv2.aruco.getPredefinedDictionary(DICTIONARIES[parse_dictionary(dictionary)])
-    parameters = cv2.aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-
-    def work(photo_idx: int) -> list[MarkerObservation]:
-        photo = photos.photos[photo_idx]
-        detector = cv2.aruco.ArucoDetector(marks, parameters)
-        return _in_photo(detector, load_luma(photo), photo.name)
-
-    each_mb = in_flight_mb(photos.photos, SEARCH_BYTES)
-    found = in_parallel(work, range(len(photos.photos)), each_mb=each_mb)
-    return tuple(observation for one_photo in found for observation in one_photo)
-
-
-def distance_between_marks(
-    observations: Sequence[MarkerObservation], first_id: int, second_id: int, length_mm: float
-) -> KnownDistance:
-    """The known distance between the centres of two markers.
-
-    Raises:
-        ScaleError: one of the markers is in fewer than two photos.
-    """
-    ends = [
-        tuple(one.pick for one in observations if one.mark_id == mark_id)
-        for mark_id in (first_id, second_id)
-    ]
-    for mark_id, picks in zip((first_id, second_id), ends, strict=True):
-        if len(picks) < 2:
-            raise ScaleError(
-                f"Marker {mark_id} was found in {len(picks)} photos; 2 are needed. Check its "
-                "number and the dictionary, and keep it in view with a white border round it."
-            )
-    return KnownDistance(
-        label=f"markers {first_id} to {second_id}",
-        length_mm=length_mm,
-        first=ends[0],
-        second=ends[1],
-    )
-
-
-def _in_photo(
-    detector: cv2.aruco.ArucoDetector, luma: GreyImage, name: str
-) -> list[MarkerObservation]:
-    corners, ids, _ = detector.detectMarkers(luma)
-    if not corners:
-        return []
-    labels = np.asarray(ids).ravel()
-    return [
-        MarkerObservation(int(label), Pick(name, *map(float, _centre(np.reshape(square, (4, 2))))))
-        for label, square in zip(labels, corners, strict=True)
-        if np.count_nonzero(labels == label) == 1
-    ]
-
-
-def _centre(square: Float32[np.ndarray, "4 2"]) -> Float64[np.ndarray, "2"]:
-    """Crossing of the diagonals, which perspective keeps."""
-    rows = np.column_stack([square.astype(float), np.ones(4)])
-    crossing = np.cross(np.cross(rows[0], rows[2]), np.cross(rows[1], rows[3]))
-    return crossing[:2] / crossing[2]

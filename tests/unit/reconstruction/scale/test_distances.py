@@ -9,8 +9,11 @@ import pytest
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.scale.distances import Pick, distance_between_marks, find_markers
+from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks, find_marks
+from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
 
 ENDS = {
     "A-C": (np.array([-60.0, -90.0, 0.0]), np.array([60.0, -90.0, 0.0])),
@@ -126,9 +129,91 @@ def test_marks_are_found_where_perspective_puts_their_centres(tmp_path) -> None:
         cv2.imwrite(str(tmp_path / f"m{k}.png"), cv2.GaussianBlur(picture, (0, 0), 1.0))
         centre = onto @ (149.5, 149.5, 1.0)
         centres.append(centre[:2] / centre[2])
-    observations = find_markers(read_photos([tmp_path]), "4X4_50")
-    assert [one.mark_id for one in observations] == [7, 7]
-    for one, centre in zip(observations, centres, strict=True):
-        assert np.hypot(one.pick.x_px - centre[0], one.pick.y_px - centre[1]) < 0.5
-    with pytest.raises(ScaleError, match="Marker 9 was found in 0 photos"):
-        distance_between_marks(observations, 7, 9, 100.0)
+    found = find_marks(read_photos([tmp_path]), "4X4_50")
+    assert found.ids == (7,)
+    for photo, centre in zip(found.photos, centres, strict=True):
+        assert np.hypot(*(photo.centres_px[0] - centre)) < 0.05
+    with pytest.raises(ScaleError, match="Mark 9 was found in 0 photos"):
+        distance_between_marks(found, 7, 9, 100.0)
+
+
+BAR = MarkPlate(
+    name="scale bar 1",
+    side_mm=20.0,
+    marks=(PrintedMark(mark_id=100, x_mm=0, y_mm=0), PrintedMark(mark_id=101, x_mm=120.0, y_mm=0)),
+)
+
+
+def seen_marks(capture, ends: dict[int, np.ndarray], photos=(0, 2, 5, 10)) -> MarkDetections:
+    """Marks with their middles at places of the room, exactly where the photos see them."""
+    return MarkDetections(
+        dictionary=BAR.dictionary,
+        photos=tuple(
+            PhotoMarks(
+                name=capture.room_views[k].name,
+                photo_idx=k,
+                ids=np.array(list(ends), np.int32),
+                corners_px=np.zeros((len(ends), 4, 2)),
+                centres_px=np.array(
+                    [capture.room_views[k].project(place[None])[0] for place in ends.values()]
+                ),
+                sigmas_px=np.full(len(ends), 0.02),
+                bent=np.zeros(len(ends), bool),
+                doubtful_ids=np.zeros(0, np.int32),
+                doubts=(),
+            )
+            for k in photos
+        ),
+    )
+
+
+def test_a_scale_bar_sets_the_scale_and_a_smaller_print_makes_a_smaller_scene(capture) -> None:
+    marks = seen_marks(capture, dict(zip((100, 101), ENDS["A-C"], strict=True)))
+    metric = to_millimetres(capture.scene, None, mark_distances(marks, [BAR]))
+    assert metric.scale.source == "distances"
+    assert world_from_room(metric, capture).scale == pytest.approx(1, abs=1e-9)
+    assert metric.scale.lengths[0].label == "scale bar 1, marks 100 to 101"
+    assert metric.scale.relative_sigma < 2e-4
+    smaller = to_millimetres(capture.scene, None, mark_distances(marks, [BAR.grown(0.99)]))
+    assert world_from_room(smaller, capture).scale == pytest.approx(0.99, abs=1e-9)
+
+
+def test_a_mark_that_is_not_seen_is_named(capture) -> None:
+    marks = seen_marks(capture, {100: ENDS["A-C"][0]})
+    distances: list[KnownDistance] = [*mark_distances(marks, [BAR]), *both(capture)]
+    metric = to_millimetres(capture.scene, None, distances)
+    assert [(one.name, one.reason) for one in metric.scale.set_aside] == [
+        ("scale bar 1, marks 100 to 101", "mark 101 is seen in 0 placed photos; 2 are needed")
+    ]
+    with pytest.raises(ScaleError, match="mark 101 is seen in 0 placed photos"):
+        to_millimetres(capture.scene, None, mark_distances(marks, [BAR]))
+
+
+def test_a_photo_that_misreads_a_mark_is_named_and_one_that_moved_is_refused(capture) -> None:
+    marks = seen_marks(capture, dict(zip((100, 101), ENDS["A-C"], strict=True)), (0, 2, 5, 8, 10))
+    marks.photos[1].centres_px[0] += 40.0
+    metric = to_millimetres(capture.scene, None, mark_distances(marks, [BAR]))
+    assert [one.name for one in metric.scale.set_aside] == [marks.photos[1].name]
+    assert world_from_room(metric, capture).scale == pytest.approx(1, abs=1e-9)
+    marks.photos[3].centres_px[0] -= 30.0
+    with pytest.raises(ScaleError, match="do not meet"):
+        to_millimetres(capture.scene, None, mark_distances(marks, [BAR]))
+
+
+def test_one_mark_on_two_plates_is_refused(capture) -> None:
+    marks = seen_marks(capture, dict(zip((100, 101), ENDS["A-C"], strict=True)))
+    with pytest.raises(OptionsError, match="Mark 100 is on scale bar 1 and on scale bar 1"):
+        mark_distances(marks, [BAR, BAR])
+
+
+def test_no_two_lengths_of_a_plate_share_a_mark() -> None:
+    places = [(0, 0), (100, 0), (0, 80), (100, 80), (50, 200)]
+    plate = MarkPlate(
+        name="mat",
+        side_mm=20.0,
+        marks=tuple(PrintedMark(mark_id=k, x_mm=x, y_mm=y) for k, (x, y) in enumerate(places)),
+    )
+    lengths = plate.lengths()
+    assert [(one.first_id, one.second_id) for one in lengths] == [(0, 4), (1, 2)]
+    assert lengths[0].length_mm == pytest.approx(np.hypot(50, 200))
+    assert lengths[1].length_mm == pytest.approx(np.hypot(100, 80))
