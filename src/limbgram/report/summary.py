@@ -352,7 +352,7 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             points=verdict.points,
             rms_px=verdict.rms_px,
             reason=verdict.reason,
-            remarks=tuple(remarked.get(photo.name, ())),
+            remarks=(*remarked.get(photo.name, ()), *([verdict.remark] if verdict.remark else [])),
             features=len(keypoints),
             edge_width_px=photo.sharpness,
         )

@@ -5,7 +5,7 @@ Out     a Scene: poses, points, lenses, a verdict for every photo, and whether t
 Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
         with the matches that reach farthest; photos that contradict their pairs or hang on too
         few points lose their pose; tracks from all matches; our own adjustment with the
-        calibration's covariance as a prior.
+        calibration's covariance as a prior; a few photos that were zoomed lose theirs too.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -31,6 +31,7 @@ from limbgram.reconstruction.mapping.verdicts import (
     judge,
     photo_points,
 )
+from limbgram.reconstruction.mapping.zoom import odd_focals
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -66,6 +67,9 @@ class MappingOptions:
     """Fewest scene points that hold a photo in place."""
     max_photo_rms_px: float = 3.0
     """Largest RMS residual of a placed photo."""
+    max_odd_share: float = 0.2
+    """Photos of another focal length are set aside if they are no larger part; beyond it they
+    are used and named."""
     min_placed: int = 3
     """Fewest photos that make a scene."""
     min_placed_share: float = 0.5
@@ -116,7 +120,12 @@ def _placed(
     _refuse_too_few(rough, options)
     joined = with_all_tracks(rough, places_px, pairs, options.track_px)
     scene = _adjusted(joined, cameras, options)
+    odd = odd_focals(scene)
+    if odd and len(odd) <= options.max_odd_share * len(scene.placed):
+        scene = _adjusted(without_photos(scene, set(odd)), cameras, options)
+        dropped, odd = dropped | odd, {}
     verdicts = judge(scene, features, pairs, found[1:], dropped)
+    verdicts = tuple(replace(one, remark=odd.get(k, "")) for k, one in enumerate(verdicts))
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 

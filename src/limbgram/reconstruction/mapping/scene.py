@@ -21,6 +21,8 @@ class PhotoVerdict:
     rms_px: float
     reason: str = ""
     """Why it was not placed and what to do; empty for a placed photo."""
+    remark: str = ""
+    """What is odd about it though it is used."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ Method  Candidates are told by their ending or their first bytes; nothing is dec
 """
 
 import stat
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,6 +59,10 @@ class QualityOptions:
     fault_burnt: float = 0.05
     """Burnt-out share in most photos from which overexposure does: of the captures that worked
     none had 0.001, a rendered one had 0.08 to 0.1 when it failed, all of it on the limb."""
+    max_strange_share: float = 0.2
+    """Photos of another lens or zoom are named if they are no larger part of the capture."""
+    max_refocus: float = 0.003
+    """Change of the principal distance, as the focus distance in EXIF tells it, that is named."""
     seen_megapixels: float = 6.0
     """Blur is judged as in photos reduced to this size, which is where keypoints are found."""
 
@@ -98,7 +102,39 @@ def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remar
                 "image of the limb. Use the rear camera, and the photos as they come from it"
             )
             found.append(Remark(photo.name, text))
-    return tuple(found)
+    return (*found, *_of_other_lenses(photos, options))
+
+
+def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Remark]:
+    """Photos whose files tell another lens, zoom or focus than those of nearly all others."""
+    counts = np.bincount([photo.camera_idx for photo in photos.photos])
+    most = int(np.argmax(counts))
+    near = [photo.exif.subject_m for photo in photos.photos if photo.exif.subject_m is not None]
+    usual_m = float(np.median(near)) if near else float("nan")
+    for photo in photos.photos:
+        idx, exif = photo.camera_idx, photo.exif
+        if idx != most and counts[idx] <= options.max_strange_share * len(photos.photos):
+            size = f"{photo.width_px} x {photo.height_px}"
+            text = (
+                f"taken with {photos.cameras[idx].label}, {size}, where {counts[most]} others are "
+                f"of {photos.cameras[most].label}: so few photos tell little about a lens. Stay "
+                "with one lens and zoom"
+            )
+            yield Remark(photo.name, text)
+        elif exif.focal_mm is not None and exif.subject_m is not None:
+            # A thin lens: the principal distance is f D / (D - f).
+            focal_m = exif.focal_mm / 1000
+            longer = _extension(focal_m, exif.subject_m) - _extension(focal_m, usual_m)
+            if abs(longer) > options.max_refocus:
+                text = (
+                    f"focused at {exif.subject_m:.2g} m, where {usual_m:.2g} m is usual: its lens "
+                    f"is {abs(longer):.1%} {'longer' if longer > 0 else 'shorter'}. Lock the focus"
+                )
+                yield Remark(photo.name, text)
+
+
+def _extension(focal_m: float, distance_m: float) -> float:
+    return focal_m / max(distance_m - focal_m, focal_m)
 
 
 def common_fault(photos: Sequence[Photo], options: QualityOptions = DEFAULTS) -> str | None:

@@ -223,7 +223,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
                 name=photo.name,
                 placed=verdict.placed,
                 reason=verdict.reason,
-                remarks=tuple(said.get(photo.name, ())),
+                remarks=(*said.get(photo.name, ()), *([verdict.remark] if verdict.remark else [])),
                 points=verdict.points,
                 edge_width_px=photo.sharpness,
                 burnt_share=photo.burnt,

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
     brightest_luma,
     burnt_share,
@@ -97,3 +97,29 @@ def test_blur_counts_as_far_as_keypoints_see_it() -> None:
     """Of 48 megapixels four pixels are one of three megapixels."""
     large = replace(photo("a", 4.0), width_px=8000, height_px=6000)
     assert common_fault([large]) is None
+
+
+def test_a_photo_of_another_lens_or_focus_is_named() -> None:
+    def photo(number: int, camera_idx: int = 0, subject_m: float | None = 1.5) -> Photo:
+        return Photo(
+            name=f"{number}.jpg",
+            path=Path(f"{number}.jpg"),
+            width_px=400,
+            height_px=300,
+            exif=Exif(model="Phone", focal_mm=5.7, subject_m=subject_m),
+            sha256=str(number),
+            camera_idx=camera_idx,
+        )
+
+    cameras = tuple(
+        CameraGroup(label=label, width_px=400, height_px=300, exif=Exif())
+        for label in ("Phone, 5.7 mm", "Phone, 9 mm")
+    )
+    usual = [photo(k) for k in range(10)]
+    told = remarks(PhotoSet((*usual, photo(10, 1), photo(11, 0, 0.4), photo(12, 0, None)), cameras))
+    assert [one.name for one in told] == ["10.jpg", "11.jpg"]
+    assert "taken with Phone, 9 mm" in told[0].text
+    # f / (D - f) for 0.4 and 1.5 m: 1.45 % and 0.38 %.
+    assert "its lens is 1.1% longer" in told[1].text
+    halves = PhotoSet(tuple(photo(k, k % 2) for k in range(10)), cameras)
+    assert remarks(halves) == ()

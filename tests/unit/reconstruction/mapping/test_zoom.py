@@ -1,0 +1,60 @@
+"""Photos that were zoomed are found by their points alone, and no others."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.zoom import focal_fits, odd_focals
+
+Maker = Callable[..., Scene]
+LENS = Camera(width_px=900, height_px=700, fx=1500.0, fy=1490.0, cx=450.0, cy=345.0, k1=-0.08)
+
+
+def zoomed(scene: Scene, photo: int, zoom: float) -> Scene:
+    """One photo enlarged about its principal point, as a digital zoom does."""
+    seen = scene.observations
+    xy_px = seen.xy_px.copy()
+    rows = seen.photo_idx == photo
+    middle = np.array([LENS.cx, LENS.cy])
+    xy_px[rows] = middle + zoom * (xy_px[rows] - middle)
+    return replace(scene, observations=Observations(seen.photo_idx, seen.point_idx, xy_px))
+
+
+def adjusted(scene: Scene) -> Scene:
+    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0])
+    return adjust(scene, [Calibration(camera=LENS, covariance=covariance, source="board")]).scene
+
+
+@pytest.fixture
+def ring(make_scene: Maker) -> Scene:
+    return make_scene(photos=15, points=600, noise_px=0.1, share=0.5, lenses=(LENS,))
+
+
+@pytest.mark.parametrize("zoom", [1.0, 1.01, 0.97])
+def test_on_true_points_the_zoom_comes_back_with_its_sigma(ring: Scene, zoom: float) -> None:
+    fits = focal_fits(zoomed(ring, 4, zoom))
+    offs = [
+        (fit.ratio - (zoom if k == 4 else 1.0)) / fit.sigma for k, fit in enumerate(fits) if fit
+    ]
+    assert len(offs) == 15
+    assert np.abs(offs).max() < 1.5  # sigmas are three times those of independent errors
+    assert np.abs(offs).max() > 0.1
+
+
+def test_a_zoomed_photo_is_named_after_the_adjustment_and_no_other(ring: Scene) -> None:
+    assert odd_focals(adjusted(ring)) == {}
+    found = odd_focals(adjusted(zoomed(ring, 4, 1.03)))
+    assert list(found) == [4]
+    assert "longer than that of the other photos" in found[4]
+    assert "shorter" in odd_focals(adjusted(zoomed(ring, 7, 0.97)))[7]
+
+
+def test_photos_with_few_points_are_not_judged(make_scene: Maker) -> None:
+    scene = make_scene(photos=6, points=20, lenses=(LENS,))
+    assert focal_fits(scene) == (None,) * 6
