@@ -49,6 +49,7 @@ from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource
 from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
+from limbgram.workbench.marks.stickers import PlacedStickers, find_stickers
 
 T = TypeVar("T")
 
@@ -305,6 +306,21 @@ def painted_marks_of(case: CaseFolder, shape: Mesh, options: PaintedOptions) -> 
     photos = [kept.photos.photos[idx] for idx in scene.placed]
     require_unaltered(photos)
     return find_painted_marks(photos, scene.views, kept.mesh, options)
+
+
+def stickers_of(case: CaseFolder, shape: Mesh) -> PlacedStickers:
+    """The coded stickers that a case's photos show, in the frame of a shape made from this case.
+
+    Raises:
+        CaseError: it is no finished case, or its products or photos are not what they were.
+        OptionsError: the shape is not the case's surface as it lies there.
+    """
+    kept = kept_evidence(case)
+    _require_same_place(case, shape, kept.mesh)
+    scene = kept.metric.scene
+    photos = [kept.photos.photos[idx] for idx in scene.placed]
+    require_unaltered(photos)
+    return find_stickers(photos, scene.views)
 
 
 def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:

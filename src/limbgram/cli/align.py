@@ -19,6 +19,7 @@ from limbgram.cli.shapes import (
     landmarks_of,
     pair_of,
     shape_of,
+    sticker_names,
 )
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Vector3
@@ -29,7 +30,7 @@ from limbgram.formats.sidecar import limb_file_beside
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.frame.landmarks import NAMES, frame_of, with_landmarks
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Landmark, Limb
 
 _FIT = "fit"
 _SHOWN_AT_MOST = 12
@@ -109,6 +110,13 @@ def align_command(
             show_default="in the shape's own colours",
         ),
     ] = None,
+    stickers: Annotated[
+        Path | None,
+        typer.Option(
+            help='Names of coded stickers, a JSON file such as {"12": "fibula head"}: with '
+            "--photos each is the landmark of its name."
+        ),
+    ] = None,
     colour: Annotated[
         str | None,
         typer.Option(
@@ -133,7 +141,9 @@ def align_command(
     read = shape_of(shape, unit)
     limb = read.limb
     wanted = marks or asks_for_marks(landmark or [])
-    if not wanted and (photos is not None or colour is not None):
+    if stickers is not None and photos is None:
+        raise OptionsError("Stickers are seen in photos: name the case by --photos.")
+    if not wanted and ((photos is not None and stickers is None) or colour is not None):
         raise OptionsError(
             "--photos and --colour are for painted marks. List these with --marks, or take one by "
             'its number with --landmark "fibula head=#2".'
@@ -154,10 +164,10 @@ def align_command(
         flexion_deg=flexion,
         declared=read.declared,
     )
-    aligned = align(
-        with_landmarks(limb, landmarks_of(landmark or [], () if seen is None else seen.places_mm)),
-        options,
-    )
+    named = landmarks_of(landmark or [], () if seen is None else seen.places_mm)
+    if stickers is not None and photos is not None:
+        named = (*named, *_sticker_landmarks(limb, photos, sticker_names(stickers)))
+    aligned = align(with_landmarks(limb, named), options)
     return _kept(aligned, shape, read)
 
 
@@ -303,6 +313,32 @@ def _in_photos(limb: Limb, case: Path, colour: tuple[int, int, int] | None) -> _
         ],
     }
     return _Seen(tuple(mark.position_mm for mark in found.marks), Reply(explained(lines), content))
+
+
+def _sticker_landmarks(limb: Limb, case: Path, names: dict[int, str]) -> tuple[Landmark, ...]:
+    """The stickers that have a name, where the photos of the case put them.
+
+    Raises:
+        OptionsError: a named one has no place.
+    """
+    from limbgram.cases.assessing import stickers_of
+    from limbgram.cases.folder import CaseFolder
+
+    found = stickers_of(CaseFolder(case), limb.mesh)
+    places = {one.mark_id: one.position_mm for one in found.placed}
+    reasons = {one.mark_id: one.reason for one in found.lost}
+    missing = [
+        f"{number} ({name}): {reasons.get(number, 'no placed photo shows it')}"
+        for number, name in names.items()
+        if number not in places
+    ]
+    if missing:
+        raise OptionsError(
+            f"These stickers have no place: {'; '.join(missing)}. Seen were "
+            f"{', '.join(map(str, places)) or 'none'}. Check the numbers, or leave these names out "
+            "and pick the landmarks with --landmark."
+        )
+    return tuple(Landmark(name=name, position_mm=places[number]) for number, name in names.items())
 
 
 def _rgb(colour: UInt8[np.ndarray, "3"]) -> tuple[int, ...]:

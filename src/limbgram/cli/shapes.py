@@ -15,7 +15,9 @@ import typer
 from PIL import ImageColor
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.typed import any_value_of
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
@@ -89,6 +91,7 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 _END = "end"
 _COUNTED = re.compile("[0-9]{1,4}")
 """A mark's number: thousands of digits, and digits raised above the line, are digits to Python."""
+_LARGEST_NAMES = 100_000
 _SHORTEST, _LARGEST = 1e-6, 1e9
 """Of a direction, and of any number: beyond, squares are no longer numbers."""
 
@@ -113,6 +116,31 @@ def direction(text: str | None, option: str) -> Vector3 | None:
 def landmarks_of(texts: Sequence[str], marks: Sequence[Vector3]) -> tuple[Landmark, ...]:
     """Landmarks as NAME=X,Y,Z in mm, or NAME=#2 for the second mark that was seen."""
     return tuple(_landmark(text, marks) for text in texts)
+
+
+def sticker_names(path: Path) -> dict[int, str]:
+    """Landmark names by the numbers of stickers, from a JSON file such as {"12": "fibula head"}.
+
+    Raises:
+        OptionsError: it holds something else.
+    """
+    try:
+        tree = json_of(read_content(path, _LARGEST_NAMES, OptionsError))
+        if not isinstance(tree, dict):
+            raise ValueError("it is no list of numbers with names")
+        names = any_value_of(tree, dict[str, str], "the file")
+        return {int(number): name.strip() for number, name in names.items() if _is_number(number)}
+    except ValueError as error:
+        raise OptionsError(
+            f"{path} names no stickers: {error}. Write the number of each sticker and the name of "
+            'its landmark, such as {"12": "fibula head", "13": "tibial tubercle"}.'
+        ) from error
+
+
+def _is_number(text: str) -> bool:
+    if not _COUNTED.fullmatch(text):
+        raise ValueError(f"{text!r} is no number of a sticker")
+    return True
 
 
 def colour_of(text: str | None) -> tuple[int, int, int] | None:

@@ -1,0 +1,142 @@
+"""Stickers: coded marks on limb or sock, in the placed photos; a named one is a landmark.
+
+In      photos with their views in the frame of the surface, and which numbers are wanted.
+Out     PlacedStickers: each sticker's middle in that frame with its sigma, or why it has none.
+Method  the four corners are met from all photos that show them; a photo that puts them elsewhere
+        than the others is left out. Their mean is the sticker's middle on its chord: on round
+        skin it lies under the surface, straight below the middle, so that the nearest place of the
+        surface is the landmark.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int32
+
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.triangulation import triangulate
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.targets.marks import (
+    KIT_DICTIONARY,
+    MarkDetections,
+    MarkOptions,
+    PhotoMarks,
+    find_marks,
+)
+
+_LEAST_PHOTOS = 2
+_MOST_OFF_PX = 1.5
+_LEAST_AGREEING = 0.6
+"""Of the photos that show a sticker, so many must agree on it."""
+_CORNERS = 4
+_LEAST_SIGMA_PX = 0.05
+_BAD_PLACE = "its rays meet nowhere"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedSticker:
+    """A sticker in the frame of the surface."""
+
+    mark_id: int
+    position_mm: Vector3
+    sigma_mm: float
+    """One standard deviation along one direction, by how the photos disagree; not the scale."""
+    side_mm: float
+    """Mean side, to be held against the print."""
+    photos: tuple[str, ...]
+    """Those that agree on it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LostSticker:
+    """A sticker that was seen or asked for, and has no place."""
+
+    mark_id: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class PlacedStickers:
+    """All stickers."""
+
+    placed: tuple[PlacedSticker, ...]
+    lost: tuple[LostSticker, ...]
+
+
+def find_stickers(
+    photos: Sequence[Photo],
+    views: Sequence[View],
+    dictionary: str = KIT_DICTIONARY,
+    options: MarkOptions | None = None,
+) -> PlacedStickers:
+    """All stickers that the photos show; `views` go with `photos`."""
+    found = find_marks(
+        PhotoSet(photos=tuple(photos), cameras=()),
+        dictionary,
+        [view.camera for view in views],
+        options or MarkOptions(),
+    )
+    return place_stickers(found, views)
+
+
+def place_stickers(found: MarkDetections, views: Sequence[View]) -> PlacedStickers:
+    """The same of marks that were found; `views` are those of the photos by `photo_idx`."""
+    placed: list[PlacedSticker] = []
+    lost: list[LostSticker] = []
+    doubted = {
+        int(mark_id): doubt
+        for photo in found.photos
+        for mark_id, doubt in zip(photo.doubtful_ids, photo.doubts, strict=True)
+    }
+    for mark_id in sorted({*found.ids, *doubted}):
+        shown = [photo for photo in found.photos if (photo.ids == mark_id).any()]
+        one = _placed(mark_id, shown, views)
+        if isinstance(one, PlacedSticker):
+            placed.append(one)
+        else:
+            doubt = f" ({doubted[mark_id]})" if mark_id in doubted else ""
+            lost.append(LostSticker(mark_id=mark_id, reason=one + doubt))
+    return PlacedStickers(tuple(placed), tuple(lost))
+
+
+def _placed(
+    mark_id: int, shown: Sequence[PhotoMarks], views: Sequence[View]
+) -> PlacedSticker | str:
+    """One sticker from the photos that show it, or why it has no place."""
+    kept = list(shown)
+    while len(kept) >= _LEAST_PHOTOS:
+        seen = [views[photo.photo_idx] for photo in kept]
+        corners_px = np.array([photo.corners_px[photo.ids == mark_id][0] for photo in kept])
+        met = triangulate(seen, *_pairs(len(seen)), corners_px.reshape(-1, 2), _CORNERS)
+        points = met.points_in_world
+        if not np.isfinite(points).all():
+            return _BAD_PLACE
+        again = np.array([view.project(points) for view in seen])
+        off_px = np.linalg.norm(again - corners_px, axis=2).max(axis=1)
+        if off_px.max() <= _MOST_OFF_PX:
+            freedom = max(1, 2 * _CORNERS * len(seen) - 3 * _CORNERS)
+            rms_px = float(np.sqrt(((again - corners_px) ** 2).sum() / freedom))
+            sigmas = [np.trace(one) / 3 for one in met.covariance]
+            sigma_mm = max(rms_px, _LEAST_SIGMA_PX) * float(np.sqrt(np.mean(sigmas)))
+            sides = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)
+            return PlacedSticker(
+                mark_id=mark_id,
+                position_mm=points.mean(0),
+                sigma_mm=sigma_mm,
+                side_mm=float(sides.mean()),
+                photos=tuple(photo.name for photo in kept),
+            )
+        if len(kept) - 1 < max(_LEAST_PHOTOS, _LEAST_AGREEING * len(shown)):
+            return "the photos put it in different places: it moved, or its number is there twice"
+        kept.pop(int(np.argmax(off_px)))
+    return f"{len(shown)} placed photos show it whole; {_LEAST_PHOTOS} are needed"
+
+
+def _pairs(views: int) -> tuple[Int32[np.ndarray, " m"], Int32[np.ndarray, " m"]]:
+    """View and corner of each measurement, photo by photo."""
+    return (
+        np.repeat(np.arange(views, dtype=np.int32), _CORNERS),
+        np.tile(np.arange(_CORNERS, dtype=np.int32), views),
+    )
