@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import numpy as np
 import typer
@@ -17,7 +17,6 @@ from PIL import ImageColor
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.arrays import Vector3
-from limbgram.core.typed import any_value_of
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
@@ -128,8 +127,7 @@ def sticker_names(path: Path) -> dict[int, str]:
         tree = json_of(read_content(path, _LARGEST_NAMES, OptionsError))
         if not isinstance(tree, dict):
             raise ValueError("it is no list of numbers with names")
-        names = any_value_of(tree, dict[str, str], "the file")
-        return {int(number): name.strip() for number, name in names.items() if _is_number(number)}
+        return dict(_named_sticker(*row) for row in cast(dict[str, Any], tree).items())
     except ValueError as error:
         raise OptionsError(
             f"{path} names no stickers: {error}. Write the number of each sticker and the name of "
@@ -137,10 +135,12 @@ def sticker_names(path: Path) -> dict[int, str]:
         ) from error
 
 
-def _is_number(text: str) -> bool:
-    if not _COUNTED.fullmatch(text):
-        raise ValueError(f"{text!r} is no number of a sticker")
-    return True
+def _named_sticker(number: str, name: object) -> tuple[int, str]:
+    if not _COUNTED.fullmatch(number):
+        raise ValueError(f"{number!r} is no number of a sticker")
+    if not isinstance(name, str) or not name.strip():
+        raise ValueError(f"sticker {number} has no name")
+    return int(number), name.strip()
 
 
 def colour_of(text: str | None) -> tuple[int, int, int] | None:
