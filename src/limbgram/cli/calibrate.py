@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from limbgram.cli.captures import parse_board
+from limbgram.cli.captures import names_board_file, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
@@ -90,7 +90,7 @@ def _require_no_photo(report: Path | None, photos: list[Path]) -> None:
 
 def as_board(text: str, square_mm: float | None) -> Board:
     """The board that --board and --square name."""
-    if ":" in text or text.lower().endswith(".json"):
+    if ":" in text or names_board_file(text):
         return parse_board(text)
     if square_mm is None:
         raise OptionsError(

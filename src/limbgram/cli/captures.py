@@ -40,7 +40,7 @@ _AS_WRITTEN = Strictness(pass_over_unknown=True)
 
 def parse_board(text: str) -> Board:
     """A board such as charuco:7x5:30:22:4X4_50 or checkerboard:14x10:10 (mm), or a board file."""
-    if text.lower().endswith(".json"):
+    if names_board_file(text):
         return read_board(Path(text))
     match text.split(":"):
         case ["charuco", size, square, marker, dictionary]:
@@ -53,6 +53,11 @@ def parse_board(text: str) -> Board:
                 f"such as {DEFAULT_BOARD}, or checkerboard:INNER_CORNERS:SQUARE_MM, such as "
                 "checkerboard:14x10:10, or the board file that `limbgram print` wrote."
             )
+
+
+def names_board_file(text: str) -> bool:
+    """Whether a board is named by its file, and not by its numbers."""
+    return text.lower().endswith(".json")
 
 
 def plates_of(path: Path) -> tuple[MarkPlate, ...]:

@@ -1,6 +1,10 @@
 """Alignment: a surface laid onto its truth by a rigid motion, and signed distances between them.
 
 Never by a scale: a wrong scale is an error of the surface and has to show.
+
+The steps to the nearest place are its own, beside `workbench.compare.icp`: what judges is simple
+enough to be checked by eye, and does not change when the comparison of shapes is improved. It also
+asks for less: only what three photos saw of the truth counts, and the truth has no brim.
 """
 
 from collections.abc import Iterator

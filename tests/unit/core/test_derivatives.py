@@ -31,8 +31,10 @@ from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.normals import reduce_equations, robust_cost
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.sampling import project
+from limbgram.reconstruction.measuring.uncertainty import _displacements as displacements
 from limbgram.reconstruction.scale.ruler import scale_by_cameras
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
+from limbgram.reconstruction.targets.corners import _linearize as corner_equations
 from limbgram.reconstruction.twoview.fundamental import Equations
 
 LENS = Camera(
@@ -347,3 +349,45 @@ def test_the_boards_size_by_the_cameras() -> None:
     scale = CAMERA_STEPS * np.abs(exact).max()
     np.testing.assert_allclose(exact, slopes[0], rtol=1e-5, atol=1e-7 * float(scale.max()))
     assert len(exact) == POSE_SIZE * len(VIEWS) + len(PARAMETERS)
+
+
+def test_a_corners_equations_are_half_the_costs_gradient() -> None:
+    drawn = np.random.default_rng(9)
+    places = np.mgrid[-3:4, -3:4].reshape(2, -1).T
+    pixels = np.column_stack([places, drawn.uniform(0, 255, len(places))])
+    state = np.array([0.2, -0.3, 0.1, 1.7, 1.4, 60.0, 120.0, 0.5, -0.3])
+    agree(
+        -2 * corner_equations(pixels, state)[2][None],
+        lambda step: np.array([corner_equations(pixels, state + step)[0]]),
+        np.array([0.01, 0.01, 0.003, 0.003, 0.01, 1.0, 1.0, 0.1, 0.1]) / 10,
+    )
+
+
+def test_a_vertex_moves_with_the_cameras_as_matching_it_anew_would_have_it() -> None:
+    """Along its normal, and over its plane, to where all photos show the same place again."""
+    given = scene()
+    vertices, axes = POINTS[:4], np.stack([Rigid.from_rotation_vector(
+        np.array([0.3 * k, 0.2, -0.1]), np.zeros(3)).rotation for k in range(4)])  # fmt: skip
+    seen_by = np.array([[0, 1, 2, 3], [0, 1, 2, -1], [1, 3, 2, -1], [0, 2, -1, -1]], np.int32)
+    unknowns = POSE_SIZE * len(VIEWS) + LENS_SIZE
+    exact = displacements(vertices, axes, seen_by, given, np.eye(unknowns))
+
+    def matched(step: np.ndarray) -> np.ndarray:
+        lens, moves = step[-LENS_SIZE:], []
+        for vertex, own, photos in zip(vertices, axes, seen_by):
+            right, columns = [], []
+            for k in photos[photos >= 0]:
+                row = VIEWS[k].packed
+                after = changed(row, np.append(step[POSE_SIZE * k :][:POSE_SIZE], lens))
+                by_plane = derivatives(row, vertex[None])[0][0] @ own.T
+                off_px = pixels(after, vertex[None])[0] - pixels(row, vertex[None])[0]
+                in_plane = np.linalg.inv(by_plane[:, :2])
+                columns.append(np.column_stack([np.eye(2), in_plane @ by_plane[:, 2]]))
+                right.append(-in_plane @ off_px)
+            moves.append(np.linalg.lstsq(np.vstack(columns), np.concatenate(right))[0][2])
+        return np.array(moves)
+
+    slopes, errors = difference(matched, 30 * CAMERA_STEPS)
+    largest = np.abs(slopes).max(axis=0)
+    assert (np.abs(exact - slopes) <= 100 * errors + 1e-7 * largest).all()
+    assert (largest > 0).all()
