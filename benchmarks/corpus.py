@@ -5,6 +5,7 @@
 
 writes corpus.json, and corpus.md beside it. A folder is given as NAME=FOLDER; the name says what
 it is, of which version, and under which licence. Nothing of a collection is copied but its names.
+Collections that stand in the file already and are not named again stay as they are.
 
 A mesh is read by the reader of its ending and made sound; that it has the size of a limb is not
 demanded. A picture is read as a photo is, its pixels too. Each file may be read, or refused by a
@@ -49,6 +50,8 @@ _PICTURES = (
     ".jpg", ".jpeg", ".png", ".tif", ".tiff", ".heic", ".heif", ".dng", ".bmp", ".gif", ".webp",
 )  # fmt: skip
 _OVERTIME = 99
+_SET_ASIDE = "Set aside:\n  FILE: "
+"""What stands behind it is the reason for one picture, and not for the folder."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +158,11 @@ def all_of(folder: Path) -> list[Tried]:
 def markdown(found: dict[str, Any]) -> str:
     """The outcomes as tables."""
     out = io.StringIO()
-    out.write("# Public collections\n\n")
-    out.write(f"{made_on(found['machine'])}. Made by `python benchmarks/corpus.py`.\n\n")
+    out.write("# Public collections\n\nMade by `python benchmarks/corpus.py`.\n\n")
+    for told in dict.fromkeys(map(made_on, found["machines"].values())):
+        tried_there = [one for one, on in found["machines"].items() if made_on(on) == told]
+        out.write(f"- {told}: {'; '.join(tried_there)}\n")
+    out.write("\n")
     out.write("| collection | ending | files | read | with a note | refused | crashed | hung ")
     out.write("| longest s |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n")
     reasons: Counter[str] = Counter()
@@ -173,7 +179,8 @@ def markdown(found: dict[str, Any]) -> str:
             )
         for one in files:
             if one["outcome"] == "refused":
-                reason = re.sub(r"[\d,.]*\d", "N", one["said"].partition(". ")[0])
+                said = one["said"].partition(_SET_ASIDE)[2] or one["said"].partition(". ")[0]
+                reason = re.sub(r"[\d,.]*\d", "N", said)
                 reasons[f"{one['kind']}: {reason}"] += 1
             elif one["outcome"] != "read":
                 faults.append(f"{collection}, {one['name']}: {one['outcome']}, {one['said']}")
@@ -191,14 +198,19 @@ def main() -> int:
     parser.add_argument("collections", nargs="+", help="NAME=FOLDER")
     parser.add_argument("-o", "--out", type=Path, required=True)
     asked = parser.parse_args()
-    found: dict[str, Any] = {"machine": machine(), "collections": {}}
+    found: dict[str, Any] = {"machines": {}, "collections": {}}
+    if asked.out.exists():
+        found = json.loads(asked.out.read_text("utf-8"))
+    done: list[Tried] = []
     for typed in asked.collections:
         name, _, folder = typed.partition("=")
-        found["collections"][name] = [asdict(one) for one in all_of(Path(folder))]
+        tried_now = all_of(Path(folder))
+        found["machines"][name] = machine()
+        found["collections"][name] = [asdict(one) for one in tried_now]
+        done += tried_now
     asked.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
     asked.out.with_suffix(".md").write_text(markdown(found), "utf-8")
-    files = [one for each in found["collections"].values() for one in each]
-    return int(any(one["outcome"] in ("crashed", "hung") for one in files))
+    return int(any(one.outcome in ("crashed", "hung") for one in done))
 
 
 if __name__ == "__main__":
