@@ -17,6 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from cost_tables import BY_PHOTOS, BY_PIXELS, cost_table, finished, least
 from tables import table
 
 Json = dict[str, Any]
@@ -176,18 +177,31 @@ def _held(one: Json) -> int:
     return one["figures"] - one["too_little"] - one["too_much"]
 
 
-def growth() -> str:
-    """Cost from 15 to 60 photos, and of the paper's set-up."""
-    sets = result("sweep")["sets"]
-    few, many = (sets[f"synthetic_p{n}_mp1_s11"]["reconstruct"]["cpu_s"] for n in (15, 60))
-    paper = sets["synthetic_p15_mp15.054_d2000_s11"]["reconstruct"]
-    rival = sets["synthetic_p15_mp1_s11"]["rivals"]["pycolmap"]["cpu_s"]
-    rival_many = sets["synthetic_p60_mp1_s11"]["rivals"]["pycolmap"]["cpu_s"]
+def cost() -> str:
+    """Whole runs beside pycolmap's sparse step, and how cost grows with photos and pixels."""
+    sets = result("cost")["sets"]
+    told = [cost_table(sets)]
+    for names, grows in ((BY_PHOTOS, "photos"), (BY_PIXELS, "megapixels")):
+        few, many = (sets.get(name) for name in (names[0], names[-1]))
+        if few is not None and many is not None:
+            told.append(_grown(few, many, grows))
+    return "\n\n".join([*told, _measured_on(("cost",))])
+
+
+def _grown(few: Json, many: Json, grows: str) -> str:
+    """In words, from one set to a larger one."""
+    runs, more = (finished(one["limbgram"]) for one in (few, many))
+    before, after = least(runs, "cpu_s"), least(more, "cpu_s")
+    times = many[grows] / few[grows]
+    beside = ""
+    if few["pycolmap"] and many["pycolmap"]:
+        theirs = (least(finished(one["pycolmap"]), "sparse_cpu_s") for one in (few, many))
+        beside = "; pycolmap's sparse step {:.0f} to {:.0f}".format(*theirs)
+    peaks = [max(run["peak_mb"] for run in of) / 1000 for of in (runs, more)]
     return (
-        f"From 15 to 60 photos of 1 MP the cost grows {many / few:.1f} times ({few:.0f} to "
-        f"{many:.0f} CPU s; pycolmap's cameras alone, on the same photos in the same run, "
-        f"{rival:.0f} to {rival_many:.0f}); the paper's 15 photos of 15 MP take "
-        f"{paper['wall_s']:.0f} s on two cores."
+        f"From {few['what']} to {many['what']}, {times:.0f} times as many {grows}, the whole run "
+        f"grows {after / before:.1f} times ({before:.0f} to {after:.0f} CPU s{beside}) and its "
+        f"peak from {peaks[0]:.1f} to {peaks[1]:.1f} GB."
     )
 
 
@@ -228,7 +242,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "accuracy": accuracy,
     "spoiled": spoiled,
     "intervals": intervals,
-    "growth": growth,
+    "cost": cost,
     "real": real,
 }
 
