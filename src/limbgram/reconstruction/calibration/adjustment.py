@@ -80,22 +80,6 @@ def moved(pose: Rigid, step: Float64[np.ndarray, "6"]) -> Rigid:
     return Rigid(turn.rotation @ pose.rotation, pose.translation + step[3:])
 
 
-def _board_slopes(
-    corners_mm: Points3, board_mm: Float64[np.ndarray, "all 3"]
-) -> Float64[np.ndarray, "n 3 5"]:
-    """Derivatives of the corners by the board's terms; its shape is linear in them."""
-    middle = 0.5 * (board_mm.min(axis=0) + board_mm.max(axis=0))
-    half_mm = 0.5 * float(np.ptp(board_mm, axis=0).max())
-    u, v = ((corners_mm - middle)[:, :2] / half_mm).T
-    slopes = np.zeros((len(corners_mm), 3, len(BOARD_TERMS)))
-    slopes[:, 1, 0] = v
-    slopes[:, 0, 1] = v
-    slopes[:, 2, 2] = u * u
-    slopes[:, 2, 3] = u * v
-    slopes[:, 2, 4] = v * v
-    return slopes * half_mm
-
-
 _DESCENT = Descent(
     iterations=50, smallest_gain=1e-12, least_gain=1e-14, damping=1e-4, least_damping=1e-12
 )
@@ -232,6 +216,22 @@ def scatter(
     lens = np.flatnonzero(free) < LENS_SIZE
     formal = np.diag(solution.covariance)[free]
     return float(np.sqrt(np.median((variance / formal)[lens])))
+
+
+def _board_slopes(
+    corners_mm: Points3, board_mm: Float64[np.ndarray, "all 3"]
+) -> Float64[np.ndarray, "n 3 5"]:
+    """Derivatives of the corners by the board's terms; its shape is linear in them."""
+    middle = 0.5 * (board_mm.min(axis=0) + board_mm.max(axis=0))
+    half_mm = 0.5 * float(np.ptp(board_mm, axis=0).max())
+    u, v = ((corners_mm - middle)[:, :2] / half_mm).T
+    slopes = np.zeros((len(corners_mm), 3, len(BOARD_TERMS)))
+    slopes[:, 1, 0] = v
+    slopes[:, 0, 1] = v
+    slopes[:, 2, 2] = u * u
+    slopes[:, 2, 3] = u * v
+    slopes[:, 2, 4] = v * v
+    return slopes * half_mm
 
 
 def _normals(

@@ -63,19 +63,6 @@ def make_manifold(faces: Faces) -> _FewerFaces:
     return faces[:0]
 
 
-def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
-    fans = corner_fans(faces).ravel()
-    vertices = faces.ravel()
-    size = np.bincount(fans)
-    # Fans in order of vertex, then size: the last one of a vertex is its largest.
-    first_corner = np.unique(fans, return_index=True)[1]
-    of_vertex = vertices[first_corner]
-    order = np.lexsort((size, of_vertex))
-    lesser = np.zeros(len(size), np.bool_)
-    lesser[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
-    return np.asarray(lesser[fans].reshape(-1, 3).any(1))
-
-
 def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Take away the faces at sharp folds and at spikes."""
     normals = face_normals(vertices, faces)
@@ -86,23 +73,6 @@ def drop_folds(vertices: Points3, faces: Faces) -> _FewerFaces:
     at_fold = np.zeros(len(faces), np.bool_)
     at_fold[sides[folded]] = True
     return faces[~(at_spike | at_fold)]
-
-
-def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
-    """Vertices farther from the middle of their neighbours than the ring of these is wide."""
-    corners = faces.ravel()
-    ahead, behind = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
-    count = np.maximum(np.bincount(corners, minlength=len(vertices)), 1)
-    apart = np.linalg.norm(vertices[ahead] - vertices[behind], axis=1)
-    link = np.bincount(corners, apart, len(vertices)) / count
-    middles = np.column_stack(
-        [
-            np.bincount(corners, (vertices[ahead, k] + vertices[behind, k]) / 2, len(vertices))
-            for k in range(3)
-        ]
-    )
-    away = np.linalg.norm(vertices - middles / count[:, None], axis=1)
-    return away > _SPIKE_LINKS * link
 
 
 def drop_tongues(vertices: Points3, faces: Faces) -> _FewerFaces:
@@ -136,12 +106,6 @@ def largest_manifold(vertices: Points3, faces: Faces) -> _FewerFaces:
     return faces
 
 
-def _open_sides(faces: Faces) -> Int64[np.ndarray, " f"]:
-    """Number of boundary edges of each face."""
-    edges = find_edges(faces)
-    return (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
-
-
 def largest_component(vertices: Points3, faces: Faces) -> _FewerFaces:
     """Faces of the component of the largest area."""
     labels = face_components(faces)
@@ -169,3 +133,39 @@ def cut_back(mesh: Mesh, doubtful: Bool[np.ndarray, " n"], rings: int) -> Mesh:
             break
         faces = faces[~going[faces].any(axis=1)]
     return with_faces(mesh, largest_manifold(mesh.vertices_mm, faces))
+
+
+def _beside_the_largest_fan(faces: Faces) -> Bool[np.ndarray, " f"]:
+    fans = corner_fans(faces).ravel()
+    vertices = faces.ravel()
+    size = np.bincount(fans)
+    # Fans in order of vertex, then size: the last one of a vertex is its largest.
+    first_corner = np.unique(fans, return_index=True)[1]
+    of_vertex = vertices[first_corner]
+    order = np.lexsort((size, of_vertex))
+    lesser = np.zeros(len(size), np.bool_)
+    lesser[order[:-1]] = of_vertex[order[:-1]] == of_vertex[order[1:]]
+    return np.asarray(lesser[fans].reshape(-1, 3).any(1))
+
+
+def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Vertices farther from the middle of their neighbours than the ring of these is wide."""
+    corners = faces.ravel()
+    ahead, behind = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, 1, axis=1).ravel()
+    count = np.maximum(np.bincount(corners, minlength=len(vertices)), 1)
+    apart = np.linalg.norm(vertices[ahead] - vertices[behind], axis=1)
+    link = np.bincount(corners, apart, len(vertices)) / count
+    middles = np.column_stack(
+        [
+            np.bincount(corners, (vertices[ahead, k] + vertices[behind, k]) / 2, len(vertices))
+            for k in range(3)
+        ]
+    )
+    away = np.linalg.norm(vertices - middles / count[:, None], axis=1)
+    return away > _SPIKE_LINKS * link
+
+
+def _open_sides(faces: Faces) -> Int64[np.ndarray, " f"]:
+    """Number of boundary edges of each face."""
+    edges = find_edges(faces)
+    return (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
