@@ -99,7 +99,15 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
     """What stands before the camera: the limb, then the calibration board."""
     pixel_mm = options.distance_mm / truth.views[0].camera.fx
     texel_mm = max(_FINEST_TEXEL_MM, pixel_mm / _TEXELS_PER_PIXEL)
-    skin = bake(truth.limb, options.paint, options.coverage, options.seed, texel_mm, options.spots)
+    skin = bake(
+        truth.limb,
+        options.paint,
+        options.coverage,
+        options.seed,
+        texel_mm,
+        options.spots,
+        pixel_mm,
+    )
     room = make_room(options.seed, under_stand=True)
     lying = () if truth.board is None else (board_panel(truth.board),)
     ring = Stage(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Bool, Float64, UInt8
 from numba import njit
+from scipy.ndimage import map_coordinates
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.run import in_parallel
+from limbgram.formats.sheets.sock import SockPattern, sock_pattern
 from limbgram.synthetic.props.limb import Limb
 
 MAGENTA = (235, 20, 200)
@@ -66,6 +68,8 @@ _HARMONICS = 3
 _LEAST_STRETCH = 0.65
 _MEAN_STRETCH = (1 + _LEAST_STRETCH) / 2
 _STRIP_ROWS = 256
+_CAP_ROUND = 0.75
+"""Of the tube's girth: where the limb is slimmer at its end, the cap is sewn on."""
 _PALETTE = np.array(
     [
         (203, 32, 44),
@@ -87,6 +91,9 @@ class Paint(Enum):
     """What is on the sock."""
 
     DABS = "dabs"
+    PRINT = "print"
+    """A knitted tube with the printed pattern of `formats/sheets/sock`, made for the camera, and a
+    cap of the same fabric sewn on over the distal end."""
     NONE = "none"
 
 
@@ -112,8 +119,12 @@ def bake(
     seed: int,
     texel_mm: float,
     spots: Sequence[SockSpot] = (),
+    pixel_mm: float = 0.3,
 ) -> UInt8[np.ndarray, "rows columns 4"]:
-    """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart."""
+    """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart.
+
+    A printed pattern is made for a camera whose pixel shows `pixel_mm`.
+    """
     grid = limb.grid_mm
     step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
     fine = max(1, round(step / texel_mm))
@@ -123,9 +134,13 @@ def bake(
     dabs = _with_spots(_scatter(limb, count, np.random.default_rng((seed, 2))), limb, spots)
     seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
 
+    printed = _printed(limb, pixel_mm, seed) if paint is Paint.PRINT else None
+
     def lay_on(start: int) -> None:
         stop = min(start + _STRIP_ROWS, rows)
         _sock(texture, start, stop, seeds)
+        if printed is not None:
+            printed.lay_on(texture[start:stop, :, :3], start, fine)
         _lay_on(
             texture,
             start,
@@ -142,6 +157,48 @@ def bake(
     in_parallel(lay_on, range(0, rows, _STRIP_ROWS))
     texture[:, -1] = texture[:, 0]
     return texture
+
+
+@dataclass(frozen=True)
+class _Print:
+    """A printed pattern on the chart."""
+
+    pattern: SockPattern
+    x_mm: Float64[np.ndarray, "rows columns"]
+    """Place on the fabric of each of the chart's points."""
+    y_mm: Float64[np.ndarray, "rows columns"]
+    cap: Bool[np.ndarray, " rows"]
+    """Rows of the sewn cap, whose fabric is cut across the tube's."""
+
+    def lay_on(self, colours: UInt8[np.ndarray, "r c 3"], start: int, fine: int) -> None:
+        """Print rows of the texture from `start` on, between the chart's points."""
+        high, wide = colours.shape[:2]
+        row = np.minimum((start + np.arange(high)) / fine, len(self.cap) - 1.0)
+        column = np.minimum(np.arange(wide) / fine, self.x_mm.shape[1] - 1.0)
+        at = np.stack(np.meshgrid(row, column, indexing="ij")).reshape(2, -1)
+        x, y = (map_coordinates(one, at, order=1) for one in (self.x_mm, self.y_mm))
+        ink = self.pattern.colours_at(x, y).reshape(high, wide, 3)
+        # a row between tube and cap is the seam: places on the fabric jump there
+        near = np.floor(row).astype(int)
+        seam = self.cap[near] != self.cap[np.minimum(near + 1, len(self.cap) - 1)]
+        shade = np.asarray(colours, np.float32) / 255
+        colours[~seam] = np.rint(np.asarray(ink, np.float32) * shade)[~seam]
+
+
+def _printed(limb: Limb, pixel_mm: float, seed: int) -> _Print:
+    """Fabric round the limb: one tile goes round it, stretched as the limb is wide."""
+    grid = limb.grid_mm.astype(np.float64)
+    round_mm = np.linalg.norm(np.diff(grid, axis=1), axis=2).sum(1)
+    nominal_mm = float(np.median(round_mm))
+    along = np.linalg.norm(np.diff(grid, axis=0), axis=2).mean(1)
+    y_mm = np.concatenate([[0.0], np.cumsum(along)])
+    pattern = sock_pattern(nominal_mm, float(np.ceil(y_mm[-1])), pixel_mm, seed)
+    columns = grid.shape[1]
+    x = np.broadcast_to(np.linspace(0, nominal_mm, columns), grid.shape[:2]).copy()
+    y = np.broadcast_to(y_mm[:, None], grid.shape[:2]).copy()
+    cap = (round_mm < _CAP_ROUND * nominal_mm) & (np.arange(len(grid)) > len(grid) / 2)
+    x[cap], y[cap] = grid[cap, :, 0] + 0.37 * nominal_mm, grid[cap, :, 1] + 0.41 * y_mm[-1]
+    return _Print(pattern, x, y, cap)
 
 
 def _dab_count(limb: Limb, coverage: float) -> int:
