@@ -185,3 +185,16 @@ def test_a_spot_once_all_the_way_round_is_where_it_began() -> None:
         for around in (0.0, 1.0)
     )
     np.testing.assert_array_equal(begun, round_again)
+
+
+def test_a_printed_sock_lies_round_the_limb_without_a_seam() -> None:
+    limb = make_limb(LimbKind.TRANSTIBIAL, 3, 3.0, 20.0)
+    texture = bake(limb, Paint.PRINT, 0.5, 3, 1.0, pixel_mm=0.8)[..., :3].astype(int)
+    assert (texture[:, 0] == texture[:, -1]).all()
+    tube = texture[len(texture) // 4 : len(texture) // 2]
+    dark = (tube.sum(2) < 300).mean()
+    assert 0.3 < dark < 0.5
+    beside = np.abs(tube[:, 1] - tube[:, -2]).mean()  # over the seam, as over any two columns
+    within = np.abs(tube[:, 20] - tube[:, 22]).mean()
+    assert beside < 1.6 * within
+    assert np.abs(tube[:, 0] - tube[:, tube.shape[1] // 3]).mean() > 1.5 * beside
