@@ -102,7 +102,7 @@ def reconstruct_command(
     ] = None,
     triangles: Annotated[
         int,
-        typer.Option(min=10_000, max=20_000_000, help="Triangles of the surface at most."),
+        typer.Option(min=10_000, max=20_000_000, help="Triangles at most, of all parts together."),
     ] = DEFAULTS.most_triangles,
     memory: Annotated[
         float | None,

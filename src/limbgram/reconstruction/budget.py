@@ -95,16 +95,19 @@ def resolution_for(
     most_triangles: int,
     depth_share: float,
     memory_mb: float,
+    beside_mm2: float = 0.0,
 ) -> Resolution:
     """How finely to measure a surface: by its pixels, unless triangles or memory run out.
 
     Args:
         edge_px: Edges that the pixels of the photos allow.
-        most_triangles: Edges grow until the surface has no more than these.
+        most_triangles: Edges grow until this surface and what is measured beside it have no more
+            than these.
+        beside_mm2: Area of that.
     """
     pixel = pixel_on_object(metric)
     area = 0.5 * float(np.linalg.norm(surface.face_normals(), axis=1).sum())
-    shortest = float(np.sqrt(area / (_EQUILATERAL * most_triangles)))
+    shortest = float(np.sqrt((area + beside_mm2) / (_EQUILATERAL * most_triangles)))
     views = metric.scene.views
     kept_mb = PROGRAM_MB + _KEPT_MB * len(metric.scene.names)
     needs_mb: list[float] = []
@@ -138,8 +141,8 @@ def resolution_for(
         unit = "mm" if metric.scale.unit == "mm" else "units"
         notes.append(
             f"Edges are {shortest:.2f} {unit} long, so that there are about {most_triangles:,} "
-            f"triangles; the photos would allow {edge_px * pixel:.2f} {unit} (--triangles). Their "
-            "pixels all serve the measurement."
+            f"triangles{' on all parts together' if beside_mm2 else ''}; the photos would allow "
+            f"{edge_px * pixel:.2f} {unit} (--triangles). Their pixels all serve the measurement."
         )
     by_pixels = edge_px * pixel * 2**halvings
     return Resolution(

@@ -88,8 +88,8 @@ class PipelineOptions:
     edge_px: float = 4.5
     """Edges of the mesh that is measured, in pixels of the photos."""
     most_triangles: int = 400_000
-    """Its triangles at most: edges of 0.7 mm on a limb of 900 cm2. Where the pixels allow more,
-    edges grow, and all pixels still serve the measurement."""
+    """Its triangles at most, those of all parts together: edges of 0.7 mm on a limb of 900 cm2.
+    Where the pixels allow more, edges grow, and all pixels still serve the measurement."""
     measuring: MeasureOptions = field(default_factory=MeasureOptions)
 
 
@@ -156,10 +156,11 @@ def reconstruct(
     wrapped = wrap(cloud, options.surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
 
-    def finest(coarse: Mesh) -> Resolution:
+    def finest(coarse: Mesh, number: int) -> Resolution:
         return resolution_for(
             metric,
             coarse,
+            beside_mm2=sum(part.area_mm2 for part in parts.parts if part.number != number),
             edge_px=options.edge_px,
             most_triangles=options.most_triangles,
             depth_share=share,
@@ -177,10 +178,10 @@ def reconstruct(
 
     def beside(number: int) -> Mesh:
         coarse = run(repair, parts, cloud, options.repair, number)
-        return measured(coarse, finest(coarse))
+        return measured(coarse, finest(coarse, number))
 
     coarse = run(repair, parts, cloud, options.repair, parts.chosen)
-    resolution = finest(coarse)
+    resolution = finest(coarse, parts.chosen)
     mesh = measured(coarse, resolution)
     others = tuple(_if_it_can_be(part, beside) for part in parts.others)
     tapes = run(hold_tapes, mesh, metric.floor_z_mm, capture.tapes)

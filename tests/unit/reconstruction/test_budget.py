@@ -86,7 +86,12 @@ def metric(count: int = 10) -> MetricScene:
     return MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=1e-4))
 
 
-def resolution(surface: Mesh, most_triangles: int = 400_000, memory_mb: float = 1e5) -> Resolution:
+def resolution(
+    surface: Mesh,
+    most_triangles: int = 400_000,
+    memory_mb: float = 1e5,
+    beside_mm2: float = 0.0,
+) -> Resolution:
     return resolution_for(
         metric(),
         surface,
@@ -94,6 +99,7 @@ def resolution(surface: Mesh, most_triangles: int = 400_000, memory_mb: float = 
         most_triangles=most_triangles,
         depth_share=1.0,
         memory_mb=memory_mb,
+        beside_mm2=beside_mm2,
     )
 
 
@@ -112,6 +118,16 @@ def test_edges_grow_where_pixels_would_make_too_many_triangles(most: int) -> Non
     made = len(refine(sheet(), found.edge_mm).faces)
     assert 0.7 * most < made < 1.3 * most
     assert f"{most:,} triangles" in found.notes[0]
+
+
+def test_parts_share_the_triangles_by_their_areas() -> None:
+    """A sheet beside another one of three times its area has a quarter of the triangles."""
+    area = 0.5 * float(np.linalg.norm(sheet().face_normals(), axis=1).sum())
+    alone, beside = resolution(sheet(), 20_000), resolution(sheet(), 80_000, 1e5, 3 * area)
+    assert beside.edge_mm == pytest.approx(alone.edge_mm, rel=1e-12)
+    assert "80,000 triangles on all parts together" in beside.notes[0]
+    small = replace(sheet(), vertices_mm=sheet().vertices_mm * 0.2)
+    assert resolution(small, beside_mm2=1000.0).edge_mm == 4.5 * PIXEL_MM
 
 
 def test_long_edges_are_sampled_as_densely_as_short_ones() -> None:

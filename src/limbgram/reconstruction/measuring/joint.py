@@ -23,6 +23,7 @@ from limbgram.reconstruction.measuring.sampling import (
     leading_gains,
     project,
     sample_windows,
+    window_room,
     window_weights,
 )
 
@@ -88,7 +89,7 @@ def _gains_block(
     most = seen_by.shape[1]
     value = np.empty((most, SAMPLES), np.float32)
     slope = np.empty((most, SAMPLES), np.float32)
-    weights = window_weights()
+    weights, room = window_weights(), window_room()
     gains = np.empty(most)
     gram = np.empty((most, most))
     scratch = np.empty(most)
@@ -98,7 +99,7 @@ def _gains_block(
     for p in range(first, last):
         used, _ = sample_windows(
             coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-            quadric[p], step_mm[p], rest, weights, value, slope, level, photo_of, 0.0,
+            quadric[p], step_mm[p], rest, weights, room, value, slope, level, photo_of, 0.0,
         )  # fmt: skip
         if used < 2:
             continue

@@ -13,23 +13,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int32
+from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import with_faces
+from limbgram.core.mesh.topology import boundary_half_edges, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
 from limbgram.reconstruction.measuring.rounds import (
     JointEquations,
     MatchingOptions,
     SeenSurface,
+    drifted,
     joint_equations,
+    light_at,
     look,
-    match_guessed,
     match_jointly,
     match_patches,
+    match_within,
 )
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
@@ -39,7 +41,9 @@ from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
 from limbgram.reconstruction.surface.cleaning import cut_back
 
 _RINGS_ROUND = 6
-"""Rings round a fill whose bend it goes on with."""
+"""Rings round a fill, or round what else is measured by itself, whose bend it goes on with."""
+_FILL_PX, _RIM_PX = 20.0, 1.0
+"""How far a fill, and an opening's rim, may follow the plate where no patch is believed."""
 _GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
 
@@ -53,13 +57,14 @@ class MeasureOptions:
     every size below is relative to it."""
 
     patch_halvings: tuple[int, ...] = (1,)
-    """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
+    """Photo reductions of the rounds of patches; 1 is half size."""
 
     joint_rounds: int = 2
     """Rounds at full size in which all vertices are measured at once."""
 
     rim_rings: int = 8
-    """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
+    """Rows of vertices by which an opening's rim is cut back where patches of full size find no
+    agreement."""
 
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
@@ -85,32 +90,41 @@ def measure(
     crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     for halvings in track(options.patch_halvings):
-        mesh, _ = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
+        smaller = prepare(crops, views, halvings)
+        seen = look(mesh, smaller, views, seen_by)
+        mesh = _moved(mesh, match_patches(mesh, smaller, seen, matching), seen, matching)
     imagery = prepare(crops, views, 0)
-    mesh, believed = _by_patches(mesh, imagery, views, seen_by, matching)
-    mesh = cut_back(mesh, ~believed, options.rim_rings)
+    mesh, doubtful = _along_openings(mesh, imagery, views, seen_by, options)
+    mesh = cut_back(mesh, doubtful, options.rim_rings)
     mesh = _with_even_brim(mesh, crops, imagery, views, options)
     del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
-    found: tuple[SeenSurface, JointEquations] | None = None
-    for _ in track(range(options.joint_rounds)):
-        found = None  # two rounds' equations never lie side by side
-        mesh, found = _jointly(mesh, imagery, views, seen_by, matching)
+    mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     return mesh if found is None else with_sigma(mesh, *found, metric)
 
 
-def _by_patches(
+def _along_openings(
     mesh: Mesh,
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
-    options: MatchingOptions,
+    options: MeasureOptions,
 ) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
-    """The mesh moved by a patch per vertex, and whose patch is believed."""
-    seen = look(mesh, imagery, views, seen_by)
-    moves, believed = match_patches(mesh, imagery, seen, options)
-    return _moved(mesh, moves, seen, options), believed
+    """The openings' rims measured by patches, and where no patch is believed."""
+    at_rim = np.zeros(len(mesh), bool)
+    at_rim[boundary_half_edges(mesh.faces).ravel()] = True
+    asked = _near(at_rim, mesh.faces, options.rim_rings + 1)
+    doubtful = np.zeros(len(mesh), bool)
+    if not asked.any():
+        return mesh, doubtful
+    matching = options.matching
+    part, chosen = _part(mesh, _near(asked, mesh.faces))
+    seen = look(part, imagery, views, seen_by[chosen])
+    moves, good = match_within(part, imagery, seen, asked[chosen], _RIM_PX, matching)
+    moved = _moved(part, moves, seen, matching).vertices_mm
+    doubtful[chosen] = asked[chosen] & ~good
+    return mesh.with_vertices(_put(mesh.vertices_mm, chosen, moved)), doubtful
 
 
 def _jointly(
@@ -118,21 +132,39 @@ def _jointly(
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
-    options: MatchingOptions,
-) -> tuple[Mesh, tuple[SeenSurface, JointEquations]]:
-    """The mesh moved by all vertices at once, and what moved it."""
-    seen = look(mesh, imagery, views, seen_by)
-    equations = joint_equations(mesh, imagery, seen, options)
-    return _moved(mesh, match_jointly(mesh, seen, equations), seen, options), (seen, equations)
+    options: MeasureOptions,
+) -> tuple[Mesh, tuple[SeenSurface, JointEquations] | None]:
+    """The mesh moved by all vertices at once, and what moved it last."""
+    found: tuple[SeenSurface, JointEquations] | None = None
+    light: Float32[np.ndarray, "n c 4"] | None = None
+    matching = options.matching
+    early = replace(matching, robust_sigmas=matching.early_robust_sigmas)
+    for number in track(range(options.joint_rounds)):
+        found = None  # two rounds' equations never lie side by side
+        seen = look(mesh, imagery, views, seen_by)
+        light = light_at(mesh, imagery, seen) if light is None else light
+        last = number + 1 == options.joint_rounds
+        equations = joint_equations(mesh, imagery, seen, light, matching if last else early)
+        found = seen, equations
+        moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
+        moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
+        light, mesh = drifted(light, moves_mm), moved
+    return mesh, found
 
 
 def _seen_by(
-    mesh: Mesh, views: Sequence[View], options: MatchingOptions
+    mesh: Mesh,
+    views: Sequence[View],
+    options: MatchingOptions,
+    asked: Int64[np.ndarray, " n"] | None = None,
 ) -> tuple[Int32[np.ndarray, "n c"], Bool[np.ndarray, " n"]]:
-    """The photos that measure each vertex, and which vertices fewer than two photos see."""
+    """The photos that measure each vertex, and which vertices fewer than two photos see.
+
+    Of all vertices, or of those asked.
+    """
     best: list[Int32[np.ndarray, "b c"]] = []
     unseen: list[Bool[np.ndarray, " b"]] = []
-    for cosines in incidences(mesh, views, _GRAZING_DEG):
+    for cosines in incidences(mesh, views, _GRAZING_DEG, asked):
         unseen.append((cosines > 0).sum(axis=1) < 2)
         squarely = cosines >= np.cos(np.radians(options.max_incidence_deg))
         few = squarely.sum(axis=1, keepdims=True) < options.least_views
@@ -157,26 +189,32 @@ def _with_even_brim(
     if whole is mesh or whole.filled is None:
         return mesh
     matching, guessed = options.matching, whole.filled
-    faces = whole.faces[_near(guessed, whole.faces)[whole.faces].all(axis=1)]
-    chosen = np.unique(faces)
-    part = with_faces(whole, faces)
+    part, chosen = _part(whole, _near(guessed, whole.faces))
     good = np.zeros(len(part), bool)
     for imagery in (prepare(crops, views, 1), full):
         for _ in track(range(options.brim_rounds)):
-            seen_by, _ = _seen_by(whole, views, matching)
-            seen = look(part, imagery, views, seen_by[chosen])
-            moves, good = match_guessed(part, imagery, seen, guessed[chosen], matching)
+            seen_by, _ = _seen_by(whole, views, matching, chosen)
+            seen = look(part, imagery, views, seen_by)
+            moves, good = match_within(part, imagery, seen, guessed[chosen], _FILL_PX, matching)
             part = _moved(part, moves, seen, matching)
             whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_))
 
 
-def _near(chosen: Bool[np.ndarray, " n"], faces: Faces) -> Bool[np.ndarray, " n"]:
+def _near(
+    chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int = _RINGS_ROUND
+) -> Bool[np.ndarray, " n"]:
     """The chosen vertices and some rings round them."""
     near = chosen.copy()
-    for _ in range(_RINGS_ROUND):
+    for _ in range(rings):
         near[faces[near[faces].any(axis=1)]] = True
     return near
+
+
+def _part(mesh: Mesh, near: Bool[np.ndarray, " n"]) -> tuple[Mesh, Int64[np.ndarray, " k"]]:
+    """The faces with all corners among these, and the numbers of its vertices in the whole."""
+    faces = mesh.faces[near[mesh.faces].all(axis=1)]
+    return with_faces(mesh, faces), np.unique(faces).astype(np.int64)
 
 
 def _put(values: np.ndarray, idx: np.ndarray, new: np.ndarray | np.bool_) -> np.ndarray:

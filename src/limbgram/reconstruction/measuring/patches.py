@@ -23,6 +23,7 @@ from limbgram.reconstruction.measuring.sampling import (
     agreeing,
     gram_of,
     sample_windows,
+    window_room,
     window_weights,
 )
 
@@ -98,7 +99,7 @@ def _measure_block(
     slope = np.empty((most, SAMPLES), np.float32)
     texture = np.empty(SAMPLES, np.float32)
     texture_slope = np.empty(SAMPLES, np.float32)
-    weights = window_weights()
+    weights, room = window_weights(), window_room()
     effective = f4(0)
     for k in range(SAMPLES):
         effective += weights[k] * weights[k]
@@ -113,7 +114,7 @@ def _measure_block(
         for turn in range(rounds + 1):
             used, per_mm = sample_windows(
                 coefficients, crops, factor, views, seen_by[p], vertices[p], axes[p],
-                quadric[p], step_mm[p], state[p], weights, value, slope, mean, photo_of,
+                quadric[p], step_mm[p], state[p], weights, room, value, slope, mean, photo_of,
                 _LEAST_VARIANCE,
             )  # fmt: skip
             if used < 2:

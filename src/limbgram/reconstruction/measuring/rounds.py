@@ -6,18 +6,19 @@ Fails   SurfaceError: hardly a vertex looks alike in two photos.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float32, Float64, Int32, Int64
+from numba import njit
 
 from limbgram.core.errors import SurfaceError
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.imagery import Imagery, apparent_lift_mm
-from limbgram.reconstruction.measuring.joint import GAIN, LIFT, assemble, local_gains
+from limbgram.reconstruction.measuring.joint import DRIFT, GAIN, LIFT, MEAN, assemble, local_gains
 from limbgram.reconstruction.measuring.patches import MEASURED, measure_patches
 from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
@@ -29,8 +30,8 @@ from limbgram.reconstruction.measuring.thin_plate import (
 
 _UNMEASURED_PX = 1.0
 """What is believed of the given surface where nothing was measured: one pixel, in sigma."""
-_HELD_PX, _LOOSE_PX = 0.02, 20.0
-"""The same where the surface stays as it is, and where it was only guessed."""
+_HELD_PX = 0.02
+"""The same where the surface stays as it is."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
 _OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
@@ -94,7 +95,10 @@ class MatchingOptions:
     """What the model leaves unexplained, as a shift of the photos, px."""
 
     robust_sigmas: float = 1.5
-    """Residuals beyond this count less and less."""
+    """Residuals beyond this count less and less in the last round;"""
+
+    early_robust_sigmas: float = 10.0
+    """and beyond this in those before it: what is still a part of a pixel off must pull."""
 
     face_parts: int = 1
     """Parts of a face's edge that are sampled each for itself: more where edges are longer than
@@ -131,52 +135,88 @@ def look(
 
 def match_patches(
     mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
-) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """A patch per vertex, each on its own, then the plate through all of them.
+) -> Float64[np.ndarray, " n"]:
+    """Moves by patches, each on its own, and the plate through all of them.
 
-    Also tells which patches were believed.
+    No two neighbours have a patch: it is wider than an edge, so that one between says little more.
     """
-    offsets_mm, formal_mm, good = _patches(mesh, imagery, seen, options)
-    if good.mean() < 0.05:
+    asked = _no_two_neighbours(
+        seen.thin_plate.neighbours.indptr, seen.thin_plate.neighbours.indices
+    )
+    found = _patches(mesh, imagery, seen, asked, options)
+    good = found.good
+    if good.sum() < 0.05 * asked.sum():
         raise SurfaceError(
-            f"Only {good.sum()} of {len(good)} surface points look alike in two photos. The "
+            f"Only {good.sum()} of {asked.sum()} surface points look alike in two photos. The "
             "cameras or the surface are wrong, or the limb carries no paint. Check the pictures "
             "of the placed photos; paint more densely and photograph again."
         )
-    sigma_mm = np.where(good, formal_mm, _UNMEASURED_PX * seen.pixel_mm)
-    return _through(mesh, seen, offsets_mm, sigma_mm, good, options), good
+    sigma_mm = np.where(good, found.sigma_mm, _UNMEASURED_PX * seen.pixel_mm)
+    # The plate is as stiff as if every vertex had been asked.
+    usual = float(np.median(1 / sigma_mm[asked] ** 2))
+    stiff = np.where(asked, 1 / sigma_mm**2, usual)
+    return _through(mesh, seen, found, sigma_mm, stiff, options)
 
 
-def match_guessed(
+@njit(cache=True, nogil=True)
+def _no_two_neighbours(starts: np.ndarray, others: np.ndarray):
+    """Vertices in their order, each unless it has a neighbour among those before."""
+    count = len(starts) - 1
+    chosen, beside = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    for vertex in range(count):
+        if not beside[vertex]:
+            chosen[vertex] = True
+            for k in range(starts[vertex], starts[vertex + 1]):
+                beside[others[k]] = True
+    return chosen
+
+
+def match_within(
     mesh: Mesh,
     imagery: Imagery,
     seen: SeenSurface,
-    guessed: Bool[np.ndarray, " n"],
+    asked: Bool[np.ndarray, " n"],
+    loose_px: float,
     options: MatchingOptions,
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """A patch for each guessed vertex; the rest of the surface stays where it is.
+    """Moves by a patch for each vertex asked, and which patches are believed.
 
-    Guessed vertices without a believed patch follow the plate through their neighbours, so that
-    a fill is measured from its rim inwards round by round.
+    The rest of the surface stays where it is. Vertices asked without a believed patch follow the
+    plate through their neighbours, as far as `loose_px`, in sigma, lets them: a fill is measured
+    from its rim inwards round by round.
     """
-    only = replace(seen, seen_by=np.where(guessed[:, None], seen.seen_by, np.int32(-1)))
-    offsets_mm, formal_mm, good = _patches(mesh, imagery, only, options)
-    believed_px = np.where(guessed, _LOOSE_PX, _HELD_PX)
-    sigma_mm = np.where(good, formal_mm, believed_px * seen.pixel_mm)
-    return _through(mesh, seen, offsets_mm, sigma_mm, good, options), good
+    found = _patches(mesh, imagery, seen, asked, options)
+    believed_px = np.where(asked, loose_px, _HELD_PX)
+    sigma_mm = np.where(found.good, found.sigma_mm, believed_px * seen.pixel_mm)
+    return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2, options), found.good
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """What the patches say, by vertex."""
+
+    offsets_mm: Float64[np.ndarray, " n"]
+    sigma_mm: Float64[np.ndarray, " n"]
+    """Formal."""
+    good: Bool[np.ndarray, " n"]
+    """Believed."""
 
 
 def _patches(
-    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
-) -> tuple[Float64[np.ndarray, " n"], Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """Offset of every vertex's patch, its formal sigma, and whether it is believed."""
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    asked: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> _Patches:
+    """A patch for each vertex asked."""
     state = np.zeros((len(mesh), 3))
     report = measure_patches(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
         imagery.views,
-        seen.seen_by,
+        np.where(asked[:, None], seen.seen_by, np.int32(-1)),
         mesh.vertices_mm,
         seen.axes,
         seen.quadric,
@@ -185,24 +225,22 @@ def _patches(
         state,
     )
     good = _believed(report, state[:, 0], seen.pixel_mm, options)
-    return state[:, 0], np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm), good
+    return _Patches(state[:, 0], np.maximum(report[:, 1], _HELD_PX * seen.pixel_mm), good)
 
 
 def _through(
     mesh: Mesh,
     seen: SeenSurface,
-    offsets_mm: Float64[np.ndarray, " n"],
+    found: _Patches,
     sigma_mm: Float64[np.ndarray, " n"],
-    good: Bool[np.ndarray, " n"],
+    stiff: Float64[np.ndarray, " n"],
     options: MatchingOptions,
 ) -> Float64[np.ndarray, " n"]:
-    """Moves of the plate through the believed offsets."""
+    """Moves of the plate through the believed offsets; `stiff` are the weights that it matches."""
     length_mm = options.patch_thin_plate_px * float(np.median(seen.pixel_mm))
-    right = np.where(good, offsets_mm, 0.0) / sigma_mm**2
-    weights = 1 / sigma_mm**2
-    return smoothed_moves(
-        mesh, seen.thin_plate, weights, sp.csr_matrix(sp.diags(weights)), right, length_mm
-    )
+    right = np.where(found.good, found.offsets_mm, 0.0) / sigma_mm**2
+    data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
+    return smoothed_moves(mesh, seen.thin_plate, stiff, data, right, length_mm)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,12 +275,10 @@ def match_jointly(
     )
 
 
-def joint_equations(
-    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
-) -> JointEquations:
-    """What the photos say about all vertices at once, by samples on the faces."""
-    at_vertex = np.zeros((*seen.seen_by.shape, 4), np.float32)
-    at_vertex[..., LIFT] = apparent_lift_mm(
+def light_at(mesh: Mesh, imagery: Imagery, seen: SeenSurface) -> Float32[np.ndarray, "n c 4"]:
+    """What is known of the photos at each vertex: GAIN, MEAN, DRIFT and LIFT."""
+    light = np.zeros((*seen.seen_by.shape, 4), np.float32)
+    light[..., LIFT] = apparent_lift_mm(
         mesh.vertices_mm, seen.axes, seen.quadric, imagery.views, seen.seen_by
     )
     local_gains(
@@ -255,15 +291,35 @@ def joint_equations(
         seen.axes,
         seen.quadric,
         _GAIN_STEP_PX * seen.pixel_mm,
-        at_vertex,
+        light,
     )
+    return light
+
+
+def drifted(
+    light: Float32[np.ndarray, "n c 4"], moves_mm: Float64[np.ndarray, " n"]
+) -> Float32[np.ndarray, "n c 4"]:
+    """The same where the surface has moved by parts of a pixel: windows hardly see anything new."""
+    moved = light.copy()
+    moved[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
+    return moved
+
+
+def joint_equations(
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    light: Float32[np.ndarray, "n c 4"],
+    options: MatchingOptions,
+) -> JointEquations:
+    """What the photos say about all vertices at once, by samples on the faces."""
     matrix, right, pull, curvature = assemble(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
         imagery.views,
         seen.seen_by,
-        at_vertex,
+        light,
         mesh.vertices_mm,
         np.ascontiguousarray(seen.axes[:, 2]),
         mesh.faces,
@@ -280,7 +336,7 @@ def joint_equations(
         soft=sp.csr_matrix(data - less),
         right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
         pull=pull,
-        photos=(at_vertex[..., GAIN] > 0).sum(1),
+        photos=(light[..., GAIN] > 0).sum(1),
         length_mm=options.joint_thin_plate_px * float(np.median(seen.pixel_mm)),
     )
 

@@ -15,6 +15,12 @@ MARGIN_PX = 3.0
 HALF = 4
 SAMPLES = (2 * HALF + 1) ** 2
 """Samples of a window: 9 x 9, one step apart."""
+_ROW = 96
+"""Room for one number of each sample."""
+_ALONG, _DOWN, _T, _S, _COLUMN, _LINE, _GREY, _CHANGE = range(8)
+_NEAR = 8
+"""Rows of a window's room: the samples' places in the window; their places in a pixel; the pixel;
+the results; and the 16 coefficients round each."""
 
 _GAIN_STEPS = 12
 _LEAST_CORRELATION = 0.5
@@ -94,24 +100,40 @@ def window_weights():
     return weights / weights.sum()
 
 
+@njit(cache=True, forceinline=True)
+def window_room():
+    """Where `sample_windows` works: one array, so that its loops run over several samples at once.
+
+    Loops that may write what they read are not vectorised, and of two arrays nobody knows.
+    """
+    side = 2 * HALF + 1
+    room = np.zeros((_NEAR + 16) * _ROW, np.float32)
+    for k in range(SAMPLES):
+        room[_ALONG * _ROW + k] = k % side - HALF
+        room[_DOWN * _ROW + k] = k // side - HALF
+    return room
+
+
 @njit(fastmath=True, cache=True, forceinline=True)
 def sample_windows(
     coefficients: np.ndarray, crops: np.ndarray, factor: float, views: np.ndarray,
     seen_by: np.ndarray, vertex: np.ndarray, axes: np.ndarray, quadric: np.ndarray, step: float,
-    state: np.ndarray, weights: np.ndarray, value: np.ndarray, slope: np.ndarray, mean: np.ndarray,
-    photo_of: np.ndarray, least_variance: float,
+    state: np.ndarray, weights: np.ndarray, room: np.ndarray, value: np.ndarray,
+    slope: np.ndarray, mean: np.ndarray, photo_of: np.ndarray, least_variance: float,
 ):  # fmt: skip
     """Windows of all photos (weighted mean taken off) and their change per mm along the normal.
 
     Returns the number of photos with a whole, textured window, and the mean pixels per mm.
     """
-    side = 2 * HALF + 1
     shift = 0.5 * factor - 0.5
     used = 0
     per_mm = 0.0
     x = vertex[0] + state[0] * axes[2, 0]
     y = vertex[1] + state[0] * axes[2, 1]
     z = vertex[2] + state[0] * axes[2, 2]
+    bend = 0.5 * step * step
+    highest = bend * HALF * HALF * (abs(quadric[0]) + 2 * abs(quadric[1]) + abs(quadric[2]))
+    q0, q1, q2 = f4(bend * quadric[0]), f4(2 * bend * quadric[1]), f4(bend * quadric[2])
     for photo in seen_by:
         if photo < 0:
             break
@@ -126,36 +148,86 @@ def sample_windows(
         ay = ((vx * axes[0, 0] + vy * axes[0, 1] + vz * axes[0, 2]) * factor + state[1] * ny) * step
         bx = ((ux * axes[1, 0] + uy * axes[1, 1] + uz * axes[1, 2]) * factor + state[2] * nx) * step
         by = ((vx * axes[1, 0] + vy * axes[1, 1] + vz * axes[1, 2]) * factor + state[2] * ny) * step
-        bend = 0.5 * step * step
-        highest = bend * HALF * HALF * (abs(quadric[0]) + 2 * abs(quadric[1]) + abs(quadric[2]))
         reach_x = HALF * (abs(ax) + abs(bx)) + highest * abs(nx) + MARGIN_PX
         reach_y = HALF * (abs(ay) + abs(by)) + highest * abs(ny) + MARGIN_PX
         if not (
             cx > reach_x and cy > reach_y and cx + reach_x < width - 1 and cy + reach_y < height - 1
         ):
             continue
+        # Places count from a pixel before the window, so that cutting off decimals is the floor.
+        left, top = int(cx) - int(reach_x), int(cy) - int(reach_y)
+        x0, y0, fx, fy = f4(cx - left), f4(cy - top), f4(nx), f4(ny)
+        axf, ayf, bxf, byf = f4(ax), f4(ay), f4(bx), f4(by)
+        for k in range(SAMPLES):
+            i, j = room[_ALONG * _ROW + k], room[_DOWN * _ROW + k]
+            lift = q0 * i * i + q1 * i * j + q2 * j * j
+            right, down = x0 + axf * i + bxf * j + fx * lift, y0 + ayf * i + byf * j + fy * lift
+            column, line = f4(np.int32(right)), f4(np.int32(down))
+            room[_T * _ROW + k], room[_S * _ROW + k] = right - column, down - line
+            room[_COLUMN * _ROW + k], room[_LINE * _ROW + k] = column, line
+        _fetch(coefficients, start + (top - 1) * width + left - 1, width, room)
+        _interpolate_all(room, fx, fy)
         level = f4(0)
         for k in range(SAMPLES):
-            i, j = k % side - HALF, k // side - HALF
-            lift = bend * (quadric[0] * i * i + 2 * quadric[1] * i * j + quadric[2] * j * j)
-            grey, along_x, along_y = interpolate(
-                coefficients, start, width,
-                cx + ax * i + bx * j + nx * lift, cy + ay * i + by * j + ny * lift,
-            )  # fmt: skip
-            value[used, k] = grey
-            slope[used, k] = along_x * f4(nx) + along_y * f4(ny)
-            level += weights[k] * grey
+            level += weights[k] * room[_GREY * _ROW + k]
         variance = f4(0)
         for k in range(SAMPLES):
-            value[used, k] -= level
-            variance += weights[k] * value[used, k] * value[used, k]
+            grey = room[_GREY * _ROW + k] - level
+            variance += weights[k] * grey * grey
         if variance < least_variance:
             continue
+        for k in range(SAMPLES):
+            value[used, k] = room[_GREY * _ROW + k] - level
+            slope[used, k] = room[_CHANGE * _ROW + k]
         mean[used] = level
         photo_of[used] = photo
         used += 1
         per_mm += math.sqrt(nx * nx + ny * ny)
     return used, per_mm / max(used, 1)
+
+
+@njit(fastmath=True, cache=True, forceinline=True)
+def _fetch(coefficients: np.ndarray, first: int, width: int, room: np.ndarray):
+    """The 4 x 4 coefficients round each sample; `first` is where column and line are 0."""
+    for k in range(SAMPLES):
+        at = first + np.int64(room[_LINE * _ROW + k]) * width + np.int64(room[_COLUMN * _ROW + k])
+        for row in range(4):
+            for column in range(4):
+                c = coefficients[np.uint64(at + row * width + column)]
+                room[(_NEAR + 4 * row + column) * _ROW + k] = c
+
+
+@njit(fastmath=True, cache=True, forceinline=True)
+def _interpolate_all(room: np.ndarray, nx: np.float32, ny: np.float32):
+    """Grey values of a window's samples, and their change along (nx, ny), as `interpolate` has."""
+    third, half, sixth, one = f4(2 / 3), f4(0.5), f4(1 / 6), f4(1)
+    for k in range(SAMPLES):
+        t, s = room[_T * _ROW + k], room[_S * _ROW + k]
+        t1, s1 = one - t, one - s
+        a0, a3 = t1 * t1 * t1 * sixth, t * t * t * sixth
+        a1 = third + t * t * (half * t - one)
+        a2 = one - a0 - a1 - a3
+        d0, d3 = -t1 * t1 * half, t * t * half
+        d1 = t * (f4(1.5) * t - f4(2))
+        d2 = -d0 - d1 - d3
+        b0, b3 = s1 * s1 * s1 * sixth, s * s * s * sixth
+        b1 = third + s * s * (half * s - one)
+        b2 = one - b0 - b1 - b3
+        e0, e3 = -s1 * s1 * half, s * s * half
+        e1 = s * (f4(1.5) * s - f4(2))
+        e2 = -e0 - e1 - e3
+        grey, along_x, along_y = f4(0), f4(0), f4(0)
+        for column in range(4):
+            c0, c1 = room[(_NEAR + column) * _ROW + k], room[(_NEAR + 4 + column) * _ROW + k]
+            c2, c3 = room[(_NEAR + 8 + column) * _ROW + k], room[(_NEAR + 12 + column) * _ROW + k]
+            down = b0 * c0 + b1 * c1 + b2 * c2 + b3 * c3
+            a = a0 if column == 0 else a1 if column == 1 else a2 if column == 2 else a3
+            d = d0 if column == 0 else d1 if column == 1 else d2 if column == 2 else d3
+            grey += a * down
+            along_x += d * down
+            along_y += a * (e0 * c0 + e1 * c1 + e2 * c2 + e3 * c3)
+        room[_GREY * _ROW + k] = grey
+        room[_CHANGE * _ROW + k] = along_x * nx + along_y * ny
 
 
 @njit(fastmath=True, cache=True, forceinline=True)

@@ -28,9 +28,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Bool, Float64, Int32, Int64
+from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
@@ -190,6 +191,8 @@ class _Pool:
     """Mean over a vertex and its neighbours."""
     counted: Bool[np.ndarray, " n"]
     """Away from the rim, and measured."""
+    shares: dict[int, Float64[np.ndarray, " n"]]
+    """Of what is counted, within so many rings of each vertex."""
 
     @classmethod
     def of(cls, thin_plate: ThinPlate, photos: Int64[np.ndarray, " n"]) -> "_Pool":
@@ -198,7 +201,13 @@ class _Pool:
         near_rim = thin_plate.is_boundary.astype(np.float64)
         for _ in range(_RIM_RINGS):
             near_rim = step @ near_rim
-        return cls(step, (near_rim == 0) & (photos > 1))
+        counted = (near_rim == 0) & (photos > 1)
+        shares, share = dict[int, Float64[np.ndarray, " n"]](), counted.astype(np.float64)
+        for ring_count in range(1, _WIDE_RINGS + 1):
+            share = step @ share
+            if ring_count in (_DETAIL_RINGS, _NOISE_RINGS, _WIDE_RINGS):
+                shares[ring_count] = share
+        return cls(step, counted, shares)
 
     def mean(self, values: Float64[np.ndarray, " n"], rings: int = 3) -> Float64[np.ndarray, " n"]:
         for _ in range(rings):
@@ -220,9 +229,8 @@ class _Pool:
         self, values: Float64[np.ndarray, " n"], rings: int, otherwise: float
     ) -> Float64[np.ndarray, " n"]:
         """Far from any counted vertex the whole surface's mean takes over."""
-        weight = self.mean(self.counted.astype(np.float64), rings)
         total = self.mean(np.where(self.counted, values, 0.0), rings)
-        return (total + 0.02 * otherwise) / (weight + 0.02)
+        return (total + 0.02 * otherwise) / (self.shares[rings] + 0.02)
 
 
 _CAMERA_MODES, _WEAKER_MODES = 6, 5
@@ -306,31 +314,74 @@ def _displacements(
     root: Float64[np.ndarray, "u r"],
 ) -> Float64[np.ndarray, "n r"]:
     """Moves along the normal for each column of camera numbers."""
-    count = (seen_by >= 0).sum(1)
-    sum_t, sum_s = np.zeros((len(vertices), 2)), np.zeros((len(vertices), 2, root.shape[1]))
-    sum_tt, sum_ts = np.zeros(len(vertices)), np.zeros((len(vertices), root.shape[1]))
-    lenses = POSE_SIZE * len(scene.placed)
-    for k, photo in enumerate(scene.placed):
-        rows = np.flatnonzero((seen_by == k).any(1))
-        by_point, by_pose = np.zeros((len(rows), 2, 3)), np.zeros((len(rows), 2, POSE_SIZE))
-        by_lens = np.zeros((len(rows), 2, LENS_SIZE))
-        differentiate_all(scene.view(photo).packed, vertices[rows], by_point, by_pose, by_lens)
-        in_frame = np.einsum("nai,nji->naj", by_point, axes[rows])
-        first = lenses + LENS_SIZE * scene.camera_idx[photo]
-        pixels = by_pose @ root[POSE_SIZE * k : POSE_SIZE * (k + 1)]
-        pixels += by_lens @ root[first : first + LENS_SIZE]
-        plane = np.linalg.inv(in_frame[:, :, :2])
-        t = np.einsum("nab,nb->na", plane, in_frame[:, :, 2])
-        s = plane @ pixels
-        sum_t[rows] += t
-        sum_s[rows] += s
-        sum_tt[rows] += (t * t).sum(1)
-        sum_ts[rows] += np.einsum("na,nar->nr", t, s)
-    mean_t = sum_t / np.maximum(count, 1)[:, None]
-    spread = sum_tt - (mean_t * sum_t).sum(1)
-    together = sum_ts - np.einsum("na,nar->nr", mean_t, sum_s)
-    known = spread > _LEAST_SPREAD * count
-    return np.where(known[:, None], -together / np.where(known, spread, 1.0)[:, None], 0.0)
+    moves = np.zeros((len(vertices), root.shape[1]))
+    _displace(
+        np.ascontiguousarray(vertices),
+        np.ascontiguousarray(axes),
+        np.ascontiguousarray(seen_by),
+        np.stack([scene.view(photo).packed for photo in scene.placed]),
+        np.array([scene.camera_idx[photo] for photo in scene.placed]),
+        np.ascontiguousarray(root),
+        moves,
+    )
+    return moves
+
+
+@njit(cache=True, nogil=True)
+def _displace(
+    vertices: np.ndarray,
+    axes: np.ndarray,
+    seen_by: np.ndarray,
+    views: np.ndarray,
+    camera_of: np.ndarray,
+    root: np.ndarray,
+    moves: np.ndarray,
+):
+    """Fill `moves`, zeros, of the vertices whose photos look from sides enough."""
+    columns, lenses = root.shape[1], POSE_SIZE * len(views)
+    xy, by_point = np.empty(2), np.empty((2, 3))
+    by_pose, by_lens = np.empty((2, POSE_SIZE)), np.empty((2, LENS_SIZE))
+    frame, plane, t, sum_t = np.empty((2, 3)), np.empty((2, 2)), np.empty(2), np.empty(2)
+    pixels, sum_s, sum_ts = np.empty((2, columns)), np.empty((2, columns)), np.empty(columns)
+    for n in range(len(vertices)):
+        count, sum_tt = 0, 0.0
+        sum_t[:], sum_s[:], sum_ts[:] = 0.0, 0.0, 0.0
+        for k in seen_by[n]:
+            if k < 0:
+                continue
+            project_and_differentiate(views[k], vertices[n], xy, by_point, by_pose, by_lens)
+            first = lenses + LENS_SIZE * camera_of[k]
+            for a in range(2):
+                for axis in range(3):
+                    frame[a, axis] = 0.0
+                    for j in range(3):
+                        frame[a, axis] += by_point[a, j] * axes[n, axis, j]
+                pixels[a] = 0.0
+                for j in range(POSE_SIZE):
+                    for r in range(columns):
+                        pixels[a, r] += by_pose[a, j] * root[POSE_SIZE * k + j, r]
+                for j in range(LENS_SIZE):
+                    for r in range(columns):
+                        pixels[a, r] += by_lens[a, j] * root[first + j, r]
+            determinant = frame[0, 0] * frame[1, 1] - frame[0, 1] * frame[1, 0]
+            plane[0, 0], plane[0, 1] = frame[1, 1] / determinant, -frame[0, 1] / determinant
+            plane[1, 0], plane[1, 1] = -frame[1, 0] / determinant, frame[0, 0] / determinant
+            for a in range(2):
+                t[a] = plane[a, 0] * frame[0, 2] + plane[a, 1] * frame[1, 2]
+                sum_t[a] += t[a]
+                sum_tt += t[a] * t[a]
+                for r in range(columns):
+                    s = plane[a, 0] * pixels[0, r] + plane[a, 1] * pixels[1, r]
+                    sum_s[a, r] += s
+                    sum_ts[r] += t[a] * s
+            count += 1
+        if count == 0:
+            continue
+        spread = sum_tt - (sum_t[0] * sum_t[0] + sum_t[1] * sum_t[1]) / count
+        if spread > _LEAST_SPREAD * count:
+            for r in range(columns):
+                alone = (sum_t[0] * sum_s[0, r] + sum_t[1] * sum_s[1, r]) / count
+                moves[n, r] = (alone - sum_ts[r]) / spread
 
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"

@@ -4,20 +4,25 @@ In      a mesh and placed views.
 Out     per vertex and photo the cosine of the incidence angle, 0 where it is not seen.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from jaxtyping import Float32, Int32
+from jaxtyping import Float32, Int32, Int64
+from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.reconstruction.measuring.sampling import project
 
 _LIFT = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
+_MARGIN_PX = 4.0
+"""What lies nearer than this to a photo's border is out of frame."""
 _BLOCK = 16384
 """Vertices looked at a time: what is known of all photos is ten times what is kept of it."""
 
@@ -29,45 +34,82 @@ def incidence_cosines(
 
     step: looks at every step-th vertex only.
     """
-    return np.concatenate(list(incidences(mesh, views, max_incidence_deg, step)))
+    asked = np.arange(0, len(mesh), step)
+    return np.concatenate(list(incidences(mesh, views, max_incidence_deg, asked)))
 
 
 def incidences(
-    mesh: Mesh, views: Sequence[View], max_incidence_deg: float, step: int = 1
+    mesh: Mesh,
+    views: Sequence[View],
+    max_incidence_deg: float,
+    asked: Int64[np.ndarray, " m"] | None = None,
 ) -> Iterator[Float32[np.ndarray, "b k"]]:
-    """The same, some vertices at a time: those of all together may not fit into memory."""
-    vertices, normals = mesh.vertices_mm[::step], mesh.vertex_normals()[::step]
+    """The same of all vertices, or of those asked, some at a time: memory may not hold them all."""
+    vertices, normals = mesh.vertices_mm, mesh.vertex_normals()
+    if asked is not None:
+        vertices, normals = vertices[asked], normals[asked]
     scene = EmbreeScene()
-    TriangleMesh(scene, mesh.vertices_mm[mesh.faces].astype(np.float32))
-    lift_mm = _LIFT * typical_edge_mm(mesh)
-    lowest = np.cos(np.radians(max_incidence_deg))
+    TriangleMesh(scene, mesh.vertices_mm.astype(np.float32), mesh.faces)
+    origins = (vertices + _LIFT * typical_edge_mm(mesh) * normals).astype(np.float32)
+    lowest = float(np.cos(np.radians(max_incidence_deg)))
     for start in range(0, max(len(vertices), 1), _BLOCK):
         block = slice(start, start + _BLOCK)
-        yield _cosines(scene, vertices[block], normals[block], views, lift_mm, lowest)
+        yield _cosines(scene, vertices[block], normals[block], origins[block], views, lowest)
 
 
 def _cosines(
     scene: Any,  # embreex has no stubs
     vertices: Points3,
     normals: Points3,
+    origins: Float32[np.ndarray, "b 3"],
     views: Sequence[View],
-    lift_mm: float,
     lowest: float,
 ) -> Float32[np.ndarray, "b k"]:
     cosines = np.zeros((len(vertices), len(views)), np.float32)
+    cosine, rays = np.empty(len(vertices)), np.empty((len(vertices), 3), np.float32)
     for k, view in enumerate(views):
-        rays = view.centre_in_world - vertices
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        cosine = np.einsum("ij,ij->i", rays, normals)
+        size = view.camera.width_px - 1.0, view.camera.height_px - 1.0
+        centre = np.ascontiguousarray(view.centre_in_world, np.float64)
+        _look(vertices, normals, view.packed, centre, *size, _MARGIN_PX, cosine, rays)
         facing = np.flatnonzero(cosine > lowest)
-        facing = facing[view.camera.contains(view.project(vertices[facing]), margin_px=4)]
         if not len(facing):
             continue
-        origins = (vertices[facing] + lift_mm * normals[facing]).astype(np.float32)
-        hit = scene.run(origins, rays[facing].astype(np.float32), query="INTERSECT")
+        hit = scene.run(origins[facing], rays[facing], query="OCCLUDED")
         seen = facing[np.asarray(hit) < 0]
         cosines[seen, k] = cosine[seen]
     return cosines
+
+
+@njit(cache=True, nogil=True)
+def _look(
+    vertices: np.ndarray,
+    normals: np.ndarray,
+    view: np.ndarray,
+    centre: np.ndarray,
+    right: float,
+    bottom: float,
+    margin: float,
+    cosine: np.ndarray,
+    rays: np.ndarray,
+):
+    """Rays to the camera and their cosines with the normals; -1 out of frame."""
+    ray = np.empty(3)
+    for n in range(len(vertices)):
+        length2 = 0.0
+        for k in range(3):
+            ray[k] = centre[k] - vertices[n, k]
+            length2 += ray[k] * ray[k]
+        per_length = 1.0 / math.sqrt(length2)
+        total = 0.0
+        for k in range(3):
+            ray[k] *= per_length
+            rays[n, k] = ray[k]
+            total += ray[k] * normals[n, k]
+        u, v, depth, _, _, _, _, _, _ = project(
+            view, vertices[n, 0], vertices[n, 1], vertices[n, 2]
+        )
+        inside = margin <= u <= right - margin and margin <= v <= bottom - margin
+        cosine[n] = total if depth > 0 and inside else -1.0
 
 
 def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndarray, "n c"]:

@@ -12,14 +12,14 @@ Fails   SurfaceError: the mesh is not a manifold.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
+from jaxtyping import Int64
 from numba import njit
 
 from limbgram.core.errors import SurfaceError
-from limbgram.core.geometry.arrays import Faces, Points3
+from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.closest import TriangleTree
-from limbgram.core.mesh.mesh import Mesh, crosses, unit
-from limbgram.core.mesh.topology import half_edges, is_edge_manifold, taking_vertices
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import is_edge_manifold, taking_vertices
 from limbgram.core.run import track
 
 
@@ -35,12 +35,19 @@ class Triangles(NamedTuple):
     frozen: np.ndarray
     origin: np.ndarray
 
-    def fixed(self) -> np.ndarray:
+    def fixed(self, twins: Int64[np.ndarray, " h"]) -> np.ndarray:
         """Vertices that must stay: at frozen faces and on the boundary."""
         stays = np.zeros(len(self.vertices), np.bool_)
-        stays[self.faces[self.frozen]] = True
-        stays[half_edges(self.faces)[find_twins(self.faces) < 0]] = True
+        _hold(self.faces, twins, self.frozen, stays)
         return stays
+
+
+@njit(cache=True, nogil=True)
+def _hold(faces: np.ndarray, twins: np.ndarray, frozen: np.ndarray, stays: np.ndarray):
+    for f in range(len(faces)):
+        for k in range(3):
+            if frozen[f] or twins[3 * f + k] < 0:
+                stays[faces[f, k]] = stays[faces[f, (k + 1) % 3]] = True
 
 
 def find_twins(faces: Faces) -> Int64[np.ndarray, " h"]:
@@ -55,84 +62,117 @@ def _pair_up(faces: np.ndarray, count: int, twins: np.ndarray):
 
     A sort of all pairs of numbers took half of the time of evening out a mesh.
     """
-    starts = np.zeros(count + 1, np.int64)
-    for h in range(twins.shape[0]):
-        starts[1 + min(faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3])] += 1
+    starts = np.zeros(count + 1, np.int32)
+    for f in range(len(faces)):
+        for k in range(3):
+            starts[1 + min(faces[f, k], faces[f, (k + 1) % 3])] += 1
     for v in range(count):
         starts[v + 1] += starts[v]
     ends = starts[:count].copy()
-    edges = np.empty((twins.shape[0], 2), np.int64)
-    for h in range(twins.shape[0]):
-        a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
-        low, high = min(a, b), max(a, b)
-        for e in range(ends[low] - 1, starts[low] - 1, -1):
-            if edges[e, 1] == high:
-                twins[h] = edges[e, 0]
-                if twins[edges[e, 0]] < 0:
-                    twins[edges[e, 0]] = h
-                break
-        edges[ends[low], 0], edges[ends[low], 1] = h, high
-        ends[low] += 1
+    edges = np.empty((twins.shape[0], 2), np.int32)
+    for f in range(len(faces)):
+        for k in range(3):
+            h = 3 * f + k
+            a, b = faces[f, k], faces[f, (k + 1) % 3]
+            low, high = min(a, b), max(a, b)
+            for e in range(ends[low] - 1, starts[low] - 1, -1):
+                if edges[e, 1] == high:
+                    twins[h] = edges[e, 0]
+                    if twins[edges[e, 0]] < 0:
+                        twins[edges[e, 0]] = h
+                    break
+            edges[ends[low], 0], edges[ends[low], 1] = h, high
+            ends[low] += 1
 
 
 def split_long(mesh: Triangles, longest: float) -> Triangles:
     """Halve every edge longer than `longest`; faces with split edges become two to four."""
     vertices, faces, frozen, origin = mesh
-    ends, twins = half_edges(faces), find_twins(faces)
-    split = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1) > longest
-    split &= ~np.repeat(frozen, 3)
-    split &= split[twins] | (twins < 0)
-    owner = np.flatnonzero(split & ((twins < 0) | (np.arange(len(ends)) < twins)))
-    middle = np.full(len(ends), -1, np.int64)
-    middle[owner] = len(vertices) + np.arange(len(owner))
-    inner = owner[twins[owner] >= 0]
-    middle[twins[inner]] = middle[inner]
-    vertices = np.concatenate([vertices, vertices[ends[owner]].mean(1)])
-    made = _subdivide(vertices, faces[~frozen], middle.reshape(-1, 3)[~frozen])
-    return Triangles(
-        vertices,
-        np.concatenate([faces[frozen], made]),
-        np.arange(frozen.sum() + len(made)) < frozen.sum(),
-        np.concatenate([origin, origin[ends[owner, 0]]]),
-    )
+    middle = np.full(faces.size, -1, np.int64)
+    owners = _halve(vertices, faces, frozen, find_twins(faces), longest**2, middle)
+    tails, heads = faces[owners // 3, owners % 3], faces[owners // 3, (owners + 1) % 3]
+    vertices = np.concatenate([vertices, 0.5 * (vertices[tails] + vertices[heads])])
+    origin = np.concatenate([origin, origin[tails]])
+    return Triangles(vertices, *_subdivide(vertices, faces, frozen, middle), origin)
 
 
-def _subdivide(
-    vertices: Points3, faces: Faces, middle: Int64[np.ndarray, "f 3"]
-) -> Int32[np.ndarray, "parts 3"]:
-    """Faces by the pattern of their split edges; middle[f, k] is on the edge from corner k."""
-    count = (middle >= 0).sum(1)
-    parts = [faces[count == 0]]
-    for marks in (1, 2, 3):
-        chosen = count == marks
-        # Turn each face so that its split edges come first.
-        turn = (
-            np.argmax(middle[chosen] >= 0, axis=1)
-            if marks == 1
-            else (np.argmin(middle[chosen], axis=1) + 1) % 3
-        )
-        columns = (turn[:, None] + np.arange(3)) % 3
-        a, b, c = np.take_along_axis(faces[chosen], columns, 1).T
-        ab, bc, ca = np.take_along_axis(middle[chosen], columns, 1).T
-        if marks == 1:
-            parts += [np.column_stack([a, ab, c]), np.column_stack([ab, b, c])]
-        elif marks == 2:
-            across = _apart(vertices, a, bc) < _apart(vertices, ab, c)
-            parts += [
-                np.column_stack([ab, b, bc]),
-                np.column_stack([a, ab, np.where(across, bc, c)]),
-                np.column_stack([np.where(across, a, ab), bc, c]),
-            ]
+@njit(cache=True, nogil=True)
+def _halve(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    frozen: np.ndarray,
+    twins: np.ndarray,
+    longest2: float,
+    middle: np.ndarray,
+):
+    """Number the middles of long edges in `middle`, by half-edge; one half-edge of each."""
+    owners = np.empty(len(twins), np.int64)
+    found = 0
+    for h in range(len(twins)):
+        g = twins[h]
+        if (0 <= g < h) or frozen[h // 3] or (g >= 0 and frozen[g // 3]):
+            continue
+        a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
+        if _apart2(vertices[a], vertices[b]) > longest2:
+            middle[h] = len(vertices) + found
+            if g >= 0:
+                middle[g] = middle[h]
+            owners[found] = h
+            found += 1
+    return owners[:found].copy()
+
+
+@njit(cache=True, nogil=True)
+def _subdivide(vertices: np.ndarray, faces: np.ndarray, frozen: np.ndarray, middle: np.ndarray):
+    """Faces by the pattern of their split edges, and whether they are frozen.
+
+    The middle of half-edge 3 f + k lies on the edge from corner k.
+    """
+    total = len(faces) + np.sum(middle >= 0)
+    parts, ice = np.empty((total, 3), np.int32), np.empty(total, np.bool_)
+    at = 0
+    for f in range(len(faces)):
+        count, turn = 0, 0
+        for k in range(3):
+            if middle[3 * f + k] >= 0:
+                count += 1
+        # Turn the face so that its split edges come first.
+        for k in range(3):
+            if count == 1 and middle[3 * f + k] >= 0:
+                turn = k
+            if count == 2 and middle[3 * f + k] < 0:
+                turn = (k + 1) % 3
+        second, third = (turn + 1) % 3, (turn + 2) % 3
+        a, b, c = faces[f, turn], faces[f, second], faces[f, third]
+        ab, bc, ca = middle[3 * f + turn], middle[3 * f + second], middle[3 * f + third]
+        ice[at : at + count + 1] = frozen[f]
+        if count == 0:
+            at = _put(parts, at, a, b, c)
+        elif count == 1:
+            at = _put(parts, at, a, ab, c)
+            at = _put(parts, at, ab, b, c)
+        elif count == 2:
+            across = _apart2(vertices[a], vertices[bc]) < _apart2(vertices[ab], vertices[c])
+            at = _put(parts, at, ab, b, bc)
+            at = _put(parts, at, a, ab, bc if across else c)
+            at = _put(parts, at, a if across else ab, bc, c)
         else:
-            parts += [
-                np.column_stack(corners)
-                for corners in ([a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca])
-            ]
-    return np.concatenate(parts).astype(np.int32)
+            at = _put(parts, at, a, ab, ca)
+            at = _put(parts, at, ab, b, bc)
+            at = _put(parts, at, ca, bc, c)
+            at = _put(parts, at, ab, bc, ca)
+    return parts, ice
 
 
-def _apart(vertices: Points3, a: np.ndarray, b: np.ndarray) -> Float64[np.ndarray, " e"]:
-    return np.linalg.norm(vertices[a] - vertices[b], axis=1)
+@njit(cache=True, nogil=True)
+def _put(parts: np.ndarray, at: int, a: int, b: int, c: int):
+    parts[at, 0], parts[at, 1], parts[at, 2] = a, b, c
+    return at + 1
+
+
+@njit(cache=True, nogil=True)
+def _apart2(p: np.ndarray, q: np.ndarray):
+    return (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
 
 
 def collapse_short(mesh: Triangles, shortest: float, longest: float) -> Triangles:
@@ -141,18 +181,55 @@ def collapse_short(mesh: Triangles, shortest: float, longest: float) -> Triangle
     No edge grows beyond `longest`.
     """
     vertices, faces = mesh.vertices.copy(), mesh.faces
-    ends, twins = half_edges(faces), find_twins(faces)
-    lengths = _apart(vertices, ends[:, 0], ends[:, 1])
-    short = np.flatnonzero((lengths < shortest) & (twins > np.arange(len(ends))))
-    short = short[np.argsort(lengths[short], kind="stable")]
+    twins = find_twins(faces)
+    short, lengths2 = _short_edges(vertices, faces, twins, shortest**2)
+    edges = short[np.argsort(lengths2, kind="stable")]
     goes_to = np.arange(len(vertices), dtype=np.int32)
     starts, corners = corners_by_vertex(faces, len(vertices))
-    _collapse(vertices, faces, starts, corners, ends[short], mesh.fixed(), longest**2, goes_to)
-    moved = goes_to[faces]
-    whole = (moved != np.roll(moved, 1, axis=1)).all(1)
-    used, compact = np.unique(moved[whole], return_inverse=True)
-    compact = compact.reshape(-1, 3).astype(np.int32)
-    return Triangles(vertices[used], compact, mesh.frozen[whole], mesh.origin[used])
+    _collapse(vertices, faces, starts, corners, edges, mesh.fixed(twins), longest**2, goes_to)
+    faces, whole, used = _closed_up(faces, goes_to)
+    return Triangles(vertices[used], faces, mesh.frozen[whole], mesh.origin[used])
+
+
+@njit(cache=True, nogil=True)
+def _short_edges(vertices: np.ndarray, faces: np.ndarray, twins: np.ndarray, shortest2: float):
+    """Ends and squared lengths of the edges inside the mesh that are shorter."""
+    ends, lengths2 = np.empty((len(twins), 2), np.int32), np.empty(len(twins))
+    found = 0
+    for h in range(len(twins)):
+        if twins[h] > h:
+            a, b = faces[h // 3, h % 3], faces[h // 3, (h + 1) % 3]
+            length2 = _apart2(vertices[a], vertices[b])
+            if length2 < shortest2:
+                ends[found, 0], ends[found, 1], lengths2[found] = a, b, length2
+                found += 1
+    return ends[:found].copy(), lengths2[:found].copy()
+
+
+@njit(cache=True, nogil=True)
+def _closed_up(faces: np.ndarray, goes_to: np.ndarray):
+    """Faces of three corners once vertices went to others, on vertices without gaps; which faces
+    these were, and which vertices.
+    """
+    number = np.full(len(goes_to), -1, np.int32)
+    whole = np.zeros(len(faces), np.bool_)
+    count = 0
+    for f in range(len(faces)):
+        a, b, c = goes_to[faces[f, 0]], goes_to[faces[f, 1]], goes_to[faces[f, 2]]
+        if a != b and b != c and c != a:
+            whole[f] = True
+            count += 1
+            number[a] = number[b] = number[c] = 0
+    used = np.flatnonzero(number == 0)
+    number[used] = np.arange(len(used))
+    left = np.empty((count, 3), np.int32)
+    at = 0
+    for f in range(len(faces)):
+        if whole[f]:
+            for k in range(3):
+                left[at, k] = number[goes_to[faces[f, k]]]
+            at += 1
+    return left, whole, used
 
 
 def corners_by_vertex(faces: Faces, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -261,11 +338,11 @@ def _common(
     return count
 
 
-def flip_to_delaunay(mesh: Triangles) -> Triangles:
+def flip_to_delaunay(mesh: Triangles, twins: Int64[np.ndarray, " h"]) -> Triangles:
     """Turn edges whose two opposite angles exceed 180 degrees together."""
     faces = mesh.faces.copy()
     starts, corners = corners_by_vertex(faces, len(mesh.vertices))
-    _flip(mesh.vertices, faces, find_twins(faces), starts, corners, mesh.frozen.copy())
+    _flip(mesh.vertices, faces, twins, starts, corners, mesh.frozen.copy())
     return mesh._replace(faces=faces)
 
 
@@ -330,23 +407,42 @@ def _dot(p: np.ndarray, q: np.ndarray):
     return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 
 
-def smooth_along(mesh: Triangles) -> Triangles:
+def smooth_along(mesh: Triangles, fixed: np.ndarray) -> Triangles:
     """Move vertices half way to the mean of their neighbours, within the tangent plane."""
-    vertices, faces = mesh.vertices, mesh.faces
-    across = crosses(vertices, faces)
-    tails, heads = half_edges(faces).T
-    count = np.maximum(np.bincount(tails, minlength=len(vertices)), 1)
-    means, normals = np.empty_like(vertices), np.empty_like(vertices)
-    for axis in range(3):
-        means[:, axis] = np.bincount(tails, vertices[heads, axis], len(vertices)) / count
-        normals[:, axis] = np.bincount(faces.ravel(), np.repeat(across[:, axis], 3), len(vertices))
-    normals = unit(normals)
-    step = means - vertices
-    step -= (step * normals).sum(1, keepdims=True) * normals
-    return mesh._replace(vertices=vertices + np.where(mesh.fixed()[:, None], 0.0, 0.5 * step))
+    return mesh._replace(vertices=_smoothed(mesh.vertices, mesh.faces, fixed))
 
 
-_ROUNDS = 5
+@njit(cache=True, nogil=True)
+def _smoothed(vertices: np.ndarray, faces: np.ndarray, fixed: np.ndarray):
+    count = len(vertices)
+    sums, normals, heads = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+    across = np.empty(3)
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        _across(vertices[a], vertices[b], vertices[c], across)
+        for tail, head in ((a, b), (b, c), (c, a)):
+            heads[tail] += 1
+            for k in range(3):
+                sums[tail, k] += vertices[head, k]
+                normals[tail, k] += across[k]
+    moved = vertices.copy()
+    for v in range(count):
+        if fixed[v] or heads[v] == 0:
+            continue
+        normal2 = max(_dot(normals[v], normals[v]), 1e-60)
+        out = 0.0
+        for k in range(3):
+            out += (sums[v, k] / heads[v] - vertices[v, k]) * normals[v, k] / normal2
+        for k in range(3):
+            step = sums[v, k] / heads[v] - vertices[v, k] - out * normals[v, k]
+            moved[v, k] += 0.5 * step
+    return moved
+
+
+_ROUNDS = 4
+_RETURNS = (1, 3)
+"""Rounds after which the vertices return to the surface: along it they leave it by next to nothing,
+and the search for the nearest place takes half of the time."""
 
 
 def refine(mesh: Mesh, edge_mm: float) -> Mesh:
@@ -360,12 +456,14 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
     work = Triangles(
         mesh.vertices_mm, mesh.faces, np.zeros(len(mesh.faces), np.bool_), np.arange(len(mesh))
     )
-    for _ in track(range(_ROUNDS)):
-        work = even_out(work, edge_mm)
-        inside = ~work.fixed()
-        work.vertices[inside] = tree.closest(work.vertices[inside]).points_mm
-    nearest = _nearest_corners(mesh, tree, work.vertices)
-    result = taking_vertices(mesh, nearest)
+    on_face = np.zeros(len(mesh), np.int64)
+    for number in track(range(_ROUNDS)):
+        work, fixed = _evened_out(work, edge_mm)
+        if number in _RETURNS:
+            nearest = tree.closest(work.vertices)
+            work.vertices[~fixed] = nearest.points_mm[~fixed]
+            on_face = nearest.faces
+    result = taking_vertices(mesh, _nearest_corners(mesh, on_face, work.vertices))
     return Mesh(
         vertices_mm=work.vertices,
         faces=work.faces,
@@ -378,16 +476,23 @@ def refine(mesh: Mesh, edge_mm: float) -> Mesh:
 
 def even_out(work: Triangles, edge: float) -> Triangles:
     """One round towards edges of one length."""
+    return _evened_out(work, edge)[0]
+
+
+def _evened_out(work: Triangles, edge: float) -> tuple[Triangles, np.ndarray]:
+    """The same, and which vertices had to stay."""
     work = split_long(work, 4 / 3 * edge)
     for _ in range(2):
         work = collapse_short(work, 4 / 5 * edge, 4 / 3 * edge)
-    for _ in range(2):
-        work = flip_to_delaunay(work)
-    return smooth_along(work)
+    twins = find_twins(work.faces)
+    fixed = work.fixed(twins)
+    work = flip_to_delaunay(work, twins)
+    work = flip_to_delaunay(work, find_twins(work.faces))
+    return smooth_along(work, fixed), fixed
 
 
-def _nearest_corners(mesh: Mesh, tree: TriangleTree, places: np.ndarray) -> np.ndarray:
-    """Vertex of the mesh nearest to each place, among the corners of the face nearest to it."""
-    corners = mesh.faces[tree.closest(places).faces]
+def _nearest_corners(mesh: Mesh, on_face: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Vertex of the mesh nearest to each place, among the corners of its face."""
+    corners = mesh.faces[on_face]
     apart = np.linalg.norm(mesh.vertices_mm[corners] - places[:, None], axis=2)
     return np.take_along_axis(corners, apart.argmin(1)[:, None], 1)[:, 0]

@@ -240,7 +240,7 @@ def kernel_windows(painted, seen_by: np.ndarray, patch: Patch, state: np.ndarray
     used, per_mm = sampling.sample_windows(
         imagery.coefficients, imagery.crops, imagery.factor, painted.packed, seen_by,
         patch.vertex, patch.axes, patch.quadric, STEP_MM, state, sampling.window_weights(),
-        value, slope, level, photo_of, least,
+        sampling.window_room(), value, slope, level, photo_of, least,
     )  # fmt: skip
     return used, per_mm, value, slope, level, photo_of
 
