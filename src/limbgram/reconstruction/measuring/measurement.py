@@ -25,8 +25,8 @@ from limbgram.reconstruction.measuring.rounds import (
     JointEquations,
     MatchingOptions,
     SeenSurface,
-    drifted,
     joint_equations,
+    light_after,
     light_at,
     look,
     match_jointly,
@@ -137,18 +137,22 @@ def _jointly(
     """The mesh moved by all vertices at once, and what moved it last."""
     found: tuple[SeenSurface, JointEquations] | None = None
     light: Float32[np.ndarray, "n c 4"] | None = None
+    moves_mm = np.zeros(len(mesh))
     matching = options.matching
     early = replace(matching, robust_sigmas=matching.early_robust_sigmas)
     for number in track(range(options.joint_rounds)):
         found = None  # two rounds' equations never lie side by side
         seen = look(mesh, imagery, views, seen_by)
-        light = light_at(mesh, imagery, seen) if light is None else light
+        if light is None:
+            light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
+        else:
+            light = light_after(light, mesh, imagery, seen, moves_mm)
         last = number + 1 == options.joint_rounds
         equations = joint_equations(mesh, imagery, seen, light, matching if last else early)
         found = seen, equations
         moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])
-        light, mesh = drifted(light, moves_mm), moved
+        mesh = moved
     return mesh, found
 
 

@@ -34,6 +34,8 @@ _HELD_PX = 0.02
 """The same where the surface stays as it is."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
+_SAME_LIGHT_PX = 0.2
+"""Moves from which a vertex's gains and means are looked at again."""
 _OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
 _FACE_POINTS = np.array(
     [
@@ -275,34 +277,45 @@ def match_jointly(
     )
 
 
-def light_at(mesh: Mesh, imagery: Imagery, seen: SeenSurface) -> Float32[np.ndarray, "n c 4"]:
-    """What is known of the photos at each vertex: GAIN, MEAN, DRIFT and LIFT."""
-    light = np.zeros((*seen.seen_by.shape, 4), np.float32)
-    light[..., LIFT] = apparent_lift_mm(
-        mesh.vertices_mm, seen.axes, seen.quadric, imagery.views, seen.seen_by
-    )
+def light_at(
+    mesh: Mesh, imagery: Imagery, seen: SeenSurface, asked: Int64[np.ndarray, " m"]
+) -> Float32[np.ndarray, "m c 4"]:
+    """What is known of the photos at these vertices: GAIN, MEAN, DRIFT and LIFT."""
+    vertices, axes = mesh.vertices_mm[asked], seen.axes[asked]
+    quadric, seen_by = seen.quadric[asked], seen.seen_by[asked]
+    light = np.zeros((*seen_by.shape, 4), np.float32)
+    light[..., LIFT] = apparent_lift_mm(vertices, axes, quadric, imagery.views, seen_by)
     local_gains(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
         imagery.views,
-        seen.seen_by,
-        mesh.vertices_mm,
-        seen.axes,
-        seen.quadric,
-        _GAIN_STEP_PX * seen.pixel_mm,
+        seen_by,
+        vertices,
+        axes,
+        quadric,
+        _GAIN_STEP_PX * seen.pixel_mm[asked],
         light,
     )
     return light
 
 
-def drifted(
-    light: Float32[np.ndarray, "n c 4"], moves_mm: Float64[np.ndarray, " n"]
+def light_after(
+    light: Float32[np.ndarray, "n c 4"],
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    moves_mm: Float64[np.ndarray, " n"],
 ) -> Float32[np.ndarray, "n c 4"]:
-    """The same where the surface has moved by parts of a pixel: windows hardly see anything new."""
-    moved = light.copy()
-    moved[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
-    return moved
+    """The same once the surface has moved; a window that moved by little hardly sees anything new.
+
+    `mesh` and `seen` are those after the moves.
+    """
+    light = light.copy()
+    light[..., MEAN] += light[..., DRIFT] * moves_mm[:, None].astype(np.float32)
+    far = np.flatnonzero(np.abs(moves_mm) > _SAME_LIGHT_PX * seen.pixel_mm)
+    light[far] = light_at(mesh, imagery, seen, far)
+    return light
 
 
 def joint_equations(
