@@ -1,6 +1,7 @@
 """The names of the library, each beside the room that it comes from."""
 
-from .cases.assessing import assess_case as assess_case, evidence_of as evidence_of
+from .cases.accuracy import evidence_of as evidence_of
+from .cases.assessing import assess_case as assess_case
 from .cases.folder import CaseFolder as CaseFolder
 from .core.errors import Cancelled as Cancelled, LimbgramError as LimbgramError
 from .core.geometry.frames import Rigid as Rigid
@@ -49,7 +50,7 @@ from .reconstruction.pipeline import (
     reconstruct as reconstruct,
 )
 from .reconstruction.scale import KnownDistance as KnownDistance, Pick as Pick
-from .reconstruction.scale.taping import TapedGirth as TapedGirth
+from .reconstruction.scale.given import TapedGirth as TapedGirth
 from .reconstruction.targets import Board as Board
 from .report.accuracy import (
     Assessment as Assessment,

@@ -11,7 +11,7 @@ Fails   CaseError: no finished case, or not what it was finished with; OptionsEr
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -19,10 +19,11 @@ import numpy as np
 from jaxtyping import Float64
 from scipy.spatial import KDTree
 
-from limbgram.cases.encoding import sealed, unsealed
+from limbgram.cases.accuracy import write_accuracy
+from limbgram.cases.encoding import unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.record import read_record, write_json
+from limbgram.cases.record import read_record
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.cases.store import read_product
 from limbgram.core.errors import CaseError, OptionsError
@@ -34,7 +35,6 @@ from limbgram.core.typed import Mismatch, Strictness, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
-from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -44,8 +44,6 @@ from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.accuracy.truth import Alignment, KnownTruth
 from limbgram.report.alignment import Truth
-from limbgram.report.drawings.drawing import Picture
-from limbgram.report.html import html_of
 from limbgram.report.pdf import pdf_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource
 from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
@@ -217,28 +215,6 @@ def assess_case(case: CaseFolder, truth: Path | None, alignment: Alignment) -> A
         with written_whole(case.accuracy("pdf", against_truth=known is not None)) as beside:
             beside.write_bytes(pdf_of(accuracy_report(assessment, pictures)))
     return assessment
-
-
-def evidence_of(done: Reconstruction) -> Evidence:
-    """The same evidence while the products are still at hand."""
-    return Evidence(
-        photos=done.photos,
-        cameras=done.cameras,
-        detections=done.detections,
-        metric=done.metric,
-        mesh=done.mesh,
-        tapes=done.tapes,
-    )
-
-
-def write_accuracy(
-    case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
-) -> None:
-    """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
-    against_truth = assessment.figures.truth is not None
-    write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
-    with written_whole(case.accuracy("html", against_truth=against_truth)) as beside:
-        beside.write_text(html_of(accuracy_report(assessment, pictures)), encoding="utf-8")
 
 
 def cited(case: CaseFolder) -> CaseSource:

@@ -1,14 +1,12 @@
 """The job: everything between a folder of photos and a finished case."""
 
 import shutil
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
-from limbgram.cases.assessing import evidence_of, write_accuracy
+from limbgram.cases.accuracy import evidence_of, write_accuracy
 from limbgram.cases.deliverables import deliver
-from limbgram.cases.encoding import from_tree, to_tree
 from limbgram.cases.folder import CaseFolder, take_in
+from limbgram.cases.order import Answer, Job
 from limbgram.cases.record import write_json
 from limbgram.cases.store import CachingRun
 from limbgram.core.errors import CaseError
@@ -16,37 +14,13 @@ from limbgram.core.files import written_whole
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction, reconstruct
-from limbgram.reconstruction.scale.distances import KnownDistance
-from limbgram.reconstruction.scale.taping import TapedGirth
-from limbgram.reconstruction.targets.board import Board
-from limbgram.reconstruction.targets.plates import MarkPlate
+from limbgram.reconstruction.pipeline import Capture, Reconstruction, options_for, reconstruct
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.case import case_report
 from limbgram.report.html import html_of
 from limbgram.report.pictures import Pictures, draw
 from limbgram.report.summary import Summary, Verdict, summarise
-
-
-@dataclass(frozen=True, kw_only=True)
-class Job:
-    """One reconstruction, as the user asked for it."""
-
-    case: Path
-    sources: tuple[Path, ...]
-    """Photo files, or folders of them."""
-    camera_files: tuple[Path, ...] = ()
-    board: Board | None = None
-    distances: tuple[KnownDistance, ...] = ()
-    tapes: tuple[TapedGirth, ...] = ()
-    """Girths taped on the limb, to test the size by."""
-    plates: tuple[MarkPlate, ...] = ()
-    """Scale bars, mats and rings in the scene."""
-    unscaled: bool = False
-    """Write files even though their unit is not known."""
-    options: PipelineOptions = field(default_factory=PipelineOptions)
-    memory_mb: float | None = None
-    """Memory that the work may use; None: half of the machine's."""
+from limbgram.report.told import profile_lines, summary_lines
 
 
 @dataclass(frozen=True)
@@ -55,15 +29,7 @@ class Done:
 
     reconstruction: Reconstruction
     verdict: Verdict
-
-
-def job_tree(job: Job) -> Any:
-    """A job as JSON, paths absolute."""
-    return to_tree(job, [], lambda path: str(path.absolute()))
-
-
-def read_job(tree: Any, root: Path) -> Job:
-    return from_tree(tree, Job, [], root)
+    answer: Answer
 
 
 def do(job: Job, run: CachingRun) -> Done:
@@ -79,7 +45,7 @@ def do(job: Job, run: CachingRun) -> Done:
         tapes=job.tapes,
         plates=job.plates,
     )
-    done = reconstruct(capture, job.options, run)
+    done = reconstruct(capture, options_for(job.choices), run)
     drawn = run(
         draw,
         done.photos,
@@ -99,7 +65,13 @@ def do(job: Job, run: CachingRun) -> Done:
     told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
     summary = summarise(told, assessment, run.timings, run.reused)
     _write_report(case, summary, drawn, f"Surface of {evidence.name}")
-    return Done(told, summary.verdict)
+    answer = Answer(
+        summary=case.summary,
+        light=summary.verdict.light,
+        lines=summary_lines(summary),
+        costs=profile_lines(summary.stages),
+    )
+    return Done(told, summary.verdict, answer)
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:

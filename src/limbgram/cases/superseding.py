@@ -19,7 +19,7 @@ from typing import Any
 
 from limbgram.cases.fingerprint import Fingerprints, code_version, file_sha256
 from limbgram.cases.folder import CaseFolder, incoming, require_apart
-from limbgram.cases.job import Job, job_tree
+from limbgram.cases.order import Job, plain_tree
 from limbgram.cases.record import read_record
 from limbgram.core.files import written_whole
 from limbgram.formats.camera import read_camera
@@ -39,7 +39,7 @@ def key_of(job: Job) -> str:
         PhotoError: a source does not exist.
         CaseError: a camera file cannot be read, or the case is the photos' own folder.
     """
-    tree: dict[str, Any] = job_tree(job)
+    tree: dict[str, Any] = plain_tree(job)
     del tree["case"]
     require_apart(CaseFolder(job.case), job.sources)
     pictures, _ = incoming(job.sources)

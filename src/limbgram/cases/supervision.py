@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from limbgram.cases.folder import CaseFolder, cannot_be_made, require_apart, require_new_or_ours
-from limbgram.cases.job import Job, job_tree
-from limbgram.cases.worker import GRACE_S
+from limbgram.cases.order import Answer, Job, plain_tree, read_answer
 from limbgram.core import errors
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import NEUTRAL_FOLDER
 
 Event = dict[str, Any]
+GRACE_S = 20.0
+"""Time that a step gets to end before the process is ended."""
 _POLL_S = 0.2
 _ENDED: Event = {"event": "ended"}
 _MEMORY = {"GLIBC_TUNABLES": "glibc.malloc.arena_max=1:glibc.malloc.hugetlb=1"}
@@ -47,14 +48,14 @@ class Supervision:
 
     job: Job
     listener: Callable[[Event], None]
-    command: tuple[str, ...] = (sys.executable, "-P", "-m", "limbgram.cases.worker")
+    command: tuple[str, ...] = (sys.executable, "-P", "-m", "limbgram.cases.start")
     """With -P the current folder, which may hold anything, is not searched for modules."""
     grace_s: float = GRACE_S
     _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
     _stage: str = "start"
 
-    def wait(self) -> Path:
-        """Do the job to its end; returns the summary file.
+    def wait(self) -> Answer:
+        """Do the job to its end.
 
         Raises:
             LimbgramError: as the job raised it.
@@ -89,7 +90,7 @@ class Supervision:
             stdout=subprocess.PIPE,
             stderr=log,
             cwd=NEUTRAL_FOLDER,
-            env=_environment(),
+            env=environment(),
             start_new_session=sys.platform != "win32",
             creationflags=new_group,
         )
@@ -97,7 +98,7 @@ class Supervision:
         assert process.stdout is not None
         threading.Thread(target=self._read, args=(process.stdout,), daemon=True).start()
         try:
-            process.stdin.write(json.dumps(job_tree(self.job)).encode() + b"\n")
+            process.stdin.write(json.dumps(plain_tree(self.job)).encode() + b"\n")
             process.stdin.flush()
         except BrokenPipeError:
             pass  # it died at once: the end of its events tells
@@ -133,8 +134,11 @@ class Supervision:
             process.kill()
 
 
-def _environment() -> dict[str, str]:
-    """Ours, with modules looked for where we looked: never in the folder we were started in."""
+def environment() -> dict[str, str]:
+    """What a process of ours inherits, with modules looked for where we looked.
+
+    Never in the folder that we were started in.
+    """
     given = os.environ.get("PYTHONPATH", "")
     places = [str(Path(place).absolute()) for place in given.split(os.pathsep) if place]
     return _MEMORY | dict(os.environ) | {"PYTHONPATH": os.pathsep.join(places)}
@@ -153,10 +157,10 @@ def _announced(last: Event) -> int | None:
             return None
 
 
-def _answer(last: Event) -> Path:
+def _answer(last: Event) -> Answer:
     match last:
-        case {"event": "finished", "summary": str(summary)}:
-            return Path(summary)
+        case {"event": "finished", "answer": answer}:
+            return read_answer(answer)
         case {"event": "refused", "kind": str(kind), "message": str(message)}:
             raise getattr(errors, kind, LimbgramError)(message)
         case _:

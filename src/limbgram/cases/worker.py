@@ -3,7 +3,7 @@
 In      the job as one JSON line on standard input; when standard input ends, the job stops at
         its next step, and if that takes too long the process ends itself.
 Out     one JSON line an event: stage, progress, and one of finished, refused, bug.
-Runs as `python -P -m limbgram.cases.worker CASE`.
+`start` loads it and calls `main`.
 """
 
 import json
@@ -19,15 +19,15 @@ from typing import IO, Any
 
 from limbgram.cases.folder import CaseFolder, locked, sweep, with_disk_advice
 from limbgram.cases.frames import with_frames
-from limbgram.cases.job import Job, do, read_job
+from limbgram.cases.job import do
+from limbgram.cases.order import Job, plain_tree, read_job
 from limbgram.cases.record import State, add_message, write_record
 from limbgram.cases.store import CachingRun
 from limbgram.cases.superseding import drop_superseded, finished, key_of, stands, supersede
+from limbgram.cases.supervision import GRACE_S
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import usual_budget_mb
 
-GRACE_S = 20.0
-"""Time that a step gets to end before the process is ended."""
 _EVENT_STEP_S = 0.1
 
 
@@ -109,7 +109,7 @@ def _do_and_record(job: Job, run: CachingRun, events: Events) -> int:
         raise
     drop_superseded(case)
     write_record(case, "finished", run, done.reconstruction, job=key, verdict=done.verdict)
-    events.send("finished", summary=str(run.case.summary))
+    events.send("finished", answer=plain_tree(done.answer))
     return 0
 
 
@@ -132,7 +132,3 @@ def main() -> int:
         if not line:
             return Cancelled.exit_code
         return work(read_job(json.loads(line), Path.cwd()), Events(file), sys.stdin.fileno())
-
-
-if __name__ == "__main__":
-    sys.exit(main())

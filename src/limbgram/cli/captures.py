@@ -13,8 +13,7 @@ from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, any_value_of, value_of
 from limbgram.formats.board_file import read_board
 from limbgram.formats.marks_file import read_marks
-from limbgram.reconstruction.scale.distances import KnownDistance
-from limbgram.reconstruction.scale.taping import TapedGirth
+from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.plates import MarkPlate
 

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.job import Job
+from limbgram.cases.order import Job
 from limbgram.cases.record import write_json
 from limbgram.cases.scoring import score_case
 from limbgram.cli.calibrate import calibrate_from, save_calibration
@@ -14,6 +14,7 @@ from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import reply_lines, run_job
 from limbgram.cli.replies import Reply, answered
+from limbgram.core.files import json_of
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.report.comparison import TruthComparison
@@ -49,14 +50,14 @@ def demo_command(
         camera_files=(camera,),
         board=parse_board(DEFAULT_BOARD),
     )
-    summary = run_job(job, as_json)
+    answer = run_job(job, as_json)
     comparison = score_case(case, capture / "truth")
     figures = tree_of(comparison)
     write_json(folder / "comparison.json", figures)
     return Reply(
-        (*reply_lines(CaseFolder(case), summary, profile=False), *comparison_lines(comparison)),
-        {"summary": tree_of(summary), "comparison": figures},
-        summary.verdict.light,
+        (*reply_lines(CaseFolder(case), answer, profile=False), *comparison_lines(comparison)),
+        {"summary": json_of(answer.summary.read_bytes()), "comparison": figures},
+        answer.light,
     )
 
 

@@ -3,7 +3,6 @@
 A command's file is imported when it is called, so the list of commands comes at once.
 """
 
-import gc
 import os
 import sys
 from collections.abc import Generator, Sequence
@@ -19,7 +18,7 @@ from typer.main import get_command
 
 from limbgram.cli.replies import refuse_in_json
 from limbgram.core.errors import printable
-from limbgram.core.run import NEUTRAL_FOLDER
+from limbgram.core.run import NEUTRAL_FOLDER, no_search_for_garbage
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
@@ -184,10 +183,7 @@ def loaded(name: str) -> Any:
 
 
 def _imported(module: str) -> ModuleType:
-    """A module, imported away from the user's files.
-
-    No search for garbage on the way, nor of it at the end: a sixth of the start.
-    """
+    """A module, imported away from the user's files."""
     if module in sys.modules:
         return sys.modules[module]
     try:
@@ -197,15 +193,8 @@ def _imported(module: str) -> ModuleType:
             "The folder that you are in was moved or deleted. Change to another one (cd) and run "
             "the command again."
         ) from error
-    searching = gc.isenabled()
-    gc.disable()
-    try:
-        with chdir(NEUTRAL_FOLDER):
-            return import_module(module)
-    finally:
-        gc.freeze()
-        if searching:
-            gc.enable()
+    with no_search_for_garbage(), chdir(NEUTRAL_FOLDER):
+        return import_module(module)
 
 
 def _group(kind: type[TyperGroup]) -> typer.Typer:

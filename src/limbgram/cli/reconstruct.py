@@ -1,8 +1,6 @@
 """`limbgram reconstruct`: photos to a surface in millimetres, in a case folder."""
 
-import math
 import sys
-from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +8,7 @@ from typing import Annotated
 import typer
 
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.job import Job
+from limbgram.cases.order import Answer, Job
 from limbgram.cases.supervision import JobBug, Supervision
 from limbgram.cli.captures import (
     DEFAULT_BOARD,
@@ -24,15 +22,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError, printable
 from limbgram.core.files import json_of
-from limbgram.core.typed import tree_of
-from limbgram.reconstruction.dense.region import RegionOptions
-from limbgram.reconstruction.pipeline import DEFAULTS, PipelineOptions
-from limbgram.reconstruction.surface.parts import PartOptions
-from limbgram.reconstruction.surface.pivoting import PivotOptions
-from limbgram.reconstruction.surface.poisson import PoissonOptions
-from limbgram.report.parts import part_lines
-from limbgram.report.stages import stage_title
-from limbgram.report.summary import StageSummary, Summary, summary_of
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 
 
 class SurfaceMethod(StrEnum):
@@ -103,7 +93,7 @@ def reconstruct_command(
     triangles: Annotated[
         int,
         typer.Option(min=10_000, max=20_000_000, help="Triangles at most, of all parts together."),
-    ] = DEFAULTS.most_triangles,
+    ] = MOST_TRIANGLES,
     memory: Annotated[
         float | None,
         typer.Option(min=0.5, help="Memory to keep to, GB.", show_default="half of the machine's"),
@@ -131,82 +121,42 @@ def reconstruct_command(
         tapes=tuple(parse_tape(text) for text in tape or ()),
         plates=tuple(plate for file in marks or () for plate in plates_of(file)),
         unscaled=unscaled,
-        options=pipeline_options(surface, box, part, triangles),
+        choices=Choices(
+            surface=surface.value,
+            box_mm=None if box is None else parse_box(box),
+            part=part,
+            most_triangles=triangles,
+        ),
         memory_mb=None if memory is None else 1024 * memory,
     )
-    summary = run_job(job, as_json)
-    return Reply(
-        reply_lines(CaseFolder(case), summary, profile), tree_of(summary), summary.verdict.light
-    )
+    answer = run_job(job, as_json)
+    content = json_of(answer.summary.read_bytes())
+    return Reply(reply_lines(CaseFolder(case), answer, profile), content, answer.light)
 
 
-def pipeline_options(
-    surface: SurfaceMethod,
-    box: str | None,
-    part: int | None = None,
-    triangles: int = DEFAULTS.most_triangles,
-) -> PipelineOptions:
-    """Options of the stages from what the command line tells."""
-    return PipelineOptions(
-        surface=PivotOptions() if surface is SurfaceMethod.BALL_PIVOTING else PoissonOptions(),
-        most_triangles=triangles,
-        region=RegionOptions(box_mm=None if box is None else parse_box(box)),
-        parts=PartOptions(chosen=part),
-    )
-
-
-def run_job(job: Job, as_json: bool) -> Summary:
-    """Do a job in its own process, showing its progress; returns its summary.
+def run_job(job: Job, as_json: bool) -> Answer:
+    """Do a job in its own process, showing its progress; returns its answer.
 
     Raises:
         Exit: a bug of ours ended the job; its traceback is shown.
     """
     try:
         with display(as_json) as screen:
-            path = Supervision(job, screen.show).wait()
-            return summary_of(json_of(path.read_bytes()))
+            return Supervision(job, screen.show).wait()
     except JobBug as bug:
         told = printable(str(bug))
         sys.stderr.write(f"{told}\nThis is a bug of limbgram. Please report the lines above.\n")
         raise typer.Exit(1) from bug
 
 
-def reply_lines(case: CaseFolder, summary: Summary, profile: bool) -> tuple[str, ...]:
+def reply_lines(case: CaseFolder, answer: Answer, profile: bool) -> tuple[str, ...]:
     """What people read at the end."""
-    mesh = summary.mesh
-    unit = "mm" if summary.unit == "mm" else "units of unknown size"
-    size = " x ".join(f"{side:.1f}" for side in mesh.size)
-    missing = [f"  {photo.name}: {photo.reason}" for photo in summary.photos if photo.reason]
-    aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
     return (
-        summary.verdict.headline,
-        summary.verdict.facts,
-        *missing,
-        *aside,
-        f"Surface: {mesh.faces:,} triangles, {size} {unit}.",
-        *part_lines(summary.parts, summary.unit),
-        *summary.resolution.notes,
-        *(profile_lines(summary.stages) if profile else ()),
+        *answer.lines,
+        *(answer.costs if profile else ()),
         f"Look at it: {case.page}",
         f"How accurate it is: {case.accuracy('html')}",
         f"Files for other programs: {case.deliverables}",
-    )
-
-
-def profile_lines(stages: Sequence[StageSummary]) -> tuple[str, ...]:
-    """What each stage cost; a stage taken from the last run tells what it cost then."""
-    rows = [
-        f"  {stage_title(stage.stage):<26}{stage.wall_s:9.2f}{stage.cpu_s:9.2f}"
-        + (f"{stage.peak_mb:9.0f}" if not math.isnan(stage.peak_mb) else f"{'?':>9}")
-        + "   taken from the last run" * stage.reused
-        for stage in stages
-    ]
-    wall_s, cpu_s = sum(one.wall_s for one in stages), sum(one.cpu_s for one in stages)
-    peaks = [stage.peak_mb for stage in stages if not math.isnan(stage.peak_mb)]
-    return (
-        f"  {'stage':<26}{'wall s':>9}{'CPU s':>9}{'peak MB':>9}",
-        *rows,
-        f"  {'All':<26}{wall_s:9.2f}{cpu_s:9.2f}" + (f"{max(peaks):9.0f}" if peaks else ""),
     )
 
 

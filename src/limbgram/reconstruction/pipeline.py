@@ -20,6 +20,7 @@ from limbgram.reconstruction.calibration.cameras import (
     Cameras,
     cameras_for,
 )
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.reconstruction.dense.estimation import estimate_depth
 from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
@@ -30,11 +31,11 @@ from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, 
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
-from limbgram.reconstruction.scale.distances import KnownDistance
+from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
-from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitnesses, hold_tapes
+from limbgram.reconstruction.scale.taping import TapeWitnesses, hold_tapes
 from limbgram.reconstruction.surface.parts import PartOptions, tell_parts
 from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
@@ -87,13 +88,22 @@ class PipelineOptions:
     repair: RepairOptions = field(default_factory=RepairOptions)
     edge_px: float = 4.5
     """Edges of the mesh that is measured, in pixels of the photos."""
-    most_triangles: int = 400_000
-    """Its triangles at most, those of all parts together: edges of 0.7 mm on a limb of 900 cm2.
-    Where the pixels allow more, edges grow, and all pixels still serve the measurement."""
+    most_triangles: int = MOST_TRIANGLES
+    """Its triangles at most, those of all parts together."""
     measuring: MeasureOptions = field(default_factory=MeasureOptions)
 
 
 DEFAULTS = PipelineOptions()
+
+
+def options_for(choices: Choices) -> PipelineOptions:
+    """Options of the stages from what a user decides."""
+    return PipelineOptions(
+        surface=PivotOptions() if choices.surface == "ball-pivoting" else PoissonOptions(),
+        most_triangles=choices.most_triangles,
+        region=RegionOptions(box_mm=choices.box_mm),
+        parts=PartOptions(chosen=choices.part),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,8 @@ import pytest
 from limbgram.cases import superseding as standing
 from limbgram.cases import worker
 from limbgram.cases.folder import CaseFolder
-from limbgram.cases.job import Done, Job
+from limbgram.cases.job import Done
+from limbgram.cases.order import Answer, Job
 from limbgram.cases.store import CachingRun
 from limbgram.cases.superseding import key_of
 from limbgram.core.errors import Cancelled, LimbgramError, ScaleError
@@ -46,7 +47,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Run:
             for path in written(case):
                 path.parent.mkdir(exist_ok=True)
                 path.write_text(outcome)
-            return Done(None, VERDICT)  # type: ignore[arg-type]
+            return Done(None, VERDICT, Answer(summary=_job.case / "summary.json"))  # type: ignore[arg-type]
 
         monkeypatch.setattr(worker, "do", do)
         monkeypatch.setattr(worker, "write_record", recorded)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import limbgram
-from limbgram.cases.job import Job, job_tree
+from limbgram.cases.order import Answer, Job, plain_tree
 from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
 from limbgram.core.errors import Cancelled, CaseError, PhotoError, ScaleError
 
@@ -38,9 +38,14 @@ def supervised(tmp_path: Path, body: str, grace_s: float = 5.0) -> tuple[Supervi
 
 def test_an_answer_comes_back(tmp_path: Path) -> None:
     supervision, events = supervised(
-        tmp_path, 'send(event="finished", summary=job["case"]["path"] + "/s.json")'
+        tmp_path,
+        """
+        place = {"path": job["case"]["path"] + "/s.json"}
+        send(event="finished", answer={"is": "Answer", "summary": place, "lines": ["GREEN"]})
+        """,
     )
-    assert supervision.wait() == tmp_path / "Fall ä 1" / "s.json"
+    summary = tmp_path / "Fall ä 1" / "s.json"
+    assert supervision.wait() == Answer(summary=summary, lines=("GREEN",))
     assert [event["event"] for event in events] == ["progress", "finished"]
 
 
@@ -81,7 +86,7 @@ def test_ending_without_an_answer_is_an_error(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
-        ('event="finished", summary="s.json"', "finished"),
+        ('event="finished", answer={}', "finished"),
         ('event="refused", kind="ScaleError", message="No board."', r"No board\."),
     ],
 )
@@ -97,7 +102,10 @@ REAL = """
 import sys
 from limbgram.cases import worker
 from limbgram.cases.job import Done
-worker.do = lambda job, run: run.case.summary.write_text("{}") and Done(None, {})
+from pathlib import Path
+from limbgram.cases.order import Answer
+answer = Answer(summary=worker.CaseFolder(Path(sys.argv[1])).summary)
+worker.do = lambda job, run: run.case.summary.write_text("{}") and Done(None, {}, answer)
 worker.write_record = lambda case, *args, **more: case.record.write_text("{}")
 sys.exit(worker.main())
 """
@@ -109,7 +117,7 @@ def test_the_real_worker_ends_in_silence_every_time(tmp_path: Path) -> None:
     job = Job(case=tmp_path / "case", sources=(tmp_path,))
     for _ in range(4):
         supervision = Supervision(job, lambda _event: None, (sys.executable, str(script)))
-        assert supervision.wait() == tmp_path / "case" / "summary.json"
+        assert supervision.wait().summary == tmp_path / "case" / "summary.json"
     assert (tmp_path / "case" / "log.txt").read_bytes() == b""
 
 
@@ -138,7 +146,7 @@ def test_the_real_worker_ends_in_silence_when_its_command_is_gone(tmp_path: Path
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        process.stdin.write(json.dumps(job_tree(job)).encode() + b"\n")
+        process.stdin.write(json.dumps(plain_tree(job)).encode() + b"\n")
         process.stdin.flush()
         assert json.loads(process.stdout.readline())["event"] == "progress"
         process.stdout.close()

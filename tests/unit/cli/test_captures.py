@@ -8,7 +8,7 @@ import pytest
 from limbgram.cli.calibrate import as_board
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
 from limbgram.core.errors import OptionsError
-from limbgram.reconstruction.scale.taping import TapedGirth
+from limbgram.reconstruction.scale.given import TapedGirth
 
 
 def test_boards() -> None:

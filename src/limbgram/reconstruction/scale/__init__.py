@@ -4,19 +4,6 @@ In      a Scene; BoardDetections of a board lying in it, known distances, both o
 Out     a MetricScene.
 """
 
-from limbgram.reconstruction.scale.distances import KnownDistance, Pick
-from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
-from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
-from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from lazy_loader import attach_stub
 
-__all__ = [
-    "KnownDistance",
-    "LengthCheck",
-    "MetricScene",
-    "Pick",
-    "Scale",
-    "ScaleOptions",
-    "distance_between_marks",
-    "mark_distances",
-    "to_millimetres",
-]
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int32
 
-from limbgram.core.errors import OptionsError, ScaleError
+from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import Triangulated, triangulate
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.ruler import Ruler, RulerLength
 
 _LEAST_ANGLE_DEG = 2.0
@@ -23,35 +24,6 @@ _MOST_RESIDUAL = 0.002
 """Largest accepted distance of a pick from the common point, as a share of the photo's width."""
 _MOST_STRANGE = 0.25
 """Of the photos in which a mark was read, so many may contradict the others."""
-
-
-@dataclass(frozen=True)
-class Pick:
-    """Where a point appears in a photo, in the sensor's orientation; (0, 0) is a pixel's centre."""
-
-    photo: str
-    x_px: float
-    y_px: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class KnownDistance:
-    """Two points a known length apart, each picked in two or more photos."""
-
-    label: str
-    length_mm: float
-    first: tuple[Pick, ...]
-    second: tuple[Pick, ...]
-    sigma_px: float | None = None
-    """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
-    ends: tuple[str, str] = ("its first end", "its second end")
-    """What the ends are called."""
-
-    def __post_init__(self) -> None:
-        if not 0 < self.length_mm < 1e5:
-            raise OptionsError(
-                f"{self.label}: {self.length_mm:g} mm is no length. Give millimetres above 0."
-            )
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ Limits  a plate must be flat and lie still: what counts is the crossing of a mar
 from collections.abc import Sequence
 
 from limbgram.core.errors import OptionsError, ScaleError
-from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.targets.plates import MarkPlate
 

@@ -25,13 +25,14 @@ from limbgram.reconstruction.scale.board import (
     find_scene_board,
     foreign_lens,
 )
-from limbgram.reconstruction.scale.distances import KnownDistance, measure_distances
+from limbgram.reconstruction.scale.distances import measure_distances
 from limbgram.reconstruction.scale.floor import (
     centre_of_object,
     common_up,
     find_floor,
     rotation_to_z,
 )
+from limbgram.reconstruction.scale.given import KnownDistance
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
 from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
 from limbgram.reconstruction.scale.visibility import Aim, aim_of

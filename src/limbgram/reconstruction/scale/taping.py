@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, cut
+from limbgram.reconstruction.scale.given import TapedGirth
 
 _READING_MM = 1.5
 """One sigma of a tape on a sock: 95 of 100 readings within 3 mm. Carbon copies of one person's
@@ -29,27 +30,6 @@ _SEARCHED = 80
 _SEARCHED_AGAIN = 20
 _UPRIGHT = 0.7
 """Cosine of the steepest lean at which a height above the table names a place on the limb."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class TapedGirth:
-    """A girth as the tape read it."""
-
-    girth_mm: float
-    height_mm: float | None = None
-    """Above the table; None: at the widest place."""
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.girth_mm) and 10 < self.girth_mm < 3000):
-            raise OptionsError(
-                f"{self.girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
-            )
-
-    @property
-    def place(self) -> str:
-        if self.height_mm is None:
-            return "at the widest place"
-        return f"at {self.height_mm:g} mm above the table"
 
 
 @dataclass(frozen=True, kw_only=True)

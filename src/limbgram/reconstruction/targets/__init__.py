@@ -5,35 +5,6 @@ In      a PhotoSet, and the Board that lies in the scene or was photographed for
 Out     BoardDetections, MarkDetections: sub-pixel corners with their ids, photo by photo.
 """
 
-from limbgram.reconstruction.targets.board import (
-    Board,
-    BoardDetections,
-    PhotoCorners,
-    parse_dictionary,
-    parse_size,
-)
-from limbgram.reconstruction.targets.finding import TargetOptions, find_board, find_in_photo
-from limbgram.reconstruction.targets.marks import (
-    MarkDetections,
-    MarkOptions,
-    PhotoMarks,
-    find_marks,
-)
-from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
+from lazy_loader import attach_stub
 
-__all__ = [
-    "Board",
-    "BoardDetections",
-    "MarkDetections",
-    "MarkOptions",
-    "MarkPlate",
-    "PhotoCorners",
-    "PhotoMarks",
-    "PrintedMark",
-    "TargetOptions",
-    "find_board",
-    "find_in_photo",
-    "find_marks",
-    "parse_dictionary",
-    "parse_size",
-]
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

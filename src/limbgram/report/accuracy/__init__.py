@@ -4,8 +4,6 @@ In      Evidence: products of a case; and its truth where there is one.
 Out     a JSON tree, one HTML page without scripts, a PDF of two pages.
 """
 
-from limbgram.report.accuracy.assessment import Assessment, assess
-from limbgram.report.accuracy.evidence import Evidence
-from limbgram.report.accuracy.truth import KnownTruth
+from lazy_loader import attach_stub
 
-__all__ = ["Assessment", "Evidence", "KnownTruth", "assess"]
+__getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

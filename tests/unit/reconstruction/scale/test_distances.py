@@ -9,7 +9,7 @@ import pytest
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.reconstruction.photos.reading import read_photos
-from limbgram.reconstruction.scale.distances import KnownDistance, Pick
+from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks, find_marks

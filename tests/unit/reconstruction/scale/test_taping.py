@@ -5,7 +5,8 @@ import pytest
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.scale.taping import TapedGirth, hold_tapes
+from limbgram.reconstruction.scale.given import TapedGirth
+from limbgram.reconstruction.scale.taping import hold_tapes
 
 RINGS, SPOKES = 121, 120
 HEIGHT_MM = 240.0

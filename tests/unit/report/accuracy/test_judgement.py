@@ -9,8 +9,9 @@ import pytest
 
 from limbgram.core.mesh.mesh import Part, Relation, Repairs
 from limbgram.reconstruction.measuring import uncertainty as sources
+from limbgram.reconstruction.scale.given import TapedGirth
 from limbgram.reconstruction.scale.metric import Scale
-from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitness, TapeWitnesses
+from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.judgement import GAP, SCALE, SURFACE_P95

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from limbgram.reconstruction.scale.taping import TapedGirth, TapeWitness, TapeWitnesses
+from limbgram.reconstruction.scale.given import TapedGirth
+from limbgram.reconstruction.scale.taping import TapeWitness, TapeWitnesses
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.accuracy.charts import Series, accuracy_pictures, histogram
 from limbgram.report.accuracy.evidence import Evidence

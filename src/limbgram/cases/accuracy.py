@@ -1,0 +1,39 @@
+"""Accuracy: what a case says of its own error, written while its products are at hand.
+
+Apart from `assessing`, which reads finished cases and needs twice as many programs for it.
+"""
+
+from collections.abc import Sequence
+
+from limbgram.cases.encoding import sealed
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.record import write_json
+from limbgram.core.files import written_whole
+from limbgram.reconstruction.pipeline import Reconstruction
+from limbgram.report.accuracy.assessment import Assessment
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.layout import accuracy_report
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.html import html_of
+
+
+def evidence_of(done: Reconstruction) -> Evidence:
+    """The evidence that the products of a case are."""
+    return Evidence(
+        photos=done.photos,
+        cameras=done.cameras,
+        detections=done.detections,
+        metric=done.metric,
+        mesh=done.mesh,
+        tapes=done.tapes,
+    )
+
+
+def write_accuracy(
+    case: CaseFolder, assessment: Assessment, pictures: Sequence[Picture] = ()
+) -> None:
+    """Write CASE/accuracy.json, or accuracy-truth.json, and the page that shows it."""
+    against_truth = assessment.figures.truth is not None
+    write_json(case.accuracy("json", against_truth=against_truth), sealed(assessment.tree))
+    with written_whole(case.accuracy("html", against_truth=against_truth)) as beside:
+        beside.write_text(html_of(accuracy_report(assessment, pictures)), encoding="utf-8")

@@ -1,0 +1,14 @@
+"""Start: how the process of a job begins: its programs are loaded, then the worker works.
+
+Runs as `python -P -m limbgram.cases.start CASE`.
+"""
+
+import sys
+from importlib import import_module
+
+from limbgram.core.run import no_search_for_garbage
+
+if __name__ == "__main__":
+    with no_search_for_garbage():
+        worker = import_module("limbgram.cases.worker")
+    sys.exit(worker.main())

@@ -1,0 +1,18 @@
+"""Scale: its names, each imported when it is first used."""
+
+from .given import KnownDistance, Pick
+from .marks import distance_between_marks, mark_distances
+from .metric import LengthCheck, MetricScene, Scale
+from .scaling import ScaleOptions, to_millimetres
+
+__all__ = [
+    "KnownDistance",
+    "LengthCheck",
+    "MetricScene",
+    "Pick",
+    "Scale",
+    "ScaleOptions",
+    "distance_between_marks",
+    "mark_distances",
+    "to_millimetres",
+]

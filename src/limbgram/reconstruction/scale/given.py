@@ -1,0 +1,56 @@
+"""Given: lengths that the user says: between picked points, and girths taped on the limb."""
+
+import math
+from dataclasses import dataclass
+
+from limbgram.core.errors import OptionsError
+
+
+@dataclass(frozen=True)
+class Pick:
+    """Where a point appears in a photo, in the sensor's orientation; (0, 0) is a pixel's centre."""
+
+    photo: str
+    x_px: float
+    y_px: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownDistance:
+    """Two points a known length apart, each picked in two or more photos."""
+
+    label: str
+    length_mm: float
+    first: tuple[Pick, ...]
+    second: tuple[Pick, ...]
+    sigma_px: float | None = None
+    """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
+    ends: tuple[str, str] = ("its first end", "its second end")
+    """What the ends are called."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.length_mm < 1e5:
+            raise OptionsError(
+                f"{self.label}: {self.length_mm:g} mm is no length. Give millimetres above 0."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapedGirth:
+    """A girth as the tape read it."""
+
+    girth_mm: float
+    height_mm: float | None = None
+    """Above the table; None: at the widest place."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.girth_mm) and 10 < self.girth_mm < 3000):
+            raise OptionsError(
+                f"{self.girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
+            )
+
+    @property
+    def place(self) -> str:
+        if self.height_mm is None:
+            return "at the widest place"
+        return f"at {self.height_mm:g} mm above the table"

@@ -1,0 +1,23 @@
+"""Targets: its names, each imported when it is first used."""
+
+from .board import Board, BoardDetections, PhotoCorners, parse_dictionary, parse_size
+from .finding import TargetOptions, find_board, find_in_photo
+from .marks import MarkDetections, MarkOptions, PhotoMarks, find_marks
+from .plates import MarkPlate, PrintedMark
+
+__all__ = [
+    "Board",
+    "BoardDetections",
+    "MarkDetections",
+    "MarkOptions",
+    "MarkPlate",
+    "PhotoCorners",
+    "PhotoMarks",
+    "PrintedMark",
+    "TargetOptions",
+    "find_board",
+    "find_in_photo",
+    "find_marks",
+    "parse_dictionary",
+    "parse_size",
+]

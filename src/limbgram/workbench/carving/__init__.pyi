@@ -1,0 +1,20 @@
+"""Carving: its names, each imported when it is first used."""
+
+from .mapping import MapOptions, Mapped, map_radii, map_radii_on
+from .setup import CarveOptions
+from .simulation import CarveCheck, Moves, check_carving, simulate
+from .toolpath import Toolpath, plan_toolpath
+
+__all__ = [
+    "CarveCheck",
+    "CarveOptions",
+    "MapOptions",
+    "Mapped",
+    "Moves",
+    "Toolpath",
+    "check_carving",
+    "map_radii",
+    "map_radii_on",
+    "plan_toolpath",
+    "simulate",
+]
