@@ -15,8 +15,7 @@ from jaxtyping import Float64, UInt8
 from limbgram.core.geometry.arrays import GreyImage, Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.targets.board import DICTIONARIES
-from limbgram.reconstruction.targets.marks import KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
 from limbgram.synthetic.rendering.developing import developed, softened
 
 FINE = 6

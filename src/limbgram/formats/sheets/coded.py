@@ -17,8 +17,7 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.errors import OptionsError
 from limbgram.formats.sheets.page import PageName, Paper, Sheet, pdf_of, rectangle, runs
-from limbgram.reconstruction.targets.board import DICTIONARIES
-from limbgram.reconstruction.targets.marks import KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
 
 STICKER_IDS = range(100)

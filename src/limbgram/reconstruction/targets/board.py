@@ -24,6 +24,10 @@ DICTIONARIES: dict[str, int] = {
 }
 """Marker dictionaries by name, without the DICT_ that OpenCV puts before them."""
 
+KIT_DICTIONARY = "APRILTAG_36H11"
+"""Of the marks that are printed here: its codes differ in 11 bits at least, so that paint is
+hardly ever taken for one, and no mark of the scale board (4X4_50) for another."""
+
 
 _CELLS = 6
 """Cells of a square without a marker."""

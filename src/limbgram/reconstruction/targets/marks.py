@@ -21,12 +21,8 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import in_parallel
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import PhotoSet
-from limbgram.reconstruction.targets.board import DICTIONARIES, parse_dictionary
+from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY, parse_dictionary
 from limbgram.reconstruction.targets.edges import SquareFit, fit_square, linear_light
-
-KIT_DICTIONARY = "APRILTAG_36H11"
-"""Of the marks that are printed here: its codes differ in 11 bits at least, so that paint is
-hardly ever taken for one, and no mark of the scale board (4X4_50) for another."""
 
 SEARCH_BYTES = 11.0
 """A pixel, while marks are looked for: OpenCV's copies, and four bytes of linear light."""

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import cv2
 
 from limbgram.core.errors import OptionsError
-from limbgram.reconstruction.targets.board import DICTIONARIES
-from limbgram.reconstruction.targets.marks import KIT_DICTIONARY
+from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY
 
 
 @dataclass(frozen=True, kw_only=True)

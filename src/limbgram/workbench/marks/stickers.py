@@ -18,8 +18,8 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import (
-    KIT_DICTIONARY,
     MarkDetections,
     MarkOptions,
     PhotoMarks,
