@@ -59,44 +59,61 @@ def choose_neighbours(
     observed = observed[list(scene.placed)][:, in_region]
     points = scene.points_in_world[in_region]
 
-    worth = _worth_of_views(scene.views, points, observed)
+    directions = np.array([_unit(view.centre_in_world - points) for view in scene.views])
+    scales = np.array([_pixels_per_mm(view, points) for view in scene.views])
+    worth = _worth_of_views(scene.views, points, directions, observed)
     neighbours: list[tuple[int, ...]] = [()] * len(scene.names)
     for row, photo_idx in enumerate(track(scene.placed)):
-        chosen = _choose(row, scene.views, points, worth, observed[row], options)
+        seen = observed[row]
+        gains = worth[:, seen] * _angle_weights(row, directions[:, seen], options)
+        gains *= _likeness(row, scales[:, seen])
+        gains[row] = 0.0
+        chosen = _choose(gains, min(options.most, len(gains) - 1))
         neighbours[photo_idx] = tuple(scene.placed[k] for k in chosen)
     return tuple(neighbours)
 
 
 def _worth_of_views(
-    views: Sequence[View], points: Points3, observed: Bool[np.ndarray, "v n"]
+    views: Sequence[View],
+    points: Points3,
+    directions: Float64[np.ndarray, "v n 3"],
+    observed: Bool[np.ndarray, "v n"],
 ) -> Float64[np.ndarray, "v n"]:
     """How surely each view sees each point: 1 observed, less where it only faces the view."""
-    directions = np.array([_unit(view.centre_in_world - points) for view in views])
     facing = _unit(np.einsum("vn,vnk->nk", observed.astype(float), directions))
     turned = np.einsum("vnk,nk->vn", directions, facing)
     seen = in_frame(views, points) & (turned > np.cos(np.radians(_FACING_DEG)))
     return np.where(observed, 1.0, np.where(seen, _UNOBSERVED, 0.0))
 
 
-def _choose(
-    reference: int,
-    views: Sequence[View],
-    points: Points3,
-    worth: Float64[np.ndarray, "v n"],
-    observed: Bool[np.ndarray, " n"],
-    options: NeighbourOptions,
-) -> list[int]:
-    """Rows of the best neighbours of one view, greedily by what each adds."""
-    points, worth = points[observed], worth[:, observed]
-    gains = worth * np.array(
-        [_angle_weight(views[reference], view, points, options) for view in views]
-    )
-    gains *= np.array([_likeness(views[reference], view, points) for view in views])
-    gains[reference] = 0.0
+def _angle_weights(
+    reference: int, directions: Float64[np.ndarray, "v n 3"], options: NeighbourOptions
+) -> Float64[np.ndarray, "v n"]:
+    """1 at good angles between a point's rays to the reference and to each view, falling to 0 at
+    the limits."""
+    cosine = np.einsum("vnk,nk->vn", directions, directions[reference])
+    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    low, high = options.good_angles_deg
+    narrow = np.clip((angle - options.least_angle_deg) / (low - options.least_angle_deg), 0, 1)
+    wide = np.clip((options.most_angle_deg - angle) / (options.most_angle_deg - high), 0, 1)
+    return narrow * wide
+
+
+def _likeness(reference: int, scales: Float64[np.ndarray, "v n"]) -> Float64[np.ndarray, "v n"]:
+    """Ratio of the image scales, at most 1: a photo from afar shows less."""
+    return np.minimum(scales, scales[reference]) / np.maximum(scales, scales[reference])
+
+
+def _pixels_per_mm(view: View, points: Points3) -> Float64[np.ndarray, " n"]:
+    return view.camera.fx / np.maximum(view.camera_from_world.apply(points)[:, 2], 1e-9)
+
+
+def _choose(gains: Float64[np.ndarray, "v n"], most: int) -> list[int]:
+    """Rows of the best neighbours, greedily by what each adds."""
     covered = np.zeros(gains.shape[1])
     chosen: list[int] = []
     first = 0.0
-    while len(chosen) < min(options.most, len(views) - 1):
+    while len(chosen) < most:
         totals = (gains / (1.0 + covered)).sum(1)
         totals[chosen] = 0.0
         best = int(np.argmax(totals))
@@ -107,31 +124,6 @@ def _choose(
         chosen.append(best)
         covered += gains[best]
     return chosen
-
-
-def _angle_weight(
-    reference: View, other: View, points: Points3, options: NeighbourOptions
-) -> Float64[np.ndarray, " n"]:
-    """1 at good intersection angles, falling to 0 at the limits."""
-    cosine = np.einsum(
-        "nk,nk->n",
-        _unit(reference.centre_in_world - points),
-        _unit(other.centre_in_world - points),
-    )
-    angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-    low, high = options.good_angles_deg
-    narrow = np.clip((angle - options.least_angle_deg) / (low - options.least_angle_deg), 0, 1)
-    wide = np.clip((options.most_angle_deg - angle) / (options.most_angle_deg - high), 0, 1)
-    return narrow * wide
-
-
-def _likeness(reference: View, other: View, points: Points3) -> Float64[np.ndarray, " n"]:
-    """Ratio of the image scales, at most 1: a photo from afar shows less."""
-    scales = [
-        view.camera.fx / np.maximum(view.camera_from_world.apply(points)[:, 2], 1e-9)
-        for view in (reference, other)
-    ]
-    return np.minimum(scales[0], scales[1]) / np.maximum(scales[0], scales[1])
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ Fails   RegionError: too few points where the cameras look, or two objects that 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -181,6 +182,11 @@ class Region:
     def skin(self) -> Bool[np.ndarray, "i j k"]:
         """The occupied cubes that share a side with an empty one or with the grid's border."""
         return self.occupied & ~ndimage.binary_erosion(self.occupied)
+
+    @cached_property
+    def skin_mm(self) -> Points3:
+        """Centres of the skin's cubes."""
+        return self.centres_mm(self.skin())
 
 
 _LEAST_PIECE = 0.01
@@ -438,7 +444,7 @@ def footprint(region: Region, view: View, factor: float = 1.0) -> Footprint:
     A region out of the photo's sight gives a crop of no pixels.
     """
     camera = view.camera.scaled(factor)
-    in_camera = view.camera_from_world.apply(region.centres_mm(region.skin()))
+    in_camera = view.camera_from_world.apply(region.skin_mm)
     radius_mm = region.cell_mm * np.sqrt(3) / 2
     in_camera = in_camera[projectable(camera, in_camera) & (in_camera[:, 2] > 2 * radius_mm)]
     depth_mm = in_camera[:, 2]
