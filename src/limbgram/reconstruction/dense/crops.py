@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, Int32, Int64, UInt8, UInt32
+from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8, UInt32
+from numba import njit
 
 from limbgram.core.geometry.arrays import GreyImage, Mask, Matrix3
-from limbgram.core.geometry.lens import Camera, View
+from limbgram.core.geometry.lens import Camera, View, distorted
 from limbgram.reconstruction.dense.patchmatch import packed
 from limbgram.reconstruction.dense.region import Footprint, Region, footprint
-from limbgram.reconstruction.photos.decoding import load_luma
+from limbgram.reconstruction.photos.decoding import halvings_to, load_luma
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.photo import Photo
 
@@ -96,20 +97,32 @@ def _resampled(
     photo: Photo, seen: Footprint, straight: Camera, lens: Camera, reduction: float
 ) -> tuple[GreyImage, Mask]:
     """Grey crop, and which of its pixels lie in the photo and its mask: by bands of rows, for
-    the samples of a whole crop take a dozen times the memory of the photo."""
-    samples = int(np.ceil(reduction))
-    luma, given = load_luma(photo), load_mask(photo)
+    the samples of a whole crop take several times the memory of the photo."""
+    halvings = halvings_to(lens.width_px, lens.width_px / reduction)
+    part = 1 << halvings
+    step = reduction / part
+    samples = int(np.ceil(step))
+    luma, given = load_luma(photo, halvings), load_mask(photo)
     white = None if given is None else given.astype(np.uint8)
+    pinhole, photographed = straight.scaled(1 / part).packed, lens.scaled(1 / part).packed
+    edge = np.array([lens.width_px, lens.height_px]) / part - 0.5 - 0.5 / part
+    height, width = seen.mask.shape
     grey, inside = np.empty(seen.mask.shape, np.uint8), np.empty(seen.mask.shape, bool)
-    for first in range(0, len(grey), _BAND):
-        rows = slice(first, min(first + _BAND, len(grey)))
-        map_x, map_y = _source_pixels(seen, rows, straight, lens, reduction, samples)
-        light = cv2.remap(luma, map_x, map_y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
-        within = (map_x >= 0) & (map_y >= 0)
-        within &= (map_x <= lens.width_px - 1) & (map_y <= lens.height_px - 1)
-        if white is not None:
-            within &= cv2.remap(white, map_x, map_y, cv2.INTER_NEAREST) > 0
+    for first in range(0, height, _BAND):
+        rows = slice(first, min(first + _BAND, height))
+        shape = samples * (rows.stop - first), samples * width
+        map_x, map_y = np.empty(shape, np.float32), np.empty(shape, np.float32)
+        _places_in_photo(
+            samples * seen.x0, samples * (seen.y0 + first), step / samples, pinhole, photographed,
+            map_x, map_y,
+        )  # fmt: skip
+        light = cv2.remap(luma, map_x, map_y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
         grey[rows] = reduced(light.astype(np.uint8, copy=False), samples)
+        low = -0.5 + 0.5 / part
+        within = (map_x >= low) & (map_y >= low) & (map_x <= edge[0]) & (map_y <= edge[1])
+        if white is not None:
+            map_x, map_y = part * (map_x + 0.5) - 0.5, part * (map_y + 0.5) - 0.5
+            within &= cv2.remap(white, map_x, map_y, cv2.INTER_NEAREST) > 0
         inside[rows] = reduced(within.astype(np.uint8) * 255, samples) == 255
     return grey, inside
 
@@ -129,21 +142,29 @@ def _aligned(seen: Footprint) -> Footprint:
     )
 
 
-def _source_pixels(
-    seen: Footprint, rows: slice, straight: Camera, lens: Camera, reduction: float, samples: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Where in the photo the samples of each crop pixel in some rows lie: samples x samples, evenly
-    spread."""
-    height, width = seen.mask.shape
-    part = (np.arange(max(width, height) * samples) + 0.5) / samples
-    x = (seen.x0 + part[: width * samples]) * reduction - 0.5
-    band = slice(rows.start * samples, rows.stop * samples)
-    y = ((seen.y0 + part[band]) * reduction - 0.5)[:, None]
-    y_ideal = (y - straight.cy) / straight.fy
-    x_ideal = (x - straight.cx - straight.skew * y_ideal) / straight.fx
-    ideal = np.stack([x_ideal, y_ideal + 0 * x_ideal, np.ones_like(x_ideal)], axis=-1)
-    map_x, map_y = np.moveaxis(lens.project(ideal).astype(np.float32), -1, 0)
-    return np.ascontiguousarray(map_x), np.ascontiguousarray(map_y)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _places_in_photo(
+    first_x: int,
+    first_y: int,
+    step: float,
+    straight: np.ndarray,
+    lens: np.ndarray,
+    map_x: np.ndarray,
+    map_y: np.ndarray,
+):
+    """Where in the photo the samples of a crop lie, `step` pixels apart, counted from a corner.
+
+    straight, lens   the pinhole and the photo's own lens, packed, of one size
+    """
+    height, width = map_x.shape
+    for row in range(height):
+        y = ((first_y + row + 0.5) * step - 0.5 - straight[3]) / straight[1]
+        centre = straight[2] + straight[4] * y
+        for column in range(width):
+            x = ((first_x + column + 0.5) * step - 0.5 - centre) / straight[0]
+            xd, yd = distorted(x, y, lens[5], lens[6], lens[7], lens[8], lens[9])
+            map_x[row, column] = lens[0] * xd + lens[4] * yd + lens[2]
+            map_y[row, column] = lens[1] * yd + lens[3]
 
 
 def reduced(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
@@ -155,8 +176,8 @@ def reduced(grey: GreyImage, factor: int) -> UInt8[np.ndarray, "rows columns"]:
     return cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
 
 
-_MARGIN_PX = 6
-"""Pixels nearer to a crop's border have no whole window."""
+_MARGIN = 6
+"""Places nearer to a crop's border have no whole window, or no far neighbour."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,9 +189,12 @@ class Level:
 
     grey: UInt8[np.ndarray, " pixels"]
     width: int
+    step: int
+    """Planes are sought at every step-th pixel of every step-th row: at the places."""
     wanted: Mask
+    """Places that are sought, in rows and columns of places."""
     words: UInt32[np.ndarray, " total"]
-    """Packed sources, one after another."""
+    """Packed pictures, the sources among them."""
     table: Int64[np.ndarray, "s 3"]
     """By source: start in `words`, width, height."""
     a: Float32[np.ndarray, "s 9"]
@@ -181,26 +205,58 @@ class Level:
 
     @property
     def red_and_black(self) -> tuple[Int32[np.ndarray, " r"], Int32[np.ndarray, " b"]]:
-        """Wanted pixels of a chessboard's two colours."""
-        pixels = np.flatnonzero(self.wanted).astype(np.int32)
-        red = (pixels // self.width + pixels % self.width) % 2 == 0
-        return pixels[red], pixels[~red]
+        """Wanted places of a chessboard's two colours."""
+        places = np.flatnonzero(self.wanted).astype(np.int32)
+        across = self.wanted.shape[1]
+        red = (places // across + places % across) % 2 == 0
+        return places[red], places[~red]
 
 
-def level_of(crop: Crop, sources: Sequence[Crop], halvings: int) -> Level:
-    """A crop and its sources, halved."""
-    pixels = [reduced(source.grey, 1 << halvings) for source in sources]
-    ends = np.cumsum([0, *(picture.size for picture in pixels)])
-    homographies = [_homography(crop, source, halvings) for source in sources]
+@dataclass(frozen=True, kw_only=True)
+class Halved:
+    """All crops, halved as often, as they are looked into from one another."""
+
+    crops: Sequence[Crop]
+    halvings: int
+    greys: tuple[GreyImage, ...]
+    words: UInt32[np.ndarray, " total"]
+    """Packed pictures, one after another."""
+    starts: Int64[np.ndarray, " crops"]
+    """Where each begins."""
+
+
+def halved(crops: Sequence[Crop], halvings: int) -> Halved:
+    greys = tuple(reduced(crop.grey, 1 << halvings) for crop in crops)
+    ends = np.cumsum([0, *(grey.size for grey in greys)])
+    words = np.empty(int(ends[-1]), np.uint32)
+    for k, grey in enumerate(greys):
+        words[ends[k] : ends[k + 1]] = packed(grey)
+    return Halved(
+        crops=crops, halvings=halvings, greys=greys, words=words, starts=ends[:-1].astype(np.int64)
+    )
+
+
+def level_of(pictures: Halved, own: int, sources: Sequence[int], wanted: Mask, step: int) -> Level:
+    """A crop and its sources, with a place at every step-th pixel.
+
+    Args:
+        own: Which of the crops; the sources are numbered likewise.
+        wanted: Pixels of the crop itself that are sought.
+    """
+    halvings = pictures.halvings
+    crop, grey = pictures.crops[own], pictures.greys[own]
+    homographies = [_homography(crop, pictures.crops[k], halvings) for k in sources]
     a = np.array([rotation for rotation, _ in homographies])
     b = np.array([translation for _, translation in homographies])
-    grey = reduced(crop.grey, 1 << halvings)
     return Level(
         grey=grey.ravel(),
         width=grey.shape[1],
-        wanted=_wanted(crop, halvings),
-        words=np.concatenate([packed(picture) for picture in pixels]),
-        table=np.array([(ends[s], *pixels[s].shape[::-1]) for s in range(len(pixels))], np.int64),
+        step=step,
+        wanted=_wanted(wanted, step << halvings),
+        words=pictures.words,
+        table=np.array(
+            [(pictures.starts[k], *pictures.greys[k].shape[::-1]) for k in sources], np.int64
+        ),
         a=a.reshape(-1, 9).astype(np.float32),
         b=b.astype(np.float32),
         focal_px=crop.view.camera.fx / (1 << halvings),
@@ -208,17 +264,28 @@ def level_of(crop: Crop, sources: Sequence[Crop], halvings: int) -> Level:
     )
 
 
-def finer(state: Float32[np.ndarray, "3 coarse"], wanted: Mask) -> Float32[np.ndarray, "3 fine"]:
-    """Planes of the next level: each pixel takes its coarse pixel's plane, continued to its centre.
+def finer(
+    state: Float32[np.ndarray, "3 n"],
+    coarse: tuple[int, int],
+    step: int,
+    wanted: Mask,
+    to_step: int,
+) -> Float32[np.ndarray, "3 m"]:
+    """Planes of the next level: each place takes the nearest coarse plane, continued to itself.
 
-    Pixels that are not wanted, or whose coarse pixel was not, get no plane (zeros).
+    Places that are not wanted, or whose coarse place was not, get no plane (zeros).
+
+    Args:
+        coarse: Rows and columns of coarse places, `step` coarse pixels apart.
+        to_step: Pixels from one place of the next level to the next one.
     """
-    height, width = wanted.shape
-    coarse = state.reshape(3, height // 2, width // 2)
-    fine = np.repeat(np.repeat(coarse, 2, axis=1), 2, axis=2)
-    quarter = np.array([-0.25, 0.25], np.float32)
-    fine[0] += fine[1] * np.tile(quarter, width // 2)
-    fine[0] += fine[2] * np.tile(quarter, height // 2)[:, None]
+    rows, columns = (np.arange(count) for count in wanted.shape)
+    near_row, near_column = (to_step * k // (2 * step) for k in (rows, columns))
+    fine = state.reshape(3, *coarse)[:, near_row[:, None], near_column]
+    # A pixel's centre lies at half its number less a quarter, in coarse pixels.
+    right = (to_step * columns / 2 - 0.25 - step * near_column).astype(np.float32)
+    down = (to_step * rows / 2 - 0.25 - step * near_row).astype(np.float32)
+    fine[0] += fine[1] * right + fine[2] * down[:, None]
     fine[1:] *= np.float32(0.5)
     return np.ascontiguousarray((fine * wanted).reshape(3, -1))
 
@@ -246,11 +313,10 @@ def _w_per_px(
     return float(1 / np.median(speed))
 
 
-def _wanted(crop: Crop, halvings: int) -> Mask:
-    side = 1 << halvings
-    height, width = crop.wanted.shape
-    blocks = crop.wanted.reshape(height // side, side, width // side, side)
-    wanted = blocks.any(axis=(1, 3))
-    inner = np.zeros_like(wanted)
-    inner[_MARGIN_PX:-_MARGIN_PX, _MARGIN_PX:-_MARGIN_PX] = True
-    return wanted & inner
+def _wanted(wanted: Mask, side: int) -> Bool[np.ndarray, "rows columns"]:
+    """Places, each of side x side pixels of the crop, of which a pixel is wanted."""
+    height, width = wanted.shape
+    places = wanted.reshape(height // side, side, width // side, side).any(axis=(1, 3))
+    inner = np.zeros_like(places)
+    inner[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN] = True
+    return places & inner

@@ -13,8 +13,8 @@ from limbgram.core.geometry.lens import Camera
 class DepthMap:
     """Depth and normal of each pixel of a crop of one reduced photo.
 
-    Pixel (row r, column c) of the arrays is pixel (x0 + c, y0 + r) of the reduced photo, whose
-    lens is `camera` (already reduced, distortion kept: rays come from `camera.rays`).
+    Row r and column c of the arrays is pixel (x0 + c, y0 + r) of `camera`, a pinhole whose
+    pixels are those of the reduced photo at which depth was sought.
     """
 
     photo_idx: int
@@ -29,5 +29,6 @@ class DepthMap:
     confidence: Float32[np.ndarray, "h w"]
     """0 to 1: mean correlation over the agreeing photos."""
     window_px2: float = 0.0
-    """Mean squared reach, in one direction, of the flat windows that were correlated: on a
-    surface of mean curvature H, their depth is too large by about H times this (in mm^2)."""
+    """Mean squared reach, in one direction, of the flat windows that were correlated, in pixels of
+    `camera`. On a surface of mean curvature H, their depth is too large by about H times this (in
+    mm^2)."""

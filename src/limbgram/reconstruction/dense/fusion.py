@@ -63,11 +63,13 @@ def grid_of(points_mm: Float32[np.ndarray, "n 3"], cell_mm: float) -> Grid:
     cells = np.floor((points_mm - low) / cell_mm).astype(np.int64)
     key_of = (cells[:, 0] << 2 * _AXIS_BITS) | (cells[:, 1] << _AXIS_BITS) | cells[:, 2]
     order = np.argsort(key_of, kind="stable")
-    unique, first, count = np.unique(key_of[order], return_index=True, return_counts=True)
-    slots = 1 << int(np.ceil(np.log2(2 * len(unique) + 1)))
+    ordered = key_of[order]
+    first = np.flatnonzero(np.diff(ordered, prepend=-1))
+    count = np.diff(first, append=len(ordered))
+    slots = 1 << int(np.ceil(np.log2(2 * len(first) + 1)))
     keys = np.full(slots, -1, np.int64)
     spans = np.zeros((slots, 2), np.int64)
-    _fill(unique, first.astype(np.int64), count.astype(np.int64), keys, spans)
+    _fill(ordered[first], first, count, keys, spans)
     return Grid(order=order, low_mm=low, cell_mm=cell_mm, keys=keys, spans=spans)
 
 
@@ -229,6 +231,8 @@ _BEND_PRIOR = 0.001
 """Weight of the wish for a plane, as a fraction of the neighbours' weight: it decides only where
 the neighbours lie on a line or to one side."""
 _ROUNDS = 3
+_STILL, _STILL_SLOPE = 0.3, 0.05
+"""A point that moved by less than this share of the noise, and turned by less than this, stays."""
 _FACING = 0.5
 """Neighbours whose normals turn away by more than 60 degrees belong to another side."""
 
@@ -286,6 +290,8 @@ def project_to_surface(
             for i in range(3):
                 axes[2, i] = (axes[2, i] - along_u * axes[0, i] - along_v * axes[1, i]) / length
             sunk = -0.5 * (coefficients[3] + coefficients[5]) * sunk_window
+            if abs(step) < _STILL * noise and along_u**2 + along_v**2 < _STILL_SLOPE**2:
+                break
         if not solved:
             support[s] = 0.0
             continue
@@ -372,7 +378,7 @@ class FusionOptions:
     """How dense and how smooth the cloud is."""
 
     spacing_mm: float | None = None
-    """Distance between neighbours; None: 3.5 pixels of the depth maps."""
+    """Distance between neighbours; None: 1.75 pixels of the depth maps."""
     smoothing: float = 2.5
     """Reach of the smoothing, in spacings."""
     least_views: int = 2
@@ -388,8 +394,8 @@ class FusionOptions:
 
 DEFAULTS = FusionOptions()
 
-_SPACING_PX = 3.5
-_NOISE_PX = 0.4
+_SPACING_PX = 1.75
+_NOISE_PX = 0.2
 """Distance from the surface, in pixels, at which a measured point's weight halves."""
 _PIECE_REACH = 3.0
 """Points within this many spacings belong to one piece."""

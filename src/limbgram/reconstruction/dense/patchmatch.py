@@ -1,12 +1,13 @@
-"""PatchMatch: the best plane for every pixel of a photo, found by asking neighbours (compiled).
+"""PatchMatch: the best plane for every place of a photo, found by asking neighbours (compiled).
 
-In      a packed reference and its sources at one pyramid level, the pixels to solve.
+In      a packed reference and its sources at one pyramid level, the places to solve: every pixel,
+        or every second one of every second row.
 Out     inverse depth, its two slopes, and the score (mean of the better half of the
         correlations, so that photos in which the spot is hidden do not count).
-Method  Pixels of a chessboard's two colours in turn; each asks the better of two neighbours in
+Method  Places of a chessboard's two colours in turn; each asks the better of two neighbours in
         four directions, then tries random changes (Barnes et al. 2009; Galliani et al. 2015).
-        At the end a parabola through three correlations gives the sub-pixel place. Every pixel
-        reads the other colour only, and random numbers are hashes of pixel and turn: the result
+        At the end a parabola through three correlations gives the sub-pixel place. Every place
+        reads the other colour only, and random numbers are hashes of place and turn: the result
         does not depend on the order of work.
         Hypothesis: inverse depth w0 of the pixel and its change per pixel, gx and gy. With m =
         (gx, gy, .) the plane's homography into another photo is A + b m^T; within the window it is
@@ -27,8 +28,8 @@ from numba import njit
 
 f4, i4, u4 = np.float32, np.int32, np.uint32
 
-Picture = tuple[np.ndarray, int, np.ndarray, np.ndarray]
-"""Grey values, width, weights by grey difference and by distance."""
+Picture = tuple[np.ndarray, int, int, np.ndarray, np.ndarray]
+"""Grey values, width, pixels from place to place, weights by grey difference and by distance."""
 Sources = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]
 """Packed words, their table, homographies A and b, and how many correlations count."""
 
@@ -88,28 +89,32 @@ def packed(grey: np.ndarray) -> np.ndarray:
 def look_at(
     grey: np.ndarray,
     width: int,
-    pixels: np.ndarray,
+    step: int,
+    places: np.ndarray,
     count: int,
     by_grey: np.ndarray,
     by_distance: np.ndarray,
     t: np.ndarray,
     index: np.ndarray,
 ):
-    """Windows round the first `count` of `pixels` in the reference; spare lanes repeat the last."""
+    """Windows round the first `count` of `places` in the reference; spare lanes repeat the last."""
+    across = width // step
     for lane in range(LANES):
-        pixel = pixels[min(lane, count - 1)]
+        place = places[min(lane, count - 1)]
+        column, row = step * (place % across), step * (place // across)
+        pixel = row * width + column
         index[lane] = pixel
-        t[PIXEL_X + lane] = f4(pixel % width)
-        t[PIXEL_Y + lane] = f4(pixel // width)
+        t[PIXEL_X + lane] = f4(column)
+        t[PIXEL_Y + lane] = f4(row)
         t[GREY + lane] = f4(grey[pixel])
         t[MEAN + lane] = f4(0)
         t[SUM + lane] = f4(0)
         t[VARIANCE + lane] = f4(0)
     for k in range(SAMPLES):
-        step = i4((2 * (k // SIDE) - REACH_PX) * width + 2 * (k % SIDE) - REACH_PX)
+        away = i4((2 * (k // SIDE) - REACH_PX) * width + 2 * (k % SIDE) - REACH_PX)
         near, weight, contrast = by_distance[k], WEIGHT + k * LANES, CONTRAST + k * LANES
         for lane in range(LANES):
-            value = f4(grey[index[lane] + step])
+            value = f4(grey[index[lane] + away])
             share = near * by_grey[i4(abs(value - t[GREY + lane]))]
             t[contrast + lane] = value
             t[weight + lane] = share
@@ -218,43 +223,43 @@ def _accumulate(words: np.ndarray, width: int, t: np.ndarray, index: np.ndarray,
 
 
 TURNS = 3
-"""Random changes a pixel tries in one sweep: both, slopes only, depth only."""
-_FAR_PX = 5
-"""The second neighbour in each direction is this far away; windows reach as far."""
+"""Random changes a place tries in one sweep: both, slopes only, depth only."""
+_FAR = 5
+"""The second neighbour in each direction is this many places away."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def start(pixels: np.ndarray, w_range: np.ndarray, focal_px: float, seed: int, state: np.ndarray):
+def start(places: np.ndarray, w_range: np.ndarray, focal_px: float, seed: int, state: np.ndarray):
     """Random depths within the range (uniform in inverse depth) and random slopes."""
     low, high = f4(w_range[0]), f4(w_range[1])
-    for pixel in pixels:
-        w0 = low + (high - low) * _random(pixel, seed, 0)
+    for place in places:
+        w0 = low + (high - low) * _random(place, seed, 0)
         tilt = w0 / f4(focal_px)
-        state[0, pixel] = w0
-        state[1, pixel] = (f4(2) * _random(pixel, seed, 1) - f4(1)) * tilt
-        state[2, pixel] = (f4(2) * _random(pixel, seed, 2) - f4(1)) * tilt
+        state[0, place] = w0
+        state[1, place] = (f4(2) * _random(place, seed, 1) - f4(1)) * tilt
+        state[2, place] = (f4(2) * _random(place, seed, 2) - f4(1)) * tilt
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def rate(
     picture: Picture,
     sources: Sources,
-    pixels: np.ndarray,
+    places: np.ndarray,
     w_range: np.ndarray,
     state: np.ndarray,
     score: np.ndarray,
 ):
-    """Score the planes that the pixels have now."""
-    grey, width, by_grey, by_distance = picture
+    """Score the planes that the places have now."""
+    grey, width, step, by_grey, by_distance = picture
     t, index, word = _scratch()
-    for first in range(0, len(pixels), LANES):
-        block = pixels[first : first + LANES]
-        look_at(grey, width, block, len(block), by_grey, by_distance, t, index)
+    for first in range(0, len(places), LANES):
+        block = places[first : first + LANES]
+        look_at(grey, width, step, block, len(block), by_grey, by_distance, t, index)
         for lane in range(LANES):
-            pixel = block[min(lane, len(block) - 1)]
-            t[W0 + lane] = state[0, pixel]
-            t[GX + lane] = state[1, pixel]
-            t[GY + lane] = state[2, pixel]
+            place = block[min(lane, len(block) - 1)]
+            t[W0 + lane] = state[0, place]
+            t[GX + lane] = state[1, place]
+            t[GY + lane] = state[2, place]
             t[BEST_SCORE + lane] = f4(-2)
         _try(sources, w_range, t, index, word)
         for lane in range(len(block)):
@@ -265,7 +270,7 @@ def rate(
 def sweep(
     picture: Picture,
     sources: Sources,
-    pixels: np.ndarray,
+    places: np.ndarray,
     w_range: np.ndarray,
     focal_px: float,
     w_step: float,
@@ -274,25 +279,25 @@ def sweep(
     state: np.ndarray,
     score: np.ndarray,
 ):
-    """Improve the planes of one colour's pixels.
+    """Improve the planes of one colour's places.
 
     w_step     size of random changes of inverse depth
     tilt_step  size of random changes of the slopes (tangent of the surface's tilt)
     """
-    grey, width, by_grey, by_distance = picture
+    grey, width, step, by_grey, by_distance = picture
     t, index, word = _scratch()
-    for first in range(0, len(pixels), LANES):
-        block = pixels[first : first + LANES]
-        look_at(grey, width, block, len(block), by_grey, by_distance, t, index)
+    for first in range(0, len(places), LANES):
+        block = places[first : first + LANES]
+        look_at(grey, width, step, block, len(block), by_grey, by_distance, t, index)
         for lane in range(LANES):
-            pixel = block[min(lane, len(block) - 1)]
-            t[BEST_SCORE + lane] = score[pixel]
-            t[BEST_W + lane] = state[0, pixel]
-            t[BEST_X + lane] = state[1, pixel]
-            t[BEST_Y + lane] = state[2, pixel]
+            place = block[min(lane, len(block) - 1)]
+            t[BEST_SCORE + lane] = score[place]
+            t[BEST_W + lane] = state[0, place]
+            t[BEST_X + lane] = state[1, place]
+            t[BEST_Y + lane] = state[2, place]
         for side in range(4):
             dx, dy = i4(1 - side) * i4(side % 2 == 0), i4(2 - side) * i4(side % 2 == 1)
-            _ask_neighbour(block, width, dx, dy, state, score, t)
+            _ask_neighbour(block, width // step, step, dx, dy, state, score, t)
             _try(sources, w_range, t, index, word)
         for turn in range(TURNS):
             _change(
@@ -306,18 +311,18 @@ def sweep(
             )
             _try(sources, w_range, t, index, word)
         for lane in range(len(block)):
-            pixel = block[lane]
-            score[pixel] = t[BEST_SCORE + lane]
-            state[0, pixel] = t[BEST_W + lane]
-            state[1, pixel] = t[BEST_X + lane]
-            state[2, pixel] = t[BEST_Y + lane]
+            place = block[lane]
+            score[place] = t[BEST_SCORE + lane]
+            state[0, place] = t[BEST_W + lane]
+            state[1, place] = t[BEST_X + lane]
+            state[2, place] = t[BEST_Y + lane]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def polish(
     picture: Picture,
     sources: Sources,
-    pixels: np.ndarray,
+    places: np.ndarray,
     w_range: np.ndarray,
     w_step: float,
     least: float,
@@ -329,23 +334,23 @@ def polish(
     All photos that correlate better than `least` take part, by how much they do. The score
     becomes their mean correlation; -1 where none does.
     """
-    grey, width, by_grey, by_distance = picture
+    grey, width, step, by_grey, by_distance = picture
     words, table, a, b, _ = sources
     t, index, word = _scratch()
-    for first in range(0, len(pixels), LANES):
-        block = pixels[first : first + LANES]
-        look_at(grey, width, block, len(block), by_grey, by_distance, t, index)
-        for step in range(3):
-            away = f4(w_step) * f4(0 if step == 0 else 2 * step - 3)
-            into = WEIGHTED if step == 0 else BELOW if step == 1 else ABOVE
+    for first in range(0, len(places), LANES):
+        block = places[first : first + LANES]
+        look_at(grey, width, step, block, len(block), by_grey, by_distance, t, index)
+        for trial in range(3):
+            away = f4(w_step) * f4(0 if trial == 0 else 2 * trial - 3)
+            into = WEIGHTED if trial == 0 else BELOW if trial == 1 else ABOVE
             for lane in range(LANES):
-                pixel = block[min(lane, len(block) - 1)]
-                t[W0 + lane] = state[0, pixel] + away
-                t[GX + lane] = state[1, pixel]
-                t[GY + lane] = state[2, pixel]
+                place = block[min(lane, len(block) - 1)]
+                t[W0 + lane] = state[0, place] + away
+                t[GX + lane] = state[1, place]
+                t[GY + lane] = state[2, place]
                 t[ALIVE + lane] = f4(1)
                 t[into + lane] = f4(0)
-            if step == 0:
+            if trial == 0:
                 for lane in range(LANES):
                     t[FIRST + lane] = f4(1e-6)
             for s in range(len(table)):
@@ -355,18 +360,18 @@ def polish(
                 trust = TRUST + s * LANES
                 for lane in range(LANES):
                     value = t[CORRELATION + lane]
-                    if step == 0:
+                    if trial == 0:
                         t[trust + lane] = max(value - f4(least), f4(0))
                         t[FIRST + lane] += t[trust + lane]
                     t[into + lane] += t[trust + lane] * value
         for lane in range(len(block)):
-            pixel = block[lane]
+            place = block[lane]
             below, here, above = t[BELOW + lane], t[WEIGHTED + lane], t[ABOVE + lane]
             bend = f4(2) * here - below - above
             shift = f4(0.5) * (above - below) / max(bend, f4(1e-6))
-            moved = state[0, pixel] + f4(w_step) * min(max(shift, f4(-1)), f4(1))
-            state[0, pixel] = min(max(moved, f4(w_range[0])), f4(w_range[1]))
-            score[pixel] = here / t[FIRST + lane] if t[FIRST + lane] > f4(2e-6) else f4(-1)
+            moved = state[0, place] + f4(w_step) * min(max(shift, f4(-1)), f4(1))
+            state[0, place] = min(max(moved, f4(w_range[0])), f4(w_range[1]))
+            score[place] = here / t[FIRST + lane] if t[FIRST + lane] > f4(2e-6) else f4(-1)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -404,25 +409,26 @@ def _try(sources: Sources, w_range: np.ndarray, t: np.ndarray, index: np.ndarray
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _ask_neighbour(
     block: np.ndarray,
-    width: int,
+    across: int,
+    step: int,
     dx: int | np.int32,
     dy: int | np.int32,
     state: np.ndarray,
     score: np.ndarray,
     t: np.ndarray,
 ):
-    """The plane of the better of a near and a far neighbour, continued to the pixel itself."""
+    """The plane of the better of a near and a far neighbour, continued to the place itself."""
     for lane in range(LANES):
-        pixel = block[min(lane, len(block) - 1)]
-        near = pixel + dy * width + dx
-        far = pixel + i4(_FAR_PX) * (dy * width + dx)
+        place = block[min(lane, len(block) - 1)]
+        near = place + dy * across + dx
+        far = place + i4(_FAR) * (dy * across + dx)
         further = score[far] > score[near]
         asked = far if further else near
-        steps = f4(_FAR_PX) if further else f4(1)
+        pixels = f4(_FAR * step) if further else f4(step)
         gx, gy = state[1, asked], state[2, asked]
         t[GX + lane] = gx
         t[GY + lane] = gy
-        t[W0 + lane] = state[0, asked] - steps * (gx * f4(dx) + gy * f4(dy))
+        t[W0 + lane] = state[0, asked] - pixels * (gx * f4(dx) + gy * f4(dy))
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -437,22 +443,22 @@ def _change(
 ):
     """A random change of the best plane so far."""
     for lane in range(LANES):
-        pixel = block[min(lane, len(block) - 1)]
-        w0 = t[BEST_W + lane] + w_step * (f4(2) * _random(pixel, seed, 3 * turn) - f4(1))
+        place = block[min(lane, len(block) - 1)]
+        w0 = t[BEST_W + lane] + w_step * (f4(2) * _random(place, seed, 3 * turn) - f4(1))
         tilt = w0 / focal_px
         t[W0 + lane] = w0
         t[GX + lane] = t[BEST_X + lane] + tilt * tilt_step * (
-            f4(2) * _random(pixel, seed, 3 * turn + 1) - f4(1)
+            f4(2) * _random(place, seed, 3 * turn + 1) - f4(1)
         )
         t[GY + lane] = t[BEST_Y + lane] + tilt * tilt_step * (
-            f4(2) * _random(pixel, seed, 3 * turn + 2) - f4(1)
+            f4(2) * _random(place, seed, 3 * turn + 2) - f4(1)
         )
 
 
 @njit(inline="always")
-def _random(pixel: int, seed: int, k: int):
+def _random(place: int, seed: int, k: int):
     """Uniform in [0, 1): an integer hash."""
-    h = u4(pixel) * u4(747796405) + u4(seed) * u4(2891336453) + u4(k) * u4(277803737)
+    h = u4(place) * u4(747796405) + u4(seed) * u4(2891336453) + u4(k) * u4(277803737)
     h = u4(u4(h ^ (h >> u4(16))) * u4(0x7FEB352D))
     h = u4(u4(h ^ (h >> u4(15))) * u4(0x846CA68B))
     h = u4(h ^ (h >> u4(16)))

@@ -1,14 +1,15 @@
 """Solving: one photo's planes from its sources, level by level, and the depth map they make."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float32, Float64, Int64
 
-from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.arrays import Mask
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.reconstruction.dense import patchmatch
-from limbgram.reconstruction.dense.crops import HALVINGS, Crop, Level, finer, level_of
+from limbgram.reconstruction.dense.crops import HALVINGS, Crop, Halved, Level, finer, level_of
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.patchmatch import distance_weights, grey_weights, window_px2
 from limbgram.reconstruction.dense.region import Region
@@ -19,21 +20,22 @@ class DenseOptions:
     """How finely and how strictly depth is measured."""
 
     most_px: int = 8_000_000
-    """Pixels of all depth maps together: photos are reduced until the region has no more."""
+    """Pixels of all photos that show the region: they are reduced until there are no more."""
     sources: int = 5
     """Other photos that each photo is compared with."""
     sigma_grey: float = 40.0
     """Grey difference from the window's centre at which a sample's weight falls to 0.6."""
     sigma_px: float = 3.0
     """Distance from the window's centre at which a sample's weight falls to 0.6."""
-    sweeps: tuple[int, int, int] = (5, 3, 1)
+    sweeps: tuple[int, int, int] = (5, 2, 2)
     """Rounds of propagation at a quarter, a half and the whole of the crop's scale."""
     least_correlation: float = 0.5
     """Places that correlate worse are not measured."""
     max_incidence_deg: float = 78.0
     """Places seen more slantingly are not measured."""
     agree_px: float = 0.75
-    """How close to itself a point must return from another photo's depth map."""
+    """How close to itself a point must return from another photo's depth map, in pixels of the
+    reduced photo."""
     agree_deg: float = 35.0
     """How far the normals of two depth maps may differ."""
     least_agreeing: int = 2
@@ -45,8 +47,10 @@ class DenseOptions:
 
 
 Planes = Float32[np.ndarray, "3 n"]
-"""Inverse depth of each pixel (1/mm; 0 where there is none) and its change per pixel."""
+"""Inverse depth of each place (1/mm; 0 where there is none) and its change per pixel."""
 
+STEPS = (1, 2, 2)
+"""Pixels from one place to the next, by pyramid level."""
 _FIRST_STEP_PX = (8.0, 1.0, 0.5)
 """First random change of depth by pyramid level, as movement in the sources."""
 _FIRST_TILT = (0.6, 0.2, 0.1)
@@ -65,40 +69,62 @@ class Solution:
 
     crop: Crop
     halvings: int
+    step: int
+    """Pixels of the halved crop from one place to the next."""
+    shape: tuple[int, int]
+    """Rows and columns of places."""
     planes: Planes
     score: Float32[np.ndarray, " n"]
 
 
-def solve_coarse(crop: Crop, sources: Sequence[Crop], options: DenseOptions) -> Solution:
+def solve_coarse(
+    pictures: Halved, own: int, sources: Sequence[int], options: DenseOptions
+) -> Solution:
     """Planes at the coarsest level, found from nothing but the region's depths."""
-    level = level_of(crop, sources, HALVINGS)
+    crop = pictures.crops[own]
+    level = level_of(pictures, own, sources, crop.wanted, STEPS[0])
     planes = np.zeros((3, level.wanted.size), np.float32)
-    pixels = np.concatenate(level.red_and_black)
-    patchmatch.start(pixels, _w_range(crop), level.focal_px, options.seed, planes)
-    return Solution(crop, HALVINGS, planes, _improve(level, 0, crop, planes, options))
+    places = np.concatenate(level.red_and_black)
+    patchmatch.start(places, _w_range(crop), level.focal_px, options.seed, planes)
+    score = _improve(level, 0, crop, planes, options)
+    return Solution(crop, pictures.halvings, level.step, level.wanted.shape, planes, score)
 
 
 def solve_fine(
-    crop: Crop, sources: Sequence[Crop], coarse: Planes, options: DenseOptions
+    finer_pictures: Sequence[Halved],
+    own: int,
+    sources: Sequence[int],
+    wanted: Mask,
+    coarse: Solution,
+    options: DenseOptions,
 ) -> Solution:
-    """Planes of the crop's own pixels, from those of the coarsest level."""
-    planes, score = coarse, np.zeros(0, np.float32)
-    for halvings in range(HALVINGS - 1, -1, -1):
-        level = level_of(crop, sources, halvings)
-        planes = finer(planes, level.wanted)
-        score = _improve(level, HALVINGS - halvings, crop, planes, options)
-    return Solution(crop, 0, planes, score)
+    """Planes by the crop's own pixels, from those of the coarsest level.
+
+    Args:
+        finer_pictures: At half and at whole scale.
+        wanted: Pixels of the crop itself that are sought.
+    """
+    solution = coarse
+    for depth, pictures in enumerate(finer_pictures, start=1):
+        level = level_of(pictures, own, sources, wanted, STEPS[depth])
+        planes = finer(solution.planes, solution.shape, solution.step, level.wanted, level.step)
+        score = _improve(level, depth, coarse.crop, planes, options)
+        solution = Solution(
+            coarse.crop, pictures.halvings, level.step, level.wanted.shape, planes, score
+        )
+    return solution
 
 
 def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> DepthMap:
     """What a solution says about the region, without what is plainly wrong."""
     crop = solution.crop
-    side = 1 << solution.halvings
-    shape = crop.grey.shape[0] // side, crop.grey.shape[1] // side
-    camera, x0, y0 = crop.view.camera.scaled(1 / side), crop.x0 // side, crop.y0 // side
+    shape, side = solution.shape, solution.step << solution.halvings
+    camera = at_places(crop.view.camera.scaled(0.5**solution.halvings), solution.step)
+    x0, y0 = crop.x0 // side, crop.y0 // side
     good = (solution.score >= options.least_correlation) & (solution.planes[0] > 0)
     rows, columns = np.nonzero(good.reshape(shape))
     w, gx, gy = solution.planes.reshape(3, *shape)[:, rows, columns].astype(float)
+    gx, gy = solution.step * gx, solution.step * gy
     y = (rows + y0 - camera.cy) / camera.fy
     x = (columns + x0 - camera.cx - camera.skew * y) / camera.fx
     normal_x, normal_y = gx * camera.fx, gy * camera.fy + gx * camera.skew
@@ -112,8 +138,13 @@ def depth_map_of(solution: Solution, region: Region, options: DenseOptions) -> D
         crop.photo_idx, View(crop.view.name, camera, crop.view.camera_from_world),
         np.stack([rows[kept] + y0, columns[kept] + x0]),
         1 / w[kept], normal[kept], solution.score.reshape(shape)[rows, columns][kept],
-        window_px2(distance_weights(options.sigma_px)),
+        window_px2(distance_weights(options.sigma_px)) / solution.step**2,
     )  # fmt: skip
+
+
+def at_places(camera: Camera, step: int) -> Camera:
+    """The camera whose pixels are every step-th pixel of every step-th row, from the first on."""
+    return replace(camera.scaled(1 / step), cx=camera.cx / step, cy=camera.cy / step)
 
 
 def _trimmed(
@@ -158,7 +189,7 @@ def _improve(
 ) -> Float32[np.ndarray, " n"]:
     """Improve the planes of one level in place; returns their scores."""
     picture = (
-        level.grey, level.width,
+        level.grey, level.width, level.step,
         grey_weights(options.sigma_grey), distance_weights(options.sigma_px),
     )  # fmt: skip
     better_half = min(3, (len(level.table) + 1) // 2)

@@ -165,8 +165,10 @@ DECODING_FAULTS = (
 warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
 
 
-def load_luma(photo: Photo) -> GreyImage:
-    """Brightness of a photo, in the sensor's orientation.
+def load_luma(photo: Photo, halvings: int = 0) -> GreyImage:
+    """Brightness of a photo, in the sensor's orientation, halved `halvings` times.
+
+    Pixel centres are kept. Of a JPEG only what the reduced photo shows is decoded.
 
     Raises:
         PhotoError: the file changed or vanished since it was read first.
@@ -174,7 +176,7 @@ def load_luma(photo: Photo) -> GreyImage:
     try:
         with open_picture(photo.path) as picture:
             bits = photo.bits or (16 if is_deep(picture) else None)
-            return _of_size(photo, luma_of(picture, bits))
+            return _of_size(photo, luma_of(picture, bits, halvings), halvings)
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
 
@@ -226,15 +228,14 @@ def depth_of(picture: ImageFile) -> int | None:
     return bits_used(picture) if is_deep(picture) else None
 
 
-def luma_of(picture: ImageFile, bits: int | None) -> GreyImage:
+def luma_of(picture: ImageFile, bits: int | None, halvings: int = 0) -> GreyImage:
     """Brightness of an opened picture: a JPEG's own Y, else 0.299 R + 0.587 G + 0.114 B."""
-    if bits is not None:
-        grey = grey_of(picture, bits)
-        if grey is not None:
-            return grey
-        return np.asarray(Image.fromarray(_deep_colour(picture, bits)).convert("L"))
-    picture.draft("L", picture.size)
-    return _as_array(picture, "L")
+    if bits is None:
+        return _as_array(picture, "L", halvings)
+    grey = grey_of(picture, bits)
+    if grey is None:
+        grey = np.asarray(Image.fromarray(_deep_colour(picture, bits)).convert("L"))
+    return np.asarray(Image.fromarray(grey).reduce(1 << halvings)) if halvings else grey
 
 
 def decoding_mb(
@@ -302,8 +303,9 @@ def _deep_colour(picture: ImageFile, bits: int) -> ColourImage:
 def _as_array(picture: ImageFile, mode: Literal["L", "RGB"], halvings: int = 0) -> np.ndarray:
     """All pixels in a mode, converted and reduced band by band."""
     factor, stored_px = 1 << halvings, picture.width
-    if halvings:
-        picture.draft(None, (picture.width >> halvings, picture.height >> halvings))
+    if halvings or mode == "L":
+        wanted = "L" if mode == "L" else None
+        picture.draft(wanted, (picture.width >> halvings, picture.height >> halvings))
         factor //= round(stored_px / picture.width)  # a JPEG's decoder has done its part
     picture.load()
     width, height = picture.size

@@ -53,33 +53,37 @@ def pictures() -> np.ndarray:
     return np.clip(128 + 12 * smooth[:, 4:-4, 4:-4], 0, 255).astype(np.uint8)
 
 
-def test_many_pixels_at_once_correlate_as_one_does(pictures: np.ndarray) -> None:
+@pytest.mark.parametrize("step", [1, 2])
+def test_many_pixels_at_once_correlate_as_one_does(pictures: np.ndarray, step: int) -> None:
     own, other = pictures
     other = np.round(0.6 * other + 0.4 * np.roll(own, 1, 1)).astype(np.uint8)
     a = np.array([[0.98, 0.05, 1.5], [-0.04, 1.01, -0.7], [1e-4, -2e-4, 1.0]])
     b = np.array([60.0, -25.0, 0.02])
     rng = np.random.default_rng(0)
     count = 150
-    x, y = rng.integers(6, WIDTH - 6, count), rng.integers(6, HEIGHT - 6, count)
+    column, row = rng.integers(6, WIDTH - 6, count), rng.integers(6, HEIGHT - 6, count)
+    column, row = column // step, row // step
     planes = np.stack([rng.uniform(0, 0.05, count), *rng.normal(0, 1e-3, (2, count))])
 
+    x, y = step * column, step * row
     expected = np.array(
         [correlation(own, other, a, b, x[k], y[k], planes[:, k]) for k in range(count)]
     )
-    pixels = (y * WIDTH + x).astype(np.int32)
-    order = np.unique(pixels, return_index=True)[1]
-    state = np.zeros((3, own.size), np.float32)
-    state[:, pixels[order]] = planes[:, order]
-    score = np.zeros(own.size, np.float32)
+    places = (row * (WIDTH // step) + column).astype(np.int32)
+    order = np.unique(places, return_index=True)[1]
+    state = np.zeros((3, own.size // step**2), np.float32)
+    state[:, places[order]] = planes[:, order]
+    score = np.zeros(own.size // step**2, np.float32)
     sources = (
         lanes.packed(other), np.array([[0, WIDTH, HEIGHT]]),
         a.reshape(1, 9).astype(np.float32), b.reshape(1, 3).astype(np.float32), 1,
     )  # fmt: skip
     picture = (
-        own.ravel(), WIDTH, lanes.grey_weights(SIGMA_GREY), lanes.distance_weights(SIGMA_PX)
+        own.ravel(), WIDTH, step,
+        lanes.grey_weights(SIGMA_GREY), lanes.distance_weights(SIGMA_PX),
     )  # fmt: skip
-    patchmatch.rate(picture, sources, pixels[order], np.array([0.0, 1.0]), state, score)
-    found, expected = score[pixels[order]], expected[order]
+    patchmatch.rate(picture, sources, places[order], np.array([0.0, 1.0]), state, score)
+    found, expected = score[places[order]], expected[order]
     whole = expected > -1
     assert 0.3 < whole.mean() < 0.98
     np.testing.assert_allclose(found[whole], expected[whole], atol=2e-4)
@@ -93,17 +97,24 @@ def test_a_packed_picture_holds_the_right_and_lower_neighbours(pictures: np.ndar
     np.testing.assert_array_equal(bytes_, pictures[0][[7, 7, 8, 8], [9, 10, 9, 10]])
 
 
-def test_a_plane_stays_the_same_plane_on_a_finer_level() -> None:
-    """w = 0.01 + 2e-4 x - 1e-4 y in full pixels, sampled at the centres of coarse ones."""
-    row, column = np.mgrid[0:8, 0:10]
+@pytest.mark.parametrize(("step", "to_step"), [(1, 1), (1, 2), (2, 2)])
+def test_a_plane_stays_the_same_plane_on_a_finer_level(step: int, to_step: int) -> None:
+    """w = 0.01 + 2e-4 x - 1e-4 y in full pixels, sampled at places of the coarser ones."""
+    row, column = step * np.mgrid[0:8, 0:10]
     x, y = 2 * column + 0.5, 2 * row + 0.5
     planes = np.stack([0.01 + 2e-4 * x - 1e-4 * y, np.full(x.shape, 4e-4), np.full(x.shape, -2e-4)])
-    fine = finer(planes.reshape(3, -1).astype(np.float32), np.ones((16, 20), bool))
-    row, column = np.mgrid[0:16, 0:20]
-    fine = fine.reshape(3, 16, 20)
-    np.testing.assert_allclose(fine[0], 0.01 + 2e-4 * column - 1e-4 * row, atol=1e-8)
-    np.testing.assert_allclose(fine[1], 2e-4, atol=1e-9)
-    np.testing.assert_allclose(fine[2], -1e-4, atol=1e-9)
+    shape = 16 * step // to_step, 20 * step // to_step
+    wanted = np.ones(shape, bool)
+    wanted[3, 4] = False
+    fine = finer(planes.reshape(3, -1).astype(np.float32), (8, 10), step, wanted, to_step)
+    row, column = to_step * np.mgrid[0 : shape[0], 0 : shape[1]]
+    fine = fine.reshape(3, *shape)
+    assert np.all(fine[:, 3, 4] == 0)
+    np.testing.assert_allclose(
+        fine[0][wanted], (0.01 + 2e-4 * column - 1e-4 * row)[wanted], atol=1e-8
+    )
+    np.testing.assert_allclose(fine[1][wanted], 2e-4, atol=1e-9)
+    np.testing.assert_allclose(fine[2][wanted], -1e-4, atol=1e-9)
 
 
 def test_the_windows_reach_is_that_of_its_weights() -> None:

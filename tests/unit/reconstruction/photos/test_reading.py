@@ -110,7 +110,7 @@ def test_luma_is_the_weighted_mean_of_the_colours(write_photo: Writer, tmp_path:
 
 @pytest.mark.parametrize("halvings", [1, 2, 3])
 @pytest.mark.parametrize("name", ["1.jpg", "1.png", "1.tif"])
-def test_colours_are_halved_about_the_same_pixel_centres(
+def test_photos_are_halved_about_the_same_pixel_centres(
     name: str, halvings: int, tmp_path: Path
 ) -> None:
     rows, columns = np.mgrid[:203, :301]
@@ -124,10 +124,14 @@ def test_colours_are_halved_about_the_same_pixel_centres(
     part = 1 << halvings
     assert halved.shape == (-(-203 // part), -(-301 // part), 3)
     assert halved.max(axis=(0, 1)) == pytest.approx([250, 200, 120], abs=6)
-    weight = halved[:, :, 0] * (halved[:, :, 0] > 4)
-    y, x = np.mgrid[: weight.shape[0], : weight.shape[1]]
-    centre = np.array([(weight * x).sum(), (weight * y).sum()]) / weight.sum()
-    np.testing.assert_allclose((centre + 0.5) * part - 0.5, (140.25, 90.5), atol=0.15)
+    luma = load_luma(photo, halvings).astype(float)
+    assert luma.shape == halved.shape[:2]
+    assert luma.max() == pytest.approx(0.299 * 250 + 0.587 * 200 + 0.114 * 120, abs=6)
+    for bright in (halved[:, :, 0], luma):
+        weight = bright * (bright > 4)
+        y, x = np.mgrid[: weight.shape[0], : weight.shape[1]]
+        centre = np.array([(weight * x).sum(), (weight * y).sum()]) / weight.sum()
+        np.testing.assert_allclose((centre + 0.5) * part - 0.5, (140.25, 90.5), atol=0.15)
 
 
 def test_a_photo_is_halved_no_further_than_is_asked() -> None:
