@@ -2,7 +2,9 @@
 
 from .cases.accuracy import evidence_of as evidence_of
 from .cases.assessing import assess_case as assess_case
+from .cases.checking import check_sources as check_sources
 from .cases.folder import CaseFolder as CaseFolder
+from .cases.frames import take_frames as take_frames
 from .core.errors import Cancelled as Cancelled, LimbgramError as LimbgramError
 from .core.geometry.frames import Rigid as Rigid
 from .core.geometry.lens import Camera as Camera
@@ -37,6 +39,11 @@ from .reconstruction.calibration import (
     Calibration as Calibration,
     CalibrationOptions as CalibrationOptions,
     calibrate as calibrate,
+)
+from .reconstruction.checking import (
+    CaptureCheck as CaptureCheck,
+    CheckOptions as CheckOptions,
+    check_capture as check_capture,
 )
 from .reconstruction.photos import (
     PhotoOptions as PhotoOptions,

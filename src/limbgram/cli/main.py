@@ -51,6 +51,10 @@ COMMANDS = {
         "accuracy:accuracy_command",
         "Say how accurate a finished case is: one page, a PDF of two pages, and JSON.",
     ),
+    "check": (
+        "check:check_command",
+        "Say within a minute whether a capture is good, or which photos to add and from where.",
+    ),
     "frames": (
         "frames:frames_command",
         "Take the sharp, well-spread frames out of a video, and say why each was taken or not.",

@@ -4,6 +4,8 @@ _STAGES = {
     "survey": "Follow the film",
     "choose frames": "Choose its frames",
     "read photos": "Read the photos",
+    "reduce photos": "Reduce the photos",
+    "look at limb": "Look at the limb",
     "cameras for": "Cameras",
     "detect": "Feature points",
     "match": "Matches",

@@ -1,0 +1,111 @@
+"""The check of a capture against what is known of it: who is missing, who is blurred, who stands
+where."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from limbgram.cases.checking import check_sources
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board
+from limbgram.core.run import Run
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.checking import CaptureCheck
+from limbgram.synthetic import CaptureOptions, make_capture
+from limbgram.synthetic.capture import Capture
+
+pytestmark = pytest.mark.slow
+PHOTOS = 14
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    options = CaptureOptions(
+        seed=31, photos=PHOTOS, width_px=960, height_px=640, distance_mm=1300.0,
+        calibration_photos=0, mesh_step_mm=1.2,
+    )  # fmt: skip
+    return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
+
+
+def checked(capture: Capture, photos: list[Path]) -> CaptureCheck:
+    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
+    camera = capture.truth.views[0].camera
+    lens = Calibration(camera=camera, covariance=covariance, source="board")
+    return check_sources(photos, [lens], parse_board(DEFAULT_BOARD), Run())
+
+
+def true_azimuths_deg(capture: Capture) -> np.ndarray:
+    middle = capture.truth.limb.mesh.vertices_mm.mean(0)
+    away = np.array([view.centre_in_world for view in capture.truth.views]) - middle
+    around = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    return (around - around[0]) % 360
+
+
+def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
+    found = checked(capture, list(capture.photos))
+    assert found.go, found.headline
+    assert found.headline.startswith(f"GO: {PHOTOS} of {PHOTOS} photos placed")
+    assert found.board_photos is not None
+    assert found.board_photos >= 10
+    turns = np.array([photo.azimuth_deg for photo in found.photos])
+    off = (turns - true_azimuths_deg(capture) + 180) % 360 - 180
+    assert np.abs(off).max() < 4  # the middle of the points is not quite that of the mesh
+    assert 20 < found.largest_gap_deg < 40
+    assert all(0.2 < photo.edge_px < 1.2 for photo in found.photos)
+    assert all(1 < photo.features_per_cm2 < 100 for photo in found.photos)
+
+
+def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
+    photos = list(capture.photos)
+    del photos[5:8]
+    found = checked(capture, photos)
+    assert not found.go
+    assert len(found.missing) == 1
+    missing = found.missing[0]
+    assert missing.between == (capture.photos[4].name, capture.photos[8].name)
+    assert missing.count in (3, 4)
+    true = true_azimuths_deg(capture)
+    for place in missing.azimuths_deg:
+        assert true[4] < place < true[8]
+    assert "o'clock as seen from above" in found.headline
+
+
+def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> None:
+    """Only the limb is blurred; the room round it stays sharp."""
+    photos = list(capture.photos)
+    with Image.open(photos[6]) as picture:
+        exif, pixels = picture.getexif(), np.asarray(picture)
+    mask = cv2.imread(str(capture.folder / "truth" / "masks" / f"{photos[6].stem}.png"), 0) > 0
+    soft = cv2.GaussianBlur(pixels, (0, 0), 3.0)
+    spoiled = np.where(
+        cv2.dilate(mask.astype(np.uint8), np.ones((9, 9)))[:, :, None] > 0, soft, pixels
+    )
+    photos[6] = tmp_path / photos[6].name
+    Image.fromarray(spoiled).save(photos[6], quality=97, exif=exif)
+    found = checked(capture, photos)
+    one = found.photos[6]
+    assert not one.counts
+    assert one.edge_px > 2 or not one.placed
+    assert not found.go  # twice the step is empty there now
+    assert found.missing[0].between == (photos[5].name, photos[7].name)
+
+
+def test_photos_that_do_not_join_are_the_answer_and_no_error(capture: Capture) -> None:
+    found = checked(capture, [capture.photos[0], capture.photos[5], capture.photos[10]])
+    assert not found.go
+    assert found.headline.startswith("NOT YET")
+    assert not found.missing or all(one.count for one in found.missing)
+
+
+def test_without_the_board_it_is_said(capture: Capture) -> None:
+    found = check_sources(
+        list(capture.photos),
+        [],
+        replace(parse_board("charuco:5x4:30:22:6X6_50")),
+        Run(),
+    )
+    assert not found.go
+    assert any("board" in text.lower() for text in found.findings)
