@@ -21,7 +21,8 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
 from limbgram.synthetic.options import DEFAULTS, CaptureOptions
 from limbgram.synthetic.props.paint import bake
-from limbgram.synthetic.props.room import board_panel, make_room, make_stand
+from limbgram.synthetic.props.plates import lay_plates
+from limbgram.synthetic.props.room import Panel, board_panel, make_room, make_stand
 from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
@@ -109,7 +110,9 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         pixel_mm,
     )
     room = make_room(options.seed, under_stand=True)
-    lying = () if truth.board is None else (board_panel(truth.board),)
+    lying: tuple[Panel, ...] = () if truth.board is None else (board_panel(truth.board),)
+    beside = np.zeros(3) if truth.board is None else truth.board.outline_in_world().mean(0)
+    lying += tuple(one.panel for one in lay_plates(options.plates, beside))
     ring = Stage(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)
     bare = make_room(options.seed, under_stand=False)
     return ring, Stage((*bare, board_panel(truth.calibration_board)))

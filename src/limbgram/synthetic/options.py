@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from limbgram.core.errors import OptionsError
+from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
@@ -42,6 +43,8 @@ class CaptureOptions:
     lens: Lens = field(default_factory=Lens)
     board: PrintedBoard | None = SCALE_BOARD
     """The board on the table; None for a capture without scale."""
+    plates: tuple[MarkPlate, ...] = ()
+    """Scale bars and the like, printed true, on the table."""
     calibration_photos: int = 15
     noise: float = 1.0
     """Sensor noise; 1 is a good camera at low sensitivity, 0 none."""
