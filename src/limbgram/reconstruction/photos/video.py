@@ -207,6 +207,8 @@ def choose_frames(
                 reason = f"no edge is seen in it, nor in the {len(rivals) - 1} frames beside it"
         else:
             reason = f"the sharpest of {len(rivals)} frames in its part of the walk"
+            if len(rivals) == 1:
+                reason = "the only frame near the middle of its part of the walk"
             widths_px.append(best.edge_px)
         for number in rivals:
             if number != best.number:
@@ -240,7 +242,7 @@ def choose_frames(
                 way=float(way[number]),
                 edge_px=edge_px,
                 taken=False,
-                reason="too near the border of its part of the walk, or to frames looked at",
+                reason="not looked at: others lie nearer to the middle of its part of the walk",
             )
         )
     close()
@@ -269,7 +271,10 @@ def _parts(
     looked_at: list[int] = []
     for part in range(count):
         off = np.abs(way / step - part - 0.5)
-        inside = np.flatnonzero((part_of == part) & (off <= 0.5 * options.window))
+        own = np.flatnonzero(part_of == part)
+        inside = own[off[own] <= 0.5 * options.window]
+        if not len(inside) and len(own):  # the camera hurried through
+            inside = own[[np.argmin(off[own])]]
         if len(inside) > options.looked_at:
             # Where the walk stood still many frames show the same: some all along them will do.
             chosen = np.linspace(0, len(inside) - 1, options.looked_at).round().astype(int)

@@ -109,6 +109,13 @@ def test_blurred_frames_are_passed_over_with_their_reason(tmp_path: Path) -> Non
     assert any("less sharp than frame" in frame.reason for frame in choice.frames)
 
 
+def test_no_part_goes_empty_where_the_camera_hurries(tmp_path: Path) -> None:
+    made = film(tmp_path / "walk.avi", [2.0] * 60 + [16.0] * 12 + [2.0] * 60)
+    choice, _ = chosen(made.path, FrameOptions(count=40))
+    hurried = [frame.number for frame in choice.taken if 60 <= frame.number < 72]
+    assert len(hurried) >= 11  # each frame is more than a part further than the one before
+
+
 def test_the_pixels_are_those_of_the_frame(tmp_path: Path) -> None:
     made = film(tmp_path / "walk.avi", [4.0] * 100)
     choice, pixels = chosen(made.path, FrameOptions(count=5))
