@@ -1,14 +1,58 @@
-"""Warming up ends in a carver's program that is kept: after its capture, nothing may refuse."""
+"""Warming up goes all the way to a measured surface and a carver's program: nothing may refuse."""
 
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 
-from limbgram.cli.warm_up import work_on_shape
+import numpy as np
+import pytest
+
+from limbgram.cli import ahead, warm_up
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.run import Run
+from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import SMALL
-from limbgram.synthetic.truth import stage_truth
-from limbgram.workbench.limb import Limb
+
+FEW = replace(SMALL, photos=9, calibration_photos=0)
 
 
-def test_the_shape_of_the_small_capture_goes_as_far_as_a_program(tmp_path: Path) -> None:
-    limb = Limb(mesh=stage_truth(SMALL).limb.mesh)
-    work_on_shape(limb, tmp_path / "carve.gcode")
-    assert (tmp_path / "carve.gcode").read_text("ascii").rstrip().endswith("M30")
+def test_the_second_process_measures_the_limb_and_carves_it(tmp_path: Path) -> None:
+    truth = make_capture(tmp_path / "capture", FEW).truth.limb.mesh
+    measured = ahead.go_ahead(tmp_path / "capture", tmp_path, Run(), FEW)
+    assert measured is not None
+    assert measured.sigma_mm is not None
+    tree = TriangleTree.of(truth.vertices_mm, truth.faces)
+    off_mm = tree.closest(measured.vertices_mm[np.isfinite(measured.sigma_mm)]).distances_mm
+    assert 0.001 < np.median(off_mm) < 0.1  # lower: it was measured, not taken from the truth
+    assert (tmp_path / "ahead.gcode").read_text("ascii").rstrip().endswith("M30")
+
+
+def test_the_second_process_goes_on_where_no_capture_comes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ahead, "_LONGEST_S", 0.0)
+    monkeypatch.setattr(ahead, "work_on_shape", lambda *_: None)
+    assert ahead.go_ahead(tmp_path / "capture", tmp_path, Run(), FEW) is None
+
+
+def test_with_one_processor_there_is_no_second_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(warm_up, "worker_count", lambda: 1)
+    monkeypatch.setattr(warm_up.subprocess, "Popen", None)
+    with warm_up.second_process(tmp_path / "capture", tmp_path):
+        pass
+
+
+def test_the_second_process_is_gone_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[subprocess.Popen[bytes]] = []
+    plain = subprocess.Popen
+    monkeypatch.setattr(warm_up, "worker_count", lambda: 2)
+    monkeypatch.setattr(
+        warm_up.subprocess, "Popen", lambda *a, **k: started.append(plain(*a, **k)) or started[0]
+    )
+    with warm_up.second_process(tmp_path / "capture", tmp_path):
+        assert started[0].poll() is None
+    assert started[0].poll() is not None
