@@ -44,6 +44,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=21)
     parser.add_argument("--h264", type=Path, help="program h264enc of openh264")
     parser.add_argument("--hevc", type=Path, help="program kvazaar")
+    parser.add_argument(
+        "--choice-only", action="store_true", help="make no surfaces: only look at what is chosen"
+    )
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -59,14 +62,16 @@ def compare(chosen: argparse.Namespace, folder: Path) -> None:
     options = CaptureOptions(
         seed=chosen.seed, photos=chosen.frames, filmed=True, width_px=chosen.width,
         height_px=round(chosen.width * 2 / 3) // 8 * 8, distance_mm=1100.0, mesh_step_mm=1.0,
-        calibration_photos=12, shaken=shaken, shake_px=6.0, jpeg_quality=97,
+        calibration_photos=0 if chosen.choice_only else 12, shaken=shaken,
+        shake_px=0.006 * chosen.width, jpeg_quality=97,
     )  # fmt: skip
     if not source.exists():
         make_capture(source, options)
     frames = sorted((source / "images").iterdir())
-    camera = folder / "camera.json"
-    board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
-    timed([LIMBGRAM, "calibrate", str(source / "calibration"), *board])
+    camera = None if chosen.choice_only else folder / "camera.json"
+    if camera is not None:
+        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
+        timed([LIMBGRAM, "calibrate", str(source / "calibration"), *board])
     result: dict[str, Any] = {
         "machine": machine(),
         "walk": {"frames": len(frames), "width_px": options.width_px,
@@ -77,20 +82,11 @@ def compare(chosen: argparse.Namespace, folder: Path) -> None:
     def keep(name: str, run: dict[str, Any]) -> None:
         result["runs"][name] = run
         chosen.out.write_text(json.dumps(result, indent=1) + "\n")
-        sys.stderr.write(f"{name}: exit {run['reconstruct']['exit_code']}\n")
+        sys.stderr.write(f"{name}: done\n")
 
-    sharp = [k for k in range(len(frames)) if k not in shaken]
-    turns = azimuths_deg(source, frames)
-    spread = [
-        min(sharp, key=lambda k, at=at: abs(turns[k] - at))
-        for at in np.linspace(turns[0], turns[0] + 360, chosen.count, endpoint=False)
-    ]
-    stills = folder / "stills"
-    stills.mkdir(exist_ok=True)
-    for k in sorted(set(spread)):
-        shutil.copy(frames[k], stills / frames[k].name)
-    keep("stills", run_of(stills, source, camera, folder / "stills-case"))
-
+    if camera is not None:
+        keep("stills", run_of(stills_of(chosen, source, frames, shaken, folder), source, camera,
+                              folder / "stills-case"))  # fmt: skip
     coders: dict[str, Callable[[Path], Path]] = {}
     if chosen.hevc:
         coders["hevc"] = lambda to: hevc(frames, to, chosen.hevc)
@@ -102,10 +98,31 @@ def compare(chosen: argparse.Namespace, folder: Path) -> None:
         keep(name, of_film(film, source, camera, folder / name, frames, shaken, chosen.count))
 
 
+def stills_of(
+    chosen: argparse.Namespace,
+    source: Path,
+    frames: Sequence[Path],
+    shaken: Sequence[int],
+    folder: Path,
+) -> Path:
+    """As many sharp frames as are taken of a film, evenly round, as a photographer would."""
+    sharp = [k for k in range(len(frames)) if k not in shaken]
+    turns = azimuths_deg(source, frames)
+    spread = [
+        min(sharp, key=lambda k, at=at: abs(turns[k] - at))
+        for at in np.linspace(turns[0], turns[0] + 360, chosen.count, endpoint=False)
+    ]
+    stills = folder / "stills"
+    stills.mkdir(exist_ok=True)
+    for k in sorted(set(spread)):
+        shutil.copy(frames[k], stills / frames[k].name)
+    return stills
+
+
 def of_film(
     film: Path,
     source: Path,
-    camera: Path,
+    camera: Path | None,
     folder: Path,
     frames: Sequence[Path],
     shaken: Sequence[int],
@@ -122,14 +139,25 @@ def of_film(
             named = images / frames[frame["number"]].name
             shutil.copy(folder / "photos" / frame["name"], named)
     turns = azimuths_deg(source, frames)
-    gaps = np.diff(np.append(turns[taken], turns[taken[0]] + 360.0))
-    return {
+    by_time = np.linspace(0, len(frames) - 1, len(taken)).round().astype(int).tolist()
+    found = {
         "film_mb": round(film.stat().st_size / 2**20, 2),
         "frames": cost,
         "taken": len(taken),
         "taken_blurred": len(set(taken) & set(shaken)),
-        "largest_gap_deg": round(float(gaps.max()), 1),
-    } | run_of(images, source, camera, folder / "case")
+        "largest_gap_deg": largest_gap_deg(turns[taken]),
+        "evenly_in_time": {
+            "taken_blurred": len(set(by_time) & set(shaken)),
+            "largest_gap_deg": largest_gap_deg(turns[by_time]),
+        },
+    }
+    return found if camera is None else found | run_of(images, source, camera, folder / "case")
+
+
+def largest_gap_deg(turns: np.ndarray) -> float:
+    """Widest angle without a frame, over a walk that ends where it began."""
+    around = np.sort(turns % 360.0)
+    return round(float(np.diff(around, append=around[0] + 360.0).max()), 1)
 
 
 def run_of(images: Path, source: Path, camera: Path, case: Path) -> dict[str, Any]:
