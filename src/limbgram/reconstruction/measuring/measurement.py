@@ -90,9 +90,7 @@ def measure(
     crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
     for halvings in track(options.patch_halvings):
-        smaller = prepare(crops, views, halvings)
-        seen = look(mesh, smaller, views, seen_by)
-        mesh = _moved(mesh, match_patches(mesh, smaller, seen, matching), seen, matching)
+        mesh = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
     imagery = prepare(crops, views, 0)
     mesh, doubtful = _along_openings(mesh, imagery, views, seen_by, options)
     mesh = cut_back(mesh, doubtful, options.rim_rings)
@@ -125,6 +123,18 @@ def _along_openings(
     moved = _moved(part, moves, seen, matching).vertices_mm
     doubtful[chosen] = asked[chosen] & ~good
     return mesh.with_vertices(_put(mesh.vertices_mm, chosen, moved)), doubtful
+
+
+def _by_patches(
+    mesh: Mesh,
+    imagery: Imagery,
+    views: Sequence[View],
+    seen_by: Int32[np.ndarray, "n c"],
+    options: MatchingOptions,
+) -> Mesh:
+    """The mesh moved by patches all over it."""
+    seen = look(mesh, imagery, views, seen_by)
+    return _moved(mesh, match_patches(mesh, imagery, seen, options), seen, options)
 
 
 def _jointly(
