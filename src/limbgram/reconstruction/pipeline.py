@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from limbgram.core.errors import BudgetError, SurfaceError
+from limbgram.core.errors import BudgetError, MatchingError, PlacementError, SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh, Part
 from limbgram.core.run import Run
 from limbgram.reconstruction.budget import Resolution, depth_share, refuse_beyond, resolution_for
@@ -26,7 +26,9 @@ from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
 from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
-from limbgram.reconstruction.mapping.ring import MappingOptions, place
+from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
+from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
+from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -72,10 +74,17 @@ class PipelineOptions:
 
     photos: PhotoOptions = field(default_factory=PhotoOptions)
     cameras: CameraOptions = field(default_factory=CameraOptions)
+    reduced: FeatureOptions = field(
+        default_factory=lambda: FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
+    )
+    """Keypoints that photos are placed by where that places all of them."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
+    """Keypoints that they are placed by otherwise."""
     matching: MatchingOptions = field(default_factory=MatchingOptions)
     twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
+    following: FollowingOptions = field(default_factory=FollowingOptions)
+    """How points of reduced photos are measured at full resolution."""
     targets: TargetOptions = field(default_factory=TargetOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
     scale: ScaleOptions = field(default_factory=ScaleOptions)
@@ -94,6 +103,8 @@ class PipelineOptions:
 
 
 DEFAULTS = PipelineOptions()
+_FIRM_POINTS = 60
+"""Points in each photo from which placing by reduced photos is trusted."""
 
 
 def options_for(choices: Choices) -> PipelineOptions:
@@ -145,10 +156,8 @@ def reconstruct(
     photos = run(read_photos, capture.sources, options.photos)
     refuse_beyond(photos, run.memory_mb)
     cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
-    features = run(detect, photos, options.features)
-    matches = run(match, photos, features, options.matching)
-    pairs = run(verify, photos, matches, cameras, options.twoview)
-    scene = run(place, photos, features, pairs, cameras, options.mapping)
+    placing = place_photos(photos, cameras, options, run)
+    scene = placing.scene
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
     distances = capture.distances
@@ -198,9 +207,9 @@ def reconstruct(
     return Reconstruction(
         photos=photos,
         cameras=cameras,
-        features=features,
-        matches=matches,
-        pairs=pairs,
+        features=placing.features,
+        matches=placing.matches,
+        pairs=placing.pairs,
         detections=found,
         metric=metric,
         region=region,
@@ -210,6 +219,65 @@ def reconstruct(
         tapes=tapes,
         others=others,
     )
+
+
+@dataclass(frozen=True)
+class Placing:
+    """Placed photos, and by what."""
+
+    features: Features
+    matches: Matches
+    pairs: Pairs
+    scene: Scene
+
+
+def place_photos(photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run) -> Placing:
+    """By keypoints of reduced photos, followed at full size; where that fails, by those of all."""
+    reduced = _by_reduced(photos, cameras, options, run)
+    if isinstance(reduced, Placing):
+        return reduced
+    placing = _by_full_size(photos, cameras, options, run)
+    return replace(placing, scene=replace(placing.scene, full_size=reduced))
+
+
+def _by_reduced(
+    photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
+) -> Placing | str:
+    """All photos placed firmly, or why they are not."""
+    try:
+        features = run(detect, photos, options.reduced)
+        matches = run(match, photos, features, options.matching)
+        pairs = run(verify, photos, matches, cameras, options.twoview)
+        rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
+        if lacking := _lacking(rough):
+            return lacking
+        following = replace(options.following, mapping=options.mapping)
+        scene = run(follow_points, photos, rough, cameras, following)
+    except (MatchingError, PlacementError):
+        return "too few matches"
+    return _lacking(scene) or Placing(features, matches, pairs, scene)
+
+
+def _by_full_size(
+    photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
+) -> Placing:
+    features = run(detect, photos, options.features)
+    matches = run(match, photos, features, options.matching)
+    pairs = run(verify, photos, matches, cameras, options.twoview)
+    scene = run(place, photos, features, pairs, cameras, options.mapping)
+    return Placing(features, matches, pairs, scene)
+
+
+def _lacking(scene: Scene) -> str:
+    """What a scene lacks for all photos to stand firmly; nothing where they do."""
+    missing = len(scene.names) - len(scene.placed)
+    if missing:
+        return f"{missing} photos without a place"
+    if scene.ring is None or not scene.ring.closed:
+        return "a gap in the ring"
+    if min(one.points for one in scene.verdicts) < _FIRM_POINTS:
+        return "a photo with few points"
+    return ""
 
 
 def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:

@@ -35,7 +35,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
             Section(
                 title="Stages",
                 blocks=(
-                    *(Text(words=note) for note in summary.resolution.notes),
+                    *(Text(words=n) for n in (*summary.scene.notes, *summary.resolution.notes)),
                     _stages(summary.stages),
                 ),
             ),

@@ -11,6 +11,8 @@ _STAGES = {
     "match": "Matches",
     "verify": "Pairs",
     "place": "Place the photos",
+    "place roughly": "Place the photos",
+    "follow points": "Points at full size",
     "find board": "Find the board",
     "to millimetres": "Scale",
     "find region": "Find the limb",

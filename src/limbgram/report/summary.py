@@ -16,7 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
-from limbgram.reconstruction.mapping.scene import PhotoVerdict
+from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -117,6 +117,8 @@ class SceneSummary:
     points: int
     observations: int
     rms_px: float
+    notes: tuple[str, ...] = ()
+    """How the photos were placed, where that is not as usual."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,6 +232,7 @@ def summarise(
             points=len(scene.points_in_world),
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+            notes=_placing_notes(scene),
         ),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
@@ -240,6 +243,15 @@ def summarise(
             StageSummary(**asdict(timing), reused=name in reused)
             for name, timing in zip(_kept_names(timings), timings, strict=True)
         ),
+    )
+
+
+def _placing_notes(scene: Scene) -> tuple[str, ...]:
+    if not scene.full_size:
+        return ()
+    return (
+        "The photos were placed by feature points of their full size, which takes longer: reduced "
+        f"photos left {scene.full_size}.",
     )
 
 

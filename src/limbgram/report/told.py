@@ -26,6 +26,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         *aside,
         f"Surface: {mesh.faces:,} triangles, {size} {unit}.",
         *part_lines(summary.parts, summary.unit),
+        *summary.scene.notes,
         *summary.resolution.notes,
     )
 

@@ -101,7 +101,7 @@ def find_keypoints(
         int(options.max_keypoints * _SURPLUS),
     )
     rows, strength = found.rows[:, :4], found.rows[:, 4]
-    kept = _spread(rows[:, :2], strength, max(small.shape), options.max_keypoints)
+    kept = spread(rows[:, :2], strength, max(small.shape), options.max_keypoints)
     kept = kept[np.lexsort((rows[kept, 1], rows[kept, 0], -rows[kept, 2]))]
     enlarged = _to_full_size(rows[kept], small.shape, luma.shape)
     return _keypoints(enlarged, found.descriptors[kept])
@@ -157,7 +157,7 @@ def _to_full_size(
     return enlarged
 
 
-def _spread(
+def spread(
     xy_px: Float32[np.ndarray, "n 2"],
     strength: Float32[np.ndarray, " n"],
     side_px: int,

@@ -61,6 +61,8 @@ class _Tile(NamedTuple):
 
 def sift(picture: GreyImage, mask: Mask | None, contrast: float, most: int) -> Found:
     """SIFT keypoints of a picture, about `most` at most."""
+    if picture.size <= (TILE_PX + 2 * _OVERLAP_PX) ** 2:
+        return _detected(picture, mask, contrast, most, _EVERY)[0]
     parts = [*_small(picture, mask, contrast, most), _large(picture, mask, contrast, most)]
     return Found(
         np.concatenate([part.rows for part in parts]),

@@ -9,6 +9,7 @@ Method  keypoints moved to agree with all their window matches; incremental mapp
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -90,13 +91,25 @@ def place(
 ) -> Scene:
     """Place the photos and their common points in one world frame of arbitrary scale."""
     try:
-        return _placed(photos, features, pairs, cameras, options)
+        scene = _placed(photos, features, pairs, cameras, options)
+        return readjusted(scene, cameras, options)
     except PlacementError as refusal:
         cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
         if cause is None:
             raise
         what = str(refusal).removesuffix(_SAME_SPOT).removesuffix(_ADVICE).strip()
         raise PlacementError(f"{what} {cause}") from refusal
+
+
+def place_roughly(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    options: MappingOptions = DEFAULTS,
+) -> Scene:
+    """As `place`, for points that are measured anew: the last adjustment is left out."""
+    return _placed(photos, features, pairs, cameras, options)
 
 
 def _placed(
@@ -118,15 +131,33 @@ def _placed(
     dropped = _misplaced(rough, pairs, options)
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
-    joined = with_all_tracks(rough, places_px, pairs, options.track_px)
-    scene = _adjusted(joined, cameras, options)
-    odd = odd_focals(scene)
-    if odd and len(odd) <= options.max_odd_share * len(scene.placed):
-        scene = _adjusted(without_photos(scene, set(odd)), cameras, options)
-        dropped, odd = dropped | odd, {}
+    scene = with_all_tracks(rough, places_px, pairs, options.track_px)
     verdicts = judge(scene, features, pairs, found[1:], dropped)
-    verdicts = tuple(replace(one, remark=odd.get(k, "")) for k, one in enumerate(verdicts))
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
+    """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
+    adjusted = _adjusted(scene, cameras, options)
+    odd, aside = odd_focals(adjusted), dict[int, str]()
+    if odd and len(odd) <= options.max_odd_share * len(adjusted.placed):
+        adjusted = _adjusted(without_photos(adjusted, set(odd)), cameras, options)
+        odd, aside = aside, odd
+    figures = photo_points(adjusted)
+    verdicts = tuple(
+        replace(
+            one,
+            placed=pose is not None,
+            points=int(points),
+            rms_px=float(rms_px) if pose is not None else math.nan,
+            reason=aside.get(k, one.reason),
+            remark=odd.get(k, ""),
+        )
+        for k, (one, pose, (points, rms_px)) in enumerate(
+            zip(scene.verdicts, adjusted.camera_from_world, figures, strict=True)
+        )
+    )
+    return replace(adjusted, verdicts=verdicts, ring=ring_of(adjusted))
 
 
 def _foreign(
@@ -143,7 +174,7 @@ def _foreign(
         return by_exif
     free = Cameras(tuple(from_exif(group) for group in photos.cameras))
     try:
-        scene = _placed(photos, features, pairs, free, options)
+        scene = _adjusted(_placed(photos, features, pairs, free, options), free, options)
     except PlacementError:
         return None
     used = sorted({scene.camera_idx[photo] for photo in scene.placed})

@@ -73,6 +73,8 @@ class Scene:
     frame, rad; shift of its translation, scene units; see geometry.projection), then ten a lens.
     The seven directions of the world's own frame carry nothing."""
     ring: Ring | None = None
+    full_size: str = ""
+    """What keypoints of reduced photos left open, so that those of the full size were needed."""
 
     @property
     def placed(self) -> tuple[int, ...]:

@@ -253,7 +253,8 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     _refuse_bare(photos, features, options)
     candidates = select_pairs(features, options.selection)
 
-    memory = _memory(photos, features, options.memory_mb)
+    described = max(map(len, features.keypoints), default=0)
+    memory = PairMemory.of(photos, described, options.memory_mb)
 
     @lru_cache(maxsize=memory.photos)
     def prepared(photo_idx: int) -> _Prepared:
@@ -323,22 +324,24 @@ def _turn(pair: Candidate, first: Keypoints, second: Keypoints) -> Turn | None:
 
 
 @dataclass(frozen=True)
-class _Memory:
-    """What there is room for at a time."""
+class PairMemory:
+    """What there is room for at a time while pairs of photos are compared."""
 
     workers: int
     photos: int
 
+    @classmethod
+    def of(cls, photos: PhotoSet, described: int, most_mb: float) -> "PairMemory":
+        """As many pairs at a time as fit, and then as many photos kept for the next ones.
 
-def _memory(photos: PhotoSet, features: Features, most_mb: float) -> _Memory:
-    """As many pairs at a time as fit, and then as many photos kept for the next ones."""
-    pixels = max((photo.width_px * photo.height_px for photo in photos.photos), default=1)
-    described = max(map(len, features.keypoints), default=0)
-    kept_mb = (pixels * _PYRAMID_BYTES + described * 128 * 4) / 2**20
-    making_mb = in_flight_mb(photos.photos, _PYRAMID_BYTES)  # its levels lie there twice
-    workers = int(np.clip(spare_mb() / (2 * kept_mb + making_mb), 1, worker_count()))
-    room_mb = min(most_mb, spare_mb() - workers * making_mb)
-    return _Memory(workers, max(2 * workers, int(room_mb / kept_mb)))
+        `described` descriptors are kept of a photo at most.
+        """
+        pixels = max((photo.width_px * photo.height_px for photo in photos.photos), default=1)
+        kept_mb = (pixels * _PYRAMID_BYTES + described * 128 * 4) / 2**20
+        making_mb = in_flight_mb(photos.photos, _PYRAMID_BYTES)  # its levels lie there twice
+        workers = int(np.clip(spare_mb() / (2 * kept_mb + making_mb), 1, worker_count()))
+        room_mb = min(most_mb, spare_mb() - workers * making_mb)
+        return cls(workers, max(2 * workers, int(room_mb / kept_mb)))
 
 
 def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions) -> None:

@@ -23,7 +23,7 @@ import numba as nb
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int32, Int64, UInt8
 
-from limbgram.core.geometry.arrays import GreyImage
+from limbgram.core.geometry.arrays import GreyImage, Points2
 from limbgram.reconstruction.features.detection import Keypoints
 
 LEVELS = 4
@@ -201,6 +201,60 @@ def correlate_all(
             if level < _FINER or math.isnan(correlation):
                 break
         result[row, 0], result[row, 1], result[row, 2] = place[0], place[3], correlation
+
+
+@nb.njit(cache=True, nogil=True)
+def follow_all(
+    pixels_first: np.ndarray,
+    layout_first: np.ndarray,
+    pixels_second: np.ndarray,
+    layout_second: np.ndarray,
+    xy_first: np.ndarray,
+    expected: np.ndarray,
+    finest: int,
+    max_shift: float,
+    min_correlation: float,
+    result: np.ndarray,
+) -> None:
+    """Per point x, y and correlation in the second photo, from where placed photos expect it.
+
+    `expected` (n, 6) are affine maps as sample_warped takes them, in full-size pixels. A window of
+    the level above the `finest` catches the point, one of the finest then measures it again, and
+    the mean of the two counts: the large window has less noise, the small one less relief. NaN
+    where one leaves its photo, does not converge or correlates too little.
+    """
+    scratch = np.empty((10, SAMPLES))
+    place = np.empty(6)
+    for row in range(xy_first.shape[0]):
+        result[row] = np.nan
+        place[:] = expected[row]
+        x, y = xy_first[row]
+        turned = math.sqrt(abs(place[1] * place[5] - place[2] * place[4]))
+        caught_x = caught_y = np.nan
+        for upper in (1, 0):
+            level = min(finest + upper, layout_first.shape[0] - 1)
+            level2 = _level_for(2.0**level * turned * _SIGMA_AT_LEVEL_PX, layout_second.shape[0])
+            offset, height, width = layout_first[level]
+            offset2, height2, width2 = layout_second[level2]
+            agreement = _compare(
+                pixels_first[offset : offset + height * width].reshape(height, width),
+                pixels_second[offset2 : offset2 + height2 * width2].reshape(height2, width2),
+                2.0**level,
+                2.0**level2,
+                x,
+                y,
+                place,
+                max_shift,
+                scratch,
+            )
+            if not agreement >= min_correlation:
+                break
+            if upper:
+                caught_x, caught_y = place[0], place[3]
+            else:
+                result[row, 0] = 0.5 * (caught_x + place[0])
+                result[row, 1] = 0.5 * (caught_y + place[3])
+                result[row, 2] = agreement
 
 
 @nb.njit(cache=True, nogil=True)
@@ -406,6 +460,31 @@ def correlate(
         correlation=result[:, 2].astype(np.float32),
         kept=kept,
     )
+
+
+def follow(
+    first: Pyramid,
+    second: Pyramid,
+    xy_first_px: Points2,
+    expected: Float64[np.ndarray, "n 6"],
+    finest: int,
+    options: WindowOptions,
+) -> Float64[np.ndarray, "n 3"]:
+    """x, y and correlation of points of the first photo in the second; see follow_all."""
+    result = np.empty((len(xy_first_px), 3))
+    follow_all(
+        first.pixels,
+        first.layout,
+        second.pixels,
+        second.layout,
+        np.ascontiguousarray(xy_first_px),
+        np.ascontiguousarray(expected),
+        finest,
+        options.max_shift,
+        options.min_correlation,
+        result,
+    )
+    return result
 
 
 def _rows(keypoints: Keypoints, which: Int32[np.ndarray, " m"]) -> Float64[np.ndarray, "m 4"]:

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from limbgram.reconstruction.features.detection import Keypoints
-from limbgram.reconstruction.matching.windows import WindowOptions, build_pyramid, correlate
+from limbgram.reconstruction.matching.windows import (
+    WindowOptions,
+    build_pyramid,
+    correlate,
+    follow,
+)
 
 Waves = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -122,6 +127,31 @@ def test_a_point_that_moves_too_far_is_dropped(waves: Waves) -> None:
     np.testing.assert_allclose(near.xy_second_px[0], [130, 110], atol=0.01)
     assert near.kept.tolist() == [True]
     assert far.kept.tolist() == [False]
+
+
+def follow_to(waves: Waves, noise: float, off_px: float) -> np.ndarray:
+    """x and y errors and correlation of points that are expected up to `off_px` off."""
+    rng = np.random.default_rng(1)
+    first, second = (build_pyramid(image) for image in pictures(waves, noise))
+    xy_px = rng.uniform([95, 85], [165, 135], (200, 2))
+    start_px = seen_second(xy_px) + rng.uniform(-off_px, off_px, xy_px.shape)
+    maps = np.tile(second_from_first(), (200, 1, 1))
+    expected = np.column_stack([start_px[:, 0], maps[:, 0], start_px[:, 1], maps[:, 1]])
+    found = follow(first, second, xy_px, expected, 0, WindowOptions())
+    return np.column_stack([found[:, :2] - seen_second(xy_px), found[:, 2]])
+
+
+def test_points_are_followed_to_where_they_belong(waves: Waves) -> None:
+    exact = follow_to(waves, noise=0.0, off_px=1.5)
+    assert np.isfinite(exact).all(axis=1).mean() > 0.95
+    assert np.nanmedian(np.abs(exact[:, :2])) < 0.02
+    assert np.abs(np.nanmedian(exact[:, :2], axis=0)).max() < 0.006
+    noisy = follow_to(waves, noise=4.0, off_px=1.5)
+    assert 0.01 < np.nanmedian(np.abs(noisy[:, :2])) < 0.06
+
+
+def test_points_expected_elsewhere_are_not_followed(waves: Waves) -> None:
+    assert np.isfinite(follow_to(waves, noise=1.0, off_px=60.0)).all(axis=1).mean() < 0.15
 
 
 def test_levels_keep_pixel_centres() -> None:

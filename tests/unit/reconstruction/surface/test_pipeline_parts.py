@@ -65,6 +65,8 @@ def done(
     monkeypatch.setattr(pipeline, "resolution_for", lambda *_, **__: fine)
     monkeypatch.setattr(pipeline, "depth_share", lambda *_: 1.0)
     monkeypatch.setattr(pipeline, "refuse_beyond", lambda *_: None)
+    nothing = SimpleNamespace(features=None, matches=None, pairs=None, scene=None)
+    monkeypatch.setattr(pipeline, "place_photos", lambda *_: nothing)
     options = PipelineOptions(parts=PartOptions(chosen=chosen))
     return pipeline.reconstruct(Capture(sources=()), options, FromTheCloud(cloud, refused))
 
