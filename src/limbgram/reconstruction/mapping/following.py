@@ -55,7 +55,7 @@ class FollowingOptions:
     """What least-squares matching accepts."""
     finest_megapixels: float = 4.0
     """Photos are halved for the windows while they stay larger than about this."""
-    tries_a_photo: int = 2500
+    tries_a_photo: int = 4000
     """Points looked for in a photo, on average: more say little more."""
     mapping: MappingOptions = field(default_factory=MappingOptions)
     """How the result is adjusted."""

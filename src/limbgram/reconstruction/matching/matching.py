@@ -72,7 +72,7 @@ class Matches:
 _DIRECTIONS = 48
 _SECTORS = 18
 """Sectors of turning angle; three neighbouring ones count together."""
-_FEWEST_FOR_CHANGE = 8
+_FEWEST_FOR_CHANGE = 10
 """Agreeing matches from which their change of scale is believed,"""
 _SHARE_FOR_TURN = 0.5
 """and share of all matches from which their turn is: a few agree by chance."""
@@ -92,6 +92,10 @@ class SelectionOptions:
     """Photos before and after in the order of names (the last meets the first): always matched."""
     min_score: int = 5
     """Pairs below this score are hopeless."""
+    survey_keypoints: int = 400
+    """Of more photos than `survey_partners`, these largest keypoints of all pairs are compared"""
+    survey_partners: int = 20
+    """first, and then each photo only with so many of its best partners."""
 
 
 @dataclass(frozen=True)
@@ -112,14 +116,21 @@ def select_pairs(features: Features, options: SelectionOptions) -> tuple[Candida
     largest = [_largest(keypoints, options.keypoints) for keypoints in features.keypoints]
     compressed = _compress([keypoints.descriptors for keypoints in largest])
 
-    def compare(pair: tuple[int, int]) -> Candidate:
-        first, second = pair
-        matches = match_descriptors(compressed[first], compressed[second], options.max_ratio)
-        return _score(pair, largest[first], largest[second], matches)
+    def compare(pair: tuple[int, int], keypoints: int = options.keypoints) -> Candidate:
+        first, second = (compressed[photo][:keypoints] for photo in pair)
+        matches = match_descriptors(first, second, options.max_ratio)
+        return _score(pair, largest[pair[0]], largest[pair[1]], matches)
+
+    def survey(pair: tuple[int, int]) -> Candidate:
+        return compare(pair, options.survey_keypoints)
 
     count = len(largest)
-    candidates = in_parallel(compare, list(combinations(range(count), 2)))
-    kept = _neighbours(count, options.neighbours) | _partners(candidates, count, options)
+    hopeful = list(combinations(range(count), 2))
+    neighbours = _neighbours(count, options.neighbours)
+    if count > options.survey_partners + 1:
+        hopeful = sorted(neighbours | _surveyed(in_parallel(survey, hopeful), count, options))
+    candidates = in_parallel(compare, hopeful)
+    kept = neighbours | _partners(candidates, count, options)
     return tuple(c for c in candidates if (c.first, c.second) in kept)
 
 
@@ -181,6 +192,21 @@ def _neighbours(count: int, reach: int) -> set[tuple[int, int]]:
     """Pairs at most `reach` apart in the ring."""
     pairs = {(i, (i + step) % count) for i in range(count) for step in range(1, reach + 1)}
     return {(min(pair), max(pair)) for pair in pairs if pair[0] != pair[1]}
+
+
+def _surveyed(
+    candidates: Sequence[Candidate], count: int, options: SelectionOptions
+) -> set[tuple[int, int]]:
+    """Each photo with those that agree best with it; with all where fewer than it needs agree."""
+    kept: set[tuple[int, int]] = set()
+    for photo in range(count):
+        own = [c for c in candidates if photo in (c.first, c.second)]
+        own.sort(key=lambda c: (-c.score, c.first, c.second))
+        agreeing = sum(c.score >= options.min_score for c in own)
+        if agreeing >= options.partners:
+            own = own[: options.survey_partners]
+        kept |= {(c.first, c.second) for c in own}
+    return kept
 
 
 def _partners(

@@ -1,0 +1,107 @@
+"""Placing by reduced photos, and by those of the full size where that does not place all firmly."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from limbgram.core.errors import MatchingError
+from limbgram.core.run import Run
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.ring import ring_of, without_photos
+from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
+from limbgram.reconstruction.matching.matching import Matches
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
+from limbgram.reconstruction.twoview.pairs import Pairs
+
+MakeScene = Callable[..., Scene]
+
+
+class Told(Run):
+    """A run whose stages give what the test tells."""
+
+    def __init__(self, products: dict[str, Any]) -> None:
+        super().__init__()
+        self.products = products
+        self.called: list[str] = []
+
+    def __call__(self, stage: Callable[..., Any], *_: Any, **__: Any) -> Any:
+        self.called.append(stage.__name__)
+        told = self.products.get(stage.__name__)
+        if isinstance(told, Exception):
+            raise told
+        return told
+
+
+def firm(scene: Scene, points: int = 80) -> Scene:
+    verdicts = tuple(
+        PhotoVerdict(name=name, placed=pose is not None, points=points, rms_px=0.1)
+        for name, pose in zip(scene.names, scene.camera_from_world)
+    )
+    return replace(scene, verdicts=verdicts, ring=ring_of(scene))
+
+
+@pytest.fixture
+def ring(make_scene: MakeScene) -> Scene:
+    return firm(make_scene(photos=12, points=60, share=1.0))
+
+
+FULL_SIZE = ["detect", "match", "verify", "place"]
+REDUCED = ["detect", "match", "verify", "place_roughly"]
+
+
+def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
+    products = {
+        "detect": Features(()),
+        "match": Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
+        "verify": Pairs((), 0),
+        "place": ring,
+        "place_roughly": ring,
+        "follow_points": ring,
+    }
+    run = Told({**products, **told})
+    none: tuple[Calibration, ...] = ()
+    return place_photos(PhotoSet((), ()), Cameras(none), PipelineOptions(), run), run.called
+
+
+def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:
+    placing, called = placed(ring)
+    assert called == [*REDUCED, "follow_points"]
+    assert placing.scene.full_size == ""
+
+
+def test_a_photo_left_out_asks_for_the_full_size(ring: Scene) -> None:
+    placing, called = placed(ring, place_roughly=firm(without_photos(ring, {3})))
+    assert called == REDUCED + FULL_SIZE
+    assert placing.scene.full_size == "1 photos without a place"
+
+
+def test_a_photo_that_is_lost_later_asks_for_it_too(ring: Scene) -> None:
+    placing, called = placed(ring, follow_points=firm(ring, points=30))
+    assert called == [*REDUCED, "follow_points", *FULL_SIZE]
+    assert placing.scene.full_size == "a photo with few points"
+
+
+def test_a_gap_in_the_ring_asks_for_it_too(make_scene: MakeScene, ring: Scene) -> None:
+    arc = firm(without_photos(make_scene(photos=12, points=60, share=1.0), {4, 5, 6}))
+    names = tuple(name for k, name in enumerate(arc.names) if k not in {4, 5, 6})
+    poses = tuple(pose for pose in arc.camera_from_world if pose is not None)
+    whole = replace(arc, names=names, camera_from_world=poses)
+    whole = replace(whole, verdicts=tuple(v for v in arc.verdicts if v.placed))
+    placing, called = placed(ring, place_roughly=whole)
+    assert called == REDUCED + FULL_SIZE
+    assert placing.scene.full_size == "a gap in the ring"
+
+
+def test_a_refusal_at_reduced_size_is_none(ring: Scene) -> None:
+    placing, called = placed(ring, place_roughly=MatchingError("too little"))
+    assert called == REDUCED + FULL_SIZE
+    assert placing.scene.full_size == "too few matches"
+
+
+def test_a_refusal_at_full_size_is_one(ring: Scene) -> None:
+    with pytest.raises(MatchingError):
+        placed(ring, match=MatchingError("too little"))
