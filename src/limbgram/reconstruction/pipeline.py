@@ -78,6 +78,8 @@ class PipelineOptions:
         default_factory=lambda: FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
     )
     """Keypoints that photos are placed by where that places all of them."""
+    reduced_keypoints: int = 100_000
+    """About so many in all photos together suffice, where each has 2000."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
     """Keypoints that they are placed by otherwise."""
     matching: MatchingOptions = field(default_factory=MatchingOptions)
@@ -103,6 +105,7 @@ class PipelineOptions:
 
 
 DEFAULTS = PipelineOptions()
+_FEWEST_REDUCED = 2000
 _FIRM_POINTS = 60
 """Points in each photo from which placing by reduced photos is trusted."""
 
@@ -244,8 +247,10 @@ def _by_reduced(
     photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
 ) -> Placing | str:
     """All photos placed firmly, or why they are not."""
+    share = options.reduced_keypoints // max(len(photos.photos), 1)
+    most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
     try:
-        features = run(detect, photos, options.reduced)
+        features = run(detect, photos, replace(options.reduced, max_keypoints=most))
         matches = run(match, photos, features, options.matching)
         pairs = run(verify, photos, matches, cameras, options.twoview)
         rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)

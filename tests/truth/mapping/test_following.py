@@ -136,7 +136,7 @@ def test_the_points_come_to_lie_on_the_plane(capture: Capture, followed: Scene) 
 
 def test_fewer_tries_keep_points_in_all_parts_of_the_photos(capture: Capture) -> None:
     few = follow_points(
-        capture.photos, capture.scene, capture.cameras, FollowingOptions(tries_a_photo=80)
+        capture.photos, capture.scene, capture.cameras, FollowingOptions(tries_a_photo=(80, 80))
     )
     assert 0.2 * POINTS < len(few.points_in_world) < 0.8 * POINTS
     x, y = few.points_in_world[:, :2].T

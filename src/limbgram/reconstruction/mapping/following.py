@@ -55,8 +55,10 @@ class FollowingOptions:
     """What least-squares matching accepts."""
     finest_megapixels: float = 4.0
     """Photos are halved for the windows while they stay larger than about this."""
-    tries_a_photo: int = 4000
-    """Points looked for in a photo, on average: more say little more."""
+    tries: int = 100_000
+    """Points looked for in all photos together: more say little more,"""
+    tries_a_photo: tuple[int, int] = (1500, 4000)
+    """but so many in a photo on average at least, and at most."""
     mapping: MappingOptions = field(default_factory=MappingOptions)
     """How the result is adjusted."""
     memory_mb: float = 400.0
@@ -187,8 +189,8 @@ class _Followable:
     def thinned(self, scene: Scene, options: FollowingOptions) -> "_Followable":
         """Of every reference its share of what is tried at most, spread over it."""
         views = scene.views
-        tries = int(self.expected_in.sum())
-        share = options.tries_a_photo * len(views) / max(tries, 1)
+        each = np.clip(options.tries / len(views), *options.tries_a_photo)
+        share = float(each) * len(views) / max(int(self.expected_in.sum()), 1)
         if share >= 1.0:
             return self
         # equals come in random order, not from the top of the photo downwards
