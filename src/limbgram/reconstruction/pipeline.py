@@ -277,7 +277,7 @@ def _lacking(scene: Scene) -> str:
     """What a scene lacks for all photos to stand firmly; nothing where they do."""
     missing = len(scene.names) - len(scene.placed)
     if missing:
-        return f"{missing} photos without a place"
+        return f"{missing} photo{'s' * (missing > 1)} without a place"
     if scene.ring is None or not scene.ring.closed:
         return "a gap in the ring"
     if min(one.points for one in scene.verdicts) < _FIRM_POINTS:

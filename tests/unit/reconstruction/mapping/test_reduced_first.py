@@ -76,7 +76,7 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
 def test_a_photo_left_out_asks_for_the_full_size(ring: Scene) -> None:
     placing, called = placed(ring, place_roughly=firm(without_photos(ring, {3})))
     assert called == REDUCED + FULL_SIZE
-    assert placing.scene.full_size == "1 photos without a place"
+    assert placing.scene.full_size == "1 photo without a place"
 
 
 def test_a_photo_that_is_lost_later_asks_for_it_too(ring: Scene) -> None:
