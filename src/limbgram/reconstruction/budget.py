@@ -41,6 +41,11 @@ _LEAST_DEPTH = 0.25
 _TRIANGLE_BYTES = 1100.0
 """A triangle of the mesh that is measured."""
 _MOST_HALVINGS = 3
+_PICTURES_MB = 600.0
+"""Photos in the measurement beyond which they are halved where their pixels are too fine for the
+triangles anyway. 60 phone photos of 12 megapixels take 500, 30 of 48 would take 1000."""
+_SLACK = 1.25
+"""How much longer the edges may be that halved photos allow than those that the triangles do."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,11 +121,13 @@ def resolution_for(
     kept_mb = PROGRAM_MB + _KEPT_MB * len(metric.scene.names)
     needs_mb: list[float] = []
     for halvings in range(_MOST_HALVINGS + 1):
-        edge = max(edge_px * pixel * 2**halvings, shortest)
-        triangles = area / (_EQUILATERAL * edge**2)
+        by_pixels = edge_px * pixel * 2**halvings
+        triangles = area / (_EQUILATERAL * max(by_pixels, shortest) ** 2)
         mesh_mb = triangles * _TRIANGLE_BYTES / 2**20
-        needs_mb.append(kept_mb + mesh_mb + imagery_mb(views, surface.vertices_mm, halvings))
-        if needs_mb[-1] <= memory_mb:
+        pictures_mb = imagery_mb(views, surface.vertices_mm, halvings)
+        needs_mb.append(kept_mb + mesh_mb + pictures_mb)
+        too_fine = pictures_mb > _PICTURES_MB and 2 * by_pixels <= _SLACK * shortest
+        if needs_mb[-1] <= memory_mb and not too_fine:
             break
     halvings = len(needs_mb) - 1
     if needs_mb[-1] > memory_mb:
@@ -135,7 +142,13 @@ def resolution_for(
             f"Depth was measured at {depth_share:.0%} of the usual pixels, because "
             f"{memory_mb / 1024:.1f} GB of memory may be used: --memory allows more."
         )
-    if halvings:
+    if halvings and needs_mb[0] <= memory_mb:
+        notes.append(
+            f"The surface was measured in photos reduced to 1/{2**halvings} of their width: its "
+            f"triangles are too large for smaller pixels (--triangles), and at full size this "
+            f"takes about {needs_mb[0] / 1024:.1f} GB of memory."
+        )
+    elif halvings:
         notes.append(
             f"The surface was measured in photos reduced to 1/{2**halvings} of their width: at "
             f"full size this takes about {needs_mb[0] / 1024:.1f} GB of memory, and "

@@ -103,6 +103,31 @@ def resolution(
     )
 
 
+def test_pixels_too_fine_for_the_triangles_are_halved_where_they_take_much_memory() -> None:
+    """Ten photos take 150 MB here, sixty 900; edges of 30,000 triangles are 3.5 mm long."""
+
+    def of(count: int, most_triangles: int) -> Resolution:
+        return resolution_for(
+            metric(count),
+            sheet(),
+            edge_px=4.5,
+            most_triangles=most_triangles,
+            depth_share=1.0,
+            memory_mb=1e5,
+        )
+
+    assert of(10, 30_000).photo_halvings == 0
+    many = of(60, 30_000)
+    assert many.photo_halvings == 1
+    assert many.edge_mm == of(10, 30_000).edge_mm
+    assert "too large for smaller pixels" in many.notes[0]
+    views = [metric().scene.view(0)] * 60
+    assert (
+        imagery_mb(views, sheet().vertices_mm, 0) > 600 > imagery_mb(views, sheet().vertices_mm, 1)
+    )
+    assert of(60, 200_000).photo_halvings == 0  # pixels that such triangles can follow are kept
+
+
 def test_pixels_set_the_edges_where_triangles_suffice() -> None:
     """To the bit: a limb under the cap is measured as without one."""
     small = replace(sheet(), vertices_mm=sheet().vertices_mm * 0.5)
