@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, Int64, UInt8
+from jaxtyping import Bool, Float32, Float64, Int64, UInt8
 from numba import njit
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -479,12 +479,14 @@ def _pixel_mm(depth_maps: Sequence[DepthMap]) -> float:
 
 
 def _measured(depth_map: DepthMap, stride: int) -> Measured:
-    """Every stride-th pixel of every stride-th row as an oriented point in the world: of these one
-    colour of a chessboard's, for windows of neighbours see nearly the same."""
+    """Every stride-th pixel of every stride-th row as an oriented point in the world.
+
+    Of a chessboard's red fields only those at a gap are taken: between four others they add
+    nothing, because windows of neighbours see nearly the same.
+    """
     depth_mm = depth_map.depth_mm[::stride, ::stride].astype(float)
-    rows, columns = np.nonzero(np.isfinite(depth_mm))
-    black = (rows + columns) % 2 == 1
-    rows, columns = rows[black], columns[black]
+    measured = np.isfinite(depth_mm)
+    rows, columns = np.nonzero(measured & ~red_between_others(measured))
     depth_mm = depth_mm[rows, columns]
     rows, columns = rows * stride, columns * stride
     camera, world_from_camera = depth_map.camera, depth_map.camera_from_world.inverse
@@ -502,6 +504,18 @@ def _measured(depth_map: DepthMap, stride: int) -> Measured:
         weights=(confidence**2 * cosine**2).astype(np.float32),
         windows_mm2=(depth_map.window_px2 * pixel_mm**2 * (1 + cosine**-2) / 2).astype(np.float32),
     )
+
+
+def red_between_others(
+    measured: Bool[np.ndarray, "rows columns"],
+) -> Bool[np.ndarray, "rows columns"]:
+    """Red fields of a chessboard with all four neighbours measured."""
+    between = np.zeros_like(measured)
+    between[1:-1, 1:-1] = (
+        measured[:-2, 1:-1] & measured[2:, 1:-1] & measured[1:-1, :-2] & measured[1:-1, 2:]
+    )
+    between[0::2, 1::2] = between[1::2, 0::2] = False
+    return between
 
 
 def _surface(
