@@ -142,9 +142,7 @@ def match_patches(
 
     No two neighbours have a patch: it is wider than an edge, so that one between says little more.
     """
-    asked = _no_two_neighbours(
-        seen.thin_plate.neighbours.indptr, seen.thin_plate.neighbours.indices
-    )
+    asked = no_two_neighbours(seen.thin_plate.neighbours.indptr, seen.thin_plate.neighbours.indices)
     found = _patches(mesh, imagery, seen, asked, options)
     good = found.good
     if good.sum() < 0.05 * asked.sum():
@@ -161,7 +159,7 @@ def match_patches(
 
 
 @njit(cache=True, nogil=True)
-def _no_two_neighbours(starts: np.ndarray, others: np.ndarray):
+def no_two_neighbours(starts: np.ndarray, others: np.ndarray):
     """Vertices in their order, each unless it has a neighbour among those before."""
     count = len(starts) - 1
     chosen, beside = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
