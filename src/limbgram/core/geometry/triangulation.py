@@ -217,7 +217,9 @@ def _refine(
                 points[k] = np.nan
                 break
             if step == _STEPS:
-                covariance[k] = inverse
+                for i in range(3):  # a copy in one step would take 3 s to compile
+                    for j in range(3):
+                        covariance[k, i, j] = inverse[i, j]
                 rms[k] = np.sqrt(squares / (bounds[k + 1] - bounds[k]))
                 break
             for i in range(3):

@@ -22,6 +22,14 @@ def test_pairs_are_numbered_in_rising_order_and_equal_ones_alike(pairs: np.ndarr
     )
 
 
+@pytest.mark.parametrize("count", [32, 33, 63, 64, 65, 96, 97, 200, 1000])
+def test_a_large_heap_is_sorted_and_equal_pairs_stay_as_they_came(count: int) -> None:
+    second = np.random.default_rng(count).integers(0, count // 3, count)
+    numbered = number_pairs(np.zeros(count, np.int32), second.astype(np.int32))
+    np.testing.assert_array_equal(numbered.order, np.argsort(second, kind="stable"))
+    np.testing.assert_array_equal(numbered.number, np.unique(second, return_inverse=True)[1])
+
+
 def test_a_hub_of_many_edges_is_sorted_as_well() -> None:
     rim = np.random.default_rng(3).permutation(np.arange(1, 3001))
     faces = np.column_stack([np.zeros(3000, int), rim, rim % 3000 + 1]).astype(np.int32)
