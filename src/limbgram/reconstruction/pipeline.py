@@ -165,7 +165,7 @@ def reconstruct(
     found = None if board is None else run(find_board, photos, board, options.targets)
     distances = capture.distances
     if capture.plates:
-        lenses = [cameras.calibrations[photo.camera_idx].camera for photo in photos.photos]
+        lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
         marks = run(find_marks, photos, capture.plates[0].dictionary, lenses, options.marks)
         distances = (*distances, *mark_distances(marks, capture.plates))
     metric = run(to_millimetres, scene, found, distances, options.scale, cameras)

@@ -14,6 +14,7 @@ _STAGES = {
     "place roughly": "Place the photos",
     "follow points": "Points at full size",
     "find board": "Find the board",
+    "find marks": "Find the marks",
     "to millimetres": "Scale",
     "find region": "Find the limb",
     "estimate depth": "Depth",
