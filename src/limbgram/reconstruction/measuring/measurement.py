@@ -206,8 +206,8 @@ def _with_even_brim(
     part, chosen = _part(whole, _near(guessed, whole.faces))
     good = np.zeros(len(part), bool)
     for imagery in (prepare(crops, views, 1), full):
+        seen_by, _ = _seen_by(whole, views, matching, chosen)
         for _ in track(range(options.brim_rounds)):
-            seen_by, _ = _seen_by(whole, views, matching, chosen)
             seen = look(part, imagery, views, seen_by)
             moves, good = match_within(part, imagery, seen, guessed[chosen], _FILL_PX, matching)
             part = _moved(part, moves, seen, matching)
