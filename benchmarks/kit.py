@@ -370,7 +370,8 @@ def _page(results: Result) -> str:
         keys = list(dict.fromkeys(key for one in results["sock"].values() for key in one))
         keys = [key for key in keys if key != "message"]
         parts.append(
-            "One limb in three socks, the same photos:\n\n"
+            "One limb in three socks, the same photos (exit code 7: red, much of the limb is "
+            "missing; 4: refused):\n\n"
             + _table(
                 ("", *results["sock"]),
                 [(key, *(one.get(key) for one in results["sock"].values())) for key in keys],
