@@ -4,12 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
@@ -49,13 +50,23 @@ def ring(make_scene: MakeScene) -> Scene:
     return firm(make_scene(photos=12, points=60, share=1.0))
 
 
+def showing(count: int) -> Features:
+    one = Keypoints(
+        xy_px=np.zeros((count, 2), np.float32),
+        scale_px=np.ones(count, np.float32),
+        angle_deg=np.zeros(count, np.float32),
+        descriptors=np.zeros((count, 128), np.uint8),
+    )
+    return Features((one,) * 3)
+
+
 FULL_SIZE = ["detect", "match", "verify", "place"]
 REDUCED = ["detect", "match", "verify", "place_roughly"]
 
 
 def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     products = {
-        "detect": Features(()),
+        "detect": showing(2000),
         "match": Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
         "verify": Pairs((), 0),
         "place": ring,
@@ -71,6 +82,12 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
     placing, called = placed(ring)
     assert called == [*REDUCED, "follow_points"]
     assert placing.scene.full_size == ""
+
+
+def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
+    placing, called = placed(ring, detect=showing(1500))
+    assert called == ["detect", *FULL_SIZE]
+    assert placing.scene.full_size == "few feature points"
 
 
 def test_a_photo_left_out_asks_for_the_full_size(ring: Scene) -> None:
