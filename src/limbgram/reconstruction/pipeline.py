@@ -80,7 +80,7 @@ class PipelineOptions:
         default_factory=lambda: FeatureOptions(max_megapixels=0.6, max_keypoints=4000)
     )
     """Keypoints that photos are placed by where that places all of them."""
-    reduced_keypoints: int = 100_000
+    reduced_keypoints: int = 200_000
     """About so many in all photos together suffice, where each has 2000."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
     """Keypoints that they are placed by otherwise."""
