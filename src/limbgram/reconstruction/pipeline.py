@@ -240,8 +240,15 @@ class Placing:
 
 
 def place_photos(photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run) -> Placing:
-    """By keypoints of reduced photos, followed at full size; where that fails, by those of all."""
-    reduced = _by_reduced(photos, cameras, options, run)
+    """By keypoints of reduced photos, followed at full size; where that fails, by those of all.
+
+    Lenses without a calibration are found from the scene's own points and need all of them; and
+    where only some parts of an object show points, few points leave the others out of the region.
+    """
+    if any(calibration.source != "board" for calibration in cameras.calibrations):
+        reduced = "the lens unknown, as no board calibrated it"
+    else:
+        reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
         return reduced
     placing = _by_full_size(photos, cameras, options, run)

@@ -9,12 +9,12 @@ import pytest
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.run import Run
-from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
 from limbgram.reconstruction.twoview.pairs import Pairs
 
@@ -82,6 +82,14 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
     placing, called = placed(ring)
     assert called == [*REDUCED, "follow_points"]
     assert placing.scene.full_size == ""
+
+
+def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
+    run = Told({"detect": showing(2000), "place": ring})
+    cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
+    placing = place_photos(PhotoSet((), ()), cameras, PipelineOptions(), run)
+    assert run.called == FULL_SIZE
+    assert "no board" in placing.scene.full_size
 
 
 def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
