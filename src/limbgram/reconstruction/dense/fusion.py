@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int64, UInt8
+from jaxtyping import Float32, Float64, Int64, UInt8
 from numba import njit
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -479,14 +479,10 @@ def _pixel_mm(depth_maps: Sequence[DepthMap]) -> float:
 
 
 def _measured(depth_map: DepthMap, stride: int) -> Measured:
-    """Every stride-th pixel of every stride-th row as an oriented point in the world.
-
-    Of a chessboard's red fields only those at a gap are taken: between four others they add
-    nothing, because windows of neighbours see nearly the same.
-    """
+    """Every stride-th pixel of every stride-th row as an oriented point in the world."""
     depth_mm = depth_map.depth_mm[::stride, ::stride].astype(float)
     measured = np.isfinite(depth_mm)
-    rows, columns = np.nonzero(measured & ~red_between_others(measured))
+    rows, columns = np.nonzero(measured)
     depth_mm = depth_mm[rows, columns]
     rows, columns = rows * stride, columns * stride
     camera, world_from_camera = depth_map.camera, depth_map.camera_from_world.inverse
@@ -504,18 +500,6 @@ def _measured(depth_map: DepthMap, stride: int) -> Measured:
         weights=(confidence**2 * cosine**2).astype(np.float32),
         windows_mm2=(depth_map.window_px2 * pixel_mm**2 * (1 + cosine**-2) / 2).astype(np.float32),
     )
-
-
-def red_between_others(
-    measured: Bool[np.ndarray, "rows columns"],
-) -> Bool[np.ndarray, "rows columns"]:
-    """Red fields of a chessboard with all four neighbours measured."""
-    between = np.zeros_like(measured)
-    between[1:-1, 1:-1] = (
-        measured[:-2, 1:-1] & measured[2:, 1:-1] & measured[1:-1, :-2] & measured[1:-1, 2:]
-    )
-    between[0::2, 1::2] = between[1::2, 0::2] = False
-    return between
 
 
 def _surface(

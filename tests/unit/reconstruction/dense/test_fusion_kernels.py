@@ -8,7 +8,6 @@ from limbgram.reconstruction.dense.fusion import (
     Grid,
     grid_of,
     project_to_surface,
-    red_between_others,
     span_of,
     thin,
 )
@@ -108,19 +107,3 @@ def test_every_point_is_found_in_its_cube() -> None:
         assert first <= k < last
         assert np.all(cells[first:last] == cells[k])
     assert span_of.py_func(grid.keys, grid.spans, 900, 900, 900) == (0, 0)
-
-
-def test_one_colour_of_a_chessboard_is_left_out_but_not_round_a_gap() -> None:
-    measured = np.ones((12, 14), bool)
-    measured[5, 6] = False
-    left_out = red_between_others(measured)
-    rows, columns = np.nonzero(left_out)
-    assert np.all((rows + columns) % 2 == 0)
-    assert left_out[1:-1, 1:-1].mean() == pytest.approx(0.5, abs=0.05)
-    assert not left_out[:, [0, -1]].any()
-    assert not left_out[[0, -1]].any()
-    gap = np.zeros_like(measured)
-    gap[6, 7] = True
-    left_out = red_between_others(~gap)
-    assert not left_out[6, 6] | left_out[6, 8] | left_out[5, 7] | left_out[7, 7]
-    assert left_out[5, 5] & left_out[7, 9]

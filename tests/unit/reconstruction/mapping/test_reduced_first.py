@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
-from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
 from limbgram.reconstruction.twoview.pairs import Pairs
 
@@ -60,6 +61,19 @@ def showing(count: int) -> Features:
     return Features((one,) * 3)
 
 
+def photos(width_px: int = 1500) -> PhotoSet:
+    one = Photo(
+        name="a.jpg",
+        path=Path("a.jpg"),
+        width_px=width_px,
+        height_px=1000,
+        exif=Exif(),
+        sha256="",
+        camera_idx=0,
+    )
+    return PhotoSet((one,) * 3, ())
+
+
 FULL_SIZE = ["detect", "match", "verify", "place"]
 REDUCED = ["detect", "match", "verify", "place_roughly"]
 
@@ -75,7 +89,7 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     }
     run = Told({**products, **told})
     none: tuple[Calibration, ...] = ()
-    return place_photos(PhotoSet((), ()), Cameras(none), PipelineOptions(), run), run.called
+    return place_photos(photos(), Cameras(none), PipelineOptions(), run), run.called
 
 
 def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:
@@ -84,10 +98,17 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
     assert placing.scene.full_size == ""
 
 
+def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
+    run = Told({"place": ring})
+    placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
+    assert run.called == FULL_SIZE
+    assert placing.scene.full_size == ""
+
+
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
     run = Told({"detect": showing(2000), "place": ring})
     cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
-    placing = place_photos(PhotoSet((), ()), cameras, PipelineOptions(), run)
+    placing = place_photos(photos(), cameras, PipelineOptions(), run)
     assert run.called == FULL_SIZE
     assert "no board" in placing.scene.full_size
 
