@@ -561,7 +561,9 @@ _ACCURACY = json.dumps(
             "schema": "limbgram-accuracy/1",
             "unit": "mm",
             "truth": None,
-            "figures": {"sigma_mm": 0.05, "light": "green"},
+            "light": "green",
+            "lengths": {"check": [{"label": "A-B"}], "check_rms": 0.0004, "check_worst": 0.001},
+            "expected": {"rms_mm": 0.05, "p95_mm": 0.1, "basis": "vertex sigmas"},
         }
     )
 ).encode()

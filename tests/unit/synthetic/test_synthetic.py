@@ -122,16 +122,15 @@ def test_paint_covers_the_share_that_was_asked_for(coverage: float) -> None:
 
 def test_a_plain_sock_shows_next_to_nothing_to_match(tmp_path: Path) -> None:
     options = replace(TINY, width_px=720, height_px=480, photos=3, calibration_photos=0)
-    counts = []
+    counts: dict[Paint, int] = {}
     for paint in Paint:
         capture = make_capture(tmp_path / paint.value, replace(options, paint=paint))
         path = capture.photos[0]
         mask = cv2.imread(str(capture.folder / "truth/masks" / f"{path.stem}.png"), 0)
         inside = cv2.erode(mask, np.ones((9, 9), np.uint8))
-        counts.append(len(cv2.SIFT_create().detect(cv2.imread(str(path), 0), inside)))
-    painted, plain = counts
-    assert painted > 600
-    assert plain < painted // 20
+        counts[paint] = len(cv2.SIFT_create().detect(cv2.imread(str(path), 0), inside))
+    assert min(counts[Paint.DABS], counts[Paint.PRINT]) > 600
+    assert counts[Paint.NONE] < counts[Paint.DABS] // 20
 
 
 def test_a_shaken_photo_is_less_sharp_and_the_others_stay_as_they_were(tmp_path: Path) -> None:
