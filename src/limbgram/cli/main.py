@@ -8,6 +8,8 @@ import sys
 from collections.abc import Generator, Sequence
 from contextlib import chdir, contextmanager
 from importlib import import_module
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any, cast
@@ -176,6 +178,8 @@ no threads that spin while they wait. Larger pieces of work are shared out over 
 def loaded(name: str) -> Any:
     """A command with its options, out of its file."""
     os.environ.setdefault(_ONE_BY_ONE, "1")  # read once, when numpy is first imported
+    if _SETTINGS_LEFT_ALONE not in sys.meta_path:
+        sys.meta_path.insert(0, _SETTINGS_LEFT_ALONE)
     module, _, attribute = COMMANDS[name][0].partition(":")
     made = getattr(_imported(f"limbgram.cli.{module}"), attribute)
     around = _group(TyperGroup)
@@ -199,6 +203,39 @@ def _imported(module: str) -> ModuleType:
         ) from error
     with no_search_for_garbage(), chdir(NEUTRAL_FOLDER):
         return import_module(module)
+
+
+class _Away(SourceFileLoader):
+    """Loads a library away from the user's files."""
+
+    def exec_module(self, module: ModuleType) -> None:
+        with chdir(NEUTRAL_FOLDER):
+            super().exec_module(module)
+
+
+class _SettingsLeftAlone:
+    """Finds the libraries that read settings from the current folder, whoever imports them.
+
+    Some commands draw only if they are asked to, and import what draws in the midst of their work.
+    """
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if fullname not in ("matplotlib", "numba"):
+            return None
+        found = PathFinder.find_spec(fullname, path, target)
+        if found is None or found.origin is None:
+            return None
+        return spec_from_file_location(
+            fullname,
+            found.origin,
+            loader=_Away(fullname, found.origin),
+            submodule_search_locations=found.submodule_search_locations,
+        )
+
+
+_SETTINGS_LEFT_ALONE = _SettingsLeftAlone()
 
 
 def _group(kind: type[TyperGroup]) -> typer.Typer:

@@ -152,14 +152,17 @@ print(os.environ["OPENBLAS_NUM_THREADS"])
     assert told.stdout.split() == [kept]
 
 
-def test_settings_in_the_current_folder_are_left_alone(tmp_path: Path) -> None:
-    asked = """
+@pytest.mark.parametrize("name", ["accuracy", "measure", "reconstruct"])
+def test_settings_in_the_current_folder_are_left_alone(name: str, tmp_path: Path) -> None:
+    asked = f"""
 import warnings
 warnings.simplefilter("error")
 from limbgram.cli.main import loaded
-loaded("reconstruct")
-import matplotlib, os
-print(matplotlib.rcParams["savefig.dpi"], os.getcwd())
+loaded("{name}")  # `measure` imports its drawings later, `reconstruct` in another process
+import os
+from limbgram.report.drawings.drawing import png
+import matplotlib, numba
+print(matplotlib.rcParams["savefig.dpi"], numba.config.DISABLE_JIT, os.getcwd())
 """
     (tmp_path / "matplotlibrc").write_text("savefig.dpi: 7\nno setting: at all\n", "utf-8")
     (tmp_path / ".numba_config.yaml").write_text("disable_jit: 1\n", "utf-8")
@@ -170,7 +173,7 @@ print(matplotlib.rcParams["savefig.dpi"], os.getcwd())
         text=True,
         cwd=tmp_path,
     )
-    assert told.stdout.split() == ["figure", str(tmp_path)]
+    assert told.stdout.split() == ["figure", "0", str(tmp_path)]
     assert not told.stderr
 
 
