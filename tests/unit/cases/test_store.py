@@ -306,9 +306,34 @@ def test_code_version_has_the_libraries_that_the_code_can_use(
                 patch.setattr(
                     fingerprint,
                     "version",
-                    lambda name, other=library: plain(name) + ("a" if name == other else ""),
+                    lambda name, other=library: "another" if name == other else plain(name),
                 )
                 assert (code_version(module) == before[module]) == (library == "matplotlib")
+    fingerprint.code_version.cache_clear()
+    fingerprint._library_version.cache_clear()
+
+
+def test_code_version_needs_no_library_that_may_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    module, optional = "limbgram.reconstruction.photos.reading", ("pi_heif", "rawpy")
+    plain = fingerprint.version
+    present = {
+        name: found
+        for name, found in fingerprint._all_distributions().items()
+        if name not in optional
+    }
+    found: list[str] = []
+    for installed in (present, *(present | {name: [name]} for name in optional)):
+        fingerprint.code_version.cache_clear()
+        fingerprint._library_version.cache_clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(fingerprint, "_all_distributions", lambda here=installed: here)
+            patch.setattr(
+                fingerprint, "version", lambda name: "1.0" if name in optional else plain(name)
+            )
+            found.append(code_version(module))
+            told = fingerprint.library_versions(frozenset(optional))
+        assert told == {name: f"{name} 1.0" if name in installed else "none" for name in optional}
+    assert len(set(found)) == 3
     fingerprint.code_version.cache_clear()
     fingerprint._library_version.cache_clear()
 
