@@ -66,7 +66,7 @@ class _CameraFile:
 
 
 def write_camera(
-    path: Path, calibration: Calibration, provenance: Mapping[str, str] | None = None
+    path: Path | str, calibration: Calibration, provenance: Mapping[str, str] | None = None
 ) -> None:
     """Keep a calibration, and in `provenance` where it comes from (board, photos, program).
 
@@ -74,6 +74,7 @@ def write_camera(
         CaseError: the file would take the place of another one.
         ExportError: it cannot be written.
     """
+    path = Path(path)
     require_camera_place(path)
     camera = calibration.camera
     record = {
@@ -118,12 +119,13 @@ def require_camera_place(path: Path) -> None:
         )
 
 
-def read_camera(path: Path) -> Calibration:
+def read_camera(path: Path | str) -> Calibration:
     """The calibration in a camera file.
 
     Raises:
         CaseError: there is no such file, or it is no camera file, or a value cannot be.
     """
+    path = Path(path)
     content = read_content(
         path, _LARGEST_BYTES, CaseError, "A camera file is made with `limbgram calibrate`."
     )

@@ -64,7 +64,7 @@ class PolyfaceReport:
 
 
 def write_dxf(
-    mesh: Mesh, path: Path, unit: Unit, *, spacing_mm: float = 10.0, unscaled: bool = False
+    mesh: Mesh, path: Path | str, unit: Unit, *, spacing_mm: float = 10.0, unscaled: bool = False
 ) -> Path:
     """Write triangles, sections across z at multiples of `spacing_mm`, trimline; read all back."""
     path = target(path, unit, unscaled=unscaled)

@@ -68,7 +68,7 @@ def read_glb(content: bytes, name: str) -> Soup:
     return Soup(mesh=mesh, stated_unit="m", notes=notes)
 
 
-def write_glb(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+def write_glb(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write a binary glTF in metres, and read it back in units of the mesh."""
     import trimesh  # a fifth of a second, which most commands do without
     from trimesh.exchange.gltf import export_glb

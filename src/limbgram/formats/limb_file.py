@@ -18,11 +18,12 @@ _SAME_PLACE_MM = 1e-3
 _SAME_VOLUME = 1e-4
 
 
-def write_limb(limb: Limb, path: Path) -> Path:
+def write_limb(limb: Limb, path: Path | str) -> Path:
     """Write the mesh by the path's ending, in the mesh's frame, and the limb file beside it.
 
     The limb's origins become what the new file was made from.
     """
+    path = Path(path)
     kind = format_of(path)
     if kind is None or kind.write is None or not kind.holds_limbs:
         known = ", ".join(one.name.upper() for one in FORMATS if one.holds_limbs)
@@ -37,7 +38,7 @@ def write_limb(limb: Limb, path: Path) -> Path:
 
 
 def write_limb_file(
-    limb: Limb, mesh_path: Path, *, mm_per_unit: float = 1.0, sha256: str | None = None
+    limb: Limb, mesh_path: Path | str, *, mm_per_unit: float = 1.0, sha256: str | None = None
 ) -> Path:
     """Write the limb file beside a mesh's file that is there already.
 
@@ -48,6 +49,7 @@ def write_limb_file(
     Raises:
         ExportError: that file does not hold this limb's mesh.
     """
+    mesh_path = Path(mesh_path)
     mesh_hash = hash_of(mesh_path.read_bytes())
     if sha256 is not None and sha256 != mesh_hash:
         raise ExportError(

@@ -53,7 +53,7 @@ def read_obj(content: bytes, name: str) -> Soup:
     return Soup(mesh=mesh, stated_unit=stated_unit(content[:200]))
 
 
-def write_obj(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+def write_obj(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write vertices (to a millionth of a unit) and faces, and read them back."""
     path = target(path, unit, unscaled=unscaled)
 

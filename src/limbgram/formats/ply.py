@@ -85,7 +85,7 @@ def read_ply(content: bytes, name: str) -> Soup:
     return Soup(mesh=mesh, stated_unit=stated_unit(head))
 
 
-def write_ply(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+def write_ply(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write the mesh with all that is known of its vertices, and read it back."""
     columns = dict(zip("xyz", mesh.vertices_mm.T.astype("<f4")))
     if mesh.colours is not None:

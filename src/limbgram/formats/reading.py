@@ -43,7 +43,7 @@ class ShapeFile:
     """Where its radii stand, if it holds radii, as an AOP does."""
 
 
-def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
+def read_limb(path: Path | str, mm_per_unit: float | None = None) -> Limb:
     """Read a shape and what is known of it.
 
     Args:
@@ -53,8 +53,9 @@ def read_limb(path: Path, mm_per_unit: float | None = None) -> Limb:
     return read_shape(path, mm_per_unit).limb
 
 
-def read_shape(path: Path, mm_per_unit: float | None = None) -> ShapeFile:
+def read_shape(path: Path | str, mm_per_unit: float | None = None) -> ShapeFile:
     """Read a shape as `read_limb` does, and tell its file's hash and unit."""
+    path = Path(path)
     content = _content(path)
     sha256 = hash_of(content)
     found = read_record(limb_file_beside(path), path, sha256)

@@ -60,7 +60,7 @@ def read_stl(content: bytes, name: str) -> Soup:
     )
 
 
-def write_stl(mesh: Mesh, path: Path, unit: Unit, *, unscaled: bool = False) -> Path:
+def write_stl(mesh: Mesh, path: Path | str, unit: Unit, *, unscaled: bool = False) -> Path:
     """Write a binary STL and read it back."""
     path = target(path, unit, unscaled=unscaled)
     # A header that began with "solid" would be taken for the text form.

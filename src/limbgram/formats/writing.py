@@ -14,12 +14,13 @@ from limbgram.core.mesh.mesh import Mesh, crosses
 Unit = Literal["mm", "unitless"]
 
 
-def target(path: Path, unit: Unit, *, unscaled: bool) -> Path:
+def target(path: Path | str, unit: Unit, *, unscaled: bool) -> Path:
     """The path to write to: as given for millimetres, marked in its name where there is no unit.
 
     Raises:
         ExportError: the scene has no scale, and nobody asked for a file without one.
     """
+    path = Path(path)
     if unit == "mm":
         return path
     if not unscaled:

@@ -51,8 +51,9 @@ class Capture:
         return tuple(self.folder / "calibration" / view.name for view in views)
 
 
-def make_capture(folder: Path, options: CaptureOptions = DEFAULTS) -> Capture:
+def make_capture(folder: Path | str, options: CaptureOptions = DEFAULTS) -> Capture:
     """Photograph a synthetic limb and a calibration board into a new folder."""
+    folder = Path(folder)
     if folder.exists():
         raise CaseError(f"{folder} is there already. Name a new folder, or remove it first.")
     truth = stage_truth(options)

@@ -65,8 +65,9 @@ class AopOptions:
 DEFAULTS = AopOptions()
 
 
-def write_aop(limb: Limb, path: Path, options: AopOptions = DEFAULTS) -> AopReport:
+def write_aop(limb: Limb, path: Path | str, options: AopOptions = DEFAULTS) -> AopReport:
     """Write an aligned limb as AOP, and tell what the format costs."""
+    path = Path(path)
     frame = limb.frame
     if frame is None:
         raise CarveError(

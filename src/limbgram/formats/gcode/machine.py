@@ -28,12 +28,13 @@ class Machine:
     carving: CarveOptions = field(default_factory=CarveOptions)
 
 
-def write_machine(machine: Machine, path: Path) -> Path:
+def write_machine(machine: Machine, path: Path | str) -> Path:
     """Write a machine file.
 
     Raises:
         OptionsError: what lies there is no machine file.
     """
+    path = Path(path)
     require_place(path)
     check_control(machine.control)
     check_options(machine.carving)
@@ -68,12 +69,13 @@ def require_place(path: Path) -> None:
         )
 
 
-def read_machine(path: Path) -> Machine:
+def read_machine(path: Path | str) -> Machine:
     """Read a machine file.
 
     Raises:
         OptionsError: it cannot be read, or holds what is not known or cannot be.
     """
+    path = Path(path)
     content = read_content(path, _LARGEST_BYTES, OptionsError, "Name the right file.")
     try:
         tree = toml_of(content.decode("utf-8"))

@@ -55,13 +55,14 @@ class GcodeReport:
 
 
 def write_gcode(
-    limb: Limb, path: Path, options: CarveOptions, control: Control = DEFAULTS
+    limb: Limb, path: Path | str, options: CarveOptions, control: Control = DEFAULTS
 ) -> GcodeReport:
     """Plan, write, read back, and carve by simulation from what was read.
 
     Raises:
         CarveError: not aligned, or the program would cut into the shape.
     """
+    path = Path(path)
     if limb.frame is None:
         raise CarveError(
             "The limb is not aligned, so a carver would have no axis to turn it about. Run "

@@ -60,13 +60,14 @@ _MOST_EDITS = 1000
 _HEADER = {"format", "version", "name", "scan_sha256", "edit"}
 
 
-def read_recipe(path: Path) -> Recipe:
+def read_recipe(path: Path | str) -> Recipe:
     """Read a recipe's file.
 
     Raises:
         ShapeFileError: it cannot be read, or is no recipe.
         OptionsError: an edit or parameter that is not known.
     """
+    path = Path(path)
     try:
         content = read_content(path, _LARGEST_BYTES, ShapeFileError)
         return parse_recipe(content.decode("utf-8-sig"), path.name)

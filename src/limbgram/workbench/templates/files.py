@@ -79,12 +79,13 @@ def encode_template(template: Template) -> bytes:
     return (json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode()
 
 
-def read_template(path: Path) -> Template:
+def read_template(path: Path | str) -> Template:
     """A template from its file.
 
     Raises:
         ShapeFileError: it cannot be read, is of another kind, or holds what cannot be.
     """
+    path = Path(path)
     try:
         return decode_template(read_content(path, _LARGEST_BYTES, ShapeFileError))
     except ValueError as error:
