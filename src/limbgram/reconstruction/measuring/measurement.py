@@ -41,9 +41,7 @@ from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
 from limbgram.reconstruction.surface.cleaning import cut_back
 
 _RINGS_ROUND = 6
-"""Rings round a fill, or round what else is measured by itself, whose bend it goes on with."""
-_FILL_PX, _RIM_PX = 20.0, 1.0
-"""How far a fill, and an opening's rim, may follow the plate where no patch is believed."""
+"""Rings round a fill whose bend it goes on with."""
 _GRAZING_DEG = 85.0
 """A photo that looks along the surface more closely than this does not see it."""
 
@@ -57,14 +55,13 @@ class MeasureOptions:
     every size below is relative to it."""
 
     patch_halvings: tuple[int, ...] = (1,)
-    """Photo reductions of the rounds of patches; 1 is half size."""
+    """Photo reductions of the rounds of patches before the one at full size; 1 is half size."""
 
     joint_rounds: int = 2
     """Rounds at full size in which all vertices are measured at once."""
 
     rim_rings: int = 8
-    """Rows of vertices by which an opening's rim is cut back where patches of full size find no
-    agreement."""
+    """Rows of vertices by which an opening's rim is cut back where patches found no agreement."""
 
     brim: BrimOptions = field(default_factory=BrimOptions)
     """What counts as a notch of the open end, to be closed."""
@@ -89,11 +86,17 @@ def measure(
     placed = [photos.photos[k] for k in scene.placed]
     crops = load_crops(placed, views, mesh.vertices_mm, options.photo_halvings)
     seen_by = _seen_by(mesh, views, matching)[0]  # moves are too small to change what is seen
+    at_rim = np.zeros(len(mesh), bool)
+    at_rim[boundary_half_edges(mesh.faces).ravel()] = True
+    rim = _near(at_rim, mesh.faces, options.rim_rings + 1)
+    nowhere = np.zeros(len(mesh), bool)
     for halvings in track(options.patch_halvings):
-        mesh = _by_patches(mesh, prepare(crops, views, halvings), views, seen_by, matching)
+        reduced = prepare(crops, views, halvings)
+        mesh, _ = _by_patches(mesh, reduced, views, seen_by, nowhere, matching)
+        del reduced  # or it stays beside the photos of full size
     imagery = prepare(crops, views, 0)
-    mesh, doubtful = _along_openings(mesh, imagery, views, seen_by, options)
-    mesh = cut_back(mesh, doubtful, options.rim_rings)
+    mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
+    mesh = cut_back(mesh, rim & ~believed, options.rim_rings)
     mesh = _with_even_brim(mesh, crops, imagery, views, options)
     del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
@@ -102,39 +105,18 @@ def measure(
     return mesh if found is None else with_sigma(mesh, *found, metric)
 
 
-def _along_openings(
-    mesh: Mesh,
-    imagery: Imagery,
-    views: Sequence[View],
-    seen_by: Int32[np.ndarray, "n c"],
-    options: MeasureOptions,
-) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
-    """The openings' rims measured by patches, and where no patch is believed."""
-    at_rim = np.zeros(len(mesh), bool)
-    at_rim[boundary_half_edges(mesh.faces).ravel()] = True
-    asked = _near(at_rim, mesh.faces, options.rim_rings + 1)
-    doubtful = np.zeros(len(mesh), bool)
-    if not asked.any():
-        return mesh, doubtful
-    matching = options.matching
-    part, chosen = _part(mesh, _near(asked, mesh.faces))
-    seen = look(part, imagery, views, seen_by[chosen])
-    moves, good = match_within(part, imagery, seen, asked[chosen], _RIM_PX, matching)
-    moved = _moved(part, moves, seen, matching).vertices_mm
-    doubtful[chosen] = asked[chosen] & ~good
-    return mesh.with_vertices(_put(mesh.vertices_mm, chosen, moved)), doubtful
-
-
 def _by_patches(
     mesh: Mesh,
     imagery: Imagery,
     views: Sequence[View],
     seen_by: Int32[np.ndarray, "n c"],
+    densely: Bool[np.ndarray, " n"],
     options: MatchingOptions,
-) -> Mesh:
-    """The mesh moved by patches all over it."""
+) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
+    """The mesh moved by patches all over it, and which patches are believed."""
     seen = look(mesh, imagery, views, seen_by)
-    return _moved(mesh, match_patches(mesh, imagery, seen, options), seen, options)
+    moves, believed = match_patches(mesh, imagery, seen, densely, options)
+    return _moved(mesh, moves, seen, options), believed
 
 
 def _jointly(
@@ -209,7 +191,7 @@ def _with_even_brim(
         seen_by, _ = _seen_by(whole, views, matching, chosen)
         for _ in track(range(options.brim_rounds)):
             seen = look(part, imagery, views, seen_by)
-            moves, good = match_within(part, imagery, seen, guessed[chosen], _FILL_PX, matching)
+            moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
             part = _moved(part, moves, seen, matching)
             whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
     return replace(whole, filled=_put(guessed, chosen[good], np.False_))

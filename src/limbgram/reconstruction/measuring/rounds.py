@@ -30,8 +30,8 @@ from limbgram.reconstruction.measuring.thin_plate import (
 
 _UNMEASURED_PX = 1.0
 """What is believed of the given surface where nothing was measured: one pixel, in sigma."""
-_HELD_PX = 0.02
-"""The same where the surface stays as it is."""
+_HELD_PX, _LOOSE_PX = 0.02, 20.0
+"""The same where the surface stays as it is, and where it was only guessed."""
 _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
 _SAME_LIGHT_PX = 0.2
@@ -136,13 +136,19 @@ def look(
 
 
 def match_patches(
-    mesh: Mesh, imagery: Imagery, seen: SeenSurface, options: MatchingOptions
-) -> Float64[np.ndarray, " n"]:
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    densely: Bool[np.ndarray, " n"],
+    options: MatchingOptions,
+) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Moves by patches, each on its own, and the plate through all of them.
 
-    No two neighbours have a patch: it is wider than an edge, so that one between says little more.
+    Also tells which patches are believed. No two neighbours have a patch, except where every vertex
+    is asked for (`densely`): it is wider than an edge, so that one between says little more.
     """
-    asked = no_two_neighbours(seen.thin_plate.neighbours.indptr, seen.thin_plate.neighbours.indices)
+    near = seen.thin_plate.neighbours
+    asked = densely | no_two_neighbours(near.indptr, near.indices)
     found = _patches(mesh, imagery, seen, asked, options)
     good = found.good
     if good.sum() < 0.05 * asked.sum():
@@ -155,7 +161,7 @@ def match_patches(
     # The plate is as stiff as if every vertex had been asked.
     usual = float(np.median(1 / sigma_mm[asked] ** 2))
     stiff = np.where(asked, 1 / sigma_mm**2, usual)
-    return _through(mesh, seen, found, sigma_mm, stiff, options)
+    return _through(mesh, seen, found, sigma_mm, stiff, options), good
 
 
 @njit(cache=True, nogil=True)
@@ -176,17 +182,15 @@ def match_within(
     imagery: Imagery,
     seen: SeenSurface,
     asked: Bool[np.ndarray, " n"],
-    loose_px: float,
     options: MatchingOptions,
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Moves by a patch for each vertex asked, and which patches are believed.
 
     The rest of the surface stays where it is. Vertices asked without a believed patch follow the
-    plate through their neighbours, as far as `loose_px`, in sigma, lets them: a fill is measured
-    from its rim inwards round by round.
+    plate through their neighbours: a fill is measured from its rim inwards round by round.
     """
     found = _patches(mesh, imagery, seen, asked, options)
-    believed_px = np.where(asked, loose_px, _HELD_PX)
+    believed_px = np.where(asked, _LOOSE_PX, _HELD_PX)
     sigma_mm = np.where(found.good, found.sigma_mm, believed_px * seen.pixel_mm)
     return _through(mesh, seen, found, sigma_mm, 1 / sigma_mm**2, options), found.good
 
