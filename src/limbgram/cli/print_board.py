@@ -11,9 +11,10 @@ from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
-from limbgram.formats.board_file import PrintedSize, Reading, require_board_place, write_board
+from limbgram.formats.board_file import require_board_place, write_board
 from limbgram.formats.camera import read_camera
 from limbgram.formats.marks_file import PrintedKind, require_marks_place, write_marks
+from limbgram.formats.printed import PrintedSize, Reading
 from limbgram.formats.sheets.kinds import KINDS, LENS_BOARD, KindName, SheetKind, SheetOptions
 from limbgram.formats.sheets.page import Sheet
 
