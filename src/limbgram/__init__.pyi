@@ -1,5 +1,10 @@
 """The names of the library, each beside the room that it comes from."""
 
+from .capture.coach import (
+    CaptureCheck as CaptureCheck,
+    CheckOptions as CheckOptions,
+    check_capture as check_capture,
+)
 from .cases.accuracy import evidence_of as evidence_of
 from .cases.assessing import assess_case as assess_case
 from .cases.checking import check_sources as check_sources
@@ -39,11 +44,6 @@ from .reconstruction.calibration import (
     Calibration as Calibration,
     CalibrationOptions as CalibrationOptions,
     calibrate as calibrate,
-)
-from .reconstruction.checking import (
-    CaptureCheck as CaptureCheck,
-    CheckOptions as CheckOptions,
-    check_capture as check_capture,
 )
 from .reconstruction.photos import (
     PhotoOptions as PhotoOptions,

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import check_sources
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.checking import CaptureCheck
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.capture import Capture
 

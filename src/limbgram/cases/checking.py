@@ -8,10 +8,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, check_capture
 from limbgram.cases.frames import take_frames
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.checking import DEFAULTS, CaptureCheck, CheckOptions, check_capture
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.photos.reading import read_photos
