@@ -27,10 +27,6 @@ def node_heights(top: float) -> Float64[np.ndarray, " h"]:
     return -DOME + _SPACING * np.arange(int((top + DOME) / _SPACING + 1e-9) + 1)
 
 
-def node_angles() -> Float64[np.ndarray, " a"]:
-    return 2 * np.pi * np.arange(ANGLES) / ANGLES
-
-
 def fit_field(
     places: Chart, values: Float64[np.ndarray, " n"], heights: Float64[np.ndarray, " h"]
 ) -> Field:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
+from scipy.optimize import least_squares
 
 from limbgram.reconstruction.features.detection import Keypoints
 from limbgram.reconstruction.matching.windows import (
@@ -152,6 +154,56 @@ def test_points_are_followed_to_where_they_belong(waves: Waves) -> None:
 
 def test_points_expected_elsewhere_are_not_followed(waves: Waves) -> None:
     assert np.isfinite(follow_to(waves, noise=1.0, off_px=60.0)).all(axis=1).mean() < 0.15
+
+
+def normalized(values: np.ndarray) -> np.ndarray:
+    return (values - values.mean()) / values.std()
+
+
+def best_place(first: np.ndarray, second: np.ndarray, xy: np.ndarray, place: np.ndarray) -> tuple:
+    """Least-squares matching by scipy: B-spline windows of 13 x 13, zero mean, unit spread."""
+    v, u = (axis.ravel() for axis in np.mgrid[-6:7, -6:7].astype(float))
+    wanted = normalized(map_coordinates(first, [xy[1] + v, xy[0] + u], order=3, prefilter=False))
+
+    def seen(map_: np.ndarray) -> np.ndarray:
+        x, y = map_[0] + map_[1] * u + map_[2] * v, map_[3] + map_[4] * u + map_[5] * v
+        return normalized(map_coordinates(second, [y, x], order=3, prefilter=False))
+
+    solved = least_squares(lambda map_: seen(map_) - wanted, place, x_scale=[1, 0.1, 0.1] * 2)
+    return solved.x[[0, 3]], float((seen(solved.x) * wanted).mean())
+
+
+def test_following_is_least_squares_matching_in_two_levels(waves: Waves) -> None:
+    """Each level's best place is found; the mean of the two is the point's."""
+    images = pictures(waves, 0.5)
+    pyramids = [build_pyramid(image) for image in images]
+    xy_px = np.random.default_rng(3).uniform([100, 90], [160, 130], (12, 2))
+    map_ = second_from_first()
+    start_px = seen_second(xy_px) + 0.4
+    expected = np.column_stack(
+        [start_px[:, 0], np.tile(map_[0], (12, 1)), start_px[:, 1], np.tile(map_[1], (12, 1))]
+    )
+    found = follow(*pyramids, xy_px, expected, 0, WindowOptions())
+    assert np.isfinite(found).all()
+    levels = []
+    for pyramid in pyramids:
+        parts = (pyramid.pixels[start : start + h * w].reshape(h, w) for start, h, w in
+                 pyramid.layout[:2])  # fmt: skip
+        levels.append([part.astype(float) for part in parts])
+    for row, xy in enumerate(xy_px):
+        place = expected[row].copy()
+        places = []
+        for level in (1, 0):
+            size = 2.0**level
+            own = place.copy()
+            own[[0, 3]] = (place[[0, 3]] + 0.5) / size - 0.5
+            best, agreement = best_place(
+                levels[0][level], levels[1][level], (xy + 0.5) / size - 0.5, own
+            )
+            places.append((best + 0.5) * size - 0.5)
+            place[[0, 3]] = places[-1]
+        np.testing.assert_allclose(found[row, :2], np.mean(places, axis=0), atol=0.008)
+        assert found[row, 2] == pytest.approx(agreement, abs=1e-3)
 
 
 def test_levels_keep_pixel_centres() -> None:
