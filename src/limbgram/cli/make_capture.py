@@ -9,6 +9,7 @@ from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.run import Run
 from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.paint import scattered_spots
 
@@ -26,6 +27,13 @@ def make_capture_command(
     marks: Annotated[
         int, typer.Option(min=0, max=12, help="Round magenta marks painted at known places.")
     ] = 0,
+    movement: Annotated[
+        MovementKind | None,
+        typer.Option(help="What moves between the photos: the limb in a step, in a slow drift ..."),
+    ] = None,
+    movement_mm: Annotated[
+        float, typer.Option(min=0.0, max=30.0, help="How far it moves, with --movement.")
+    ] = 8.0,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
@@ -37,6 +45,7 @@ def make_capture_command(
         seed=seed,
         coverage=coverage,
         spots=scattered_spots(marks),
+        movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
     )
     with display(as_json) as screen:
         capture = Run(listener=screen.listen)(make_capture, folder, options)

@@ -5,6 +5,7 @@ Out     a Capture: photos, calibration photos and truth in a folder.
 """
 
 from limbgram.synthetic.capture import Capture, make_capture
+from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
@@ -23,6 +24,8 @@ __all__ = [
     "Lens",
     "Lighting",
     "LimbKind",
+    "Movement",
+    "MovementKind",
     "Paint",
     "PrintedBoard",
     "Relief",

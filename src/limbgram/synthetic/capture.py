@@ -8,7 +8,7 @@ Fails   CaseError: the folder is there already, or cannot be written.
 
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +19,19 @@ from limbgram.core.errors import CaseError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
+from limbgram.synthetic.movement import MovementKind, bent, shares_of
 from limbgram.synthetic.options import DEFAULTS, CaptureOptions
+from limbgram.synthetic.props.board import PrintedBoard
+from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import bake
 from limbgram.synthetic.props.plates import lay_plates
-from limbgram.synthetic.props.room import Panel, board_panel, make_room, make_stand
+from limbgram.synthetic.props.room import (
+    Panel,
+    board_panel,
+    make_room,
+    make_stand,
+    moved_panel,
+)
 from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
@@ -85,16 +94,41 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
             light = light_of(Lighting(), view.camera_from_world, near_mm, np.zeros(3))
             _take(view, bench, light, folder / "calibration", photo_idx, options)
             return None
-        view = truth.views[photo_idx]
+        view, limb = truth.views[photo_idx], _limb_in(truth, photo_idx, options)
+        room = truth.in_room(photo_idx)
         edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
-        light = light_of(options.lighting, view.camera_from_world, options.distance_mm, edge)
-        _take(view, ring, light, folder / "images", photo_idx, options)
-        _write_mask(silhouette(view, truth.limb), folder / "truth" / "masks" / view.name)
-        return seen(view, truth.limb)
+        light = light_of(options.lighting, room.camera_from_world, options.distance_mm, edge)
+        stage = _ring_stage(ring, truth, photo_idx, limb)
+        _take(room, stage, light, folder / "images", photo_idx, options)
+        _write_mask(silhouette(view, limb), folder / "truth" / "masks" / view.name)
+        return seen(view, limb)
 
     visible = in_parallel(take, range(len(truth.views) + len(truth.calibration_views)))
     counts = np.sum([flags for flags in visible if flags is not None], axis=0)
     write_record(folder / "truth", truth, options, counts.astype(np.uint8))
+
+
+def _limb_in(truth: Truth, photo_idx: int, options: CaptureOptions) -> Limb:
+    """The limb as it is shaped in one photo."""
+    movement = options.movement
+    if movement is None or movement.kind is not MovementKind.BEND:
+        return truth.limb
+    share = shares_of(movement, len(truth.views), options.seed)[photo_idx]
+    return bent(truth.limb, float(share) * movement.shift_mm, options.seed)
+
+
+def _ring_stage(ring: Stage, truth: Truth, photo_idx: int, limb: Limb) -> Stage:
+    """What stands before the camera in one photo."""
+    push = truth.room_from_board[photo_idx]
+    return replace(
+        ring,
+        panels=tuple(
+            moved_panel(one, push) if isinstance(one.picture, PrintedBoard) else one
+            for one in ring.panels
+        ),
+        limb=limb,
+        room_from_limb=truth.room_from_limb[photo_idx],
+    )
 
 
 def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:

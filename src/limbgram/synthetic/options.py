@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.targets.plates import MarkPlate
+from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
@@ -36,6 +37,8 @@ class CaptureOptions:
     filmed: bool = False
     """Whether the photos are the frames of a film: one walk of uneven speed in which each place
     follows from the one before."""
+    movement: Movement | None = None
+    """How limb or board move between the photos; None where all hold still."""
     distance_mm: float = 1500.0
     """From the camera to the limb's middle; the lens is focused there and stays so."""
     width_px: int = 1500
@@ -68,6 +71,16 @@ class CaptureOptions:
             "relief is 0 to 2 mm high and its finest waves 1 to 40 mm long",
         )
         _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
+        _require(
+            self.movement is None or 0 <= self.movement.shift_mm <= 30,
+            "limb and board move by 0 to 30 mm",
+        )
+        _require(
+            self.movement is None
+            or self.movement.kind is not MovementKind.PUSHED_BOARD
+            or self.board is not None,
+            "a board that is pushed needs a board",
+        )
         _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
         _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt8
 
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
@@ -63,7 +64,10 @@ def _cameras(truth: Truth) -> dict[str, Any]:
             **{name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy", "skew")},
         },
         "distortion": {name: getattr(camera, name) for name in ("k1", "k2", "p1", "p2")},
-        "images": [_pose(view) for view in truth.views],
+        "images": [
+            _pose(view) | _moved(truth.room_from_limb[k], "room_from_limb")
+            for k, view in enumerate(truth.views)
+        ],
         "calibration": [_pose(view) for view in truth.calibration_views],
     }
 
@@ -76,6 +80,13 @@ def _pose(view: View) -> dict[str, Any]:
         "t": pose.translation.tolist(),
         "C": pose.centre.tolist(),
     }
+
+
+def _moved(motion: Rigid, name: str) -> dict[str, Any]:
+    """Where limb or board stand in the room for one photo; nothing where they did not move."""
+    if (motion.matrix_3x4 == Rigid.identity().matrix_3x4).all():
+        return {}
+    return {name: {"R": motion.rotation.tolist(), "t": motion.translation.tolist()}}
 
 
 def _boards(truth: Truth) -> dict[str, Any]:
@@ -105,8 +116,18 @@ def _boards(truth: Truth) -> dict[str, Any]:
             **_place(truth.board),
             "corners_world_mm": truth.board.corners_in_world().tolist(),
             "rotates_with_object": False,
+            **_pushes(truth),
         }
     return boards
+
+
+def _pushes(truth: Truth) -> dict[str, Any]:
+    """How the board was moved from that place, by photo."""
+    moved = {
+        view.name: _moved(motion, "room_from_board")
+        for view, motion in zip(truth.views, truth.room_from_board, strict=True)
+    }
+    return {"pushed": moved} if any(moved.values()) else {}
 
 
 def _place(laid: LaidBoard) -> dict[str, Any]:
@@ -141,6 +162,7 @@ def _notes(
             for spot, place in zip(options.spots, places_mm(limb, options.spots), strict=True)
         ],
         "turntable": False,
+        **_movement(options),
         "object_height_mm": limb.height_mm,
         "z_bottom_mm": limb.base_mm,
         "triangles": len(limb.mesh.faces),
@@ -164,6 +186,13 @@ def _notes(
             "comment": "measured surface = mesh minus 'cap'; the 6 mm above the cut are left out",
         },
     }
+
+
+def _movement(options: CaptureOptions) -> dict[str, Any]:
+    if options.movement is None:
+        return {}
+    told = {"kind": options.movement.kind.value, "shift_mm": options.movement.shift_mm}
+    return {"movement": told | {"turn_deg_per_mm": options.movement.turn_deg_per_mm}}
 
 
 def _write_json(path: Path, content: dict[str, Any]) -> None:

@@ -5,14 +5,16 @@ Out     a Truth: the limb, the views, the boards. Its views and `surface_points`
         stages something to test against without a picture being rendered.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool
 
-from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
+from limbgram.synthetic.movement import MovementKind, motions
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import camera_of, film_round, over_board, walk_round
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
@@ -31,10 +33,21 @@ class Truth:
 
     limb: Limb
     views: tuple[View, ...]
+    """Cameras in the limb's frame, which is the room's where nothing moves."""
     calibration_views: tuple[View, ...]
     """Their world frame is the calibration board's table, not the limb's."""
     board: LaidBoard | None
     calibration_board: LaidBoard
+    room_from_limb: tuple[Rigid, ...]
+    """By view: where the limb stands in the room; all the same where it holds still."""
+    room_from_board: tuple[Rigid, ...]
+    """By view: how the board was moved from the place that `board` tells."""
+
+    def in_room(self, view_idx: int) -> View:
+        """A view with its pose in the room."""
+        view = self.views[view_idx]
+        back = self.room_from_limb[view_idx].inverse
+        return replace(view, camera_from_world=view.camera_from_world @ back)
 
 
 @dataclass(frozen=True)
@@ -61,18 +74,37 @@ def stage_truth(options: CaptureOptions) -> Truth:
     )
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
     tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
+    board = None if options.board is None else lay_beside(options.board, options.seed)
+    room_from_limb, room_from_board = _motions(options, len(ring), target, board)
     return Truth(
         limb=limb,
         views=tuple(
-            View(f"IMG_{_FIRST_PHOTO + k}.jpg", camera, pose) for k, pose in enumerate(ring)
+            View(f"IMG_{_FIRST_PHOTO + k}.jpg", camera, pose @ limb_in_room)
+            for k, (pose, limb_in_room) in enumerate(zip(ring, room_from_limb, strict=True))
         ),
         calibration_views=tuple(
             View(f"CAL_{_FIRST_CALIBRATION_PHOTO + k:04d}.jpg", camera, pose)
             for k, pose in enumerate(tilted)
         ),
-        board=None if options.board is None else lay_beside(options.board, options.seed),
+        board=board,
         calibration_board=bench,
+        room_from_limb=room_from_limb,
+        room_from_board=room_from_board,
     )
+
+
+def _motions(
+    options: CaptureOptions, photos: int, limb_middle: Vector3, board: LaidBoard | None
+) -> tuple[tuple[Rigid, ...], tuple[Rigid, ...]]:
+    """room_from_limb and room_from_board of every photo."""
+    still = (Rigid.identity(),) * photos
+    movement = options.movement
+    if movement is None or movement.kind is MovementKind.BEND:
+        return still, still
+    if movement.kind is MovementKind.PUSHED_BOARD and board is not None:
+        middle = board.outline_in_world().mean(0)
+        return still, motions(movement, photos, options.seed, middle)
+    return motions(movement, photos, options.seed, limb_middle), still
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:

@@ -5,7 +5,7 @@ Out     Panels (rectangles with a texture or a printed pattern) and the stand's 
 Frame   world: the table's top is z = 0.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import cv2
@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float32, Float64, UInt8
 
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
 
@@ -41,6 +42,16 @@ def board_panel(laid: LaidBoard) -> Panel:
         pose.rotation[:, 1],
         laid.printed.size_mm + 2 * MARGIN_MM,
         laid.printed,
+    )
+
+
+def moved_panel(panel: Panel, motion: Rigid) -> Panel:
+    """The panel in another place of the room."""
+    return replace(
+        panel,
+        origin=motion.apply(panel.origin[None])[0],
+        right=motion.rotation @ panel.right,
+        down=motion.rotation @ panel.down,
     )
 
 

@@ -10,7 +10,7 @@ Limits  nothing casts a shadow of its own: there is the one painted under the li
         edge that Light brings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
@@ -40,6 +40,8 @@ class Stage:
     limb: Limb | None = None
     stand: Mesh | None = None
     skin: UInt8[np.ndarray, "rows columns 4"] | None = None
+    room_from_limb: Rigid = field(default_factory=Rigid.identity)
+    """Where limb and stand are; panels stay in the room."""
 
 
 def render(view: View, stage: Stage, light: Light, samples: int = SAMPLES) -> LinearPicture:
@@ -104,7 +106,8 @@ def _triangles(view: View, stage: Stage) -> Triangles:
         normals = np.concatenate([normals, stage.stand.vertex_normals()])
     starts = np.cumsum([0, *(len(mesh.vertices_mm) for mesh in meshes)])
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
-    points = view.camera_from_world.apply(points)
+    camera_from_limb = view.camera_from_world @ stage.room_from_limb
+    points = camera_from_limb.apply(points)
     limb_faces = len(faces[0]) if stage.limb is not None else 0
     chart = np.zeros((0, 3, 2), np.float32) if stage.limb is None else stage.limb.chart
     skin = np.zeros((2, 2, 4), np.uint8) if stage.skin is None else stage.skin
@@ -112,7 +115,7 @@ def _triangles(view: View, stage: Stage) -> Triangles:
     return Triangles(
         screen=view.camera.project(points),
         points=points,
-        normals=normals @ view.camera_from_world.rotation.T,
+        normals=normals @ camera_from_limb.rotation.T,
         faces=np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
         limb_faces=limb_faces,
         chart=chart,
