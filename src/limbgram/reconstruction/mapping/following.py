@@ -96,26 +96,23 @@ def _followed(photos: PhotoSet, scene: Scene, options: FollowingOptions) -> Scen
     """The scene with new observations, not adjusted."""
     placed, views = np.array(scene.placed), scene.views
     points = _Followable.of(scene, options).thinned(scene, options)
-    memory = PairMemory.of(photos, 0, options.memory_mb)
-    finest = _finest_level(photos, options.finest_megapixels)
+    halvings = _halvings(photos, options.finest_megapixels)
+    size = 2.0**halvings
+    memory = PairMemory.of(photos, options.memory_mb, halvings=halvings)
 
     @lru_cache(maxsize=memory.photos)
     def prepared(view: int) -> Pyramid:
-        return build_pyramid(load_luma(photos.photos[placed[view]]))
+        return build_pyramid(load_luma(photos.photos[placed[view]], halvings))
 
     def one(pair: tuple[int, int]) -> _Found:
         rows = np.flatnonzero((points.reference == pair[0]) & points.expected_in[:, pair[1]])
         expected = points.expected(rows, views[pair[0]], views[pair[1]])
-        result = follow(
-            prepared(pair[0]),
-            prepared(pair[1]),
-            points.xy_px[rows],
-            expected,
-            finest,
-            options.windows,
-        )
+        expected[:, [0, 3]] = (expected[:, [0, 3]] + 0.5) / size - 0.5
+        xy_px = (points.xy_px[rows] + 0.5) / size - 0.5
+        result = follow(prepared(pair[0]), prepared(pair[1]), xy_px, expected, options.windows)
         good = np.isfinite(result[:, 2])
-        return _Found(np.full(int(good.sum()), pair[1]), rows[good], result[good, :2])
+        xy_px = (result[good, :2] + 0.5) * size - 0.5
+        return _Found(np.full(int(good.sum()), pair[1]), rows[good], xy_px)
 
     own = _Found(points.reference, np.arange(len(points.places)), points.xy_px)
     found = [own, *in_parallel(one, points.pairs(), memory.workers)]
@@ -258,8 +255,8 @@ def _by_point(view: View, points: Points3) -> Float64[np.ndarray, "n 2 3"]:
     return by_point
 
 
-def _finest_level(photos: PhotoSet, megapixels: float) -> int:
-    """How often photos are halved for the smaller windows."""
+def _halvings(photos: PhotoSet, megapixels: float) -> int:
+    """How often photos are halved for the windows."""
     pixels = max(photo.width_px * photo.height_px for photo in photos.photos)
     return max(0, round(0.5 * float(np.log2(pixels / (megapixels * 1e6)))))
 

@@ -280,7 +280,7 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     candidates = select_pairs(features, options.selection)
 
     described = max(map(len, features.keypoints), default=0)
-    memory = PairMemory.of(photos, described, options.memory_mb)
+    memory = PairMemory.of(photos, options.memory_mb, described=described)
 
     @lru_cache(maxsize=memory.photos)
     def prepared(photo_idx: int) -> _Prepared:
@@ -357,14 +357,18 @@ class PairMemory:
     photos: int
 
     @classmethod
-    def of(cls, photos: PhotoSet, described: int, most_mb: float) -> "PairMemory":
+    def of(
+        cls, photos: PhotoSet, most_mb: float, *, described: int = 0, halvings: int = 0
+    ) -> "PairMemory":
         """As many pairs at a time as fit, and then as many photos kept for the next ones.
 
-        `described` descriptors are kept of a photo at most.
+        `described` descriptors are kept of a photo at most; photos are halved `halvings` times.
         """
         pixels = max((photo.width_px * photo.height_px for photo in photos.photos), default=1)
-        kept_mb = (pixels * _PYRAMID_BYTES + described * 128 * 4) / 2**20
-        making_mb = in_flight_mb(photos.photos, _PYRAMID_BYTES)  # its levels lie there twice
+        levels_bytes = _PYRAMID_BYTES / 4**halvings
+        kept_mb = (pixels * levels_bytes + described * 128 * 4) / 2**20
+        # its levels lie there twice
+        making_mb = in_flight_mb(photos.photos, levels_bytes, halvings=halvings)
         workers = int(np.clip(spare_mb() / (2 * kept_mb + making_mb), 1, worker_count()))
         room_mb = min(most_mb, spare_mb() - workers * making_mb)
         return cls(workers, max(2 * workers, int(room_mb / kept_mb)))

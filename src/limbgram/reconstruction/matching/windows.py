@@ -211,7 +211,6 @@ def follow_all(
     layout_second: np.ndarray,
     xy_first: np.ndarray,
     expected: np.ndarray,
-    finest: int,
     max_shift: float,
     min_correlation: float,
     result: np.ndarray,
@@ -219,8 +218,8 @@ def follow_all(
     """Per point x, y and correlation in the second photo, from where placed photos expect it.
 
     `expected` (n, 6) are affine maps as sample_warped takes them, in full-size pixels. A window of
-    the level above the `finest` catches the point, one of the finest then measures it again, and
-    the mean of the two counts: the large window has less noise, the small one less relief. NaN
+    the second level catches the point, one of the first then measures it again, and the mean of
+    the two counts: the large window has less noise, the small one less relief. NaN
     where one leaves its photo, does not converge or correlates too little.
     """
     scratch = np.empty((10, SAMPLES))
@@ -232,7 +231,7 @@ def follow_all(
         turned = math.sqrt(abs(place[1] * place[5] - place[2] * place[4]))
         caught_x = caught_y = np.nan
         for upper in (1, 0):
-            level = min(finest + upper, layout_first.shape[0] - 1)
+            level = min(upper, layout_first.shape[0] - 1)
             level2 = _level_for(2.0**level * turned * _SIGMA_AT_LEVEL_PX, layout_second.shape[0])
             offset, height, width = layout_first[level]
             offset2, height2, width2 = layout_second[level2]
@@ -467,7 +466,6 @@ def follow(
     second: Pyramid,
     xy_first_px: Points2,
     expected: Float64[np.ndarray, "n 6"],
-    finest: int,
     options: WindowOptions,
 ) -> Float64[np.ndarray, "n 3"]:
     """x, y and correlation of points of the first photo in the second; see follow_all."""
@@ -479,7 +477,6 @@ def follow(
         second.layout,
         np.ascontiguousarray(xy_first_px),
         np.ascontiguousarray(expected),
-        finest,
         options.max_shift,
         options.min_correlation,
         result,

@@ -139,7 +139,7 @@ def follow_to(waves: Waves, noise: float, off_px: float) -> np.ndarray:
     start_px = seen_second(xy_px) + rng.uniform(-off_px, off_px, xy_px.shape)
     maps = np.tile(second_from_first(), (200, 1, 1))
     expected = np.column_stack([start_px[:, 0], maps[:, 0], start_px[:, 1], maps[:, 1]])
-    found = follow(first, second, xy_px, expected, 0, WindowOptions())
+    found = follow(first, second, xy_px, expected, WindowOptions())
     return np.column_stack([found[:, :2] - seen_second(xy_px), found[:, 2]])
 
 
@@ -183,7 +183,7 @@ def test_following_is_least_squares_matching_in_two_levels(waves: Waves) -> None
     expected = np.column_stack(
         [start_px[:, 0], np.tile(map_[0], (12, 1)), start_px[:, 1], np.tile(map_[1], (12, 1))]
     )
-    found = follow(*pyramids, xy_px, expected, 0, WindowOptions())
+    found = follow(*pyramids, xy_px, expected, WindowOptions())
     assert np.isfinite(found).all()
     levels = []
     for pyramid in pyramids:
