@@ -1,5 +1,6 @@
 """`limbgram make-capture`: photographs of a synthetic limb, with their truth."""
 
+from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,19 @@ from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.paint import scattered_spots
+from limbgram.synthetic.turning import TurnedOver, Turning
+
+
+class Turned(Enum):
+    """How a limb can be turned, as a user names it."""
+
+    TURNTABLE = "turntable"
+    STOOL = "stool"
+    OVER = "over"
+
+
+_SWAY_MM = 6.0
+"""How far a patient on a stool leans to and fro."""
 
 
 @answered
@@ -34,6 +48,14 @@ def make_capture_command(
     movement_mm: Annotated[
         float, typer.Option(min=0.0, max=30.0, help="How far it moves, with --movement.")
     ] = 8.0,
+    turned: Annotated[
+        Turned | None,
+        typer.Option(
+            help="turntable: the camera stands still, in a patterned room, and limb and board "
+            "turn. stool: the same, of a patient who sways. over: a cast that stands for the "
+            "first half of the photos and lies for the others. Else the camera walks round."
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
@@ -45,6 +67,7 @@ def make_capture_command(
         seed=seed,
         coverage=coverage,
         spots=scattered_spots(marks),
+        turning=_turning(turned),
         movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
     )
     with display(as_json) as screen:
@@ -56,3 +79,15 @@ def make_capture_command(
         ),
         {"folder": str(folder), "photos": len(capture.photos)},
     )
+
+
+def _turning(named: Turned | None) -> Turning | TurnedOver | None:
+    match named:
+        case None:
+            return None
+        case Turned.TURNTABLE:
+            return Turning()
+        case Turned.STOOL:
+            return Turning(sway_mm=_SWAY_MM)
+        case Turned.OVER:
+            return TurnedOver()

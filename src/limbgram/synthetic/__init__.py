@@ -13,6 +13,7 @@ from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import MAGENTA, Paint, SockSpot, places_mm, scattered_spots
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
+from limbgram.synthetic.turning import TurnedOver, Turning
 
 __all__ = [
     "CALIBRATION_BOARD",
@@ -33,6 +34,8 @@ __all__ = [
     "SockSpot",
     "SurfacePoints",
     "Truth",
+    "TurnedOver",
+    "Turning",
     "make_capture",
     "places_mm",
     "scattered_spots",

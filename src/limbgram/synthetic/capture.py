@@ -29,6 +29,7 @@ from limbgram.synthetic.props.room import (
     Panel,
     board_panel,
     make_room,
+    make_screens,
     make_stand,
     moved_panel,
 )
@@ -37,6 +38,7 @@ from limbgram.synthetic.rendering.developing import developed, shaken, softened,
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
 from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
 from limbgram.synthetic.truth import Truth, stage_truth
+from limbgram.synthetic.turning import TurnedOver, Turning, standing_photos
 
 _TEXELS_PER_PIXEL = 3.0
 _FINEST_TEXEL_MM = 0.08
@@ -98,7 +100,7 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
         room = truth.in_room(photo_idx)
         edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
         light = light_of(options.lighting, room.camera_from_world, options.distance_mm, edge)
-        stage = _ring_stage(ring, truth, photo_idx, limb)
+        stage = _ring_stage(ring, truth, photo_idx, limb, options)
         _take(room, stage, light, folder / "images", photo_idx, options)
         _write_mask(silhouette(view, limb), folder / "truth" / "masks" / view.name)
         return seen(view, limb)
@@ -117,8 +119,12 @@ def _limb_in(truth: Truth, photo_idx: int, options: CaptureOptions) -> Limb:
     return bent(truth.limb, float(share) * movement.shift_mm, options.seed)
 
 
-def _ring_stage(ring: Stage, truth: Truth, photo_idx: int, limb: Limb) -> Stage:
+def _ring_stage(
+    ring: Stage, truth: Truth, photo_idx: int, limb: Limb, options: CaptureOptions
+) -> Stage:
     """What stands before the camera in one photo."""
+    turned_over = isinstance(options.turning, TurnedOver)
+    stands = standing_photos(options.photos) if turned_over else options.photos
     push = truth.room_from_board[photo_idx]
     return replace(
         ring,
@@ -127,6 +133,7 @@ def _ring_stage(ring: Stage, truth: Truth, photo_idx: int, limb: Limb) -> Stage:
             for one in ring.panels
         ),
         limb=limb,
+        stand=ring.stand if photo_idx < stands else None,
         room_from_limb=truth.room_from_limb[photo_idx],
     )
 
@@ -145,6 +152,11 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         pixel_mm,
     )
     room = make_room(options.seed, under_stand=True)
+    if isinstance(options.turning, Turning):
+        camera, screens = truth.in_room(0).centre_in_world, options.turning
+        room += make_screens(
+            options.seed, camera, options.distance_mm, screens.behind, screens.before
+        )
     lying: tuple[Panel, ...] = () if truth.board is None else (board_panel(truth.board),)
     beside = np.zeros(3) if truth.board is None else truth.board.outline_in_world().mean(0)
     lying += tuple(one.panel for one in lay_plates(options.plates, beside))

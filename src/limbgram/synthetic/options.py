@@ -11,6 +11,7 @@ from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
 from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
+from limbgram.synthetic.turning import TurnedOver, Turning
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,8 @@ class CaptureOptions:
     follows from the one before."""
     movement: Movement | None = None
     """How limb or board move between the photos; None where all hold still."""
+    turning: Turning | TurnedOver | None = None
+    """How the limb is turned between the photos; None: the camera walks round it."""
     distance_mm: float = 1500.0
     """From the camera to the limb's middle; the lens is focused there and stays so."""
     width_px: int = 1500
@@ -80,6 +83,14 @@ class CaptureOptions:
             or self.movement.kind is not MovementKind.PUSHED_BOARD
             or self.board is not None,
             "a board that is pushed needs a board",
+        )
+        _require(
+            self.turning is None or not (self.filmed or self.movement),
+            "a limb that is turned is neither filmed nor moved in another way",
+        )
+        _require(
+            not isinstance(self.turning, TurnedOver) or self.photos >= 6 * self.rings,
+            "each ring of each of two poses needs 3 photos or more",
         )
         _require(1 <= self.rings <= 3, "1 to 3 rings can be walked")
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")

@@ -88,6 +88,25 @@ def walk_round(
     return tuple(poses)
 
 
+def on_tripod(
+    target: Vector3, distance_mm: float, photos: int, rings: int, seed: int
+) -> tuple[Rigid, ...]:
+    """Poses of a camera that stands still, once for each ring, while the limb turns."""
+    rng = np.random.default_rng((seed, 14))
+    a_ring = -(-photos // rings)
+    azimuth = rng.uniform(0, 2 * np.pi)
+    poses: list[Rigid] = []
+    for elevation_deg in _ELEVATIONS_DEG[:rings]:
+        elevation = np.radians(elevation_deg + rng.uniform(-6, 6))
+        level = np.cos(elevation)
+        away = np.array(
+            [level * np.cos(azimuth), level * np.sin(azimuth), float(np.sin(elevation))]
+        )
+        aim = target + rng.uniform(-14, 14, 3)
+        poses += [_held(target + away * distance_mm, aim, rng.normal(0, 1.0))] * a_ring
+    return tuple(poses[:photos])
+
+
 def film_round(target: Vector3, distance_mm: float, frames: int, seed: int) -> tuple[Rigid, ...]:
     """Poses of a film: once round and a little more, up and down, now faster and now slower."""
     rng = np.random.default_rng((seed, 6))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Bool, UInt8
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
@@ -18,6 +18,7 @@ from limbgram.synthetic.props.board import LaidBoard
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
 from limbgram.synthetic.truth import Truth
+from limbgram.synthetic.turning import TurnedOver, Turning
 
 _RIM_MM = 6.0
 
@@ -26,15 +27,19 @@ def write_record(
     folder: Path, truth: Truth, options: CaptureOptions, seen_by: UInt8[np.ndarray, " n"]
 ) -> None:
     """Write the truth into `folder`."""
-    _write_mesh(folder / "mesh.ply", truth.limb, seen_by)
+    # a cast that is turned over shows its cut, which is then part of what is measured
+    hidden = truth.limb.cut & (not isinstance(options.turning, TurnedOver))
+    _write_mesh(folder / "mesh.ply", truth.limb, hidden, seen_by)
     _write_json(folder / "cameras.json", _cameras(truth))
-    _write_json(folder / "board.json", _boards(truth))
+    _write_json(folder / "board.json", _boards(truth, options))
     _write_json(folder / "notes.json", _notes(truth, options, seen_by))
 
 
-def _write_mesh(path: Path, limb: Limb, seen_by: UInt8[np.ndarray, " n"]) -> None:
+def _write_mesh(
+    path: Path, limb: Limb, hidden: Bool[np.ndarray, " n"], seen_by: UInt8[np.ndarray, " n"]
+) -> None:
     vertices = np.empty(len(seen_by), [("xyz", "<f4", 3), ("ncam", "u1"), ("cap", "u1")])
-    vertices["xyz"], vertices["ncam"], vertices["cap"] = limb.mesh.vertices_mm, seen_by, limb.cut
+    vertices["xyz"], vertices["ncam"], vertices["cap"] = limb.mesh.vertices_mm, seen_by, hidden
     faces = np.empty(len(limb.mesh.faces), [("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, limb.mesh.faces
     header = [
@@ -89,7 +94,9 @@ def _moved(motion: Rigid, name: str) -> dict[str, Any]:
     return {name: {"R": motion.rotation.tolist(), "t": motion.translation.tolist()}}
 
 
-def _boards(truth: Truth) -> dict[str, Any]:
+def _boards(truth: Truth, options: CaptureOptions) -> dict[str, Any]:
+    turning = options.turning
+    carried = isinstance(turning, Turning) and turning.board_turns
     bench = truth.calibration_board
     inner = bench.printed.board.inner
     boards: dict[str, Any] = {
@@ -115,7 +122,7 @@ def _boards(truth: Truth) -> dict[str, Any]:
             "legacy": False,
             **_place(truth.board),
             "corners_world_mm": truth.board.corners_in_world().tolist(),
-            "rotates_with_object": False,
+            "rotates_with_object": carried,
             **_pushes(truth),
         }
     return boards
@@ -161,7 +168,7 @@ def _notes(
             }
             for spot, place in zip(options.spots, places_mm(limb, options.spots), strict=True)
         ],
-        "turntable": False,
+        "turntable": isinstance(options.turning, Turning),
         **_movement(options),
         "object_height_mm": limb.height_mm,
         "z_bottom_mm": limb.base_mm,

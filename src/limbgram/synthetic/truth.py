@@ -16,10 +16,17 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
 from limbgram.synthetic.movement import MovementKind, motions
 from limbgram.synthetic.options import CaptureOptions
-from limbgram.synthetic.photographer import camera_of, film_round, over_board, walk_round
+from limbgram.synthetic.photographer import (
+    camera_of,
+    film_round,
+    on_tripod,
+    over_board,
+    walk_round,
+)
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.rendering.renderer import seen
+from limbgram.synthetic.turning import TurnedOver, Turning, room_from_limb, standing_photos
 
 BASE_MM = 60.0
 _AIM = 0.2
@@ -67,20 +74,16 @@ def stage_truth(options: CaptureOptions) -> Truth:
     )
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
     target = np.array([0.0, 0.0, BASE_MM + _AIM * limb.height_mm])
-    ring = (
-        film_round(target, options.distance_mm, options.photos, options.seed)
-        if options.filmed
-        else walk_round(target, options.distance_mm, options.photos, options.rings, options.seed)
-    )
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
     tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
     board = None if options.board is None else lay_beside(options.board, options.seed)
-    room_from_limb, room_from_board = _motions(options, len(ring), target, board)
+    limb_moves, board_moves = _motions(options, limb, target, board)
+    ring = _cameras_from_room(options, target, limb_moves[-1].apply(limb.mesh.vertices_mm))
     return Truth(
         limb=limb,
         views=tuple(
             View(f"IMG_{_FIRST_PHOTO + k}.jpg", camera, pose @ limb_in_room)
-            for k, (pose, limb_in_room) in enumerate(zip(ring, room_from_limb, strict=True))
+            for k, (pose, limb_in_room) in enumerate(zip(ring, limb_moves, strict=True))
         ),
         calibration_views=tuple(
             View(f"CAL_{_FIRST_CALIBRATION_PHOTO + k:04d}.jpg", camera, pose)
@@ -88,23 +91,51 @@ def stage_truth(options: CaptureOptions) -> Truth:
         ),
         board=board,
         calibration_board=bench,
-        room_from_limb=room_from_limb,
-        room_from_board=room_from_board,
+        room_from_limb=limb_moves,
+        room_from_board=board_moves,
     )
 
 
 def _motions(
-    options: CaptureOptions, photos: int, limb_middle: Vector3, board: LaidBoard | None
+    options: CaptureOptions, limb: Limb, limb_middle: Vector3, board: LaidBoard | None
 ) -> tuple[tuple[Rigid, ...], tuple[Rigid, ...]]:
     """room_from_limb and room_from_board of every photo."""
+    photos, movement = options.photos, options.movement
     still = (Rigid.identity(),) * photos
-    movement = options.movement
+    if options.turning is not None:
+        turned = room_from_limb(
+            options.turning, photos, options.rings, limb.mesh.vertices_mm, options.seed
+        )
+        carried = isinstance(options.turning, Turning) and options.turning.board_turns
+        return turned, turned if carried else still
     if movement is None or movement.kind is MovementKind.BEND:
         return still, still
     if movement.kind is MovementKind.PUSHED_BOARD and board is not None:
         middle = board.outline_in_world().mean(0)
         return still, motions(movement, photos, options.seed, middle)
     return motions(movement, photos, options.seed, limb_middle), still
+
+
+def _cameras_from_room(
+    options: CaptureOptions, target: Vector3, last_skin: Points3
+) -> tuple[Rigid, ...]:
+    """Where the photographer stands in the room, photo by photo."""
+    distance_mm, photos = options.distance_mm, options.photos
+    rings, seed = options.rings, options.seed
+    if options.filmed:
+        return film_round(target, distance_mm, photos, seed)
+    match options.turning:
+        case Turning():
+            return on_tripod(target, distance_mm, photos, rings, seed)
+        case TurnedOver():
+            standing = standing_photos(photos)
+            middle = 0.5 * (last_skin.min(0) + last_skin.max(0))
+            return (
+                *walk_round(target, distance_mm, standing, rings, seed),
+                *walk_round(middle, distance_mm, photos - standing, rings, seed + 1),
+            )
+        case None:
+            return walk_round(target, distance_mm, photos, rings, seed)
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:

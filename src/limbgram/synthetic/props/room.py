@@ -105,6 +105,48 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
     return tuple(panels)
 
 
+def make_screens(
+    seed: int, camera: Vector3, distance_mm: float, behind: bool, before: bool
+) -> tuple[Panel, ...]:
+    """Patterned screens that face a camera: one behind the limb, strips on both sides before it.
+
+    The strips leave the middle of the picture free.
+    """
+    rng = np.random.default_rng((seed, 15))
+    level = np.array([camera[0], camera[1], 0.0])
+    inward = -level / np.linalg.norm(level)
+    panels: list[Panel] = []
+    if behind:
+        size = np.array([1100.0, 700.0])
+        panels.append(_facing(420.0 * inward, inward, 0.0, size, _cloth(rng, size)))
+    if before:
+        near = 0.3 * distance_mm
+        for side in (-1.0, 1.0):
+            size = np.array([110.0, 260.0])
+            along = side * (80.0 + 0.5 * size[0])
+            base = camera[2] * near / float(np.linalg.norm(level))
+            panel = _facing(-near * inward, inward, along, size, _cloth(rng, size))
+            panels.append(moved_panel(panel, Rigid(np.eye(3), np.array([0.0, 0.0, 0.5 * base]))))
+    return tuple(panels)
+
+
+def _cloth(rng: np.random.Generator, size_mm: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
+    """A dense pattern, of shapes of about a centimetre."""
+    share = 10.0 / float(size_mm.min())
+    count = int(size_mm.prod() / 500.0)
+    return _print(rng, size_mm, count, (0.4 * share, 1.5 * share), 2200.0)
+
+
+def _facing(
+    middle: np.ndarray, inward: np.ndarray, along: float, size: np.ndarray, picture: np.ndarray
+) -> Panel:
+    """An upright panel on the table whose front looks against `inward`."""
+    down = np.array([0.0, 0.0, -1.0])
+    right = np.cross(down, inward)
+    corner = middle + (along - 0.5 * size[0]) * right - size[1] * down
+    return Panel(corner, right, down, size, picture)
+
+
 def make_stand(base_mm: float) -> Mesh:
     """A disc and a thin pole that ends a millimetre under the limb."""
     corners = np.array(
@@ -211,17 +253,26 @@ def _shaded(
     return (picture * light[..., None]).astype(np.uint8)
 
 
-def _print(rng: np.random.Generator, size_mm: np.ndarray) -> UInt8[np.ndarray, "h w 3"]:
-    """A poster or leaflet: random shapes and words on a ground."""
-    per_mm = min(3.0, 600.0 / size_mm.max())
+def _print(
+    rng: np.random.Generator,
+    size_mm: np.ndarray,
+    shapes: int = 28,
+    reaches: tuple[float, float] = (0.03, 0.16),
+    longest_px: float = 600.0,
+) -> UInt8[np.ndarray, "h w 3"]:
+    """A poster or leaflet: random shapes and words on a ground.
+
+    `reaches` are shares of its shorter side.
+    """
+    per_mm = min(3.0, longest_px / size_mm.max())
     height, width = int(size_mm[1] * per_mm) + 1, int(size_mm[0] * per_mm) + 1
     ground = rng.integers(90, 225, 3).tolist()
     picture = np.full((height, width, 3), ground, np.uint8)
     span = min(width, height)
-    for _ in range(28):
+    for _ in range(shapes):
         colour = rng.integers(20, 235, 3).tolist()
         at = int(rng.integers(0, width)), int(rng.integers(0, height))
-        reach = int(rng.uniform(0.03, 0.16) * span) + 1
+        reach = int(rng.uniform(*reaches) * span) + 1
         thick = int(rng.choice([-1, -1, max(1, reach // 5)]))
         match int(rng.integers(0, 4)):
             case 0:
