@@ -32,6 +32,7 @@ from limbgram.reconstruction.mapping.following import FollowingOptions, follow_p
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
+from limbgram.reconstruction.matching.still import Still, StillOptions, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -39,6 +40,7 @@ from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
+from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.taping import TapeWitnesses, hold_tapes
 from limbgram.reconstruction.surface.parts import PartOptions, tell_parts
 from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
@@ -84,6 +86,8 @@ class PipelineOptions:
     """About so many in all photos together suffice, where each has 2000."""
     features: FeatureOptions = field(default_factory=FeatureOptions)
     """Keypoints that they are placed by otherwise."""
+    still: StillOptions = field(default_factory=StillOptions)
+    """How a still camera before a turning object is told."""
     matching: MatchingOptions = field(default_factory=MatchingOptions)
     twoview: TwoViewOptions = field(default_factory=TwoViewOptions)
     mapping: MappingOptions = field(default_factory=MappingOptions)
@@ -157,6 +161,8 @@ class Reconstruction:
     """The part that was meant, measured."""
     tapes: TapeWitnesses
     others: tuple[OtherPart, ...] = ()
+    still: Still = field(default_factory=Still)
+    """What stands still before the camera while the object turns."""
 
 
 def reconstruct(
@@ -171,6 +177,8 @@ def reconstruct(
     scene = placing.scene
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
+    if found is not None:
+        found = without_still_board(found, placing.still)
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
@@ -229,6 +237,7 @@ def reconstruct(
         mesh=mesh,
         tapes=tapes,
         others=others,
+        still=placing.still,
     )
 
 
@@ -240,6 +249,7 @@ class Placing:
     matches: Matches
     pairs: Pairs
     scene: Scene
+    still: Still
 
 
 def place_photos(photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run) -> Placing:
@@ -270,6 +280,8 @@ def _by_reduced(
     most = min(max(share, _FEWEST_REDUCED), options.reduced.max_keypoints)
     try:
         features = run(detect, photos, replace(options.reduced, max_keypoints=most))
+        still = run(find_still, features, options.still)
+        features = still.moving(features)
         if np.median([len(keypoints) for keypoints in features.keypoints]) < _ENOUGH_REDUCED:
             return "few feature points"
         matches = run(match, photos, features, options.matching)
@@ -281,17 +293,19 @@ def _by_reduced(
         scene = run(follow_points, photos, rough, cameras, following)
     except (MatchingError, PlacementError):
         return "too few matches"
-    return _lacking(scene) or Placing(features, matches, pairs, scene)
+    return _lacking(scene) or Placing(features, matches, pairs, scene, still)
 
 
 def _by_full_size(
     photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
 ) -> Placing:
     features = run(detect, photos, options.features)
+    still = run(find_still, features, options.still)
+    features = still.moving(features)
     matches = run(match, photos, features, options.matching)
     pairs = run(verify, photos, matches, cameras, options.twoview)
     scene = run(place, photos, features, pairs, cameras, options.mapping)
-    return Placing(features, matches, pairs, scene)
+    return Placing(features, matches, pairs, scene, still)
 
 
 def _lacking(scene: Scene) -> str:

@@ -8,6 +8,7 @@ _STAGES = {
     "look at limb": "Look at the limb",
     "cameras for": "Cameras",
     "detect": "Feature points",
+    "find still": "What stands still",
     "match": "Matches",
     "verify": "Pairs",
     "place": "Place the photos",

@@ -17,6 +17,7 @@ from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
+from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -232,7 +233,7 @@ def summarise(
             points=len(scene.points_in_world),
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
-            notes=_placing_notes(scene),
+            notes=(*_still_notes(done.still), *_placing_notes(scene)),
         ),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
@@ -243,6 +244,16 @@ def summarise(
             StageSummary(**asdict(timing), reused=name in reused)
             for name, timing in zip(_kept_names(timings), timings, strict=True)
         ),
+    )
+
+
+def _still_notes(still: Still) -> tuple[str, ...]:
+    if not still.groups:
+        return ()
+    return (
+        f"The camera stood still in {len(still.photos)} photos and the object turned: "
+        f"{still.count:,} feature points stay at one place of the picture. They belong to the room "
+        "(or are dirt on the sensor, or a watermark) and were left out.",
     )
 
 

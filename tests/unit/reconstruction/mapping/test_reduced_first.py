@@ -15,6 +15,7 @@ from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.ring import ring_of, without_photos
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import Matches
+from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
 from limbgram.reconstruction.twoview.pairs import Pairs
@@ -74,13 +75,14 @@ def photos(width_px: int = 1500) -> PhotoSet:
     return PhotoSet((one,) * 3, ())
 
 
-FULL_SIZE = ["detect", "match", "verify", "place"]
-REDUCED = ["detect", "match", "verify", "place_roughly"]
+FULL_SIZE = ["detect", "find_still", "match", "verify", "place"]
+REDUCED = ["detect", "find_still", "match", "verify", "place_roughly"]
 
 
 def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
     products = {
         "detect": showing(2000),
+        "find_still": Still(),
         "match": Matches(pairs=(), pairs_tried=0, descriptor_matches=0),
         "verify": Pairs((), 0),
         "place": ring,
@@ -99,14 +101,14 @@ def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -
 
 
 def test_photos_hardly_larger_than_reduced_ones_stay_as_they_are(ring: Scene) -> None:
-    run = Told({"place": ring})
+    run = Told({"place": ring, "find_still": Still()})
     placing = place_photos(photos(width_px=1150), Cameras(()), PipelineOptions(), run)
     assert run.called == FULL_SIZE
     assert placing.scene.full_size == ""
 
 
 def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> None:
-    run = Told({"detect": showing(2000), "place": ring})
+    run = Told({"detect": showing(2000), "find_still": Still(), "place": ring})
     cameras = Cameras((from_exif(CameraGroup(label="", width_px=400, height_px=300, exif=Exif())),))
     placing = place_photos(photos(), cameras, PipelineOptions(), run)
     assert run.called == FULL_SIZE
@@ -115,8 +117,17 @@ def test_a_lens_that_no_board_calibrated_asks_for_the_full_size(ring: Scene) -> 
 
 def test_sparse_paint_asks_for_the_full_size_at_once(ring: Scene) -> None:
     placing, called = placed(ring, detect=showing(1500))
-    assert called == ["detect", *FULL_SIZE]
+    assert called == ["detect", "find_still", *FULL_SIZE]
     assert placing.scene.full_size == "few feature points"
+
+
+def test_what_stands_still_is_no_paint(ring: Scene) -> None:
+    room = np.arange(2000) < 1000
+    still = Still(groups=((0, 1, 2),), keypoints=(room,) * 3)
+    placing, called = placed(ring, find_still=still)
+    assert called == ["detect", "find_still", *FULL_SIZE]
+    assert all(len(one) == 1000 for one in placing.features.keypoints)
+    assert placing.still is still
 
 
 def test_a_photo_left_out_asks_for_the_full_size(ring: Scene) -> None:
