@@ -33,9 +33,9 @@ _PAIR_BYTES = 4 * 4 / 3
 """A pixel while a pair is matched: both photos' pyramids, and one more as it is made (twice)."""
 _PLACED_MB, _KEPT_MB = 16.0, 8.0
 """A photo while all are placed, and of its products afterwards."""
-_DEPTH_BYTES = 76.0
-"""A pixel of all depth maps together, while they are measured and fused: 66 of 20 photos of 13 MP
-that their object fills, 75 of 15 of 15 MP, less where the object is small."""
+_DEPTH_BYTES = 30.0
+"""A pixel of the reduced photos together, at every second of which depth is measured and fused: 20
+of 15 photos of 15 MP, 9 of 31 of 13 MP that their object fills, less where the object is small."""
 _LEAST_DEPTH = 0.25
 """Share of the depth maps' pixels below which is not gone."""
 _TRIANGLE_BYTES = 1100.0

@@ -200,11 +200,11 @@ def test_captures_beyond_the_budget_are_refused_before_the_work() -> None:
 def test_depth_takes_the_pixels_that_fit() -> None:
     photos = photo_set(15, 4.0)
     assert depth_share(photos, 8_000_000, 12_000.0) == 1.0
-    shares = [depth_share(photos, 8_000_000, memory_mb) for memory_mb in (800, 700, 600, 100)]
+    shares = [depth_share(photos, 8_000_000, memory_mb) for memory_mb in (800, 650, 550, 100)]
     assert shares == sorted(shares, reverse=True)
     assert 0.25 == shares[-1] < shares[2] < shares[1] < 1.0
     few = photo_set(10, 0.3)  # three megapixels in all: they fit where eight would not
-    assert depth_share(few, 8_000_000, 650.0) == 1.0 > depth_share(photos, 8_000_000, 650.0)
+    assert depth_share(few, 8_000_000, 550.0) == 1.0 > depth_share(photos, 8_000_000, 550.0)
 
 
 def test_no_more_is_in_flight_than_there_is_room_for() -> None:

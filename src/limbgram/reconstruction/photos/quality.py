@@ -19,6 +19,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from jaxtyping import UInt8
 
 from limbgram.core.errors import printable
 from limbgram.core.geometry.arrays import GreyImage
@@ -215,7 +216,7 @@ def brightest_luma(luma: GreyImage) -> float:
     return float(np.percentile(luma[::4, ::4], 99))
 
 
-def _middle(luma: GreyImage) -> GreyImage:
+def _middle(luma: GreyImage) -> UInt8[np.ndarray, "middle_h middle_w"]:
     top, left = (max(0, (side - _SIDE_PX) // 2) for side in luma.shape)
     return luma[top : top + _SIDE_PX, left : left + _SIDE_PX]
 

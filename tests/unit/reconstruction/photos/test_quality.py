@@ -45,6 +45,14 @@ def test_a_picture_without_edges_has_no_width() -> None:
     assert np.isnan(edge_width_px(np.full((300, 300), 90, np.uint8)))
 
 
+def test_of_a_large_photo_the_middle_is_looked_at() -> None:
+    middle = discs(2.0)
+    rows, columns = (max(0, (2400 - side) // 2) for side in middle.shape)
+    large = np.pad(middle, ((rows, rows), (columns, columns)), mode="edge")
+    assert min(large.shape) > 1800
+    assert edge_width_px(large) == pytest.approx(edge_width_px(middle), rel=0.1)
+
+
 def test_light_is_measured() -> None:
     picture = np.full((400, 400), 40, np.uint8)
     picture[:100] = 255
