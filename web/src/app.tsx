@@ -1,0 +1,155 @@
+/** The app: which screen stands where, and what is said when the program does not answer. */
+import { useSignal } from "@preact/signals";
+import type { ComponentType } from "preact";
+import { useEffect } from "preact/hooks";
+
+import { type Schemas, api, link, taken } from "./api/client";
+import { listen } from "./api/events";
+import { type CaseHead, Shell, type StepState } from "./design/shell";
+import { Notice } from "./design/parts";
+import { Refusal } from "./design/refusal";
+import { CameraScreen } from "./screens/cameras";
+import { CaptureScreen } from "./screens/capture";
+import { CasesScreen } from "./screens/cases";
+import { HelpPanel } from "./screens/help";
+import { PhoneScreen } from "./screens/phone";
+import type { RoomProps } from "./screens/room";
+import { SettingsScreen } from "./screens/settings";
+import { useAsked } from "./state/asked";
+import { STEPS, type Step, href, place } from "./state/route";
+import { t } from "./texts";
+
+type Screen = ComponentType<RoomProps>;
+
+/** The screens with the canvas come in a file of their own, when the first of them is opened. */
+const WORK: Record<Exclude<Step, "capture">, () => Promise<Screen>> = {
+  result: async () => (await import("./screens/work")).ResultScreen,
+  align: async () => (await import("./screens/work")).AlignScreen,
+  measure: async () => (await import("./screens/work")).MeasureScreen,
+  rectify: async () => (await import("./screens/work")).RectifyScreen,
+  send: async () => (await import("./screens/work")).SendScreen,
+  record: async () => (await import("./screens/work")).RecordScreen,
+};
+
+export function App() {
+  const here = place.value;
+  const helping = useSignal(false);
+  useEffect(() => {
+    const key = (event: KeyboardEvent) => {
+      if (event.key === "Escape") helping.value = false;
+    };
+    addEventListener("keydown", key);
+    return () => removeEventListener("keydown", key);
+  }, []);
+  if (here.at === "phone") return <PhoneScreen token={here.token} />;
+  if (here.at === "case") return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
+  return (
+    <Shell place={here} head={null} helping={helping.value} onHelp={() => (helping.value = !helping.value)}>
+      <Around helping={helping.value} topic={here.at} onClose={() => (helping.value = false)}>
+        {here.at === "cameras" ? <CameraScreen /> : here.at === "settings" ? <SettingsScreen /> : <CasesScreen />}
+      </Around>
+    </Shell>
+  );
+}
+
+/** What lies round a screen: help beside it, and what is wrong with the way to the program. */
+function Around({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
+  return (
+    <div class={`around ${helping ? "with-help" : ""}`}>
+      <div class="around-main">
+        <div class="link-state" aria-live="polite">
+          {link.value === "lost" && (
+            <Notice tone="amber" title={t("lost")}>
+              {t("lost.why")}
+            </Notice>
+          )}
+          {link.value === "locked" && (
+            <Notice tone="red" title={t("locked")}>
+              {t("locked.why")}
+            </Notice>
+          )}
+        </div>
+        {children}
+      </div>
+      {helping && <HelpPanel topic={topic} onClose={onClose} />}
+    </div>
+  );
+}
+
+function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Step; helping: boolean; onHelp: () => void }) {
+  const asked = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
+  const news = useSignal<Readonly<Record<string, number>>>({});
+  const screen = useSignal<{ step: Step; part: Screen } | null>(null);
+  useEffect(
+    () =>
+      listen(`/cases/${encodeURIComponent(id)}/events`, (changed) => {
+        const counts = { ...news.value };
+        for (const subject of changed) counts[subject] = (counts[subject] ?? 0) + 1;
+        news.value = counts;
+        void asked.again();
+      }),
+    [id],
+  );
+  useEffect(() => {
+    if (step === "capture") screen.value = { step, part: CaptureScreen };
+    else
+      void WORK[step]().then((part) => {
+        screen.value = { step, part };
+      });
+  }, [step]);
+  const one = asked.value.value;
+  const Part = screen.value?.step === step ? screen.value.part : null;
+  useEffect(() => {
+    document.title = `${t(`step.${step}`)} ${id}: limbgram`;
+  }, [step, id]);
+  return (
+    <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>
+      <Around helping={helping} topic={step} onClose={onHelp}>
+        {asked.refused.value && !one ? (
+          <main class="cases" id="content" tabIndex={-1}>
+            <Refusal
+              refused={asked.refused.value}
+              action={
+                <a class="btn" href={href.cases}>
+                  {t("back.to.cases")}
+                </a>
+              }
+            />
+          </main>
+        ) : one && Part ? (
+          <Part room={{ id, info: one, news: news.value, again: asked.again }} />
+        ) : (
+          <main id="content" class="waiting" aria-busy="true">
+            <span class="unseen">{t("loading")}</span>
+          </main>
+        )}
+      </Around>
+    </Shell>
+  );
+}
+
+function headOf(id: string, one: Schemas["Case"] | null): CaseHead {
+  const later: StepState = { state: "later", note: "" };
+  const steps = Object.fromEntries(STEPS.map((step) => [step, later])) as Record<Step, StepState>;
+  for (const step of one?.steps ?? [])
+    steps[step.name] = {
+      state: step.state === "done" ? "done" : step.state === "locked" ? "later" : "open",
+      note: step.state === "check" ? t("step.check") : lineOf(step),
+      warn: step.state === "check",
+    };
+  return { id, kind: one ? (one.sample ? t("kind.sample") : t(`kind.${one.kind ?? "none"}`)) : "", side: one?.side, steps };
+}
+
+/** The server's line, in the language chosen where it is one of the usual ones. */
+function lineOf(step: Schemas["Step"]): string {
+  if (step.state === "locked") return "";
+  const number = /\d+/.exec(step.line)?.[0] ?? "";
+  if (step.name === "capture" && number) return t("state.photos", number);
+  if (step.name === "result" && /^(Green|Amber|Red)$/.test(step.line)) return t(`verdict.${step.line.toLowerCase() as "green"}`);
+  if (step.name === "align" && number) return step.line.includes("front") ? t("state.front", number) : t("state.places", number);
+  if (step.name === "measure" && number) return t("state.tapes", number);
+  if (step.name === "rectify" && number) return t("state.edits", number);
+  if (step.name === "send" && number) return t("state.files", number);
+  return step.name === "record" ? "" : step.line;
+}
+

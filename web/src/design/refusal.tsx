@@ -1,0 +1,23 @@
+/** A refusal where it happened: the first sentence says what, the others why and what to do. */
+import type { ComponentChildren } from "preact";
+
+import type { Refused } from "../api/client";
+import { expert } from "../state/settings";
+import { Notice } from "./parts";
+
+export function Refusal({ refused, action }: { refused: Refused | null; action?: ComponentChildren }) {
+  if (!refused) return null;
+  const [what, rest] = parted(refused.message);
+  return (
+    <Notice tone="red" title={what} action={action}>
+      {rest && <p>{rest}</p>}
+      {expert.value && <p class="mono">{refused.kind}</p>}
+    </Notice>
+  );
+}
+
+/** The first sentence, and the others. */
+export function parted(message: string): [string, string] {
+  const end = message.search(/[.!?](\s|$)/);
+  return end < 0 ? [message, ""] : [message.slice(0, end + 1), message.slice(end + 1).trim()];
+}

@@ -1,0 +1,233 @@
+/**
+ * The preview of a load or a relief while its depth is dragged.
+ *
+ * In      the mesh, its normals, a place or a drawn region, depth, soft edge.
+ * Out     how far each vertex near it moves along its normal: share of the depth, 0 to 1.
+ * Method  distance over the surface by Dijkstra along edges from the place, or from the region's
+ *         outline inwards; the share fades as the library's edit does: level at both ends.
+ *
+ * The server replays the recipe and is the truth; this only follows the hand until it answers.
+ */
+import { type Vec3, dot, sub } from "./vectors";
+
+/** From 1 at 0 to 0 at 1, level and without bend at both ends. */
+export function fading(share: number): number {
+  const x = Math.min(1, Math.max(0, share));
+  return 1 - x * x * x * (10 + x * (6 * x - 15));
+}
+
+export interface Neighbours {
+  readonly start: Uint32Array;
+  readonly next: Uint32Array;
+}
+
+/** Which vertices an edge joins to which: those of vertex i are next[start[i]] to next[start[i + 1]]. */
+export function neighboursOf(count: number, indices: Uint32Array): Neighbours {
+  const degree = new Uint32Array(count + 1);
+  for (let f = 0; f < indices.length; f++) degree[indices[f] + 1] += 2;
+  for (let i = 0; i < count; i++) degree[i + 1] += degree[i];
+  const start = degree.slice();
+  const fill = degree.slice();
+  const next = new Uint32Array(start[count]);
+  for (let f = 0; f < indices.length; f += 3)
+    for (let k = 0; k < 3; k++) {
+      const v = indices[f + k];
+      next[fill[v]++] = indices[f + ((k + 1) % 3)];
+      next[fill[v]++] = indices[f + ((k + 2) % 3)];
+    }
+  return { start, next };
+}
+
+export interface Shares {
+  readonly vertices: Uint32Array;
+  readonly shares: Float32Array;
+}
+
+export function sharesAtPlace(
+  positions: Float32Array,
+  near: Neighbours,
+  seed: number,
+  place: Vec3,
+  flat_mm: number,
+  falloff_mm: number,
+): Shares {
+  const reach = flat_mm + falloff_mm;
+  const found = spread(positions, near, new Map([[seed, gap(positions, seed, place)]]), reach, () => true);
+  return shared(found, (d) => fading((d - flat_mm) / falloff_mm));
+}
+
+/**
+ * Shares inside a closed line drawn on the surface, fading inwards from it.
+ *
+ * The inside is what can be reached from `seed` without crossing the line; vertices nearer to the
+ * line than about an edge bound the walk.
+ */
+export function sharesInRegion(
+  positions: Float32Array,
+  near: Neighbours,
+  line: readonly Vec3[],
+  seed: number,
+  falloff_mm: number,
+): Shares {
+  const rim = ring(line);
+  const inside = new Set<number>([seed]);
+  const queue = [seed];
+  const away = new Map<number, number>();
+  const distanceTo = (v: number) => {
+    let d = away.get(v);
+    if (d === undefined) {
+      d = rim.distance([positions[3 * v], positions[3 * v + 1], positions[3 * v + 2]]);
+      away.set(v, d);
+    }
+    return d;
+  };
+  const limit = 60_000;
+  while (queue.length && inside.size < limit) {
+    const v = queue.pop() as number;
+    for (let k = near.start[v]; k < near.start[v + 1]; k++) {
+      const w = near.next[k];
+      if (inside.has(w) || rim.crossed(positions, v, w)) continue;
+      inside.add(w);
+      queue.push(w);
+    }
+  }
+  if (inside.size >= limit) return { vertices: new Uint32Array(), shares: new Float32Array() };
+  const found = new Map<number, number>();
+  for (const v of inside) found.set(v, distanceTo(v));
+  return shared(found, (d) => 1 - fading(d / falloff_mm));
+}
+
+/** Distance and crossing of a closed line that lies on a surface. */
+export function ring(line: readonly Vec3[]) {
+  const count = line.length;
+  const centre = line.reduce<Vec3>((s, p) => [s[0] + p[0] / count, s[1] + p[1] / count, s[2] + p[2] / count], [0, 0, 0]);
+  // Newell's normal of the line: the plane on which inside and outside are told apart.
+  let normal: Vec3 = [0, 0, 0];
+  for (let i = 0; i < count; i++) {
+    const a = sub(line[i], centre);
+    const b = sub(line[(i + 1) % count], centre);
+    normal = [
+      normal[0] + a[1] * b[2] - a[2] * b[1],
+      normal[1] + a[2] * b[0] - a[0] * b[2],
+      normal[2] + a[0] * b[1] - a[1] * b[0],
+    ];
+  }
+  const size = Math.hypot(...normal) || 1;
+  normal = [normal[0] / size, normal[1] / size, normal[2] / size];
+  const helper: Vec3 = Math.abs(normal[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+  const ux: Vec3 = crossUnit(helper, normal);
+  const uy: Vec3 = crossUnit(normal, ux);
+  const flat = line.map((p) => {
+    const d = sub(p, centre);
+    return [dot(d, ux), dot(d, uy)] as const;
+  });
+  const inPlane = (x: number, y: number) => {
+    let odd = false;
+    for (let i = 0, j = count - 1; i < count; j = i++) {
+      const [xi, yi] = flat[i];
+      const [xj, yj] = flat[j];
+      if (yi > y !== yj > y && x < ((xj - xi) * (y - yi)) / (yj - yi) + xi) odd = !odd;
+    }
+    return odd;
+  };
+  const reach = Math.max(...line.map((p) => Math.hypot(...sub(p, centre)))) * 1.05;
+  const isInside = (p: Vec3) => {
+    const d = sub(p, centre);
+    return Math.hypot(...d) <= reach && inPlane(dot(d, ux), dot(d, uy));
+  };
+  return {
+    centre,
+    normal,
+    isInside,
+    crossed: (positions: Float32Array, _from: number, to: number) =>
+      !isInside([positions[3 * to], positions[3 * to + 1], positions[3 * to + 2]]),
+    distance: (p: Vec3) => {
+      let best = Infinity;
+      for (let i = 0; i < count; i++) best = Math.min(best, toSegment(p, line[i], line[(i + 1) % count]));
+      return best;
+    },
+  };
+}
+
+const crossUnit = (a: Vec3, b: Vec3): Vec3 => {
+  const c: Vec3 = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const size = Math.hypot(...c) || 1;
+  return [c[0] / size, c[1] / size, c[2] / size];
+};
+
+function toSegment(p: Vec3, a: Vec3, b: Vec3): number {
+  const ab = sub(b, a);
+  const ap = sub(p, a);
+  const s = Math.min(1, Math.max(0, dot(ap, ab) / (dot(ab, ab) || 1)));
+  return Math.hypot(ap[0] - s * ab[0], ap[1] - s * ab[1], ap[2] - s * ab[2]);
+}
+
+const gap = (positions: Float32Array, v: number, p: Vec3) =>
+  Math.hypot(positions[3 * v] - p[0], positions[3 * v + 1] - p[1], positions[3 * v + 2] - p[2]);
+
+function shared(found: Map<number, number>, share: (distance: number) => number): Shares {
+  const vertices: number[] = [];
+  const shares: number[] = [];
+  for (const [v, d] of found) {
+    const s = share(d);
+    if (s > 0) {
+      vertices.push(v);
+      shares.push(s);
+    }
+  }
+  return { vertices: Uint32Array.from(vertices), shares: Float32Array.from(shares) };
+}
+
+/** Shortest ways along edges from some vertices, up to a reach. A binary heap of pairs. */
+function spread(
+  positions: Float32Array,
+  near: Neighbours,
+  from: Map<number, number>,
+  reach: number,
+  may: (v: number) => boolean,
+): Map<number, number> {
+  const done = new Map<number, number>();
+  const heap: [number, number][] = [];
+  const push = (d: number, v: number) => {
+    heap.push([d, v]);
+    for (let i = heap.length - 1; i > 0; ) {
+      const up = (i - 1) >> 1;
+      if (heap[up][0] <= heap[i][0]) break;
+      [heap[up], heap[i]] = [heap[i], heap[up]];
+      i = up;
+    }
+  };
+  const pop = () => {
+    const top = heap[0];
+    const last = heap.pop() as [number, number];
+    if (heap.length) {
+      heap[0] = last;
+      for (let i = 0; ; ) {
+        const l = 2 * i + 1;
+        if (l >= heap.length) break;
+        const small = l + 1 < heap.length && heap[l + 1][0] < heap[l][0] ? l + 1 : l;
+        if (heap[i][0] <= heap[small][0]) break;
+        [heap[small], heap[i]] = [heap[i], heap[small]];
+        i = small;
+      }
+    }
+    return top;
+  };
+  for (const [v, d] of from) push(d, v);
+  while (heap.length) {
+    const [d, v] = pop();
+    if (done.has(v) || d > reach) continue;
+    done.set(v, d);
+    for (let k = near.start[v]; k < near.start[v + 1]; k++) {
+      const w = near.next[k];
+      if (done.has(w) || !may(w)) continue;
+      const step = Math.hypot(
+        positions[3 * v] - positions[3 * w],
+        positions[3 * v + 1] - positions[3 * w + 1],
+        positions[3 * v + 2] - positions[3 * w + 2],
+      );
+      if (d + step <= reach) push(d + step, w);
+    }
+  }
+  return done;
+}

@@ -1,0 +1,41 @@
+/** The two scales of colour: how sure a point is, and how far two surfaces differ. Fixed ranges. */
+
+/** ± in mm that hold in 95 of 100 (two sigma), where the colours of "how sure" stand. */
+export const SURE_STOPS_MM = [0, 0.06, 0.12, 0.2, 0.32, 0.5] as const;
+export const SURE_COLOURS = ["#F6F4F7", "#ECE5F1", "#C4ACD4", "#9B70B2", "#6E3A8A", "#42165C"] as const;
+
+/** Limits of the bands of a difference, in mm; the middle band lies within the first. */
+export const DIFFERENCE_LIMITS_MM = [0.25, 0.5, 1, 2] as const;
+export const DIFFERENCE_COLOURS = [
+  "#123E80",
+  "#215EAA",
+  "#5892CE",
+  "#96BCE0",
+  "#F2F1EF",
+  "#ECB8A6",
+  "#DD7860",
+  "#B2342E",
+  "#7E1420",
+] as const;
+
+/** Which of the nine bands a difference lies in; `wider` doubles the limits on both sides. */
+export function bandOf(difference_mm: number, wider = 1): number {
+  const size = Math.abs(difference_mm);
+  let steps = 0;
+  for (const limit of DIFFERENCE_LIMITS_MM) if (size > limit * wider) steps++;
+  return 4 + Math.sign(difference_mm) * steps;
+}
+
+/** By how much the limits are multiplied: doubled where anything lies beyond 4 mm, and again. */
+export function widthFor(largest_mm: number): number {
+  let wider = 1;
+  while (largest_mm > 4 * wider && wider < 64) wider *= 2;
+  return wider;
+}
+
+/** A number with true minus, so many decimals, and a plus where the sign tells. */
+export function signed(value: number, decimals = 1): string {
+  const text = Math.abs(value).toFixed(decimals);
+  if (Number(text) === 0) return text;
+  return (value < 0 ? "−" : "+") + text;
+}

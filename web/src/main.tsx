@@ -1,0 +1,13 @@
+/** The client's entry: the theme, the language, and the app in its place. */
+import { render } from "preact";
+
+import { App } from "./app";
+import "./design/tokens.css";
+import "./design/base.css";
+import "./design/cases.css";
+import { applyTheme } from "./state/settings";
+import { language } from "./texts";
+
+applyTheme();
+document.documentElement.lang = language.value;
+render(<App />, document.getElementById("app") as HTMLElement);

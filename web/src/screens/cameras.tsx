@@ -1,0 +1,170 @@
+/** Cameras: calibrated lenses with age and certificate, and how a new one is calibrated. */
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+
+import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
+import { listen } from "../api/events";
+import { Button, Chip, Confirm, Empty, NumberField } from "../design/parts";
+import { Refusal } from "../design/refusal";
+import { useAct, useAsked } from "../state/asked";
+import { t, when } from "../texts";
+
+type Camera = Schemas["CameraReply"];
+
+export function CameraScreen() {
+  const asked = useAsked(() => taken(api.GET("/api/v1/cameras", {})), []);
+  const name = useSignal("");
+  const making = useSignal(false);
+  const act = useAct();
+  useEffect(() => listen("/events", (changed) => changed.includes("cameras") && void asked.again()), []);
+  const list = asked.value.value ?? [];
+  useEffect(() => {
+    if (!list.some((one) => one.state === "calibrating")) return;
+    const wait = setInterval(() => void asked.again(), 1500);
+    return () => clearInterval(wait);
+  }, [list.some((one) => one.state === "calibrating")]);
+  const make = () =>
+    act.run(async () => {
+      await taken(api.POST("/api/v1/cameras", { body: { name: name.value.trim() } }));
+      name.value = "";
+      making.value = false;
+      await asked.again();
+    });
+  return (
+    <main class="cases" id="content" tabIndex={-1}>
+      <div class="head">
+        <h1>{t("cameras")}</h1>
+        <span class="grow" />
+        <Button go icon="plus" onClick={() => (making.value = !making.value)}>
+          {t("cameras.new")}
+        </Button>
+      </div>
+      <Refusal refused={asked.refused.value ?? act.refused.value} />
+      {making.value && (
+        <section class="card" onKeyDown={(event) => event.key === "Escape" && (making.value = false)}>
+          <label class="stacked">
+            <span>{t("cameras.name")}</span>
+            <span class="field">
+              <input maxLength={80} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} />
+            </span>
+            <span class="small faint">{t("cameras.name.how")}</span>
+          </label>
+          <div class="acts">
+            <Button go off={name.value.trim() ? null : t("cameras.name")} onClick={() => void make()}>
+              {t("cameras.make")}
+            </Button>
+            <Button onClick={() => (making.value = false)}>{t("cancel")}</Button>
+          </div>
+        </section>
+      )}
+      {asked.value.value && list.length === 0 && !making.value && (
+        <Empty icon="camera" title={t("cameras.none")}>
+          <p>{t("cameras.none.why")}</p>
+        </Empty>
+      )}
+      {list.map((one) => (
+        <CameraCard key={one.id} one={one} onChange={() => void asked.again()} />
+      ))}
+    </main>
+  );
+}
+
+function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
+  const act = useAct();
+  const input = useRef<HTMLInputElement>(null);
+  const sent = useSignal<[number, number] | null>(null);
+  const removing = useSignal(false);
+  const board = useSignal<Schemas["BoardSpec"]>({ kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50" });
+  const path = { params: { path: { camera_id: one.id } } };
+  const add = (files: File[]) =>
+    act.run(async () => {
+      for (const [i, file] of files.entries()) {
+        sent.value = [i, files.length];
+        if (file.name.endsWith(".json")) await put(`/cameras/${one.id}/file`, file);
+        else await put(`/cameras/${one.id}/photos/${encodeURIComponent(file.name)}`, file);
+      }
+      sent.value = null;
+      onChange();
+    });
+  const calibrate = () =>
+    act.run(async () => {
+      await taken(api.POST("/api/v1/cameras/{camera_id}/calibrate", { ...path, body: board.value }));
+      onChange();
+    });
+  const remove = () =>
+    act.run(async () => {
+      await taken(api.DELETE("/api/v1/cameras/{camera_id}", path));
+      onChange();
+    });
+  const busy = one.state === "calibrating";
+  const ready = one.calibrated !== "" && one.focal_mm !== undefined;
+  const old = one.age_days !== null && one.age_days !== undefined && one.age_days > 180;
+  const set = (part: Partial<Schemas["BoardSpec"]>) => (board.value = { ...board.value, ...part });
+  return (
+    <section class="card camera-card">
+      <div class="row-head">
+        <h2>{one.name}</h2>
+        <Chip tone={one.calibrated && !busy ? (old ? "amber" : "green") : one.state === "refused" ? "red" : "plain"}>
+          {busy ? t("cameras.calibrating") : one.calibrated ? t("cameras.age", one.age_days ?? 0) : one.state === "refused" ? t("case.state.refused") : t("cameras.not.yet")}
+        </Chip>
+        <span class="grow" />
+        <Button bare onClick={() => (removing.value = true)}>
+          {t("cameras.delete")}
+        </Button>
+      </div>
+      <p class="soft">
+        {[one.label, one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "", one.width_px ? `${one.width_px} × ${one.height_px}` : "", one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "", one.calibrated ? when(one.calibrated) : ""].filter(Boolean).join(". ")}
+      </p>
+      {old && <p class="small-note">{t("cameras.old")}</p>}
+      {one.message && <p class="small-note">{one.message}</p>}
+      <Refusal refused={act.refused.value} />
+      {removing.value && (
+        <Confirm danger title={t("cameras.delete.sure", one.name)} yes={t("cameras.delete")} onYes={() => void remove()} onNo={() => (removing.value = false)}>
+          <p>{t("cameras.delete.what")}</p>
+        </Confirm>
+      )}
+      <div class="camera-body">
+        <div>
+          <h3>{t("cameras.photos", one.photos)}</h3>
+          <p class="small-note soft">{t("cameras.how")}</p>
+          <div class="acts">
+            <input ref={input} class="unseen" type="file" multiple tabIndex={-1} accept="image/*,.json,.heic,.dng" aria-label={t("cameras.add")} onChange={(event) => {
+              void add([...(event.currentTarget.files ?? [])]);
+              event.currentTarget.value = "";
+            }} />
+            <Button off={busy && t("cameras.calibrating")} onClick={() => input.current?.click()}>
+              {t("cameras.add")}
+            </Button>
+            <Button go={!ready} off={busy ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null} onClick={() => void calibrate()}>
+              {t("cameras.calibrate")}
+            </Button>
+            {one.calibrated && (
+              <a class="btn" href={`${ROOT}/cameras/${one.id}/file`}>
+                {t("cameras.file")}
+              </a>
+            )}
+          </div>
+          {sent.value && (
+            <p role="status" class="small soft">
+              {t("cameras.sending", sent.value[0] + 1, sent.value[1])}
+            </p>
+          )}
+          <div class="own-board">
+            <NumberField label={t("board.columns")} unit="" step={1} decimals={0} min={2} value={board.value.columns} onChange={(columns) => set({ columns })} />
+            <NumberField label={t("board.rows")} unit="" step={1} decimals={0} min={2} value={board.value.rows} onChange={(rows) => set({ rows })} />
+            <NumberField label={t("board.square")} unit="mm" decimals={2} min={1} value={board.value.square_mm} onChange={(square_mm) => set({ square_mm })} />
+            <NumberField label={t("board.marker")} unit="mm" decimals={2} min={1} value={board.value.marker_mm} onChange={(marker_mm) => set({ marker_mm })} />
+          </div>
+        </div>
+        {one.certificate && <img src={one.certificate} alt={t("cameras.certificate")} loading="lazy" />}
+      </div>
+    </section>
+  );
+}
+
+async function put(path: string, file: File): Promise<void> {
+  const response = await fetch(`${ROOT}${path}`, { method: "PUT", body: file, headers: { "Content-Type": "application/octet-stream" }, credentials: "same-origin" }).catch(() => null);
+  if (!response) throw new Refused("Lost", t("lost"), 0);
+  note(response.status);
+  if (!response.ok) throw refusedBy(response.status, await response.json().catch(() => null));
+}

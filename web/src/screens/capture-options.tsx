@@ -1,0 +1,82 @@
+/** With what the photos are checked and computed: the camera, the board, and for experts the rest. */
+import type { Schemas } from "../api/client";
+import { NumberField } from "../design/parts";
+import type { Choices } from "../state/choices";
+import { href } from "../state/route";
+import { expert } from "../state/settings";
+import { t, when } from "../texts";
+import type { Room } from "./room";
+
+export function CaptureOptions({ cameras, choices, onChange }: { room: Room; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (next: Choices) => void }) {
+  const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
+  const chosen = ready.find((one) => choices.cameras.includes(one.id));
+  const own = typeof choices.board === "object" ? choices.board : null;
+  const set = (part: Partial<Choices>) => onChange({ ...choices, ...part });
+  return (
+    <div class="options small-note">
+      <label class="option">
+        <span class="faint">{t("options.camera")}</span>
+        <span class="field">
+          <select
+            value={chosen?.id ?? ""}
+            onChange={(event) => {
+              const id = event.currentTarget.value;
+              set({ cameras: id ? [id] : [] });
+            }}
+          >
+            <option value="">{t("options.camera.none")}</option>
+            {ready.map((one) => (
+              <option key={one.id} value={one.id}>
+                {one.name}
+                {one.calibrated ? `, ${when(one.calibrated)}` : ""}
+              </option>
+            ))}
+          </select>
+        </span>
+      </label>
+      <label class="option">
+        <span class="faint">{t("options.board")}</span>
+        <span class="field">
+          <select
+            value={own ? "own" : String(choices.board)}
+            onChange={(event) => {
+              const value = event.currentTarget.value;
+              set({ board: value === "own" ? { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50" } : value === "none" ? "none" : "printed" });
+            }}
+          >
+            <option value="printed">{t("options.board.printed")}</option>
+            <option value="own">{t("options.board.own")}</option>
+            <option value="none">{t("options.board.none")}</option>
+          </select>
+        </span>
+      </label>
+      <a href={href.cameras}>{t("options.calibrate")}</a>
+      {own && (
+        <div class="own-board">
+          {(
+            [
+              ["columns", t("board.columns"), "", 1, 0],
+              ["rows", t("board.rows"), "", 1, 0],
+              ["square_mm", t("board.square"), "mm", 0.1, 2],
+              ["marker_mm", t("board.marker"), "mm", 0.1, 2],
+            ] as const
+          ).map(([name, label, unit, step, decimals]) => (
+            <NumberField key={name} label={label} unit={unit} step={step} decimals={decimals} min={1} value={own[name] ?? null} onChange={(value) => set({ board: { ...own, [name]: value } })} />
+          ))}
+        </div>
+      )}
+      {choices.board === "none" && (
+        <label class="check-line">
+          <input type="checkbox" checked={choices.unscaled} onChange={(event) => set({ unscaled: event.currentTarget.checked })} />
+          {t("options.unscaled")}
+        </label>
+      )}
+      {expert.value && (
+        <label class="check-line">
+          <input type="checkbox" checked={choices.poisson} onChange={(event) => set({ poisson: event.currentTarget.checked })} />
+          {t("options.poisson")}
+        </label>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,360 @@
+/**
+ * Capture: may the patient go? Photos arrive, the coach says GO or which to add, and from where.
+ *
+ * What counts as here is what the server holds and has hashed; what is on its way is shown apart.
+ */
+import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+
+import { ROOT, type Schemas, api, taken } from "../api/client";
+import { Icon } from "../design/icons";
+import { Button, Confirm, Notice } from "../design/parts";
+import { Refusal } from "../design/refusal";
+import { useAct, useAsked } from "../state/asked";
+import { boardOf, choicesOf, keepChoices } from "../state/choices";
+import { go, href } from "../state/route";
+import { filesOf, forgetDone, send, uploads } from "../state/uploads";
+import { bytes, t } from "../texts";
+import { CaptureOptions } from "./capture-options";
+import { Dial, type DialData, HIGH_DEG } from "./dial";
+import { FromPhone } from "./from-phone";
+import type { Room, RoomProps } from "./room";
+
+type Check = Schemas["Check"];
+
+const ACCEPTED = "image/*,video/*,.zip,.heic,.heif,.dng,.cr2,.cr3,.nef,.arw,.raf,.orf,.rw2";
+
+export function CaptureScreen({ room }: RoomProps) {
+  const path = { params: { path: { case_id: room.id } } };
+  const photos = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/photos", path)), [room.id, room.news.photos]);
+  const check = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/check", path)), [room.id, room.news.check, room.news.photos]);
+  const cameras = useAsked(() => taken(api.GET("/api/v1/cameras", {})), []);
+  const over = useSignal(false);
+  const phone = useSignal(false);
+  const chosen = useSignal<string | null>(null);
+  const anyway = useSignal(false);
+  const act = useAct();
+  const input = useRef<HTMLInputElement>(null);
+  const wait = useRef(0);
+
+  const list = photos.value.value;
+  const sending = uploads.value.get(room.id) ?? [];
+  const moving = sending.filter((one) => one.state !== "here");
+  const choices = choicesOf(room.id);
+  const said = check.value.value;
+  const started = !["empty", "photos"].includes(room.info.state);
+
+  const askCheck = () =>
+    act.run(async () => {
+      const { cameras: ids } = choicesOf(room.id);
+      check.value.value = await taken(api.POST("/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }));
+    });
+  const arrived = () => {
+    void photos.again();
+    clearTimeout(wait.current);
+    wait.current = window.setTimeout(() => void askCheck(), 600);
+  };
+  const add = (files: readonly File[]) => {
+    if (files.length) send(room.id, files, arrived);
+  };
+  useEffect(() => {
+    if (list && list.here > 2 && said?.state === "none" && !started) void askCheck();
+  }, [list?.here, said?.state]);
+  useEffect(() => () => clearTimeout(wait.current), []);
+
+  const compute = () =>
+    act.run(async () => {
+      const { cameras: ids, poisson, unscaled } = choicesOf(room.id);
+      await taken(
+        api.POST("/api/v1/cases/{case_id}/job", {
+          ...path,
+          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: [], triangles: 500_000 },
+        }),
+      );
+      go(href.step(room.id, "result"));
+    });
+
+  const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
+  const coming = moving.filter((one) => !here.some((photo) => photo.name === one.name));
+  const total = here.length + coming.length;
+  const answer = said?.answer ?? null;
+  const goes = answer?.go === true && said?.current === true;
+  const few = here.length < 3 ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : null;
+  const busy = room.info.state === "computing" || room.info.state === "held";
+
+  return (
+    <main class="capture" id="content" tabIndex={-1}>
+      <Banner said={said} photos={here.length} busy={busy} off={few ?? (goes || busy ? null : t("capture.not.go"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
+      <div class="cols">
+        <section
+          class={`photos ${over.value ? "over" : ""}`}
+          aria-label={t("capture.photos")}
+          onDragOver={(event) => {
+            event.preventDefault();
+            over.value = true;
+          }}
+          onDragLeave={() => (over.value = false)}
+          onDrop={(event) => {
+            event.preventDefault();
+            over.value = false;
+            if (event.dataTransfer) void filesOf(event.dataTransfer).then(add);
+          }}
+        >
+          <div class="in">
+            <Icon name="folder" />
+            <span class="grow">{t("capture.drop")}</span>
+            <input ref={input} class="unseen" type="file" multiple accept={ACCEPTED} tabIndex={-1} aria-label={t("capture.choose")} id="photo-files" onChange={(event) => {
+              add([...(event.currentTarget.files ?? [])]);
+              event.currentTarget.value = "";
+            }} />
+            <Button onClick={() => input.current?.click()}>{t("capture.choose")}</Button>
+            <Button icon="qr" pressed={phone.value} onClick={() => (phone.value = !phone.value)}>
+              {t("capture.phone")}
+            </Button>
+          </div>
+          {phone.value && <FromPhone room={room} onClose={() => (phone.value = false)} />}
+          <Refusal refused={photos.refused.value ?? act.refused.value ?? check.refused.value} />
+          <div class="count">
+            <h2 aria-live="polite">{coming.length ? t("capture.of", here.length, total) : t("capture.here", here.length)}</h2>
+            <span class="small faint">{list ? (coming.length ? t("capture.bytes.of", bytes(list.bytes), bytes(list.bytes + coming.reduce((sum, one) => sum + one.total - one.sent, 0))) : t("capture.bytes", bytes(list.bytes))) : ""}</span>
+          </div>
+          <div class="grid">
+            {here.map((photo, i) => (
+              <PhotoTile key={photo.name} room={room} photo={photo} number={i + 1} said={answer?.photos.find((one) => one.name === photo.name)} on={chosen.value === photo.name} onClick={() => (chosen.value = chosen.value === photo.name ? null : photo.name)} />
+            ))}
+            {coming.map((one) => (
+              <div key={one.name} class={`ph wait ${one.state}`} title={one.message || one.name}>
+                <span class="where-to">
+                  {one.state === "refused" ? t("capture.refused") : one.state === "offline" ? t("capture.offline") : one.name}
+                  <br />
+                  {one.state === "refused" ? one.name : `${bytes(one.sent)} / ${bytes(one.total)}`}
+                </span>
+                {one.state !== "refused" && (
+                  <svg class="upload-bar" viewBox="0 0 100 4" preserveAspectRatio="none" aria-hidden="true">
+                    <rect width={(100 * one.sent) / Math.max(1, one.total)} height="4" />
+                  </svg>
+                )}
+              </div>
+            ))}
+            {!goes && answer && additions(answer).map((one) => (
+              <div key={one.letter} class="ph ask">
+                {t("capture.add", one.letter)}
+                <br />
+                {one.words}
+              </div>
+            ))}
+          </div>
+          {coming.some((one) => one.state === "refused") && (
+            <Notice tone="red" title={t("capture.refused.some")} action={<Button onClick={() => forgetDone(room.id)}>{t("close")}</Button>}>
+              {coming.filter((one) => one.state === "refused").map((one) => (
+                <p key={one.name}>
+                  <b>{one.name}</b>: {one.message}
+                </p>
+              ))}
+            </Notice>
+          )}
+          {coming.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", coming.length)} />}
+          {chosen.value && <PhotoNote room={room} name={chosen.value} photo={here.find((one) => one.name === chosen.value)} said={answer?.photos.find((one) => one.name === chosen.value)} onGone={() => {
+            chosen.value = null;
+            arrived();
+          }} />}
+          <CaptureOptions room={room} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
+            keepChoices(room.id, next);
+            if (here.length > 2) void askCheck();
+          }} />
+        </section>
+        <aside class="pane">
+          <div class="scroll">
+            <section>
+              <div class="row-head">
+                <h2>{t("dial.title")}</h2>
+                <span class="grow" />
+                <span class="small faint">{t("dial.how")}</span>
+              </div>
+              <Dial data={dialOf(answer)} label={answer ? answer.headline : t("dial.none")} />
+              <p class="dial-legend small soft">
+                <span>{t("dial.outer", HIGH_DEG)}</span>
+                <span>{t("dial.inner")}</span>
+                <b>{t("dial.missing")}</b>
+              </p>
+            </section>
+            {answer && !goes && answer.missing.length > 0 && <HowToStand answer={answer} />}
+            <Findings said={said} />
+          </div>
+          {!goes && !busy && (
+            <div class="next side-by-side">
+              <p class="small faint grow">{t("capture.left")}</p>
+              <Button off={few} onClick={() => (anyway.value = true)}>
+                {t("capture.anyway")}
+              </Button>
+            </div>
+          )}
+          {anyway.value && !goes && (
+            <Confirm title={t("capture.anyway.sure")} yes={t("capture.anyway")} onYes={() => void compute()} onNo={() => (anyway.value = false)}>
+              <p>{t("capture.anyway.why")}</p>
+            </Confirm>
+          )}
+        </aside>
+      </div>
+    </main>
+  );
+}
+
+/** The photos asked for, with the letters that the dial and the tiles show. */
+function additions(answer: NonNullable<Check["answer"]>) {
+  const found: { letter: string; azimuth_deg: number; words: string }[] = [];
+  for (const gap of answer.missing)
+    for (const azimuth of gap.azimuths_deg) found.push({ letter: String.fromCharCode(65 + (found.length % 26)), azimuth_deg: azimuth, words: sideWords(azimuth) });
+  return found.slice(0, 12);
+}
+
+/** Where that is, in words, for somebody who stands at photo 1. */
+function sideWords(azimuth_deg: number): string {
+  const a = ((azimuth_deg % 360) + 360) % 360;
+  const words = ["dial.w.front", "dial.w.right.front", "dial.w.right", "dial.w.right.back", "dial.w.back", "dial.w.left.back", "dial.w.left", "dial.w.left.front"] as const;
+  return t(words[Math.round(a / 45) % 8]);
+}
+
+export function dialOf(answer: Check["answer"] | null | undefined): DialData | null {
+  if (!answer) return null;
+  const add = additions(answer);
+  return {
+    photos: answer.photos
+      .filter((one) => one.placed && one.azimuth_deg !== null && Number.isFinite(one.azimuth_deg))
+      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: elevationOf(one) })),
+    gaps: answer.missing.filter((one) => one.azimuths_deg.length).map((one) => ({
+      from_deg: Math.min(...one.azimuths_deg) - 10,
+      to_deg: Math.max(...one.azimuths_deg) + 10,
+      high: false,
+    })),
+    add: add.map((one) => ({ letter: one.letter, azimuth_deg: one.azimuth_deg, high: false })),
+  };
+}
+
+function elevationOf(photo: object): number {
+  const value = "elevation_deg" in photo ? Number(photo.elevation_deg) : 0;
+  return Number.isFinite(value) ? value : 0;
+}
+
+function Banner({ said, photos, busy, off, onCompute, act }: { said: Check | null; photos: number; busy: boolean; off: string | null; onCompute: () => void; act: boolean }) {
+  const answer = said?.answer;
+  const running = said?.state === "running";
+  const goes = answer?.go === true && said?.current === true;
+  const tone = goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
+  const lead = busy ? t("capture.computing") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? answer.headline : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
+  const why = busy ? "" : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings[0] ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
+  return (
+    <div class="say" role="status">
+      <span class={`mark ${tone}`}>
+        <Icon name={goes ? "tick" : tone === "amber" ? "warn" : "camera"} />
+      </span>
+      <div class="grow">
+        <b class="lead">{lead}</b>
+        <span class="soft">{why}</span>
+      </div>
+      <Button go={goes || busy} off={busy ? null : (off ?? (act ? t("loading") : null))} onClick={onCompute}>
+        {t(busy ? "next.watch" : "capture.compute")}
+      </Button>
+    </div>
+  );
+}
+
+function PhotoTile({ room, photo, number, said, on, onClick }: { room: Room; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedPhoto"]; on: boolean; onClick: () => void }) {
+  const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
+  const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
+  const remark = photo.state === "unusable" ? t("capture.unusable") : (said?.remarks[0] ?? "");
+  return (
+    <button type="button" class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`} title={[photo.name, remark].filter(Boolean).join(": ")} onClick={onClick} aria-pressed={on} aria-label={`${number}: ${photo.name} ${remark}`}>
+      {film || photo.state === "unusable" ? <Icon name="camera" /> : <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
+      <span>{bad && remark ? `${number} ${remark.split(/[,;:.]/)[0].slice(0, 18)}` : number}</span>
+    </button>
+  );
+}
+
+function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: string; photo?: Schemas["Photo"]; said?: Schemas["CheckedPhoto"]; onGone: () => void }) {
+  const act = useAct();
+  if (!photo) return null;
+  const remove = () =>
+    act.run(async () => {
+      await taken(api.DELETE("/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: room.id, name } } }));
+      onGone();
+    });
+  return (
+    <div class="card photo-note">
+      <b>{name}</b>
+      <p class="soft small-note">
+        {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : ""].filter(Boolean).join(". ")}
+      </p>
+      {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? [])].filter(Boolean).join(". ")}</p>}
+      <Refusal refused={act.refused.value} />
+      <div class="acts">
+        <a class="btn" href={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(name)}/picture?width=2400`} target="_blank" rel="noreferrer">
+          {t("capture.large")}
+        </a>
+        <Button onClick={() => void remove()}>{t("capture.remove")}</Button>
+      </div>
+    </div>
+  );
+}
+
+function HowToStand({ answer }: { answer: NonNullable<Check["answer"]> }) {
+  const letters = additions(answer).map((one) => one.letter);
+  return (
+    <section>
+      <div class="two">
+        <svg width="150" height="132" viewBox="0 0 150 132" class="stand" aria-hidden="true">
+          <path class="limb-shape" d="M96 118h34c-2-14 2-24 0-40-2-14-6-34-17-34s-15 20-17 34c-2 16 2 26 0 40z" />
+          <path class="floor" d="M84 122h62" />
+          <path class="ray" d="M34 24 104 62M26 80h70" />
+          <g transform="translate(26 20) rotate(28)" class="lens">
+            <rect x="-12" y="-8" width="20" height="16" rx="2.5" />
+            <rect x="8" y="-4" width="6" height="8" />
+          </g>
+          <g transform="translate(18 80)" class="lens">
+            <rect x="-12" y="-8" width="20" height="16" rx="2.5" />
+            <rect x="8" y="-4" width="6" height="8" />
+          </g>
+        </svg>
+        <div>
+          <h2>{letters.length > 1 ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1]) : t("capture.photo.letter", letters[0] ?? "")}</h2>
+          {answer.missing.slice(0, 3).map((one) => (
+            <p class="soft" key={one.words}>
+              {one.words}
+            </p>
+          ))}
+        </div>
+      </div>
+    </section>
+  );
+}
+
+function Findings({ said }: { said: Check | null }) {
+  const answer = said?.answer;
+  if (!answer) return <section class="soft small-note">{said?.state === "running" ? t("capture.checking.why") : t("capture.check.later")}</section>;
+  const sharp = answer.photos.filter((one) => one.counts).length;
+  const checks: { ok: boolean; text: string }[] = [
+    { ok: answer.missing.length === 0, text: answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
+    { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
+    ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: answer.board_photos >= 3, text: t("find.board", answer.board_photos) }]),
+    { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },
+  ];
+  return (
+    <section>
+      <div class="chk">
+        {checks.map((one) => (
+          <div key={one.text}>
+            <Icon name={one.ok ? "ok" : "warn"} tone={one.ok ? "g" : "a"} />
+            {one.text}
+          </div>
+        ))}
+      </div>
+      {answer.findings.length > 0 && (
+        <ul class="findings small-note soft">
+          {answer.findings.map((one) => (
+            <li key={one}>{one}</li>
+          ))}
+        </ul>
+      )}
+    </section>
+  );
+}

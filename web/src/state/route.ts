@@ -1,0 +1,38 @@
+/** Where the user is: the part of the address behind the #. Every place can be opened again. */
+import { computed, signal } from "@preact/signals";
+
+export const STEPS = ["capture", "result", "align", "measure", "rectify", "send", "record"] as const;
+export type Step = (typeof STEPS)[number];
+
+export type Place =
+  | { readonly at: "cases" }
+  | { readonly at: "cameras" }
+  | { readonly at: "settings" }
+  | { readonly at: "phone"; readonly token: string }
+  | { readonly at: "case"; readonly id: string; readonly step: Step };
+
+const hash = signal(location.hash);
+addEventListener("hashchange", () => {
+  hash.value = location.hash;
+});
+
+export const place = computed<Place>(() => parse(hash.value));
+
+export function parse(text: string): Place {
+  const [first = "", second = "", third = ""] = text.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
+  if (first === "cameras" || first === "settings") return { at: first };
+  if (first === "phone") return { at: "phone", token: second };
+  if (first === "case" && second) return { at: "case", id: second, step: STEPS.find((one) => one === third) ?? "capture" };
+  return { at: "cases" };
+}
+
+export const href = {
+  cases: "#/cases",
+  cameras: "#/cameras",
+  settings: "#/settings",
+  step: (id: string, step: Step) => `#/case/${encodeURIComponent(id)}/${step}`,
+};
+
+export function go(to: string): void {
+  location.hash = to;
+}

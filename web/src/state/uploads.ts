@@ -1,0 +1,166 @@
+/**
+ * Files on their way to the clinic machine, in pieces, three at a time.
+ *
+ * What is shown as arrived is what the server says it holds. After a broken line the server is asked
+ * how many bytes it has, and the rest is sent from there; nothing is sent twice and nothing is lost
+ * while the page stays open. Uploads go on when another screen is looked at.
+ */
+import { signal } from "@preact/signals";
+
+import { ROOT, Refused, api, link, note, refusedBy, taken } from "../api/client";
+
+export interface Upload {
+  readonly name: string;
+  readonly total: number;
+  /** Bytes that the server has answered for, and those on their way. */
+  readonly sent: number;
+  readonly state: "waiting" | "sending" | "offline" | "here" | "refused";
+  readonly message: string;
+}
+
+const PIECE_BYTES = 4 * 1024 * 1024;
+const AT_ONCE = 3;
+const RETRY_MS = 2500;
+
+export const uploads = signal<ReadonlyMap<string, readonly Upload[]>>(new Map());
+
+interface Waiting {
+  readonly file: File;
+  readonly name: string;
+}
+
+const queues = new Map<string, { waiting: Waiting[]; busy: number; done: () => void }>();
+
+/** Send files to a case; `done` is called whenever one is there. */
+export function send(caseId: string, files: readonly File[], done: () => void): void {
+  const queue = queues.get(caseId) ?? { waiting: [], busy: 0, done };
+  queue.done = done;
+  queues.set(caseId, queue);
+  const known = new Set((uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused").map((one) => one.name));
+  for (const file of files) {
+    const name = nameOf(file);
+    if (known.has(name)) continue;
+    known.add(name);
+    put(caseId, { name, total: file.size, sent: 0, state: "waiting", message: "" });
+    queue.waiting.push({ file, name });
+  }
+  for (let k = 0; k < AT_ONCE; k++) void work(caseId);
+}
+
+/** Uploads of a case that need no more looking at are forgotten. */
+export function forgetDone(caseId: string): void {
+  const rest = (uploads.value.get(caseId) ?? []).filter((one) => one.state !== "here" && one.state !== "refused");
+  uploads.value = new Map(uploads.value).set(caseId, rest);
+}
+
+/** Photos of phones are all called image.jpg: the time they were taken tells them apart. */
+export function nameOf(file: { name: string; lastModified: number }): string {
+  const clean = file.name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, "_").slice(-120);
+  if (!/^image\.(jpe?g|heic)$/i.test(clean)) return clean;
+  const at = new Date(file.lastModified).toISOString().replace(/[-:TZ.]/g, "").slice(0, 17);
+  return clean.replace(/^image/i, `photo-${at}`);
+}
+
+function put(caseId: string, upload: Upload): void {
+  const others = (uploads.value.get(caseId) ?? []).filter((one) => one.name !== upload.name);
+  const order = uploads.value.get(caseId)?.findIndex((one) => one.name === upload.name) ?? -1;
+  const list = order < 0 ? [...others, upload] : [...others.slice(0, order), upload, ...others.slice(order)];
+  uploads.value = new Map(uploads.value).set(caseId, list);
+}
+
+async function work(caseId: string): Promise<void> {
+  const queue = queues.get(caseId);
+  if (!queue || queue.busy >= AT_ONCE) return;
+  const next = queue.waiting.shift();
+  if (!next) return;
+  queue.busy++;
+  try {
+    await sendOne(caseId, next.name, next.file);
+  } finally {
+    queue.busy--;
+    queue.done();
+    void work(caseId);
+  }
+}
+
+async function sendOne(caseId: string, name: string, file: File): Promise<void> {
+  let from = 0;
+  const say = (state: Upload["state"], sent: number, message = "") => put(caseId, { name, total: file.size, sent, state, message });
+  for (;;) {
+    try {
+      for (;;) {
+        const to = Math.min(file.size, from + PIECE_BYTES);
+        say("sending", from);
+        const answer = await piece(caseId, name, file, from, to, (loaded) => say("sending", from + loaded));
+        if (answer.whole) {
+          say("here", file.size);
+          return;
+        }
+        from = answer.bytes;
+      }
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      if (error.status !== 0) {
+        say("refused", from, error.message);
+        return;
+      }
+      say("offline", from);
+      from = await whenBack(caseId, name, file.size);
+    }
+  }
+}
+
+/** Wait until the server answers again; how many bytes of the file it has. */
+async function whenBack(caseId: string, name: string, total: number): Promise<number> {
+  for (;;) {
+    await new Promise((go) => setTimeout(go, RETRY_MS));
+    try {
+      const list = await taken(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
+      const there = list.photos.find((one) => one.name === name);
+      return there && there.state === "arriving" && there.bytes < total ? there.bytes : 0;
+    } catch (error) {
+      if (!(error instanceof Refused) || error.status !== 0) throw error;
+    }
+  }
+}
+
+function piece(caseId: string, name: string, file: File, from: number, to: number, progress: (loaded: number) => void): Promise<{ whole: boolean; bytes: number }> {
+  return new Promise((good, bad) => {
+    const request = new XMLHttpRequest();
+    request.open("PUT", `${ROOT}/cases/${encodeURIComponent(caseId)}/photos/${encodeURIComponent(name)}`);
+    request.setRequestHeader("Content-Type", "application/octet-stream");
+    if (file.size > PIECE_BYTES) request.setRequestHeader("Content-Range", `bytes ${from}-${to - 1}/${file.size}`);
+    request.responseType = "json";
+    request.upload.onprogress = (event) => progress(event.loaded);
+    request.onload = () => {
+      note(request.status);
+      if (request.status >= 200 && request.status < 300) good(request.response as { whole: boolean; bytes: number });
+      else bad(refusedBy(request.status, request.response));
+    };
+    request.onerror = () => {
+      link.value = "lost";
+      bad(new Refused("Lost", "", 0));
+    };
+    request.send(file.slice(from, to));
+  });
+}
+
+/** The files of a drop, folders opened. */
+export async function filesOf(transfer: DataTransfer): Promise<File[]> {
+  const entries = [...transfer.items].map((item) => item.webkitGetAsEntry()).filter((one) => one !== null);
+  if (!entries.length) return [...transfer.files];
+  const found: File[] = [];
+  const open = async (entry: FileSystemEntry): Promise<void> => {
+    if (entry.isFile) found.push(await new Promise<File>((good, bad) => (entry as FileSystemFileEntry).file(good, bad)));
+    else if (entry.isDirectory) {
+      const reader = (entry as FileSystemDirectoryEntry).createReader();
+      for (;;) {
+        const some = await new Promise<FileSystemEntry[]>((good, bad) => reader.readEntries(good, bad));
+        if (!some.length) break;
+        for (const one of some) await open(one);
+      }
+    }
+  };
+  for (const entry of entries) await open(entry);
+  return found.filter((file) => !file.name.startsWith("."));
+}

@@ -1,0 +1,23 @@
+import { expect, test } from "vitest";
+
+import { bandOf, signed, widthFor } from "../src/geometry/scales";
+
+test("the scale of differences is symmetric, and pale within a quarter of a millimetre", () => {
+  expect(bandOf(0.25)).toBe(4);
+  expect(bandOf(-0.25)).toBe(4);
+  for (const mm of [0.3, 0.7, 1.5, 3]) expect(bandOf(mm) + bandOf(-mm)).toBe(8);
+  expect(bandOf(9)).toBe(8);
+  expect(bandOf(3, 2)).toBe(7);
+});
+
+test("beyond 4 mm the range doubles", () => {
+  expect(widthFor(4)).toBe(1);
+  expect(widthFor(4.1)).toBe(2);
+  expect(widthFor(9)).toBe(4);
+});
+
+test("a sign is a true minus, and nothing has none", () => {
+  expect(signed(-2)).toBe("−2.0");
+  expect(signed(0.34)).toBe("+0.3");
+  expect(signed(-0.04)).toBe("0.0");
+});

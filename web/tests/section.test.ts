@@ -1,0 +1,67 @@
+import { expect, test } from "vitest";
+
+import { cut, heightsOf, hull } from "../src/geometry/section";
+import type { Vec3 } from "../src/geometry/vectors";
+
+/** A tube of radius r(angle), open at both ends, z from 0 to 100. */
+function tube(radius: (angle: number) => number, around = 720, along = 11): [Float32Array, Uint32Array] {
+  const positions: number[] = [];
+  const indices: number[] = [];
+  for (let j = 0; j < along; j++)
+    for (let i = 0; i < around; i++) {
+      const a = (2 * Math.PI * i) / around;
+      positions.push(radius(a) * Math.cos(a), radius(a) * Math.sin(a), (100 * j) / (along - 1));
+    }
+  for (let j = 0; j + 1 < along; j++)
+    for (let i = 0; i < around; i++) {
+      const k = (i + 1) % around;
+      const [a, b, c, d] = [j * around + i, j * around + k, (j + 1) * around + i, (j + 1) * around + k];
+      indices.push(a, b, d, a, d, c);
+    }
+  return [Float32Array.from(positions), Uint32Array.from(indices)];
+}
+
+test("a round tube has the girth and the area of its circle", () => {
+  const [positions, indices] = tube(() => 50);
+  const section = cut(positions, indices, heightsOf(positions), 33.3);
+  expect(section.loops).toHaveLength(1);
+  expect(section.tape_mm).toBeCloseTo(2 * Math.PI * 50, 1);
+  expect(section.area_mm2).toBeCloseTo(Math.PI * 2500, -1);
+  for (const p of section.loops[0]) expect(p[2]).toBeCloseTo(33.3, 4);
+});
+
+test("a taut tape bridges a hollow that the contour follows", () => {
+  const [positions, indices] = tube((a) => 50 - 12 * Math.exp(-((a - Math.PI) ** 2) / 0.05));
+  const section = cut(positions, indices, heightsOf(positions), 50);
+  expect(section.tape_mm).toBeLessThan(2 * Math.PI * 50);
+  expect(section.contour_mm).toBeGreaterThan(section.tape_mm + 2);
+});
+
+test("a level through a row of vertices still closes", () => {
+  const [positions, indices] = tube(() => 40, 90);
+  const section = cut(positions, indices, heightsOf(positions), 50);
+  expect(section.tape_mm).toBeGreaterThan(2 * 90 * 40 * Math.sin(Math.PI / 90) * 0.999);
+});
+
+test("beyond the limb there is nothing", () => {
+  const [positions, indices] = tube(() => 40, 90);
+  const section = cut(positions, indices, heightsOf(positions), 150);
+  expect(section.loops).toHaveLength(0);
+  expect(section.tape_mm).toBeNaN();
+});
+
+test("an open half tube gives a line and no girth", () => {
+  const [positions, indices] = tube(() => 40, 90);
+  const half = indices.filter((_, i) => {
+    const f = i - (i % 3);
+    return [0, 1, 2].every((k) => positions[3 * indices[f + k] + 1] >= 0);
+  });
+  const section = cut(positions, half, heightsOf(positions), 47);
+  expect(section.loops).toHaveLength(1);
+  expect(section.tape_mm).toBeNaN();
+});
+
+test("the hull of a square with points inside is the square", () => {
+  const points: Vec3[] = [[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [2, 2, 0], [1, 3, 0]];
+  expect(hull(points)).toHaveLength(4);
+});
