@@ -5,6 +5,7 @@ Apart from `assessing`, which reads finished cases and needs twice as many progr
 
 from collections.abc import Sequence
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.cases.encoding import sealed
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.record import write_json
@@ -17,7 +18,7 @@ from limbgram.report.drawings.drawing import Picture
 from limbgram.report.html import html_of
 
 
-def evidence_of(done: Reconstruction) -> Evidence:
+def evidence_of(done: Reconstruction, setups: tuple[SetupCited, ...] = ()) -> Evidence:
     """The evidence that the products of a case are."""
     return Evidence(
         photos=done.photos,
@@ -26,6 +27,7 @@ def evidence_of(done: Reconstruction) -> Evidence:
         metric=done.metric,
         mesh=done.mesh,
         tapes=done.tapes,
+        setups=setups,
     )
 
 

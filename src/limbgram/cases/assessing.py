@@ -12,6 +12,7 @@ Fails   CaseError: no finished case, or not what it was finished with; OptionsEr
 
 import math
 from collections.abc import Iterable
+from datetime import date
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -20,6 +21,7 @@ from jaxtyping import Float64
 from scipy.spatial import KDTree
 
 from limbgram.cases.accuracy import write_accuracy
+from limbgram.cases.certificates import cited_setups
 from limbgram.cases.encoding import unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder, locked
@@ -68,6 +70,7 @@ def kept_evidence(case: CaseFolder) -> Evidence:
         metric=_read(case, keys, "to_millimetres", MetricScene),
         mesh=_read(case, keys, "measure", Mesh),
         tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
+        setups=cited_setups(case, date.today()),
     )
 
 

@@ -2,8 +2,10 @@
 
 import shutil
 from dataclasses import dataclass, replace
+from datetime import date
 
 from limbgram.cases.accuracy import evidence_of, write_accuracy
+from limbgram.cases.certificates import cited_setups, take_certificates_in
 from limbgram.cases.deliverables import deliver
 from limbgram.cases.folder import CaseFolder, take_in
 from limbgram.cases.order import Answer, Job
@@ -36,6 +38,7 @@ def do(job: Job, run: CachingRun) -> Done:
     """Take the photos in, reconstruct, judge, write the report and the files."""
     case = run.case
     calibrations = _take_cameras_in(job, case)
+    take_certificates_in(case, job.camera_files)
     left_out = take_in(case, job.sources)
     capture = Capture(
         sources=(case.photos,),
@@ -57,7 +60,7 @@ def do(job: Job, run: CachingRun) -> Done:
         done.others,
     )
     # Judged before anything is written: files of a red result are named as what they are.
-    evidence = evidence_of(done)
+    evidence = evidence_of(done, cited_setups(case, date.today()))
     assessment = run.unkept(assess, evidence)
     red = assessment.light == "red"
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)

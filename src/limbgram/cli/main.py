@@ -40,7 +40,8 @@ No photos at hand? `limbgram demo` makes some and goes all the way.
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the case continues
 - **7**: done, and the verdict is RED: files are written and named so (surface-RED.stl); make
-  nothing from them unchecked. GREEN and AMBER end with 0
+  nothing from them unchecked. GREEN and AMBER end with 0. A kit that failed its test
+- **8**: the test of a kit could neither be passed nor failed
 - **130**: stopped by Ctrl-C; the same command continues
 """
 
@@ -64,6 +65,10 @@ COMMANDS = {
     "calibrate": (
         "calibrate:calibrate_command",
         "Find the lens of a camera from photos of a flat board at different angles.",
+    ),
+    "verify-setup": (
+        "verify_setup:verify_setup_command",
+        "Prove your own kit on an artefact of known size: pass, fail or cannot tell.",
     ),
     "print": (
         "print_board:print_command",

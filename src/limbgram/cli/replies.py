@@ -39,6 +39,8 @@ class Reply:
     light: str = ""
     """Green, amber or red where the first line is a verdict: it has that colour on a terminal, and
     a red one its own exit code, whatever was written."""
+    exit_code: int = 0
+    """Of an answer that is neither done nor red."""
 
 
 def answered(command: Callable[P, Reply]) -> Callable[P, None]:
@@ -67,6 +69,8 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
             _say(reply)
         if reply.light == "red":
             raise typer.Exit(RED_EXIT_CODE)
+        if reply.exit_code:
+            raise typer.Exit(reply.exit_code)
 
     answer.__annotations__ = {**command.__annotations__, "return": None}
     return answer

@@ -27,7 +27,8 @@ LimbgramError            exit code
     Cancelled              130   the user asked to stop
 
 A result that was made and judged red is no refusal: its files are written, named as what they
-are (surface-RED.stl), and the command ends with RED_EXIT_CODE, 7. Green and amber end with 0.
+are (surface-RED.stl), and the command ends with RED_EXIT_CODE, 7. Green and amber end with 0. A
+test that can neither be passed nor failed ends with UNDECIDED_EXIT_CODE, 8.
 
 What the system says about a file becomes advice in `disk_advice`, at the edges where it is caught.
 What is told to people goes through `printable`: names of files come from anywhere.
@@ -38,6 +39,8 @@ import unicodedata
 
 RED_EXIT_CODE = 7
 """Of a command whose own answer is a red verdict."""
+UNDECIDED_EXIT_CODE = 8
+"""Of a test of which nobody can tell how it ended."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _IN_THE_WAY = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY)
 _UNSEEN = ("Cc", "Cs", "Zl", "Zp")

@@ -21,6 +21,8 @@ class Choices:
     """How points become a surface."""
     box_mm: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     """Only what lies in this box of the world: its lowest and its highest corner."""
+    gap_mm: float = 0.0
+    """Pieces of one object may lie so far apart in the scene; 0: as far as the paint's spots."""
     part: int | None = None
     """Which body is the limb, by its number in the report; None: the one that is looked at most."""
     most_triangles: int = MOST_TRIANGLES

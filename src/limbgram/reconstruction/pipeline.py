@@ -127,7 +127,7 @@ def options_for(choices: Choices) -> PipelineOptions:
     return PipelineOptions(
         surface=PivotOptions() if choices.surface == "ball-pivoting" else PoissonOptions(),
         most_triangles=choices.most_triangles,
-        region=RegionOptions(box_mm=choices.box_mm),
+        region=RegionOptions(box_mm=choices.box_mm, gap_mm=choices.gap_mm),
         parts=PartOptions(chosen=choices.part),
     )
 

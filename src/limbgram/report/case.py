@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from limbgram.reconstruction.photos.photo import SetAside
+from limbgram.report.acceptance import setup_section
 from limbgram.report.blocks import Banner, Block, Illustration, Link, Report, Section, Table, Text
 from limbgram.report.parts import PartSummary, area_of, place_of
 from limbgram.report.pictures import Pictures
@@ -25,6 +26,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
             *parts_section(summary.parts, summary.unit),
+            *setup_section(summary.setups),
             *(
                 Section(title=one.title, blocks=(Illustration(image=one, caption=one.caption),))
                 for one in drawn.pictures

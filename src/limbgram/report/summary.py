@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
@@ -176,6 +177,8 @@ class Summary:
     mesh: MeshSummary
     parts: tuple[PartSummary, ...]
     stages: tuple[StageSummary, ...]
+    setups: tuple[SetupCited, ...] = ()
+    """Acceptance tests of the kit."""
 
 
 def summary_of(tree: object) -> Summary:
@@ -244,6 +247,7 @@ def summarise(
             StageSummary(**asdict(timing), reused=name in reused)
             for name, timing in zip(_kept_names(timings), timings, strict=True)
         ),
+        setups=assessed.setups,
     )
 
 

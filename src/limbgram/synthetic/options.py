@@ -7,6 +7,7 @@ from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.gauges import Gauge
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
 from limbgram.synthetic.rendering.renderer import SAMPLES
@@ -19,6 +20,8 @@ class CaptureOptions:
     """A limb, its paint, and a walk round it with a camera."""
 
     kind: LimbKind = LimbKind.TRANSTIBIAL
+    gauge: Gauge | None = None
+    """A painted gauge that stands there instead of a limb."""
     seed: int = 11
     """Another seed is another person, another walk round and another room."""
     paint: Paint = Paint.DABS

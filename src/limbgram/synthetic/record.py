@@ -13,6 +13,7 @@ from jaxtyping import Bool, UInt8
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
+from limbgram.core.typed import tree_of
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
 from limbgram.synthetic.props.limb import Limb
@@ -156,7 +157,8 @@ def _notes(
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     return {
         "set": f"synthetic_{options.kind.value}_{options.seed}",
-        "kind": options.kind.value,
+        "kind": options.kind.value if options.gauge is None else options.gauge.kind,
+        "gauge": None if options.gauge is None else tree_of(options.gauge),
         "shape_seed": options.seed,
         "paint": options.paint.value,
         "paint_coverage": options.coverage,

@@ -24,6 +24,7 @@ from limbgram.synthetic.photographer import (
     walk_round,
 )
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
+from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.rendering.renderer import seen
 from limbgram.synthetic.turning import TurnedOver, Turning, room_from_limb, standing_photos
@@ -31,6 +32,8 @@ from limbgram.synthetic.turning import TurnedOver, Turning, room_from_limb, stan
 BASE_MM = 60.0
 _AIM = 0.2
 """Fraction of the limb's height that is looked at, so that the board is in the picture."""
+_AIM_AT_GAUGE = 0.5
+"""The same of a gauge: both ends of a bar count alike."""
 _FIRST_PHOTO, _FIRST_CALIBRATION_PHOTO = 1001, 901
 
 
@@ -69,11 +72,10 @@ class SurfacePoints:
 
 def stage_truth(options: CaptureOptions) -> Truth:
     """Build the limb, place the boards, and decide where every photo is taken from."""
-    limb = make_limb(
-        options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm, options.relief
-    )
+    limb = _what_stands_there(options)
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
-    target = np.array([0.0, 0.0, BASE_MM + _AIM * limb.height_mm])
+    aim = _AIM if options.gauge is None else _AIM_AT_GAUGE
+    target = np.array([0.0, 0.0, BASE_MM + aim * limb.height_mm])
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
     tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
     board = None if options.board is None else lay_beside(options.board, options.seed)
@@ -136,6 +138,14 @@ def _cameras_from_room(
             )
         case None:
             return walk_round(target, distance_mm, photos, rings, seed)
+
+
+def _what_stands_there(options: CaptureOptions) -> Limb:
+    if options.gauge is not None:
+        return make_gauge(options.gauge, options.mesh_step_mm, BASE_MM)
+    return make_limb(
+        options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm, options.relief
+    )
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:

@@ -61,13 +61,13 @@ def link_length(points: Points3) -> float:
     return _LINK_FACTOR * float(np.median(distances[:, -1]))
 
 
-def limb_among(points: Points3, aim: Aim, least_points: int) -> LimbPoints:
-    """The points of the object that the cameras aim at.
+def limb_among(points: Points3, aim: Aim, least_points: int, gap_mm: float = 0.0) -> LimbPoints:
+    """The points of the object that the cameras aim at; its pieces may lie `gap_mm` apart.
 
     Where two parts of like weight lie apart, points are linked over wider gaps before the choice
     is called a guess: an object may be painted thinly in its middle.
     """
-    spacing = max(link_length(points), _LEAST_LINK * aim.reach)
+    spacing = max(link_length(points), _LEAST_LINK * aim.reach, gap_mm)
     aside = np.linalg.norm(points - aim.point, axis=1) / aim.reach
     weights = np.exp(-2 * aside**2)
     choice = None
@@ -337,6 +337,8 @@ class RegionOptions:
     """How far the region is widened, as a fraction of the limb's longest side."""
     floor_clearance: float = 0.025
     """What counts as floor: this far above its plane, as a fraction of half the frame's side."""
+    gap_mm: float = 0.0
+    """Pieces of one object may lie so far apart, as the spheres of a ball bar do."""
     least_views: float = 0.6
     """Share of the photos that must have a point in their frame for it to count."""
 
@@ -356,7 +358,7 @@ def find_region(photos: PhotoSet, metric: MetricScene, options: RegionOptions = 
     if masks_decide:
         limb = LimbPoints(candidates, link_length(candidates))
     else:
-        limb = limb_among(candidates, aim, LEAST_POINTS)
+        limb = limb_among(candidates, aim, LEAST_POINTS, options.gap_mm)
 
     _refuse_flat(limb.points_mm)
     size_mm = float(np.ptp(limb.points_mm, axis=0).max())

@@ -5,6 +5,7 @@ Out     known distances, which set the scale where there is no board, and check 
 Limits  a plate must be flat and lie still: what counts is the crossing of a mark's diagonals.
 """
 
+import re
 from collections.abc import Sequence
 
 from limbgram.core.errors import OptionsError, ScaleError
@@ -12,6 +13,8 @@ from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.targets.plates import MarkPlate
 
+_MARKS = "marks"
+_LABEL = re.compile(rf"\b{_MARKS} (\d+) to (\d+)$")
 _SIGMA_PX = 0.05
 """Standard deviation of one coordinate of a mark's middle; the photos' own spread if larger."""
 
@@ -59,10 +62,16 @@ def distance_between_marks(
     return _distance(detections, "", first_id, second_id, length_mm)
 
 
+def marks_of_label(label: str) -> frozenset[int] | None:
+    """The two marks of a length between marks, by its label; None of another length."""
+    found = _LABEL.search(label)
+    return None if found is None else frozenset((int(found[1]), int(found[2])))
+
+
 def _distance(
     detections: MarkDetections, plate: str, first_id: int, second_id: int, length_mm: float
 ) -> KnownDistance:
-    label = f"marks {first_id} to {second_id}"
+    label = f"{_MARKS} {first_id} to {second_id}"
     return KnownDistance(
         label=f"{plate}, {label}" if plate else label,
         length_mm=length_mm,

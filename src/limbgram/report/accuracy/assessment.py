@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.typed import tree_of
 from limbgram.report.accuracy.evaluation import (
     camera_figures,
@@ -55,6 +56,8 @@ class Assessment:
     criteria: tuple[Criterion, ...]
     findings: tuple[Finding, ...]
     figures: Figures
+    setups: tuple[SetupCited, ...] = ()
+    """Acceptance tests of the kit."""
     off_mm: Float64[np.ndarray, " n"] | None = None
     """Each vertex's signed distance from the truth; NaN where it has none. None without truth."""
 
@@ -71,6 +74,7 @@ class Assessment:
             "intended_use": OF_SCANS,
             "criteria": tree_of(self.criteria),
             "findings": tree_of(self.findings),
+            "setups": tree_of(self.setups),
             **tree_of(self.figures),
             "glossary": glossary_tree(),
         }
@@ -93,7 +97,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         truth=None if compared is None else compared.figures,
         expected=expectation(surface, lengths, network),
     )
-    judged = criteria(figures)
+    judged = criteria(figures, evidence.setups)
     return Assessment(
         case=evidence.name,
         unit=evidence.unit,
@@ -101,7 +105,8 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         headline=headline(figures, judged),
         reasons=tuple(one.sentence for one in reasons(judged)),
         criteria=judged,
-        findings=findings(figures),
+        findings=findings(figures, evidence.setups),
         figures=figures,
+        setups=evidence.setups,
         off_mm=None if compared is None else compared.off_mm,
     )

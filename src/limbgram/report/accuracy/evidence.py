@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -24,6 +25,8 @@ class Evidence:
     mesh: Mesh
     tapes: TapeWitnesses = field(default_factory=TapeWitnesses)
     """Girths that were taped on the limb, beside the mesh's."""
+    setups: tuple[SetupCited, ...] = ()
+    """Acceptance tests of the kit, one for each camera file that has a certificate."""
 
     @property
     def name(self) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.figures import (
@@ -98,6 +99,8 @@ of 350 mm, three plies of sock: no error of reading."""
 FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
 """Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
 counts, such as inches taken for centimetres."""
+SETUP = _Limit("setup", "Acceptance test of the kit: failed", "", 0.0)
+"""Never red by itself: the error that it found shows in a length or not at all in this capture."""
 MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
 SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
 GIRTH = _Limit("girth", "Girth: worst error", "mm", 1.0, 1.6)
@@ -144,8 +147,8 @@ def _budget(parts_mm: dict[str, float]) -> tuple[BudgetPart, ...]:
     return tuple(BudgetPart(part=part, sigma_mm=sigma_mm) for part, sigma_mm in parts_mm.items())
 
 
-def criteria(figures: Figures) -> tuple[Criterion, ...]:
-    """Every figure that has a limit, judged."""
+def criteria(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Criterion, ...]:
+    """Every figure that has a limit, judged, and the acceptance tests of the kit."""
     truth = figures.truth
     surface = _expected(figures) if truth is None else _against_truth(truth)
     return (
@@ -154,6 +157,7 @@ def criteria(figures: Figures) -> tuple[Criterion, ...]:
         *surface,
         *_completeness(figures),
         *_cameras(figures),
+        *_kit(setups),
     )
 
 
@@ -284,6 +288,12 @@ def _taped(tape: TapedLength, source: str) -> Criterion:
         else "a known distance was probably mistyped: measure it again"
     )
     return replace(judged, sentence=f"{said}: {cause}, and tape again.")
+
+
+def _kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
+    """A kit that failed its test is never green; one that passed proves nothing of this capture."""
+    for one in setups:
+        yield SETUP.judge(math.nan if one.outcome == "fail" else 0.0, one.sentence)
 
 
 def _cameras(figures: Figures) -> Iterator[Criterion]:

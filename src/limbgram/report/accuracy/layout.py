@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from limbgram.report.acceptance import setup_section
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.charts import (
     Series,
@@ -81,6 +82,7 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
             _network(assessment),
             Section(title="Cameras", blocks=tuple(_cameras(assessment)), sheet=2),
             _photos(assessment),
+            *setup_section(assessment.setups, sheet=2),
             _glossary(assessment),
         ),
     )

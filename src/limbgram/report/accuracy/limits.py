@@ -5,10 +5,11 @@ Out     findings, the gravest first; every rule has a number and a remedy.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evaluation import UNNAMED
 from limbgram.report.accuracy.figures import Figures
@@ -46,10 +47,15 @@ class Finding:
     remedy: str
 
 
-def findings(figures: Figures) -> tuple[Finding, ...]:
+def findings(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Finding, ...]:
     """What limits this result and how to better it, the gravest first."""
     rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
+    found += [
+        Finding("serious" if one.outcome == "fail" else "worth doing", one.sentence, one.remark)
+        for one in setups
+        if one.remark
+    ]
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
 
 

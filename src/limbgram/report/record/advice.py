@@ -136,6 +136,13 @@ def _about_pressure(recipe: RecipeDone) -> Iterator[Finding]:
 def _about_case(case: CaseCited | None) -> Iterator[Finding]:
     if case is None:
         return
+    for one in case.setups:
+        yield Finding(
+            topic="case",
+            what=one.sentence,
+            remedy=one.remark or "The certificate lies beside the camera file.",
+            gravity="serious" if one.outcome == "fail" else "mild",
+        )
     if not case.delivered:
         yield Finding(
             topic="case",

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.report.accuracy.judgement import Light
 from limbgram.report.intended_use import OF_SHAPES
 from limbgram.report.record.bias import Bias
@@ -58,6 +59,8 @@ class CaseCited:
     check_lengths: int
     check_worst: float | None
     expected_p95_mm: float | None
+    setups: tuple[SetupCited, ...] = ()
+    """Acceptance tests of the kit."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -203,6 +203,7 @@ def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> 
         check_lengths=len(lengths.check),
         check_worst=lengths.check_worst,
         expected_p95_mm=case.accuracy.expected.p95_mm,
+        setups=case.accuracy.setups,
     )
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
@@ -86,6 +87,8 @@ class CaseAccuracy:
     light: Light
     lengths: CheckedScale
     expected: ExpectedOfCase
+    setups: tuple[SetupCited, ...] = ()
+    """Acceptance tests of the kit."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -237,9 +237,9 @@ def make_limb(
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
-    grid = np.concatenate([_cut_rings(skin[0]), skin])
+    grid = np.concatenate([cut_rings(skin[0]), skin])
     whose = "right" if side > 0 else "left"
-    return _limb(grid, len(grid) - len(skin), base_mm, whose, float(yaw))
+    return limb_of_grid(grid, len(grid) - len(skin), base_mm, whose, float(yaw))
 
 
 def _profile(
@@ -328,7 +328,7 @@ def _normals(grid: _Grid) -> _Grid:
     return normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-12)
 
 
-def _cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
+def cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
     """Rings of the flat cut, from its middle to just inside the rim."""
     middle = rim.mean(0)
     widest = np.linalg.norm(rim - middle, axis=1).max()
@@ -336,7 +336,7 @@ def _cut_rings(rim: Points3) -> Float64[np.ndarray, "rings n 3"]:
     return middle + shares[:, None, None] * (rim - middle)
 
 
-def _limb(
+def limb_of_grid(
     grid: _Grid, cut_rows: int, base_mm: float, side: Literal["left", "right"], anterior_rad: float
 ) -> Limb:
     """Join the rings to one closed mesh: the first and the last row are single vertices."""
