@@ -46,7 +46,7 @@ _ALIKE = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
-class TestedCapture:
+class MeasuredCapture:
     """What one capture made of the artefact."""
 
     name: str
@@ -67,7 +67,7 @@ class TestedCapture:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TestValue:
+class MeasuredError:
     """One error, and what is decided on it."""
 
     capture: str
@@ -138,7 +138,7 @@ class Acceptance:
 
     outcome: Outcome
     headline: str
-    values: tuple[TestValue, ...]
+    values: tuple[MeasuredError, ...]
     spreads: tuple[Spread, ...]
     bodies: tuple[Body, ...]
     not_measured: tuple[NotMeasured, ...]
@@ -147,7 +147,7 @@ class Acceptance:
 
 def accept(
     artefact: Artefact,
-    captures: Sequence[TestedCapture],
+    captures: Sequence[MeasuredCapture],
     limits: Limits,
     calibrated: Mesh | None = None,
 ) -> Acceptance:
@@ -161,7 +161,7 @@ def accept(
         MeasureError: nothing of the artefact was measured.
     """
     _require_use(artefact, limits)
-    values: list[TestValue] = []
+    values: list[MeasuredError] = []
     bodies: list[Body] = []
     missing: list[NotMeasured] = []
     for capture in track(captures):
@@ -254,9 +254,9 @@ def _apart_mm(one: Probed, other: Probed) -> float:
 class _Tested:
     """One capture while it is tested."""
 
-    capture: TestedCapture
+    capture: MeasuredCapture
     limits: Limits
-    values: list[TestValue] = field(default_factory=list[TestValue])
+    values: list[MeasuredError] = field(default_factory=list[MeasuredError])
     bodies: list[Body] = field(default_factory=list[Body])
     missing: list[NotMeasured] = field(default_factory=list[NotMeasured])
 
@@ -373,7 +373,7 @@ class _Tested:
         limit = self.limits.get(kind)
         permissible = None if limit is None else limit.at(length_mm)
         self.values.append(
-            TestValue(
+            MeasuredError(
                 capture=self.capture.name,
                 kind=kind,
                 name=name,
@@ -425,14 +425,16 @@ def _require_use(artefact: Artefact, limits: Limits) -> None:
         )
 
 
-def _whole(values: Sequence[TestValue], missing: Sequence[NotMeasured]) -> Outcome:
+def _whole(values: Sequence[MeasuredError], missing: Sequence[NotMeasured]) -> Outcome:
     outcomes = {one.outcome for one in values}
     if "fail" in outcomes:
         return "fail"
     return "cannot tell" if missing or "cannot tell" in outcomes else "pass"
 
 
-def _headline(outcome: Outcome, values: Sequence[TestValue], missing: Sequence[NotMeasured]) -> str:
+def _headline(
+    outcome: Outcome, values: Sequence[MeasuredError], missing: Sequence[NotMeasured]
+) -> str:
     judged = [one for one in values if one.outcome is not None]
     match outcome:
         case "pass":
@@ -457,7 +459,7 @@ def _headline(outcome: Outcome, values: Sequence[TestValue], missing: Sequence[N
             return f"CANNOT TELL: {reasons[0]}.{more}"
 
 
-def _sentence(one: TestValue) -> str:
+def _sentence(one: MeasuredError) -> str:
     sign = "" if one.kind in ("form", "form-all", "surface") else "+"
     return (
         f"{KINDS[one.kind]} of {one.name} in {one.capture} is {one.error_mm:{sign}.3f} mm, "
@@ -465,7 +467,7 @@ def _sentence(one: TestValue) -> str:
     )
 
 
-def _spreads(values: Sequence[TestValue]) -> Iterator[Spread]:
+def _spreads(values: Sequence[MeasuredError]) -> Iterator[Spread]:
     for kind in KINDS:
         errors = [one for one in values if one.kind == kind]
         if not errors:

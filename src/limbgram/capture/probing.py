@@ -323,7 +323,7 @@ def _axis_among(surface: Surface, radius: float) -> tuple[Vector3, Vector3] | No
             continue
         axis = axis / sine
         middle = (steps[first] + steps[second]) / 2
-        if np.linalg.norm(_across(steps[first] - steps[second], axis)) > _NEAR * radius:
+        if np.linalg.norm(_across((steps[first] - steps[second])[None], axis)) > _NEAR * radius:
             continue
         far = np.linalg.norm(_across(steps - middle, axis), axis=1)
         agree = (far < _NEAR * radius) & (np.abs(normals @ axis) < 0.2)
@@ -342,7 +342,7 @@ def _square_to(axis: Vector3) -> tuple[Vector3, Vector3]:
 
 def _across(arms: Points3, axis: Vector3) -> Points3:
     """The parts square to an axis."""
-    return arms - (arms @ axis)[..., None] * axis
+    return arms - (arms @ axis)[:, None] * axis
 
 
 def _turn_seen(across: Points3, axis: Vector3) -> float:

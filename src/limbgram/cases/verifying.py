@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from datetime import date
 from importlib.metadata import version
 
-from limbgram.capture.acceptance import TestedCapture, accept
+from limbgram.capture.acceptance import MeasuredCapture, accept
 from limbgram.capture.artefact import Artefact
 from limbgram.capture.certificate import (
     ArtefactTested,
@@ -98,7 +98,7 @@ def _one_kit(cases: Sequence[CaseFolder], camera: CameraTested | None) -> tuple[
     return kits[0]
 
 
-def _require_several(tested: Sequence[TestedCapture]) -> None:
+def _require_several(tested: Sequence[MeasuredCapture]) -> None:
     ids = [one.id for one in tested]
     if len(set(ids)) < len(ids):
         raise OptionsError(
@@ -107,7 +107,7 @@ def _require_several(tested: Sequence[TestedCapture]) -> None:
         )
 
 
-def _capture(case: CaseFolder, name: str, artefact: Artefact) -> TestedCapture:
+def _capture(case: CaseFolder, name: str, artefact: Artefact) -> MeasuredCapture:
     evidence = kept_evidence(case)
     scale = evidence.metric.scale
     if scale.unit != "mm":
@@ -116,7 +116,7 @@ def _capture(case: CaseFolder, name: str, artefact: Artefact) -> TestedCapture:
             "artefact with the scale board that you use for limbs."
         )
     meshes = (evidence.mesh, *_others(case))
-    return TestedCapture(
+    return MeasuredCapture(
         name=name,
         id=evidence.photos.digest[:_ID_DIGITS],
         photos=len(evidence.photos.photos),

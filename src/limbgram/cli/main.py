@@ -68,7 +68,7 @@ COMMANDS = {
     ),
     "verify-setup": (
         "verify_setup:verify_setup_command",
-        "Prove your own kit on an artefact of known size: pass, fail or cannot tell.",
+        "Prove your own kit: camera, board, room and hands, on an artefact of known size.",
     ),
     "print": (
         "print_board:print_command",

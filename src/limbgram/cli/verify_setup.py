@@ -160,7 +160,7 @@ def verify_setup_command(
     outcome = certificate.acceptance.outcome
     light = COLOURS[outcome]
     return Reply(
-        (*acceptance_lines(certificate.acceptance), *_ways(written, certificate)),
+        (*acceptance_lines(certificate.acceptance), *_ways(written, camera)),
         {**tree_of(certificate), "written": [str(one) for one in written]},
         light if light != "blue" else "",
         exit_code=_EXIT_CODES[outcome],
@@ -197,12 +197,13 @@ def _write(path: Path, certificate: Certificate) -> tuple[Path, Path, Path]:
     return path, page, sheet
 
 
-def _ways(written: tuple[Path, Path, Path], certificate: Certificate) -> tuple[str, ...]:
+def _ways(written: tuple[Path, Path, Path], camera: Path | None) -> tuple[str, ...]:
     path, page, sheet = written
+    kept = camera is not None and path.resolve() == certificate_beside(camera).resolve()
     cited = (
         "every report made with this camera file cites it"
-        if certificate.cameras
-        else "no report can cite it: the captures were made without a camera file"
+        if kept
+        else f"reports cite the one that lies beside their camera file as CAMERA{SUFFIX}"
     )
     return (
         f"Certificate: {path} ({cited})",

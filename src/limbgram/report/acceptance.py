@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from matplotlib.axes import Axes
 
-from limbgram.capture.acceptance import Acceptance, Outcome, Spread, TestValue
+from limbgram.capture.acceptance import Acceptance, MeasuredError, Outcome, Spread
 from limbgram.capture.certificate import Certificate, SetupCited
 from limbgram.capture.permissible import KINDS
 from limbgram.report.blocks import (
@@ -213,7 +213,7 @@ def _errors(found: Acceptance) -> tuple[Block, ...]:
     return Illustration(image=_chart(judged), caption=caption, optional=True), table
 
 
-def _row(one: TestValue) -> tuple[str, ...]:
+def _row(one: MeasuredError) -> tuple[str, ...]:
     form = one.kind in ("form", "form-all", "surface")
     return (
         one.capture,
@@ -228,7 +228,7 @@ def _row(one: TestValue) -> tuple[str, ...]:
     )
 
 
-def _signed(one: TestValue) -> str:
+def _signed(one: MeasuredError) -> str:
     return (
         f"{one.error_mm:.3f}"
         if one.kind in ("form", "form-all", "surface")
@@ -236,7 +236,7 @@ def _signed(one: TestValue) -> str:
     )
 
 
-def _chart(judged: Sequence[TestValue]) -> Chart:
+def _chart(judged: Sequence[MeasuredError]) -> Chart:
     """The worst errors, each beside its limit."""
     ranked = sorted(judged, key=lambda one: -abs(one.error_mm) / (one.permissible_mm or 1.0))
     shown = ranked[:_MOST_BARS]

@@ -99,7 +99,7 @@ of 350 mm, three plies of sock: no error of reading."""
 FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
 """Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
 counts, such as inches taken for centimetres."""
-SETUP = _Limit("setup", "Acceptance test of the kit: failed", "", 0.0)
+SETUP = _Limit("setup", "Acceptance tests that the kit failed", "", 0.0)
 """Never red by itself: the error that it found shows in a length or not at all in this capture."""
 MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
 SPREAD = _Limit("surface_iqr", "Surface: interquartile range (IQR)", "mm", 0.25, 0.40)
@@ -157,7 +157,7 @@ def criteria(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Crite
         *surface,
         *_completeness(figures),
         *_cameras(figures),
-        *_kit(setups),
+        *of_kit(setups),
     )
 
 
@@ -290,10 +290,10 @@ def _taped(tape: TapedLength, source: str) -> Criterion:
     return replace(judged, sentence=f"{said}: {cause}, and tape again.")
 
 
-def _kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
+def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
     """A kit that failed its test is never green; one that passed proves nothing of this capture."""
     for one in setups:
-        yield SETUP.judge(math.nan if one.outcome == "fail" else 0.0, one.sentence)
+        yield SETUP.judge(float(one.outcome == "fail"), one.sentence)
 
 
 def _cameras(figures: Figures) -> Iterator[Criterion]:

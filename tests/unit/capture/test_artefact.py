@@ -1,0 +1,72 @@
+"""Artefact files: what is read, and what is refused with its place."""
+
+from pathlib import Path
+
+import pytest
+
+from limbgram.capture.artefact import read_artefact
+from limbgram.core.errors import CaseError
+
+GOOD = """
+format = "limbgram artefact"
+version = 1
+name = "Ball bar 12"
+certificate = "4711"
+spheres = [
+    {name = "A", diameter_mm = 50.012, uncertainty_mm = 0.004, form_mm = 0.003},
+    {name = "B", diameter_mm = 50.009, uncertainty_mm = 0.004},
+]
+lengths = [
+    {first = "A", second = "B", length_mm = 150.004, uncertainty_mm = 0.006},
+    {first = "mark 7", second = "mark 9", length_mm = 400.0, uncertainty_mm = 0.05},
+]
+mesh = {name = "foot", file = "foot.stl", uncertainty_mm = 0.02}
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "bar.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_is_read(tmp_path: Path) -> None:
+    found = read_artefact(written(tmp_path, GOOD))
+    assert [one.diameter_mm for one in found.spheres] == [50.012, 50.009]
+    assert [one.name for one in found.spacings] == ["A to B"]
+    assert [one.mark_ids for one in found.between_marks] == [(7, 9)]
+    assert found.mesh is not None
+    assert found.mesh.file == str(tmp_path / "foot.stl")
+    assert found.gap_mm == pytest.approx(150.004 - 50.009 / 2)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("diameter_mm = 50.012", "diameter_mm = 0.05", "the diameter of A is 0.05 mm"),
+        (
+            "diameter_mm = 50.012",
+            'diameter_mm = "50"',
+            r"spheres\[0\].diameter_mm must be a number",
+        ),
+        ("uncertainty_mm = 0.006", "uncertainty_mm = 20.0", "the uncertainty of A to B is 20 mm"),
+        ('second = "B"', 'second = "D"', "ends at D, which is no sphere"),
+        ('second = "B"', 'second = "A"', "begins where it ends"),
+        ('name = "B"', 'name = "A"', "the same name"),
+        ("form_mm = 0.003", "form_mm = 9.0", "which no calibrated body has"),
+        ("version = 1", "version = 2", "version must be 1"),
+        ("limbgram artefact", "artefact", "format must be limbgram artefact"),
+        ('certificate = "4711"', "colour = 1", "has no colour"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path: Path, old: str, new: str, told: str) -> None:
+    assert old in GOOD
+    with pytest.raises(CaseError, match=told):
+        read_artefact(written(tmp_path, GOOD.replace(old, new)))
+
+
+def test_an_artefact_of_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="no spheres, no lengths"):
+        read_artefact(
+            written(tmp_path, 'format = "limbgram artefact"\nversion = 1\nname = "nothing"')
+        )
