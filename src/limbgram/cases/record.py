@@ -60,6 +60,14 @@ class CaseRecord:
 
 
 @dataclass(frozen=True, kw_only=True)
+class _Judged:
+    """What case.json says of the result."""
+
+    state: State
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class _PhotoEntry:
     """A photo that was read, and whether it was placed."""
 
@@ -118,6 +126,16 @@ def read_record(case: CaseFolder) -> CaseRecord:
         return value_of(tree, CaseRecord, strictness=Strictness(pass_over_unknown=True))
     except (OSError, ValueError) as error:
         raise LookupError(f"{case.record} cannot be read: {error}") from error
+
+
+def read_verdict(case: CaseFolder) -> Verdict | None:
+    """The verdict of a finished case; None of any other."""
+    try:
+        tree = json_of(case.record.read_bytes())
+        kept = value_of(tree, _Judged, strictness=Strictness(pass_over_unknown=True))
+    except (OSError, ValueError):
+        return None
+    return kept.verdict if kept.state == "finished" else None
 
 
 def write_record(

@@ -38,6 +38,10 @@ class JobDied(LimbgramError):
     exit_code = 6
 
 
+class _StopAsked(Exception):
+    """Another thread asked for the end."""
+
+
 class JobBug(Exception):
     """A bug of ours in the job's process; holds its traceback."""
 
@@ -53,6 +57,35 @@ class Supervision:
     grace_s: float = GRACE_S
     _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
     _stage: str = "start"
+    _process: "subprocess.Popen[bytes] | None" = None
+    _asked: threading.Event = field(default_factory=threading.Event)
+    _held: bool = False
+
+    def stop(self) -> None:
+        """Ask for the end of the job from another thread; `wait` raises Cancelled."""
+        self._asked.set()
+
+    @property
+    def process_id(self) -> int | None:
+        """Of the job's process, once there is one."""
+        return None if self._process is None else self._process.pid
+
+    def hold(self) -> bool:
+        """Let the job rest where it is, in memory; False where the system cannot do that."""
+        return self._signal("SIGSTOP", held=True)
+
+    def go_on(self) -> None:
+        """Let a job that rests go on."""
+        self._signal("SIGCONT", held=False)
+
+    def _signal(self, name: str, *, held: bool) -> bool:
+        number = getattr(signal, name, None)
+        process = self._process
+        if number is None or process is None or process.poll() is not None:
+            return False
+        process.send_signal(number)
+        self._held = held
+        return True
 
     def wait(self) -> Answer:
         """Do the job to its end.
@@ -66,11 +99,11 @@ class Supervision:
         require_apart(case, self.job.sources)
         require_new_or_ours(case)
         with _log(case) as log:
-            process = self._start(log)
+            self._process = process = self._start(log)
             try:
                 last = self._listen()
                 code = process.wait()
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, _StopAsked):
                 self._stop(process)
                 raise Cancelled(
                     "Stopped. Finished stages are kept: run the same command again to continue."
@@ -113,6 +146,8 @@ class Supervision:
         """Pass events on until the process ends; returns its answer."""
         last: Event = _ENDED
         while True:
+            if self._asked.is_set():
+                raise _StopAsked
             try:
                 event = self._events.get(timeout=_POLL_S)
             except queue.Empty:
@@ -126,10 +161,12 @@ class Supervision:
     def _stop(self, process: "subprocess.Popen[bytes]") -> None:
         """Let the current step end; after the grace, or at a second Ctrl-C, end it."""
         self.listener({"event": "stopping", "stage": self._stage})
+        if self._held:
+            self.go_on()
         assert process.stdin is not None
         try:
             process.stdin.close()
-            process.wait(self.grace_s + 2)
+            process.wait(self.grace_s + min(self.grace_s, 2.0))
         except (subprocess.TimeoutExpired, KeyboardInterrupt, BrokenPipeError):
             process.kill()
 

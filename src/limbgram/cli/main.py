@@ -28,7 +28,8 @@ _HELP = """From photographs taken round a limb to its surface in millimetres.
 2. `limbgram reconstruct PHOTOS --camera camera.json -o CASE`
 3. open CASE/report.html; the files for other programs lie in CASE/deliverables
 
-No photos at hand? `limbgram demo` makes some and goes all the way.
+No photos at hand? `limbgram demo` makes some and goes all the way. `limbgram app` does the whole
+work in a browser.
 
 **Exit codes**
 
@@ -46,6 +47,10 @@ No photos at hand? `limbgram demo` makes some and goes all the way.
 """
 
 COMMANDS = {
+    "app": (
+        "app:app_command",
+        "Open the app in the browser: the whole work, from photos to files, on this machine.",
+    ),
     "reconstruct": (
         "reconstruct:reconstruct_command",
         "Make the surface of a limb, in millimetres, from photos taken round it.",

@@ -115,6 +115,24 @@ def limb_file_beside(mesh_path: Path) -> Path:
     return own if own.is_file() else mesh_path.with_name(f"{mesh_path.stem}{LIMB_FILE_ENDING}")
 
 
+@dataclass(frozen=True, kw_only=True)
+class LimbProgress:
+    """How far a limb is known, told without its mesh."""
+
+    aligned: bool = False
+    landmarks: int = 0
+
+
+def progress_of(limb_file: Path) -> LimbProgress:
+    """What a limb file says of how far a limb is known; nothing where it cannot be read."""
+    try:
+        tree = json_of(read_content(limb_file, _LARGEST_BYTES, ShapeFileError))
+        kept = value_of(tree, _LimbFile, strictness=_AS_WRITTEN)
+    except (ShapeFileError, ValueError):
+        return LimbProgress()
+    return LimbProgress(aligned=kept.limb_from_mesh is not None, landmarks=len(kept.landmarks))
+
+
 def limb_file_for(mesh_path: Path) -> Path:
     """Where the limb file of a mesh is written: never over that of a namesake that is still there.
 

@@ -239,7 +239,8 @@ def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
     return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))
 
 
-_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
+PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
+"""Of files that are taken for pictures by their name."""
 _BEGINNINGS = (
     b"\xff\xd8\xff",  # JPEG
     b"\x89PNG\r\n\x1a\n",
@@ -268,7 +269,7 @@ def sifted(files: Iterable[Path]) -> Sifted:
         fault = _fault(file)
         if fault is not None:
             set_aside.append(SetAside(name_for_people(file), fault))
-        elif file.suffix.lower() in _SUFFIXES or _begins_as_picture(file):
+        elif file.suffix.lower() in PICTURE_SUFFIXES or _begins_as_picture(file):
             pictures.append(file)
         elif not file.is_dir():
             others.append(file)
@@ -297,7 +298,7 @@ def _fault(path: Path) -> str | None:
         return "not a file, or a link that leads nowhere"
     if stat.S_ISREG(mode):
         return name_fault(path)
-    if path.suffix.lower() not in _SUFFIXES:
+    if path.suffix.lower() not in PICTURE_SUFFIXES:
         return None
     return "a folder, not a file" if stat.S_ISDIR(mode) else "not a file"
 

@@ -178,6 +178,18 @@ def measure_inside(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measur
     return replace(found, skin="inside", wall=wall_of(in_limb_frame(limb)))
 
 
+def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | str:
+    """A tape reading beside a measured limb, or why it has nothing to be compared with.
+
+    In a list of readings one that lies beyond the limb must not hide the others.
+    """
+    sigmas = Sigmas.of(outer_bodies(in_limb_frame(found.limb)).mesh)
+    level = levels_at(sigmas.mesh, [reading.height_mm + found.reference_mm])[0]
+    if isinstance(level, Refused):
+        return level.reason
+    return check_reading(reading, level.height_mm, sigmas.figure(level, tape_mm(level)))
+
+
 def _reference_mm(limb: Limb, name: str | None) -> float:
     return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
 

@@ -13,7 +13,7 @@ Fails   EditError: an edit is refused, or presses on a sensitive place or goes u
         it in the ledger.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from difflib import SequenceMatcher
 
@@ -35,12 +35,16 @@ from limbgram.workbench.recipe.accepting import (
     require_accepted,
 )
 from limbgram.workbench.recipe.ledger import (
+    Figures,
     Ledger,
     Line,
     choose_levels,
     displacement_between,
     figures_of,
 )
+
+_MOST_KEPT = 12
+"""Surfaces that are kept of replays; one of 250,000 triangles with its colours takes 12 MB."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +78,34 @@ class Replayed:
     ledger: Ledger
 
 
-def replay(recipe: Recipe, limb: Limb) -> Replayed:
+@dataclass
+class Kept:
+    """What replays of one limb have reached, so that a changed recipe is replayed from its change.
+
+    The figures and the shape are those of a replay from the start, to the last bit.
+    """
+
+    limb: Limb
+    """A replay of any other limb keeps nothing."""
+    _reached: "dict[tuple[Entry, ...], _Reached]" = field(
+        default_factory=lambda: dict[tuple[Entry, ...], _Reached]()
+    )
+
+    def after(self, entries: tuple[Entry, ...]) -> "_Reached | None":
+        return self._reached.get(entries)
+
+    def keep(self, entries: tuple[Entry, ...], reached: "_Reached") -> None:
+        """Keep what was reached, and drop the oldest of too many: each holds a surface."""
+        self._reached[entries] = reached
+        while len(self._reached) > _MOST_KEPT:
+            del self._reached[next(iter(self._reached))]
+
+
+def replay(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Replayed:
     """Do the edits that are switched on, in order.
+
+    Args:
+        kept: What earlier replays of this limb reached; taken up, and added to.
 
     Raises:
         EditError: an edit was refused, or needs a word that the recipe does not say; the message
@@ -84,60 +114,89 @@ def replay(recipe: Recipe, limb: Limb) -> Replayed:
     for number, entry in enumerate(recipe.entries, start=1):
         if entry.on:
             _require(number, entry, tuple(concerns_of(entry.edit, entry.accept, limb.kind)))
-    done = replay_as_it_is(recipe, limb)
+    done = replay_as_it_is(recipe, limb, kept)
     for line in done.ledger.lines:
         _require(line.number, recipe.entries[line.number - 1], line.concerns)
     return done
 
 
-def replay_as_it_is(recipe: Recipe, limb: Limb) -> Replayed:
+def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Replayed:
     """The same, whatever the recipe accepts: for the record of what was done.
 
     Raises:
         EditError: an edit was refused; the message says which.
     """
+    memory = kept if kept is not None and kept.limb is limb else Kept(limb)
+    reached = memory.after(()) or _beginning(limb)
+    memory.keep((), reached)
+    levels = reached.levels_mm
+    for number, entry in enumerate(track(recipe.entries), start=1):
+        before = recipe.entries[:number]
+        reached = memory.after(before) or _after(reached, number, entry)
+        memory.keep(before, reached)
+    ledger = Ledger(levels_mm=levels, lines=reached.lines, places_mm=dict(reached.places_mm))
+    return Replayed(limb=reached.limb, ledger=ledger)
+
+
+@dataclass(frozen=True)
+class _Reached:
+    """Where a replay stands after some edits."""
+
+    limb: Limb
+    figures: Figures
+    levels_mm: tuple[float, ...]
+    start: Limb
+    """The skin from which depths count."""
+    places_mm: Mapping[str, float]
+    lines: tuple[Line, ...] = ()
+    walled: Wall | None = None
+
+
+def _beginning(limb: Limb) -> _Reached:
     limb = outside_of(limb, as_bones=True)
     levels = choose_levels(limb)
-    lines: list[Line] = []
-    figures = figures_of(limb, levels)
-    start, places = limb, dict[str, float]()
-    walled: Wall | None = None
-    for number, entry in enumerate(track(recipe.entries), start=1):
-        if not entry.on:
-            continue
-        try:
-            after = do_edit(limb, entry.edit)
-            if walled is not None:
-                require_thickness_kept(walled, wall_of(after.mesh))
-        except EditError as error:
-            raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
-        walled = entry.edit if isinstance(entry.edit, Wall) else walled
-        gained = figures_of(after, levels)
-        found = AtPlaces(pressures=(), shifts_mm={})
-        reach_mm = (0.0, 0.0)
-        if entry.edit.effect.moves_skin:
-            found = at_places(limb, after)
-            for name, moved_mm in found.shifts_mm.items():
-                places[name] = places.get(name, 0.0) + moved_mm
-        if isinstance(entry.edit, Load | Relieve):
-            reach_mm = reach_of(start.mesh, limb.mesh, after.mesh)
-        start = _start_after(entry.edit, start, limb, after)
-        reports = entry.edit.effect.reports_displacement
-        moved = displacement_between(limb.mesh, after.mesh) if reports else None
-        lines.append(
-            Line(
-                number=number,
-                edit=described(entry),
-                before=figures,
-                after=gained,
-                displacement=moved,
-                told=after.notes[len(limb.notes) :],
-                concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
-            )
-        )
-        limb, figures = after, gained
-    ledger = Ledger(levels_mm=levels, lines=tuple(lines), places_mm=places)
-    return Replayed(limb=limb, ledger=ledger)
+    return _Reached(limb, figures_of(limb, levels), levels, limb, {})
+
+
+def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
+    """Where it stands after one more entry."""
+    if not entry.on:
+        return reached
+    limb, places = reached.limb, dict(reached.places_mm)
+    try:
+        after = do_edit(limb, entry.edit)
+        if reached.walled is not None:
+            require_thickness_kept(reached.walled, wall_of(after.mesh))
+    except EditError as error:
+        raise EditError(f"Edit {number} ({described(entry)}): {error}") from error
+    gained = figures_of(after, reached.levels_mm)
+    found = AtPlaces(pressures=(), shifts_mm={})
+    reach_mm = (0.0, 0.0)
+    if entry.edit.effect.moves_skin:
+        found = at_places(limb, after)
+        for name, moved_mm in found.shifts_mm.items():
+            places[name] = places.get(name, 0.0) + moved_mm
+    if isinstance(entry.edit, Load | Relieve):
+        reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
+    reports = entry.edit.effect.reports_displacement
+    line = Line(
+        number=number,
+        edit=described(entry),
+        before=reached.figures,
+        after=gained,
+        displacement=displacement_between(limb.mesh, after.mesh) if reports else None,
+        told=after.notes[len(limb.notes) :],
+        concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
+    )
+    return _Reached(
+        limb=after,
+        figures=gained,
+        levels_mm=reached.levels_mm,
+        start=_start_after(entry.edit, reached.start, limb, after),
+        places_mm=places,
+        lines=(*reached.lines, line),
+        walled=entry.edit if isinstance(entry.edit, Wall) else reached.walled,
+    )
 
 
 def require_scan(recipe: Recipe, scan_sha256: str, scan_name: str) -> None:

@@ -1,0 +1,172 @@
+"""Cameras: calibrations that the clinic keeps, made of board photos, with age and certificate."""
+
+import threading
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path as FilePath
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
+
+from limbgram.app.boards import BoardSpec
+from limbgram.app.clinic import Clinic, ClinicHere
+from limbgram.app.replies import PICTURE, missing
+from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
+from limbgram.core.errors import CaseError, LimbgramError
+from limbgram.core.run import Run
+
+router = APIRouter(tags=["cameras"])
+
+CameraId = Annotated[str, Path(pattern=CAMERA_ID_PATTERN, description="Id of the camera.")]
+
+
+class CameraReply(BaseModel):
+    """A camera that the clinic keeps."""
+
+    id: str
+    name: str
+    state: CameraState
+    message: str = Field(
+        default="", description="What the calibration found, or why it was refused."
+    )
+    calibrated: str = Field(default="", description="Date and time, UTC; empty before.")
+    age_days: int | None = None
+    photos: int = Field(description="Photos of the board that are here.")
+    label: str = Field(default="", description="Make, model and lens, as the photos say.")
+    focal_mm: float | None = None
+    width_px: int = 0
+    height_px: int = 0
+    rms_px: float | None = Field(default=None, description="How well the photos fit the lens.")
+    certificate: str | None = Field(default=None, description="Where its picture is.")
+
+
+class NewCamera(BaseModel):
+    """What a new camera is called."""
+
+    name: str = Field(min_length=1, max_length=80)
+
+
+@router.get("/cameras")
+def list_cameras(clinic: ClinicHere) -> list[CameraReply]:
+    """The cameras that the clinic keeps."""
+    return [_reply(clinic, one) for one in _cameras(clinic).all()]
+
+
+@router.post("/cameras", status_code=201)
+def new_camera(clinic: ClinicHere, given: NewCamera) -> CameraReply:
+    """Begin a camera; then send photos of the board, or a camera file."""
+    return _reply(clinic, _cameras(clinic).new_camera(given.name))
+
+
+@router.get("/cameras/{camera_id}")
+def read_camera(clinic: ClinicHere, camera_id: CameraId) -> CameraReply:
+    """One camera."""
+    return _reply(clinic, _cameras(clinic).camera(camera_id))
+
+
+@router.patch("/cameras/{camera_id}")
+def rename_camera(clinic: ClinicHere, camera_id: CameraId, given: NewCamera) -> CameraReply:
+    """Call a camera something else."""
+    camera = _cameras(clinic).camera(camera_id)
+    camera.relabel(replace(camera.label, name=given.name))
+    return _reply(clinic, camera)
+
+
+@router.delete("/cameras/{camera_id}", status_code=204)
+def delete_camera(clinic: ClinicHere, camera_id: CameraId) -> None:
+    """Delete a camera with its photos; cases keep their own copy of its file."""
+    _cameras(clinic).remove(_cameras(clinic).camera(camera_id))
+
+
+@router.post("/cameras/{camera_id}/calibrate", status_code=202)
+def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) -> CameraReply:
+    """Find the lens by the photos that are here; ask again until the state says how it ended."""
+    camera, board = _cameras(clinic).camera(camera_id), given.board()
+    if camera.label.state == "calibrating":
+        raise CaseError("This camera is being calibrated already. Wait until that has ended.")
+    camera.relabel(replace(camera.label, state="calibrating", message=""))
+
+    def work() -> None:
+        try:
+            camera.calibrate(board, Run())
+        except LimbgramError:
+            pass  # the camera's label says why
+        finally:
+            clinic.news.tell("cameras", camera_id)
+
+    threading.Thread(target=work, name="calibrate", daemon=True).start()
+    return _reply(clinic, camera)
+
+
+@router.put("/cameras/{camera_id}/file")
+def take_camera_file(
+    clinic: ClinicHere,
+    camera_id: CameraId,
+    content: Annotated[bytes, Body(media_type="application/octet-stream", max_length=4_000_000)],
+) -> CameraReply:
+    """Take a camera file that `limbgram calibrate` wrote."""
+    camera = _cameras(clinic).camera(camera_id)
+    camera.take_file(content)
+    return _reply(clinic, camera)
+
+
+@router.get("/cameras/{camera_id}/file", response_class=FileResponse)
+def read_camera_file(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
+    """The camera file, for `limbgram reconstruct --camera`."""
+    camera = _cameras(clinic).camera(camera_id)
+    if not camera.file.is_file():
+        raise missing("This camera is not calibrated yet.")
+    return FileResponse(camera.file, filename=f"camera-{camera_id}.json")
+
+
+@router.get("/cameras/{camera_id}/certificate", response_class=FileResponse, responses=PICTURE)
+def read_certificate(clinic: ClinicHere, camera_id: CameraId) -> FileResponse:
+    """Residuals and coverage of its calibration, a picture."""
+    camera = _cameras(clinic).camera(camera_id)
+    if not camera.certificate.is_file():
+        raise missing("This camera has no certificate.")
+    return FileResponse(camera.certificate)
+
+
+def camera_files(clinic: Clinic, ids: list[str]) -> tuple[FilePath, ...]:
+    """Files of cameras that a request names.
+
+    Raises:
+        CaseError: one is not calibrated.
+    """
+    files: list[FilePath] = []
+    for camera_id in ids:
+        camera = _cameras(clinic).camera(camera_id)
+        if not camera.file.is_file():
+            raise CaseError(f"The camera {camera.label.name} is not calibrated yet.")
+        files.append(camera.file)
+    return tuple(files)
+
+
+def _cameras(clinic: Clinic) -> Cameras:
+    return Cameras(clinic.shelf.cameras)
+
+
+def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
+    label, lens = camera.label, camera.calibration()
+    age = None
+    if label.calibrated:
+        age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
+    shown = camera.certificate.is_file()
+    return CameraReply(
+        id=camera.camera_id,
+        name=label.name,
+        state=label.state,
+        message=label.message,
+        calibrated=label.calibrated,
+        age_days=age,
+        photos=len(clinic.intake_of(camera.received).received()),
+        label="" if lens is None else lens.label,
+        focal_mm=None if lens is None else lens.focal_mm,
+        width_px=0 if lens is None else lens.camera.width_px,
+        height_px=0 if lens is None else lens.camera.height_px,
+        rms_px=None if lens is None else lens.rms_px,
+        certificate=f"/api/v1/cameras/{camera.camera_id}/certificate" if shown else None,
+    )

@@ -1,0 +1,318 @@
+"""Cases: the list, and making, naming, archiving, clearing and deleting one."""
+
+import shutil
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
+from limbgram.app.replies import PICTURE, missing
+from limbgram.cases.bench import Bench
+from limbgram.cases.record import read_verdict
+from limbgram.cases.running import read_job_file
+from limbgram.cases.shelf import Holding, ShelvedCase, last_change
+from limbgram.workbench.limb import Kind, Side
+
+router = APIRouter(tags=["cases"])
+
+State = Literal[
+    "empty",
+    "photos",
+    "computing",
+    "held",
+    "interrupted",
+    "cancelled",
+    "refused",
+    "failed",
+    "finished",
+]
+StepName = Literal["capture", "result", "align", "measure", "rectify", "send", "record"]
+StepState = Literal["locked", "open", "done", "check"]
+
+
+class Verdict(BaseModel):
+    """Green, amber or red, word by word as the case's report says it."""
+
+    light: Literal["green", "amber", "red"]
+    headline: str
+    reasons: list[str] = []
+    facts: str = ""
+
+
+class Step(BaseModel):
+    """One step of the work on a case."""
+
+    name: StepName
+    state: StepState = Field(
+        description="locked: something before it is missing; check: what it rests on changed."
+    )
+    line: str = Field(description="One line of state, or what is missing.")
+
+
+class Case(BaseModel):
+    """A case in the list."""
+
+    id: str
+    kind: Kind | None = None
+    side: Side | None = None
+    note: str = ""
+    made: str = Field(description="Date and time, UTC.")
+    changed: str = Field(description="Date and time of the last change, UTC.")
+    archived: bool = False
+    sample: bool = False
+    state: State
+    message: str = Field(default="", description="Why it was refused, interrupted or failed.")
+    verdict: Verdict | None = None
+    photos: int = Field(description="That are here whole.")
+    steps: list[Step]
+    next: StepName = Field(description="The step to go on with.")
+    bytes: int = Field(description="On disk.")
+    thumbnail: str | None = Field(default=None, description="Where its picture is.")
+
+
+class Cases(BaseModel):
+    """The list, and the disk."""
+
+    cases: list[Case]
+    bytes: int = Field(description="That all cases together use.")
+    clearable_bytes: int = Field(description="Intermediate products, which can be made again.")
+    free_bytes: int
+
+
+class NewCase(BaseModel):
+    """What is known of a new case; all of it may be said later."""
+
+    kind: Kind | None = None
+    side: Side | None = None
+    note: str = Field(
+        default="", max_length=200, description="A few words; never a patient's name."
+    )
+
+
+class CaseChange(BaseModel):
+    """What is to be said otherwise of a case; what is left out stays."""
+
+    kind: Kind | None = None
+    side: Side | None = None
+    note: str | None = Field(default=None, max_length=200)
+    archived: bool | None = None
+
+
+class Held(BaseModel):
+    """What a case's folder holds for one purpose."""
+
+    what: Holding
+    files: int
+    bytes: int
+
+
+class Freed(BaseModel):
+    """Room on the disk."""
+
+    bytes: int
+
+
+@router.get("/cases")
+def list_cases(
+    clinic: ClinicHere,
+    find: Annotated[str, Query(max_length=100, description="In id, kind or note.")] = "",
+    archived: Annotated[bool | None, Query(description="Only archived ones, or only others.")] = (
+        None
+    ),
+) -> Cases:
+    """List the cases, the last changed first."""
+    shown = [case_reply(clinic, one) for one in clinic.shelf.cases()]
+    held = [one for case in clinic.shelf.cases() for one in case.holdings()]
+    wanted = find.casefold()
+    found = [
+        one
+        for one in shown
+        if (archived is None or one.archived == archived)
+        and wanted in f"{one.id} {one.kind or ''} {one.note}".casefold()
+    ]
+    return Cases(
+        cases=sorted(found, key=lambda one: one.changed, reverse=True),
+        bytes=sum(one.bytes for one in held),
+        clearable_bytes=sum(one.bytes for one in held if one.what == "intermediate products"),
+        free_bytes=shutil.disk_usage(clinic.shelf.root).free,
+    )
+
+
+@router.post("/cases", status_code=201)
+def new_case(clinic: ClinicHere, given: NewCase) -> Case:
+    """Begin a case under a random id."""
+    made = clinic.shelf.new_case(given.kind, given.side, given.note)
+    clinic.news.tell(made.case_id, "case")
+    return case_reply(clinic, made)
+
+
+@router.get("/cases/{case_id}")
+def read_case(clinic: ClinicHere, case: CaseHere) -> Case:
+    """One case."""
+    return case_reply(clinic, case)
+
+
+@router.patch("/cases/{case_id}")
+def change_case(clinic: ClinicHere, case: CaseHere, given: CaseChange) -> Case:
+    """Say something else of a case: kind, side, note, archived."""
+    said: dict[str, Any] = given.model_dump(exclude_unset=True)
+    keep = {name: value for name, value in said.items() if value is not None or name in _MAY_BE_NO}
+    case.relabel(replace(case.label, **keep))
+    clinic.news.tell(case.case_id, "case")
+    return case_reply(clinic, case)
+
+
+@router.delete("/cases/{case_id}", status_code=204)
+def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
+    """Delete a case for good; `contents` lists what goes."""
+    clinic.coaches.drop(case)
+    clinic.desk.forget(Bench(case))
+    clinic.shelf.remove(case)
+    clinic.news.tell(case.case_id, "case")
+
+
+@router.get("/cases/{case_id}/contents")
+def list_contents(case: CaseHere) -> list[Held]:
+    """What a case's folder holds, and would lose."""
+    return [Held(what=one.what, files=one.files, bytes=one.bytes) for one in case.holdings()]
+
+
+@router.post("/cases/{case_id}/clear")
+def clear_case(clinic: ClinicHere, case: CaseHere) -> Freed:
+    """Remove intermediate products; photos, results and work stay."""
+    freed = case.clear_intermediate()
+    clinic.news.tell(case.case_id, "case")
+    return Freed(bytes=freed)
+
+
+@router.get("/cases/{case_id}/thumbnail", response_class=FileResponse, responses=PICTURE)
+def read_thumbnail(case: CaseHere) -> FileResponse:
+    """A picture of the case's surface."""
+    if case.thumbnail is None:
+        raise missing("This case has no picture yet.")
+    return FileResponse(case.thumbnail, headers={"cache-control": "private, max-age=60"})
+
+
+_MAY_BE_NO = ("kind", "side")
+
+
+def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
+    """What the list says of a case."""
+    label = case.label
+    photos = len(clinic.intake(case).received()) or _given_photos(case)
+    job = read_job_file(case.folder)
+    running = clinic.runner.running(case.folder)
+    state, message = _state(case, photos)
+    if running is not None and running.active:
+        state, message = ("held" if running.file.state == "held" else "computing"), ""
+    elif job is not None and job.state != "finished" and state != "finished":
+        state = "computing" if job.state == "running" else job.state
+        message = job.message
+    verdict = read_verdict(case.folder)
+    said = (
+        None
+        if verdict is None
+        else Verdict(
+            light=verdict.light,
+            headline=verdict.headline,
+            reasons=list(verdict.reasons),
+            facts=verdict.facts,
+        )
+    )
+    steps = _steps(case, photos, state, said)
+    return Case(
+        id=case.case_id,
+        kind=label.kind,
+        side=label.side,
+        note=label.note,
+        made=label.made,
+        changed=last_change(case),
+        archived=label.archived,
+        sample=label.sample,
+        state=state,
+        message=message,
+        verdict=said,
+        photos=photos,
+        steps=steps,
+        next=_next(steps),
+        bytes=sum(one.bytes for one in case.holdings()),
+        thumbnail=None if case.thumbnail is None else f"/api/v1/cases/{case.case_id}/thumbnail",
+    )
+
+
+def _next(steps: list[Step]) -> StepName:
+    """The first step that waits for somebody."""
+    for one in steps:
+        if one.state in ("open", "check"):
+            return one.name
+    return "record"
+
+
+def _given_photos(case: ShelvedCase) -> int:
+    """Photos of a case that was made by the command line."""
+    folder = case.folder.photos
+    return sum(one.is_file() for one in folder.iterdir()) if folder.is_dir() else 0
+
+
+def _state(case: ShelvedCase, photos: int) -> tuple[State, str]:
+    if read_verdict(case.folder) is not None:
+        return "finished", ""
+    return ("photos" if photos else "empty"), ""
+
+
+def _steps(case: ShelvedCase, photos: int, state: State, verdict: Verdict | None) -> list[Step]:
+    bench = Bench(case)
+    scan = bench.has_scan()
+    stale = scan and bench.is_stale()
+    progress = bench.progress() if scan else None
+    aligned = progress is not None and progress.aligned
+    capture: StepState = "done" if scan else "open"
+    result: StepState = "locked" if not scan and state in ("empty", "photos") else (
+        "done" if scan and state != "computing" else "open"
+    )  # fmt: skip
+    of_scan: StepState = "locked" if not scan else "check" if stale else "open"
+
+    def after(done: bool) -> StepState:
+        return "locked" if not aligned else "check" if stale else "done" if done else "open"
+
+    places = 0 if progress is None else progress.landmarks
+    edits = 0 if progress is None else progress.edits
+    files = 0 if progress is None else progress.files
+    tapes = 0 if progress is None else progress.tapes
+    need_axis = "Needs the front and the axis: Align."
+    return [
+        Step(name="capture", state=capture, line=f"{photos} photos are here"),
+        Step(
+            name="result",
+            state=result,
+            line=verdict.light.capitalize() if verdict else "Compute the shape first",
+        ),
+        Step(
+            name="align",
+            state="done" if aligned and not stale else of_scan,
+            line=f"{places} places{', front set' if aligned else ''}" if scan else "Needs a shape",
+        ),
+        Step(
+            name="measure",
+            state=after(tapes > 0),
+            line=f"{tapes} by tape" if aligned else need_axis,
+        ),
+        Step(
+            name="rectify",
+            state=after(edits > 0),
+            line=f"{edits} edits" if aligned else need_axis,
+        ),
+        Step(
+            name="send",
+            state=after(files > 0),
+            line=f"{files} files" if aligned else need_axis,
+        ),
+        Step(
+            name="record",
+            state="locked" if not aligned else "open",
+            line="To print" if aligned else need_axis,
+        ),
+    ]

@@ -1,0 +1,114 @@
+"""Clinic: what all routes work on: the shelf, the jobs, the shapes in memory, and the news.
+
+A route gets it, and the case that its path names, by the annotations at the end.
+"""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Annotated
+
+from fastapi import Depends, Path, Request
+
+from limbgram.app.access import Access
+from limbgram.app.coaching import Coaches
+from limbgram.app.desk import Desk
+from limbgram.cases.bench import Bench
+from limbgram.cases.cameras import Cameras
+from limbgram.cases.intake import Intake, secret_of
+from limbgram.cases.running import Runner, mark_interrupted
+from limbgram.cases.shelf import ID_PATTERN, Shelf, ShelvedCase
+
+
+@dataclass
+class News:
+    """Counts what changed in each case, by subject, so that whoever listens asks for the rest."""
+
+    _counts: dict[tuple[str, str], int] = field(default_factory=dict[tuple[str, str], int])
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def tell(self, case_id: str, subject: str) -> None:
+        """Something of a subject changed: photos, check, job, work, case."""
+        with self._lock:
+            at = case_id, subject
+            self._counts[at] = self._counts.get(at, 0) + 1
+
+    def of(self, case_id: str) -> dict[str, int]:
+        """Counts by subject."""
+        with self._lock:
+            return {subject: n for (case, subject), n in self._counts.items() if case == case_id}
+
+    def of_all(self) -> dict[str, int]:
+        """Counts by case."""
+        with self._lock:
+            found: dict[str, int] = {}
+            for (case, _), count in self._counts.items():
+                found[case] = found.get(case, 0) + count
+            return found
+
+
+@dataclass
+class Clinic:
+    """Everything behind the routes."""
+
+    shelf: Shelf
+    access: Access
+    news: News = field(default_factory=News)
+    desk: Desk = field(default_factory=Desk)
+    runner: Runner = field(init=False)
+    coaches: Coaches = field(init=False)
+    origin: Callable[[], str] = lambda: ""
+    """Address of this server, for links."""
+
+    def __post_init__(self) -> None:
+        self.runner = Runner(
+            self.shelf.root / "pace.json", lambda case: self.news.tell(case, "job")
+        )
+        self.coaches = Coaches(lambda case: self.news.tell(case, "check"))
+
+    def open(self) -> None:
+        """Take the shelf up: what was running when the program last ended is called interrupted."""
+        self.shelf.open()
+        for case in self.shelf.cases():
+            mark_interrupted(case.folder)
+        Cameras(self.shelf.cameras).settle()
+
+    def close(self) -> None:
+        """End what runs; what is finished is kept."""
+        self.coaches.close()
+        self.runner.close()
+
+    def intake(self, case: ShelvedCase) -> Intake:
+        return self.intake_of(case.received)
+
+    def intake_of(self, folder: FilePath) -> Intake:
+        """Where photos of a case, or of a camera's board, come in."""
+        return Intake(folder, secret_of(self.shelf.root))
+
+
+def clinic_of(request: Request) -> Clinic:
+    clinic: Clinic = request.app.state.clinic
+    return clinic
+
+
+ClinicHere = Annotated[Clinic, Depends(clinic_of)]
+
+
+def case_of(
+    clinic: ClinicHere,
+    case_id: Annotated[
+        str, Path(pattern=ID_PATTERN, description="Id of the case, such as K7Q-4F2.")
+    ],
+) -> ShelvedCase:
+    return clinic.shelf.case(case_id)
+
+
+CaseHere = Annotated[ShelvedCase, Depends(case_of)]
+
+
+def bench_of(case: CaseHere) -> Bench:
+    return Bench(case)
+
+
+BenchHere = Annotated[Bench, Depends(bench_of)]

@@ -1,0 +1,153 @@
+"""Compare: the shape of a case beside its scan, another case, or a shape of elsewhere."""
+
+import secrets
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Request, Response
+from pydantic import BaseModel, Field
+
+from limbgram.app.blocks import encode_blocks
+from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.replies import BINARY
+from limbgram.app.surface import Which, limb_of
+from limbgram.cases.bench import Bench
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
+from limbgram.formats.reading import SUFFIXES, read_limb
+from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
+from limbgram.workbench.compare.messages import comparison_lines, comparison_tree
+from limbgram.workbench.compare.registration import RegistrationOptions, Way
+from limbgram.workbench.limb import Limb
+
+router = APIRouter(tags=["compare"])
+
+_MOST_BYTES = 400_000_000
+_NAME = r"^[A-Za-z0-9][A-Za-z0-9 _-]{0,60}\.[A-Za-z]{3}$"
+
+
+class Against(BaseModel):
+    """What the shape is compared with."""
+
+    of: Which = Field(default="rectified", description="Which shape of this case is the second.")
+    case: str | None = Field(default=None, description="Another case, whose scan is the first.")
+    shape: str | None = Field(default=None, description="A file that was sent; it is the first.")
+    align: Way = Field(default="auto", description="How they are laid on each other; never scaled.")
+    spacing_mm: float = Field(default=20.0, ge=1, le=500)
+
+
+class ComparisonReply(BaseModel):
+    """What changed from the first shape to the second."""
+
+    verdict: str
+    lines: list[str]
+    figures: dict[str, Any] = Field(description="As `limbgram compare --json` gives them.")
+
+
+class ShapeName(BaseModel):
+    """A shape that was sent."""
+
+    name: str
+    bytes: int
+
+
+@router.get("/cases/{case_id}/shapes")
+def list_shapes(bench: BenchHere) -> list[ShapeName]:
+    """Shapes of elsewhere that were sent to compare with."""
+    if not bench.shapes.is_dir():
+        return []
+    files = sorted(one for one in bench.shapes.iterdir() if one.suffix.lower() in SUFFIXES)
+    return [ShapeName(name=one.name, bytes=one.stat().st_size) for one in files]
+
+
+@router.put(
+    "/cases/{case_id}/shapes/{name}",
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            },
+        }
+    },
+)
+async def put_shape(
+    bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)], request: Request
+) -> ShapeName:
+    """Send a shape to compare with: STL, PLY, OBJ, GLB or AOP."""
+    suffix = f".{name.rpartition('.')[2].lower()}"
+    if suffix not in SUFFIXES:
+        raise OptionsError(f"{name} is of a kind that is not read. Send STL, PLY, OBJ, GLB or AOP.")
+    content = bytearray()
+    async for piece in request.stream():
+        content += piece
+        if len(content) > _MOST_BYTES:
+            raise OptionsError(f"{name} is larger than 400 MB. Reduce it where it came from.")
+    bench.shapes.mkdir(parents=True, exist_ok=True)
+    beside = bench.shapes / f".{secrets.token_hex(4)}{suffix}"
+    try:
+        beside.write_bytes(content)
+        read_limb(beside)
+    finally:
+        beside.unlink(missing_ok=True)
+    write_bytes(bench.shapes / name, bytes(content))
+    return ShapeName(name=name, bytes=len(content))
+
+
+@router.post("/cases/{case_id}/compare")
+def compare_with(clinic: ClinicHere, bench: BenchHere, given: Against) -> ComparisonReply:
+    """Where two shapes differ, by how much, and whether it matters for the fit."""
+    found = _compared(clinic, bench, given)
+    tree = comparison_tree(found)
+    return ComparisonReply(
+        verdict=str(tree["verdict"]), lines=list(comparison_lines(found)), figures=_finite(tree)
+    )
+
+
+@router.post("/cases/{case_id}/compare/differences", response_class=Response, responses=BINARY)
+def read_compared(clinic: ClinicHere, bench: BenchHere, given: Against) -> Response:
+    """The second shape in the first's limb frame, with its signed distance at each vertex.
+
+    Blocks positions, indices and signed_mm; positive outside the first; NaN where nothing is near.
+    """
+    found = _compared(clinic, bench, given)
+    signed = found.deviation.on_second.difference_mm
+    mesh = found.second_in_limb
+    content = encode_blocks(
+        {"what": "differences", "first": found.names[0], "second": found.names[1]},
+        {"positions": mesh.vertices_mm, "indices": mesh.faces, "signed_mm": signed},
+    )
+    return Response(content, media_type="application/octet-stream")
+
+
+def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
+    second, _ = limb_of(clinic, bench, given.of)
+    options = CompareOptions(
+        registration=RegistrationOptions(way=given.align), spacing_mm=given.spacing_mm
+    )
+    return compare(_first(clinic, bench, given), second, options)
+
+
+def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
+    if given.case is not None and given.shape is not None:
+        raise OptionsError("Compare with a case or with a file, not with both.")
+    if given.case is not None:
+        return clinic.desk.shape(Bench(clinic.shelf.case(given.case))).limb
+    if given.shape is not None:
+        known = [one.name for one in list_shapes(bench)]
+        if given.shape not in known:
+            raise LookupError("There is no such shape. Send it first.")
+        return read_limb(bench.shapes / given.shape)
+    return limb_of(clinic, bench, "scan")[0]
+
+
+def _finite(tree: Any) -> Any:
+    """Without numbers that JSON does not have."""
+    match tree:
+        case dict():
+            return {str(name): _finite(value) for name, value in tree.items()}
+        case list() | tuple():
+            return [_finite(value) for value in tree]
+        case float() if tree != tree or tree in (float("inf"), float("-inf")):
+            return None
+        case _:
+            return tree

@@ -1,0 +1,80 @@
+"""Desk: the shapes that are worked on, kept in memory as long as their files stay as they are."""
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from limbgram.cases.bench import Bench
+from limbgram.core.mesh.closest import TriangleTree
+from limbgram.formats.reading import ShapeFile
+from limbgram.formats.sidecar import limb_file_beside
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.recipe import Kept, Recipe, Replayed, replay
+
+_MOST_OPEN = 3
+"""Shapes in memory; one of 250,000 triangles with its edits takes 150 MB."""
+
+Key = tuple[tuple[str, int, int], ...]
+
+
+@dataclass
+class OpenShape:
+    """A scan in memory, and what its recipes made of it so far."""
+
+    file: ShapeFile
+    key: Key
+    kept: Kept
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    """Held while edits are done: one at a time."""
+
+    @property
+    def limb(self) -> Limb:
+        return self.file.limb
+
+    @cached_property
+    def tree(self) -> TriangleTree:
+        """To find places on it."""
+        return TriangleTree.of(self.limb.mesh.vertices_mm, self.limb.mesh.faces)
+
+    def replayed(self, recipe: Recipe) -> Replayed:
+        """The shape after a recipe; only what changed since is done."""
+        with self.lock:
+            return replay(recipe, self.limb, self.kept)
+
+
+@dataclass
+class Desk:
+    """Shapes in memory, the last used ones."""
+
+    _open: "OrderedDict[Path, OpenShape]" = field(default_factory=lambda: OrderedDict())
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def shape(self, bench: Bench) -> OpenShape:
+        """The scan of a case, read again if its files changed."""
+        place = bench.scan_file()
+        with self._lock:
+            key = _key(place)
+            known = self._open.get(place)
+            if known is None or known.key != key:
+                read = bench.read()
+                known = OpenShape(read, key, Kept(read.limb))
+                self._open[place] = known
+            self._open.move_to_end(place)
+            while len(self._open) > _MOST_OPEN:
+                self._open.popitem(last=False)
+            return known
+
+    def forget(self, bench: Bench) -> None:
+        """Let a case's shape go."""
+        with self._lock:
+            for place in [place for place in self._open if place.parent == bench.root]:
+                del self._open[place]
+
+
+def _key(place: Path) -> Key:
+    """Tells whether a shape's file or its limb file was written since."""
+    files = (place, limb_file_beside(place))
+    told = ((file, file.stat()) for file in files if file.is_file())
+    return tuple((file.name, status.st_mtime_ns, status.st_size) for file, status in told)

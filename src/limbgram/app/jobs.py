@@ -1,0 +1,227 @@
+"""Job: the computing of a case's shape, and its products as they come."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Query, Response
+from pydantic import BaseModel, Field
+
+from limbgram.app.blocks import encode_blocks, surface_blocks
+from limbgram.app.boards import BoardSpec
+from limbgram.app.cameras import camera_files
+from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
+from limbgram.app.replies import BINARY, missing
+from limbgram.cases.order import Job
+from limbgram.cases.running import JobState, StageProgress, TimeLeft, read_job_file
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.cases.underway import Underway, cameras_underway, cloud_underway, surface_underway
+from limbgram.core.errors import CaseError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
+from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
+
+router = APIRouter(tags=["job"])
+
+Coordinates = tuple[float, float, float]
+
+
+class Tape(BaseModel):
+    """A girth taped on the limb before the photos, to test the size by."""
+
+    girth_mm: float = Field(gt=0, le=5000)
+    height_mm: float | None = Field(
+        default=None, ge=-5000, le=5000, description="Above the table; null: the widest place."
+    )
+
+
+class JobOptions(BaseModel):
+    """What is decided about a run."""
+
+    board: BoardSpec | None = Field(
+        default=BoardSpec(), description="The scale board in the scene; null looks for none."
+    )
+    cameras: list[str] = Field(default=[], max_length=20, description="Ids of calibrated cameras.")
+    distances: list[KnownDistance] = Field(
+        default=[],
+        max_length=100,
+        description="Known lengths between points picked in two photos or more.",
+    )
+    tapes: list[Tape] = Field(default=[], max_length=100)
+    unscaled: bool = Field(default=False, description="Go on without a size.")
+    surface: Literal["ball-pivoting", "poisson"] = "ball-pivoting"
+    box_mm: tuple[Coordinates, Coordinates] | None = Field(
+        default=None,
+        description="Only what lies in this box of the world: lowest and highest corner.",
+    )
+    part: int | None = Field(default=None, ge=1, le=1000, description="Which body is the limb.")
+    triangles: int = Field(default=MOST_TRIANGLES, ge=10_000, le=20_000_000)
+    memory_gb: float | None = Field(default=None, ge=0.5, le=4096)
+
+
+class JobReply(BaseModel):
+    """How far a run is."""
+
+    state: JobState | Literal["none"]
+    stages: list[StageProgress]
+    stage: int = Field(description="Number of the stage that runs, from 1.")
+    elapsed_s: float = Field(description="Of all starts together, without pauses.")
+    left: TimeLeft | None = Field(default=None, description="null where nobody knows.")
+    began: str = ""
+    message: str = Field(default="", description="What, why, what to do; where it did not finish.")
+    kind: str = Field(default="", description="Name of the error; for experts.")
+    light: str = ""
+    photos: list[str] = Field(default=[], description="That it works on.")
+    there: Underway = Field(description="Products that can be looked at already.")
+
+
+class Camera(BaseModel):
+    """Where a photo was taken."""
+
+    photo: str
+    centre_mm: Coordinates
+    right: Coordinates
+    down: Coordinates
+    forward: Coordinates
+    width_px: int
+    height_px: int
+    focal_px: float
+
+
+@router.get("/cases/{case_id}/job")
+def read_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+    """How far the run is; the same after the program was started again."""
+    return _reply(clinic, case)
+
+
+@router.post("/cases/{case_id}/job", status_code=202)
+def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply:
+    """Compute the shape, for the first time or with other options; nothing is sent again."""
+    received = [one for one in clinic.intake(case).received() if not one.problem]
+    folder = case.received if received else case.folder.photos
+    if not folder.is_dir():
+        raise CaseError("There are no photos here yet. Send them first.")
+    megapixels = sum(one.width_px * one.height_px for one in received) / 1e6
+    job = Job(
+        case=case.folder.root,
+        sources=tuple(folder / one.name for one in received) or (folder,),
+        camera_files=camera_files(clinic, given.cameras),
+        board=None if given.board is None else given.board.board(),
+        distances=tuple(given.distances),
+        tapes=tuple(
+            TapedGirth(girth_mm=one.girth_mm, height_mm=one.height_mm) for one in given.tapes
+        ),
+        unscaled=given.unscaled,
+        choices=Choices(
+            surface=given.surface,
+            box_mm=given.box_mm,
+            part=given.part,
+            most_triangles=given.triangles,
+        ),
+        memory_mb=None if given.memory_gb is None else 1024 * given.memory_gb,
+    )
+    clinic.coaches.of(case).cancel()
+    clinic.runner.start(job, megapixels)
+    return _reply(clinic, case)
+
+
+@router.post("/cases/{case_id}/job/pause")
+def pause_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+    """Let the run rest; it keeps its memory and its elapsed time."""
+    job = clinic.runner.running(case.folder)
+    if job is None:
+        raise CaseError("Nothing is running that could rest. Start it first.")
+    job.hold()
+    return _reply(clinic, case)
+
+
+@router.post("/cases/{case_id}/job/resume")
+def resume_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+    """Let a resting run go on; or take up one that was cancelled or interrupted."""
+    job = clinic.runner.running(case.folder)
+    if job is not None and job.file.state == "held":
+        job.go_on()
+    else:
+        clinic.runner.again(case.folder)
+    return _reply(clinic, case)
+
+
+@router.post("/cases/{case_id}/job/cancel")
+def cancel_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
+    """End the run within two seconds; finished stages are kept, `resume` goes on from there."""
+    job = clinic.runner.running(case.folder)
+    if job is None or not job.active:
+        raise CaseError("Nothing is running that could be cancelled.")
+    job.cancel()
+    return _reply(clinic, case)
+
+
+@router.get("/cases/{case_id}/job/cameras")
+def read_cameras(case: CaseHere) -> list[Camera]:
+    """Where the photos were taken, as soon as they are placed."""
+    return [
+        Camera(
+            photo=view.name,
+            centre_mm=_triple(view.centre_in_world),
+            right=_triple(view.camera_from_world.rotation[0]),
+            down=_triple(view.camera_from_world.rotation[1]),
+            forward=_triple(view.camera_from_world.rotation[2]),
+            width_px=view.camera.width_px,
+            height_px=view.camera.height_px,
+            focal_px=float(view.camera.fx),
+        )
+        for view in cameras_underway(case.folder)
+    ]
+
+
+@router.get("/cases/{case_id}/job/cloud", response_class=Response, responses=BINARY)
+def read_cloud(
+    case: CaseHere,
+    most: Annotated[int, Query(ge=1000, le=2_000_000, description="Points at most.")] = 60_000,
+) -> Response:
+    """The points, as soon as they are there: blocks positions, normals, colours."""
+    cloud = cloud_underway(case.folder)
+    if cloud is None:
+        raise missing("There are no points yet.")
+    step = max(1, -(-len(cloud) // most))
+    blocks = {
+        "positions": cloud.points_mm[::step],
+        "normals": cloud.normals[::step],
+        "colours": cloud.colours[::step],
+    }
+    content = encode_blocks({"what": "cloud", "points": len(cloud)}, blocks)
+    return Response(content, media_type="application/octet-stream")
+
+
+@router.get("/cases/{case_id}/job/surface", response_class=Response, responses=BINARY)
+def read_surface_underway(case: CaseHere) -> Response:
+    """The surface as far as it is: wrapped, then measured."""
+    mesh = surface_underway(case.folder)
+    if mesh is None:
+        raise missing("There is no surface yet.")
+    return Response(surface_blocks(mesh, {}), media_type="application/octet-stream")
+
+
+def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
+    running = clinic.runner.running(case.folder)
+    job = running.file if running is not None else read_job_file(case.folder)
+    there = Underway.of(case.folder)
+    if job is None:
+        return JobReply(state="none", stages=[], stage=0, elapsed_s=0.0, there=there)
+    at = next((k for k, one in enumerate(job.stages, 1) if one.state == "running"), 0)
+    return JobReply(
+        state=job.state,
+        stages=list(job.stages),
+        stage=at or sum(one.state == "done" for one in job.stages),
+        elapsed_s=job.elapsed_s if running is None else running.elapsed_s,
+        left=None if running is None else running.left(),
+        began=job.began,
+        message=job.message,
+        kind=job.kind,
+        light=job.light,
+        photos=[one.name for one in clinic.intake(case).received()],
+        there=there,
+    )
+
+
+def _triple(values: Vector3) -> Coordinates:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

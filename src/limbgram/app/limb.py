@@ -1,0 +1,223 @@
+"""Limb: landmarks, side and axes of the shape that is worked on."""
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+import numpy as np
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.replies import missing
+from limbgram.app.surface import Coordinates, triple
+from limbgram.cases.bench import Bench
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.frame.landmarks import NAMES, Facing, with_landmarks
+from limbgram.workbench.frame.marks import MarkOptions, find_marks
+from limbgram.workbench.limb import Kind, Landmark, Limb, Side
+
+router = APIRouter(tags=["limb"])
+
+NameHere = Annotated[str, Path(min_length=1, max_length=80, description="The landmark's name.")]
+
+
+class Place(BaseModel):
+    """A named place on the surface."""
+
+    name: str
+    position_mm: Coordinates = Field(description="In the mesh's frame, on the surface.")
+    in_limb_mm: Coordinates | None = Field(default=None, description="Right, anterior, proximal.")
+    within_mm: float | None = Field(
+        default=None, description="± in 95 of 100 of the surface there."
+    )
+
+
+class LimbReply(BaseModel):
+    """What is known of the shape that is worked on."""
+
+    source: str = Field(description="Name of its file in the case.")
+    sha256: str
+    vertices: int
+    faces: int
+    aligned: bool
+    side: Side | None = None
+    kind: Kind | None = None
+    places: list[Place]
+    rotation: list[Coordinates] | None = Field(
+        default=None, description="Rows of the rotation from the mesh's frame to the limb's."
+    )
+    translation_mm: Coordinates | None = Field(default=None, description="Of that motion.")
+    size_mm: Coordinates = Field(description="Of its box: in the limb frame if it is aligned.")
+    sock_mm: float
+    stale: bool = Field(description="The case was computed again: take the new surface, or stay.")
+    doubt: str = Field(default="", description="Why nothing may be made of it unchecked.")
+    notes: list[str] = []
+
+
+class PlaceMark(BaseModel):
+    """Where a place was picked."""
+
+    position_mm: Coordinates = Field(description="In the mesh's frame, near the surface.")
+
+
+class TemplateName(BaseModel):
+    """A place that clinicians know by name."""
+
+    name: str
+    facing: Facing
+    level: int
+
+
+class Mark(BaseModel):
+    """A painted spot that may be a place."""
+
+    position_mm: Coordinates
+    colour: tuple[int, int, int]
+    diameter_mm: float
+
+
+class Align(BaseModel):
+    """What the clinician states. Directions are in the mesh's frame."""
+
+    side: Side = Field(description="Of the patient; none for a torso. Never guessed.")
+    kind: Kind | None = None
+    axis: Coordinates | Literal["fit"] | None = Field(
+        default=None,
+        description="Long axis, pointing proximally; null or fit: fitted to the shape.",
+    )
+    proximal: Coordinates | None = Field(default=None, description="Roughly towards the body.")
+    anterior: Coordinates | None = Field(
+        default=None, description="Roughly forwards; else by places."
+    )
+    plumb: tuple[str, str] | None = Field(
+        default=None, description="Upper and lower place, one above."
+    )
+    flexion_deg: float = Field(default=0.0, ge=-120, le=120)
+
+
+@router.get("/templates/names/{kind}")
+def list_names(kind: Kind) -> list[TemplateName]:
+    """The places that are known of a kind of limb, in the order in which they are asked for."""
+    return [TemplateName(name=one.name, facing=one.facing, level=one.level) for one in NAMES[kind]]
+
+
+@router.get("/cases/{case_id}/limb")
+def read_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
+    """The shape that is worked on: places, side, axes."""
+    return limb_reply(clinic, bench)
+
+
+@router.put("/cases/{case_id}/limb/places/{name}")
+def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: PlaceMark) -> LimbReply:
+    """Place a landmark, or move it; it goes to the nearest place on the surface."""
+    shape = clinic.desk.shape(bench)
+    picked = Landmark(name=name, position_mm=_vector(given.position_mm))
+    with shape.lock:
+        bench.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
+    return _told(clinic, bench)
+
+
+@router.delete("/cases/{case_id}/limb/places/{name}")
+def delete_place(clinic: ClinicHere, bench: BenchHere, name: NameHere) -> LimbReply:
+    """Take a landmark away."""
+    shape = clinic.desk.shape(bench)
+    left = tuple(one for one in shape.limb.landmarks if one.name != name)
+    if len(left) == len(shape.limb.landmarks):
+        raise missing("There is no place of that name.")
+    with shape.lock:
+        bench.save_limb(replace(shape.limb, landmarks=left), shape.file)
+    return _told(clinic, bench)
+
+
+@router.get("/cases/{case_id}/limb/marks")
+def list_marks(clinic: ClinicHere, bench: BenchHere) -> list[Mark]:
+    """Painted spots on the surface, the plainest first: guesses for places."""
+    found = find_marks(clinic.desk.shape(bench).limb.mesh, MarkOptions())
+    return [
+        Mark(
+            position_mm=triple(one.position_mm),
+            colour=(int(one.colour[0]), int(one.colour[1]), int(one.colour[2])),
+            diameter_mm=one.diameter_mm,
+        )
+        for one in found
+    ]
+
+
+@router.post("/cases/{case_id}/limb/align")
+def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
+    """Give the shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal."""
+    shape = clinic.desk.shape(bench)
+    fitted = given.axis == "fit"
+    options = AlignOptions(
+        side=given.side,
+        kind=given.kind or bench.case.label.kind,
+        axis=None if given.axis is None or given.axis == "fit" else _vector(given.axis),
+        fit_anew=fitted,
+        proximal=None if given.proximal is None else _vector(given.proximal),
+        anterior=None if given.anterior is None else _vector(given.anterior),
+        plumb=given.plumb,
+        flexion_deg=given.flexion_deg,
+        declared=shape.file.declared,
+    )
+    with shape.lock:
+        aligned = align(shape.limb, options)
+        bench.save_limb(aligned, shape.file)
+    label = bench.case.label
+    bench.case.relabel(replace(label, side=given.side, kind=options.kind or label.kind))
+    reply = _told(clinic, bench)
+    reply.notes = [*aligned.notes]
+    return reply
+
+
+@router.post("/cases/{case_id}/limb/refresh")
+def refresh_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
+    """Take the surface of the last run to work on; places are carried over, axes set anew."""
+    bench.take_scan()
+    return _told(clinic, bench)
+
+
+def limb_reply(clinic: Clinic, bench: Bench) -> LimbReply:
+    shape = clinic.desk.shape(bench)
+    limb, mesh = shape.limb, shape.limb.mesh
+    motion = None if limb.frame is None else limb.frame.limb_from_mesh
+    places = mesh.vertices_mm if motion is None else motion.apply(mesh.vertices_mm)
+    return LimbReply(
+        source=bench.scan_file().name,
+        sha256=shape.file.sha256,
+        vertices=len(mesh),
+        faces=len(mesh.faces),
+        aligned=motion is not None,
+        side=None if limb.frame is None else limb.frame.side,
+        kind=limb.kind or bench.case.label.kind,
+        places=[_place(limb, one) for one in limb.landmarks],
+        rotation=None if motion is None else [triple(row) for row in motion.rotation],
+        translation_mm=None if motion is None else triple(motion.translation),
+        size_mm=triple(np.ptp(places, axis=0)),
+        sock_mm=limb.sock_mm,
+        stale=bench.is_stale(),
+        doubt=limb.doubt,
+        notes=list(limb.notes),
+    )
+
+
+def _told(clinic: Clinic, bench: Bench) -> LimbReply:
+    clinic.news.tell(bench.case.case_id, "work")
+    return limb_reply(clinic, bench)
+
+
+def _place(limb: Limb, mark: Landmark) -> Place:
+    motion = None if limb.frame is None else limb.frame.limb_from_mesh
+    mesh = limb.mesh
+    nearest = int(((mesh.vertices_mm - mark.position_mm) ** 2).sum(1).argmin())
+    sigma = float("nan") if mesh.sigma_mm is None else float(mesh.sigma_mm[nearest])
+    return Place(
+        name=mark.name,
+        position_mm=triple(mark.position_mm),
+        in_limb_mm=None if motion is None else triple(motion.apply(mark.position_mm[None])[0]),
+        within_mm=1.96 * sigma if np.isfinite(sigma) else None,
+    )
+
+
+def _vector(values: Coordinates) -> Vector3:
+    return np.array(values, np.float64)

@@ -1,0 +1,233 @@
+"""Measures: the table of girths, widths and volumes, and what the tape read."""
+
+import math
+from typing import Annotated
+
+from fastapi import APIRouter, Response
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import BenchHere, ClinicHere
+from limbgram.app.surface import Which, limb_of
+from limbgram.cases.bench import Bench
+from limbgram.core.interval import COVER
+from limbgram.workbench.measures.levels import Figure
+from limbgram.workbench.measures.measuring import (
+    LimbMeasureOptions,
+    Measures,
+    Row,
+    check_alone,
+    measure_limb,
+)
+from limbgram.workbench.measures.table import csv_text
+from limbgram.workbench.measures.tape import TapeCheck, TapeReading
+
+router = APIRouter(tags=["measures"])
+
+Millimetres = Annotated[float, Field(ge=-5000, le=5000)]
+
+
+class Value(BaseModel):
+    """A figure and how sure it is."""
+
+    value: float
+    sigma: float | None = Field(default=None, description="One standard deviation.")
+    within: float | None = Field(default=None, description="± in 95 of 100.")
+
+
+class Level(BaseModel):
+    """One height of the table; lengths in mm, areas in mm2, volumes in mL."""
+
+    height_mm: float = Field(description="In the limb frame.")
+    from_reference_mm: float
+    tape_mm: Value | None = Field(description="As a taut tape reads: over hollows.")
+    contour_mm: Value | None = Field(description="Along the contour.")
+    ml_mm: Value | None = Field(description="From side to side.")
+    ap_mm: Value | None = Field(description="From front to back.")
+    area_mm2: Value | None
+    volume_below_ml: Value | None
+    loops: int
+    reason: str = Field(default="", description="Why a figure is missing.")
+
+
+class Volume(BaseModel):
+    """Between two heights; null stands for an end of the limb."""
+
+    from_mm: float | None
+    to_mm: float | None
+    volume_ml: Value
+    note: str = ""
+
+
+class Length(BaseModel):
+    """Between two places."""
+
+    start: str
+    end: str
+    along_axis_mm: Value
+    straight_mm: Value
+    over_surface_mm: Value
+
+
+class Reading(BaseModel):
+    """A girth that was read on the patient."""
+
+    height_mm: Millimetres = Field(description="From the reference, as the table counts.")
+    girth_mm: float = Field(gt=0, le=5000)
+
+
+class TapeReply(Reading):
+    """A reading beside what the shape has there."""
+
+    measured_mm: Value | None = None
+    difference_mm: float | None = Field(default=None, description="Positive: the shape is larger.")
+    conflict: bool = False
+    reason: str = Field(default="", description="Why there is nothing to compare with.")
+
+
+class AskMeasures(BaseModel):
+    """What is to be measured."""
+
+    of: Which = "scan"
+    spacing_mm: float = Field(default=20.0, ge=0.1, le=1000)
+    heights_mm: list[Millimetres] | None = Field(default=None, min_length=1, max_length=500)
+    reference: str | None = Field(
+        default=None, max_length=80, description="A place; null: distal end."
+    )
+    sock_mm: float | None = Field(default=None, ge=0, le=20, description="Taken off first.")
+    volumes: list[tuple[Millimetres | None, Millimetres | None]] = Field(default=[], max_length=100)
+    lengths: list[tuple[str, str]] = Field(default=[], max_length=100)
+    with_tape: bool = Field(default=True, description="Compare with the readings that are kept.")
+
+
+class MeasuresReply(BaseModel):
+    """The table."""
+
+    counted_from: str
+    reference_height_mm: float
+    tip_height_mm: float
+    sock_mm: float
+    levels: list[Level]
+    volumes: list[Volume]
+    lengths: list[Length]
+    tape: list[TapeReply]
+    notes: list[str]
+
+
+@router.post("/cases/{case_id}/measures")
+def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> MeasuresReply:
+    """Measure an aligned shape by level."""
+    limb, _ = limb_of(clinic, bench, given.of)
+    found = measure_limb(limb, _options(given))
+    readings = bench.tape() if given.with_tape else ()
+    return MeasuresReply(
+        counted_from=found.counted_from,
+        reference_height_mm=found.reference_mm,
+        tip_height_mm=found.tip_mm,
+        sock_mm=found.limb.sock_mm,
+        levels=[_level(row) for row in found.rows],
+        volumes=[
+            Volume(
+                from_mm=row.low_mm if math.isfinite(row.low_mm) else None,
+                to_mm=row.high_mm if math.isfinite(row.high_mm) else None,
+                volume_ml=_ml(row.volume_mm3),
+                note=row.note,
+            )
+            for row in found.volumes
+        ],
+        lengths=[
+            Length(
+                start=one.start,
+                end=one.end,
+                along_axis_mm=_value(one.along_axis),
+                straight_mm=_value(one.straight),
+                over_surface_mm=_value(one.over_surface),
+            )
+            for one in found.lengths
+        ],
+        tape=_tape(found, readings),
+        notes=list(limb.notes),
+    )
+
+
+@router.post("/cases/{case_id}/measures.csv", response_class=Response)
+def measure_csv(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Response:
+    """The same table for a spreadsheet."""
+    limb, _ = limb_of(clinic, bench, given.of)
+    text = csv_text(measure_limb(limb, _options(given)))
+    return Response(text, media_type="text/csv; charset=utf-8")
+
+
+@router.get("/cases/{case_id}/tape")
+def read_tape(bench: BenchHere) -> list[Reading]:
+    """Girths that were read on the patient."""
+    return _readings(bench)
+
+
+@router.put("/cases/{case_id}/tape")
+def keep_tape(clinic: ClinicHere, bench: BenchHere, given: list[Reading]) -> list[Reading]:
+    """Keep all girths that were read, in place of those before."""
+    bench.save_tape(
+        tuple(TapeReading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in given)
+    )
+    clinic.news.tell(bench.case.case_id, "work")
+    return _readings(bench)
+
+
+def _options(given: AskMeasures) -> LimbMeasureOptions:
+    return LimbMeasureOptions(
+        spacing_mm=given.spacing_mm,
+        heights_mm=None if given.heights_mm is None else tuple(given.heights_mm),
+        reference=given.reference,
+        sock_mm=given.sock_mm,
+        volumes_mm=tuple(
+            (-math.inf if low is None else low, math.inf if high is None else high)
+            for low, high in given.volumes
+        ),
+        lengths=tuple(given.lengths),
+    )
+
+
+def _readings(bench: Bench) -> list[Reading]:
+    return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in bench.tape()]
+
+
+def _tape(found: Measures, readings: tuple[TapeReading, ...]) -> list[TapeReply]:
+    """Each reading by itself: one above the brim must not hide the others."""
+    replies: list[TapeReply] = []
+    for reading in readings:
+        reply = TapeReply(height_mm=reading.height_mm, girth_mm=reading.girth_mm)
+        checked = check_alone(found, reading)
+        if isinstance(checked, TapeCheck):
+            reply.measured_mm = _value(checked.measured)
+            reply.difference_mm, reply.conflict = checked.difference_mm, checked.conflict
+        else:
+            reply.reason = checked
+        replies.append(reply)
+    return replies
+
+
+def _level(row: Row) -> Level:
+    figures = {name: None if one is None else _value(one) for name, one in row.figures.items()}
+    below = row.figures["volume_below_mm3"]
+    return Level(
+        height_mm=row.height_mm,
+        from_reference_mm=row.from_reference_mm,
+        tape_mm=figures["tape_mm"],
+        contour_mm=figures["contour_mm"],
+        ml_mm=figures["ml_mm"],
+        ap_mm=figures["ap_mm"],
+        area_mm2=figures["area_mm2"],
+        volume_below_ml=None if below is None else _ml(below),
+        loops=row.loops,
+        reason=row.reason,
+    )
+
+
+def _value(figure: Figure) -> Value:
+    within = None if figure.sigma is None else COVER * figure.sigma
+    return Value(value=figure.value, sigma=figure.sigma, within=within)
+
+
+def _ml(figure: Figure) -> Value:
+    sigma = None if figure.sigma is None else figure.sigma / 1000
+    return _value(Figure(figure.value / 1000, sigma))

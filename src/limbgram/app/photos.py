@@ -1,0 +1,253 @@
+"""Photos: one PUT a file, in pieces if need be; what is here, and pictures of it."""
+
+import asyncio
+import io
+import re
+from pathlib import Path as FilePath
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi.responses import FileResponse
+from PIL import Image, ImageOps
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.app.replies import PICTURE, missing
+from limbgram.cases.intake import (
+    MOST_FILES,
+    MOST_PHOTO_BYTES,
+    Intake,
+    Received,
+    checked_name,
+    is_zip,
+    limit_of,
+)
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.core.errors import OptionsError
+from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
+
+router = APIRouter(tags=["photos"])
+
+NameHere = Annotated[str, Path(max_length=200, description="The file's own name.")]
+_RANGE = re.compile(r"bytes (\d{1,15})-(\d{1,15})/(\d{1,15}|\*)")
+_PIECE = 1 << 18
+_SMALLEST_PX, _LARGEST_PX = 32, 4096
+
+
+class Photo(BaseModel):
+    """A file that was sent."""
+
+    name: str
+    state: Literal["here", "arriving", "unusable"]
+    bytes: int = Field(description="That are here, as they came.")
+    total: int | None = Field(default=None, description="That were announced.")
+    sha256: str = Field(default="", description="Of the file as it came, once it is whole.")
+    removed: list[str] = Field(default=[], description="What was taken out of its header.")
+    kept: list[str] = Field(
+        default=[], description="What had to stay though it may tell the camera."
+    )
+    width_px: int = 0
+    height_px: int = 0
+    problem: str = ""
+
+
+class Photos(BaseModel):
+    """All files of a case."""
+
+    photos: list[Photo]
+    here: int = Field(description="Files that are whole.")
+    bytes: int
+    most_files: int = MOST_FILES
+    most_bytes: int = Field(default=MOST_PHOTO_BYTES, description="Of one photo.")
+
+
+class Sent(BaseModel):
+    """What became of what was sent."""
+
+    whole: bool = Field(description="Whether the file is whole now; else send the next piece.")
+    new: bool = Field(description="False where the same file was here already.")
+    bytes: int = Field(description="Of the file that are here.")
+    photos: list[Photo] = Field(default=[], description="The file, or what a zip held.")
+
+
+@router.get("/cases/{case_id}/photos")
+def list_photos(clinic: ClinicHere, case: CaseHere) -> Photos:
+    """What is here, and how much of what is still arriving."""
+    found = photos_of(clinic.intake(case), case)
+    return Photos(
+        photos=found,
+        here=sum(one.state != "arriving" for one in found),
+        bytes=sum(one.bytes for one in found),
+    )
+
+
+@router.put(
+    "/cases/{case_id}/photos/{name}",
+    status_code=200,
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            },
+        }
+    },
+)
+async def put_photo(
+    clinic: ClinicHere,
+    case: CaseHere,
+    name: NameHere,
+    request: Request,
+    content_range: Annotated[
+        str | None, Header(description="Of a piece: bytes 0-1048575/8000000.")
+    ] = None,
+    replace: Annotated[
+        bool, Query(description="Put it in the place of another of its name.")
+    ] = False,
+) -> Sent:
+    """Send a photo, a film, or a zip of photos, whole or a piece of it; again does no harm.
+
+    The hash in the answer is that of the file as it came. What is kept has no place, name or serial
+    number in its header; its pixels are the same. If the line breaks, ask for the list: it says how
+    many bytes are here; go on from there with Content-Range.
+    """
+    name = checked_name(name)
+    intake = clinic.intake(case)
+    start, end, total = _range(content_range)
+    length = request.headers.get("content-length", "")
+    if total is None and length.isdecimal() and content_range is None:
+        total = int(length)
+    stream = await asyncio.to_thread(intake.begin, name, start, total)
+    here = start
+    most = limit_of(name) if end is None else end + 1
+    pending = bytearray()
+    with stream:
+        async for piece in request.stream():
+            here += len(piece)
+            if here > most:
+                raise OptionsError(f"{name} is longer than was announced, or than is taken.")
+            pending += piece
+            if len(pending) >= _PIECE:
+                await asyncio.to_thread(stream.write, bytes(pending))
+                pending.clear()
+        await asyncio.to_thread(stream.write, bytes(pending))
+    clinic.news.tell(case.case_id, "photos")
+    whole = content_range is None or (total is not None and here >= total)
+    if not whole:
+        return Sent(whole=False, new=True, bytes=here)
+    if total is not None and here < total:
+        return Sent(whole=False, new=True, bytes=here)
+    ended = await asyncio.to_thread(_finished, intake, name, replace)
+    clinic.news.tell(case.case_id, "photos")
+    return Sent(
+        whole=True,
+        new=any(new for _, new in ended),
+        bytes=here,
+        photos=[_photo(one) for one, _ in ended],
+    )
+
+
+@router.delete("/cases/{case_id}/photos/{name}", status_code=204)
+def delete_photo(clinic: ClinicHere, case: CaseHere, name: NameHere) -> None:
+    """Take a photo out of the case."""
+    if not clinic.intake(case).remove(checked_name(name)):
+        raise missing("There is no such photo.")
+    clinic.news.tell(case.case_id, "photos")
+
+
+@router.get("/cases/{case_id}/photos/{name}/picture", response_class=Response, responses=PICTURE)
+def read_picture(
+    case: CaseHere,
+    name: NameHere,
+    width: Annotated[int, Query(ge=_SMALLEST_PX, le=_LARGEST_PX, description="px")] = 320,
+    upright: Annotated[
+        bool, Query(description="Turned as a person holds it; else as the sensor stores it.")
+    ] = True,
+) -> Response:
+    """A photo as a JPEG of some width."""
+    path = photo_file(case, checked_name(name))
+    return Response(
+        _reduced(path, width, upright=upright),
+        media_type="image/jpeg",
+        headers={"cache-control": "private, max-age=3600"},
+    )
+
+
+@router.get("/cases/{case_id}/photos/{name}/file", response_class=FileResponse, responses=PICTURE)
+def read_file(case: CaseHere, name: NameHere) -> FileResponse:
+    """A photo as it is kept."""
+    path = photo_file(case, checked_name(name))
+    return FileResponse(path, filename=path.name, media_type="application/octet-stream")
+
+
+def photos_of(intake: Intake, case: ShelvedCase) -> list[Photo]:
+    """What was sent, and the photos of a case that was made by the command line."""
+    found = [_photo(one) for one in intake.received()]
+    found += [
+        Photo(name=one.name, state="arriving", bytes=one.bytes, total=one.total)
+        for one in intake.arriving()
+    ]
+    if not found and case.folder.photos.is_dir():
+        given = sorted(one for one in case.folder.photos.iterdir() if one.is_file())
+        found = [Photo(name=one.name, state="here", bytes=one.stat().st_size) for one in given]
+    return found
+
+
+def photo_file(case: ShelvedCase, name: str) -> FilePath:
+    """The file of a photo of a case."""
+    for folder in (case.received, case.folder.photos):
+        if (folder / name).is_file():
+            return folder / name
+    raise missing("There is no such photo.")
+
+
+def _finished(intake: Intake, name: str, replace: bool) -> tuple[tuple[Received, bool], ...]:
+    if is_zip(name):
+        return intake.unpack(name, replace=replace)
+    return (intake.finish(name, replace=replace),)
+
+
+def _photo(received: Received) -> Photo:
+    return Photo(
+        name=received.name,
+        state="unusable" if received.problem else "here",
+        bytes=received.bytes,
+        total=received.bytes,
+        sha256=received.sha256,
+        removed=list(received.removed),
+        kept=list(received.kept),
+        width_px=received.width_px,
+        height_px=received.height_px,
+        problem=received.problem,
+    )
+
+
+def _range(text: str | None) -> tuple[int, int | None, int | None]:
+    """First and last byte of a piece, and of how many."""
+    if text is None:
+        return 0, None, None
+    found = _RANGE.fullmatch(text.strip())
+    first, last = (int(found[1]), int(found[2])) if found else (0, -1)
+    total = int(found[3]) if found and found[3] != "*" else None
+    if last < first or (total is not None and last >= total):
+        raise OptionsError(
+            "The header Content-Range is none. Write it as bytes 0-1048575/8000000, or leave it "
+            "out and send the whole file."
+        )
+    return first, last, total
+
+
+def _reduced(path: FilePath, width: int, *, upright: bool) -> bytes:
+    try:
+        with open_picture(path) as picture:
+            picture.draft("RGB", (width, width))
+            turned = ImageOps.exif_transpose(picture) if upright else picture
+            small = turned.convert("RGB")
+    except DECODING_FAULTS as fault:
+        raise missing("The photo cannot be shown: it is damaged.") from fault
+    height = max(1, round(small.height * width / small.width))
+    if small.width > width:
+        small = small.resize((width, height), Image.Resampling.BOX)
+    made = io.BytesIO()
+    small.save(made, "JPEG", quality=82)
+    return made.getvalue()

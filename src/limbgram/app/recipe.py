@@ -1,0 +1,303 @@
+"""Recipe: the edits in order, which are the list of what can be undone; previews and the ledger."""
+
+from dataclasses import replace
+from typing import Annotated, Any, cast
+
+from fastapi import APIRouter, Path, Response
+from pydantic import BaseModel, Field
+
+from limbgram.app.blocks import change_blocks, surface_blocks
+from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.desk import OpenShape
+from limbgram.app.replies import BINARY
+from limbgram.app.surface import tag_of
+from limbgram.cases.bench import Bench
+from limbgram.core.errors import LimbgramError, OptionsError
+from limbgram.core.typed import tree_of
+from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
+from limbgram.workbench.edits.editing import EDIT_NAMED
+from limbgram.workbench.recipe.accepting import plain_words
+from limbgram.workbench.recipe.file import encode_recipe, make_edit, parse_recipe
+from limbgram.workbench.recipe.ledger import Ledger, Line
+from limbgram.workbench.recipe.recipe import (
+    Entry,
+    Recipe,
+    accepted,
+    added,
+    described,
+    moved,
+    removed,
+    require_scan,
+    switched,
+)
+
+router = APIRouter(tags=["recipe"])
+
+Number = Annotated[int, Path(ge=1, le=1000, description="Of the edit, from 1.")]
+Parameters = dict[str, Any]
+
+
+class Parameter(BaseModel):
+    """One parameter of a kind of edit."""
+
+    name: str
+    expected: str
+    meaning: str
+
+
+class EditKind(BaseModel):
+    """A kind of edit that there is."""
+
+    kind: str
+    does: str
+    parameters: list[Parameter]
+
+
+class EditReply(BaseModel):
+    """One edit of the recipe."""
+
+    number: int
+    kind: str
+    on: bool
+    accept: list[str]
+    parameters: Parameters
+    text: str = Field(description="In one line.")
+
+
+class RecipeReply(BaseModel):
+    """The recipe, and what undo and redo can do."""
+
+    name: str
+    edits: list[EditReply]
+    can_undo: bool
+    can_redo: bool
+    fits: bool = Field(description="Whether it was made for the surface that is worked on.")
+    tag: str = Field(description="Of the shape after it: `surface?of=rectified` has the same.")
+    notes: list[str]
+
+
+class Ledgered(BaseModel):
+    """The recipe and what each edit did; or why one is refused."""
+
+    recipe: RecipeReply
+    ledger: Ledger | None = None
+    refusal: str = Field(
+        default="", description="Why the recipe cannot be done; empty where it can."
+    )
+
+
+class NewEdit(BaseModel):
+    """An edit to add or to try."""
+
+    kind: str = Field(max_length=40)
+    parameters: Parameters = Field(max_length=30)
+    accept: list[str] = Field(
+        default=[], max_length=20, description="What is meant though unusual."
+    )
+    number: int | None = Field(
+        default=None, ge=1, le=1000, description="Its place; null: the last."
+    )
+
+
+class EditChange(BaseModel):
+    """What is to be otherwise of an edit; what is left out stays."""
+
+    on: bool | None = None
+    parameters: Parameters | None = Field(default=None, max_length=30, description="All of them.")
+    accept: list[str] | None = Field(default=None, max_length=20)
+    number: int | None = Field(default=None, ge=1, le=1000, description="Its new place.")
+
+
+class RecipeText(BaseModel):
+    """A recipe's file."""
+
+    toml: str = Field(max_length=4_000_000)
+
+
+@router.get("/edits")
+def list_kinds() -> list[EditKind]:
+    """The kinds of edits there are, and their parameters."""
+    return [
+        EditKind(
+            kind=kind,
+            does=purpose_of(made),
+            parameters=[
+                Parameter(name=one.name, expected=one.expected, meaning=one.meaning)
+                for one in parameters_of(made)
+            ],
+        )
+        for kind, made in EDIT_NAMED.items()
+    ]
+
+
+@router.get("/cases/{case_id}/recipe")
+def read_recipe(clinic: ClinicHere, bench: BenchHere) -> RecipeReply:
+    """The recipe."""
+    return recipe_reply(clinic, bench)
+
+
+@router.get("/cases/{case_id}/recipe/ledger")
+def read_ledger(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+    """What each edit did to volume, girths and surface."""
+    return _ledgered(clinic, bench)
+
+
+@router.get("/cases/{case_id}/recipe/file", response_class=Response)
+def read_recipe_file(bench: BenchHere) -> Response:
+    """The recipe as a file for `limbgram edit apply`."""
+    return Response(encode_recipe(bench.recipe()), media_type="application/toml")
+
+
+@router.put("/cases/{case_id}/recipe/file")
+def put_recipe_file(clinic: ClinicHere, bench: BenchHere, given: RecipeText) -> Ledgered:
+    """Put another recipe in its place; undo goes back."""
+    made = parse_recipe(given.toml, "The recipe")
+    require_scan(made, clinic.desk.shape(bench).file.sha256, "the surface of this case")
+    return _kept(clinic, bench, made)
+
+
+@router.post("/cases/{case_id}/recipe/edits", status_code=201)
+def add_edit(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Ledgered:
+    """Add an edit to the recipe; the answer is the ledger, `recipe/change` brings the shape."""
+    edit = make_edit(given.kind, _frozen(given.parameters), "The new edit")
+    return _kept(clinic, bench, added(bench.recipe(), edit, given.number, given.accept))
+
+
+@router.patch("/cases/{case_id}/recipe/edits/{number}")
+def change_edit(
+    clinic: ClinicHere, bench: BenchHere, number: Number, given: EditChange
+) -> Ledgered:
+    """Change an edit: switch it, change its numbers, accept what it does, or move it."""
+    recipe = bench.recipe()
+    if given.on is not None:
+        recipe = switched(recipe, number, on=given.on)
+    if given.parameters is not None:
+        recipe = _with_parameters(recipe, number, given.parameters)
+    if given.accept is not None:
+        recipe = accepted(recipe, number, given.accept)
+    if given.number is not None:
+        recipe = moved(recipe, number, given.number)
+    return _kept(clinic, bench, recipe)
+
+
+@router.delete("/cases/{case_id}/recipe/edits/{number}")
+def delete_edit(clinic: ClinicHere, bench: BenchHere, number: Number) -> Ledgered:
+    """Take an edit out of the recipe."""
+    return _kept(clinic, bench, removed(bench.recipe(), number))
+
+
+@router.post("/cases/{case_id}/recipe/undo")
+def undo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+    """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
+    bench.step(-1)
+    return _ledgered(clinic, bench)
+
+
+@router.post("/cases/{case_id}/recipe/redo")
+def redo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+    """Do again what was undone last."""
+    bench.step(1)
+    return _ledgered(clinic, bench)
+
+
+@router.post("/cases/{case_id}/recipe/preview", response_class=Response, responses=BINARY)
+def preview(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Response:
+    """The shape with one more edit at the recipe's end, which is not kept: blocks of a change.
+
+    The change is from `surface?of=rectified` as it is now; its header has the edit's ledger line.
+    Where more than half of the surface changes, the whole surface comes.
+    """
+    shape = clinic.desk.shape(bench)
+    recipe = bench.recipe()
+    edit = make_edit(given.kind, _frozen(given.parameters), "The edit")
+    words = plain_words(given.accept, "The edit")
+    tried = replace(recipe, entries=(*recipe.entries, Entry(edit=edit, accept=words)))
+    return _change(shape, recipe, tried)
+
+
+@router.get("/cases/{case_id}/recipe/change", response_class=Response, responses=BINARY)
+def read_change(clinic: ClinicHere, bench: BenchHere) -> Response:
+    """From the shape before the last gesture to the shape now, as blocks of a change.
+
+    Header: from_tag and tag. Where the client has another shape than from_tag it fetches the whole.
+    """
+    shape = clinic.desk.shape(bench)
+    history = bench.history()
+    before = history.recipes[max(0, history.present - 1)]
+    return _change(shape, parse_recipe(before, "The recipe before"), bench.recipe())
+
+
+def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
+    shape, recipe, history = clinic.desk.shape(bench), bench.recipe(), bench.history()
+    return RecipeReply(
+        name=recipe.name,
+        edits=[
+            EditReply(
+                number=number,
+                kind=name_of(type(entry.edit)),
+                on=entry.on,
+                accept=list(entry.accept),
+                parameters=_parameters(entry.edit),
+                text=described(entry),
+            )
+            for number, entry in enumerate(recipe.entries, 1)
+        ],
+        can_undo=history.can_undo,
+        can_redo=history.can_redo,
+        fits=not recipe.scan_sha256 or recipe.scan_sha256 == shape.file.sha256,
+        tag=tag_of(shape.file.sha256, shape.limb, recipe),
+        notes=list(recipe.notes),
+    )
+
+
+def _kept(clinic: Clinic, bench: Bench, recipe: Recipe) -> Ledgered:
+    """Keep a recipe that can be done; one that is refused changes nothing."""
+    shape = clinic.desk.shape(bench)
+    ledger = shape.replayed(recipe).ledger
+    bench.save_recipe(recipe)
+    clinic.news.tell(bench.case.case_id, "work")
+    return Ledgered(recipe=recipe_reply(clinic, bench), ledger=ledger)
+
+
+def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:
+    """The recipe as it is, also where it cannot be done any more: places may have moved."""
+    shape, reply = clinic.desk.shape(bench), recipe_reply(clinic, bench)
+    try:
+        ledger = shape.replayed(bench.recipe()).ledger
+    except LimbgramError as error:
+        return Ledgered(recipe=reply, refusal=str(error))
+    return Ledgered(recipe=reply, ledger=ledger)
+
+
+def _change(shape: OpenShape, before: Recipe, after: Recipe) -> Response:
+    old, new = shape.replayed(before), shape.replayed(after)
+    line: Line | None = new.ledger.lines[-1] if new.ledger.lines else None
+    header = {
+        "from_tag": tag_of(shape.file.sha256, shape.limb, before),
+        "tag": tag_of(shape.file.sha256, shape.limb, after),
+        "levels_mm": list(new.ledger.levels_mm),
+        "line": tree_of(line),
+    }
+    content = change_blocks(old.limb.mesh, new.limb.mesh, header) or surface_blocks(
+        new.limb.mesh, header
+    )
+    return Response(content, media_type="application/octet-stream")
+
+
+def _with_parameters(recipe: Recipe, number: int, parameters: Parameters) -> Recipe:
+    if number > len(recipe.entries):
+        raise OptionsError(f"The recipe has {len(recipe.entries)} edits; none is {number}.")
+    entry = recipe.entries[number - 1]
+    edit = make_edit(name_of(type(entry.edit)), _frozen(parameters), f"Edit {number}")
+    entries = list(recipe.entries)
+    entries[number - 1] = replace(entry, edit=edit)
+    return replace(recipe, entries=tuple(entries))
+
+
+def _frozen(parameters: Parameters) -> Parameters:
+    """Without what was left open: JSON's null is no value of a recipe."""
+    return {name: value for name, value in parameters.items() if value is not None}
+
+
+def _parameters(edit: Edit) -> Parameters:
+    return cast(Parameters, tree_of(edit))

@@ -1,0 +1,48 @@
+"""Record: what is kept and signed: the sheets to print, the report of the capture, its accuracy."""
+
+from typing import Literal
+
+from fastapi import APIRouter, Response
+from fastapi.responses import FileResponse
+
+from limbgram.app.clinic import BenchHere, CaseHere, ClinicHere
+from limbgram.app.replies import PICTURE, missing
+from limbgram.cases.filing import filed_record
+from limbgram.report.html import html_of
+from limbgram.report.pdf import pdf_of
+from limbgram.report.record.layout import record_report
+
+router = APIRouter(tags=["record"])
+
+PAGE_POLICY = {
+    "content-security-policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self'; sandbox",
+    "x-frame-options": "SAMEORIGIN",
+}
+"""Of pages that the program wrote: pictures and styles lie in them, and nothing may run."""
+
+
+@router.get("/cases/{case_id}/record.pdf", response_class=Response, responses=PICTURE)
+def record_pdf(clinic: ClinicHere, bench: BenchHere) -> Response:
+    """The record, two sheets of A4."""
+    record = filed_record(bench, clinic.desk.shape(bench).replayed(bench.recipe()))
+    pdf = pdf_of(record_report(record.content, record.pictures))
+    name = f'inline; filename="{bench.case.case_id}-record.pdf"'
+    return Response(pdf, media_type="application/pdf", headers={"content-disposition": name})
+
+
+@router.get("/cases/{case_id}/record.html", response_class=Response)
+def record_page(clinic: ClinicHere, bench: BenchHere) -> Response:
+    """The same as one page."""
+    record = filed_record(bench, clinic.desk.shape(bench).replayed(bench.recipe()))
+    page = html_of(record_report(record.content, record.pictures))
+    return Response(page, media_type="text/html; charset=utf-8", headers=PAGE_POLICY)
+
+
+@router.get("/cases/{case_id}/report/{page}", response_class=FileResponse, responses=PICTURE)
+def report_page(case: CaseHere, page: Literal["report", "accuracy"]) -> FileResponse:
+    """What the capture's report, or its accuracy, says; a page by itself."""
+    path = case.folder.page if page == "report" else case.folder.accuracy("html")
+    if not path.is_file():
+        raise missing("There is no report yet. Compute the shape first.")
+    return FileResponse(path, media_type="text/html; charset=utf-8", headers=PAGE_POLICY)

@@ -1,0 +1,102 @@
+"""Replies: a refusal of the library as an answer of the API, and what every route may answer."""
+
+from typing import Any
+
+from fastapi import HTTPException, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
+
+from limbgram.core.errors import (
+    CaseError,
+    ExportError,
+    LimbgramError,
+    OptionsError,
+    disk_advice,
+    printable,
+)
+
+
+class Refusal(BaseModel):
+    """Why something was not done: what happened, the likely cause, what to do."""
+
+    kind: str = Field(description="Name of the error, such as MeasureError; for experts.")
+    message: str = Field(description="Plain sentences for people: what, why, what to do.")
+    where: str = Field(default="", description="Which part of the request it is about, if one is.")
+
+
+RESPONSES: dict[int | str, dict[str, Any]] = {
+    401: {"model": Refusal, "description": "Nobody is signed in."},
+    403: {"model": Refusal, "description": "The request comes from another place."},
+    404: {"model": Refusal, "description": "There is no such thing."},
+    409: {"model": Refusal, "description": "It does not fit what is there now."},
+    422: {"model": Refusal, "description": "It cannot be done as it was asked for."},
+}
+"""What every route may answer beside its own."""
+
+PICTURE: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}}
+}
+BINARY: dict[int | str, dict[str, Any]] = {
+    200: {
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}}
+    },
+    304: {"description": "It is what the caller has."},
+}
+
+
+def missing(what: str) -> HTTPException:
+    """The refusal where there is no such thing."""
+    return HTTPException(404, detail=what)
+
+
+def refusal(status: int, kind: str, message: str, where: str = "") -> JSONResponse:
+    content = Refusal(kind=kind, message=printable(message), where=printable(where))
+    return JSONResponse(content.model_dump(), status_code=status)
+
+
+def answer_refusal(_request: Request, error: Exception) -> JSONResponse:
+    """A refusal of the library."""
+    assert isinstance(error, LimbgramError)
+    return refusal(_status(error), type(error).__name__, str(error))
+
+
+def answer_http(_request: Request, error: Exception) -> JSONResponse:
+    """No such route, method or thing."""
+    assert isinstance(error, HTTPException)
+    made = refusal(error.status_code, "HTTPException", str(error.detail))
+    made.headers.update(error.headers or {})
+    return made
+
+
+def answer_invalid(_request: Request, error: Exception) -> JSONResponse:
+    """A request that does not fit the description."""
+    assert isinstance(error, RequestValidationError)
+    first = error.errors()[0] if error.errors() else {"loc": (), "msg": "it cannot be read"}
+    where = ".".join(str(part) for part in first["loc"])
+    return refusal(422, "ValidationError", f"The request cannot be read: {first['msg']}.", where)
+
+
+def answer_missing(_request: Request, error: Exception) -> JSONResponse:
+    """A case, photo or file of a name that nothing has."""
+    return refusal(404, "LookupError", str(error.args[0]) if error.args else "There is none.")
+
+
+def answer_disk(_request: Request, error: Exception) -> JSONResponse:
+    """What the system says of a file."""
+    assert isinstance(error, OSError)
+    if error.errno is None:  # no answer of the system: a fault of ours
+        raise error
+    return refusal(507, "OSError", disk_advice(error))
+
+
+def _status(error: LimbgramError) -> int:
+    match error:
+        case OptionsError():
+            return 422
+        case CaseError():
+            return 409
+        case ExportError():
+            return 507
+        case _:
+            return 422

@@ -1,0 +1,128 @@
+"""Server: all routes put together, and the client's pages beside them."""
+
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+
+from fastapi import FastAPI, HTTPException
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, HTMLResponse, Response
+from starlette.exceptions import HTTPException as StarletteHTTPException
+
+from limbgram.app import (
+    cameras,
+    cases,
+    check,
+    compare,
+    events,
+    exports,
+    jobs,
+    limb,
+    measures,
+    photos,
+    recipe,
+    record,
+    session,
+    surface,
+)
+from limbgram.app.access import Guard
+from limbgram.app.clinic import Clinic
+from limbgram.app.replies import (
+    RESPONSES,
+    answer_disk,
+    answer_http,
+    answer_invalid,
+    answer_missing,
+    answer_refusal,
+    missing,
+)
+from limbgram.core.errors import LimbgramError
+
+STATIC = Path(__file__).parent / "static"
+"""Where the built client lies."""
+PREFIX = "/api/v1"
+_RESOURCES = (
+    session,
+    cases,
+    photos,
+    check,
+    jobs,
+    surface,
+    limb,
+    measures,
+    recipe,
+    exports,
+    compare,
+    record,
+    cameras,
+    events,
+)
+_DESCRIPTION = """Photos of a painted sock become a limb's surface in true millimetres; the surface
+is measured, adjusted, and leaves as files. Lengths are in mm, angles in degrees, sigmas are one
+standard deviation. A refusal says what happened, why, and what to do."""
+_NO_CLIENT = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>limbgram</title>
+</head><body><h1>The app's pages are missing</h1><p>The server runs, and its API answers under
+<code>/api/v1</code>, but the pages were not built into this installation. Install limbgram from its
+wheel; or, in a clone, build them: <code>cd web, npm ci, npm run build</code>.</p></body></html>"""
+_LONG = "public, max-age=31536000, immutable"
+
+
+def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
+    """The routes over one clinic, without their guard."""
+
+    @asynccontextmanager
+    async def living(app: FastAPI) -> AsyncGenerator[None]:
+        clinic.open()
+        yield
+        app.state.closing = True
+        clinic.close()
+
+    app = FastAPI(
+        title="limbgram",
+        version=version("limbgram"),
+        description=_DESCRIPTION,
+        openapi_url=f"{PREFIX}/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=living,
+        generate_unique_id_function=lambda route: route.name,
+    )
+    app.state.clinic = clinic
+    app.state.closing = False
+    for resource in _RESOURCES:
+        app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
+    app.include_router(session.start_router)
+    app.add_exception_handler(LimbgramError, answer_refusal)
+    app.add_exception_handler(HTTPException, answer_http)
+    app.add_exception_handler(StarletteHTTPException, answer_http)
+    app.add_exception_handler(RequestValidationError, answer_invalid)
+    app.add_exception_handler(LookupError, answer_missing)
+    app.add_exception_handler(OSError, answer_disk)
+
+    @app.get("/{path:path}", include_in_schema=False)
+    def page(path: str) -> Response:
+        """A file of the client; any other path is the client's own, and gets its page."""
+        return _page(static, path)
+
+    return app
+
+
+def guarded(clinic: Clinic, static: Path = STATIC) -> Guard:
+    """The server as it stands on a socket."""
+    return Guard(build(clinic, static), clinic.access)
+
+
+def _page(static: Path, path: str) -> Response:
+    if path.startswith("api/"):
+        raise missing("The API has no such route.")
+    start = static / "index.html"
+    if not start.is_file():
+        return HTMLResponse(_NO_CLIENT, status_code=503)
+    found = (static / path).resolve() if path else start
+    if found.is_relative_to(static.resolve()) and found.is_file():
+        kept = _LONG if path.startswith("assets/") else "no-cache"
+        return FileResponse(found, headers={"cache-control": kept})
+    if "." in path.rpartition("/")[2]:
+        raise missing("There is no such file.")
+    return FileResponse(start, headers={"cache-control": "no-cache"})

@@ -1,0 +1,278 @@
+"""The bench: the shape of a case that people work on by hand, and all that they did to it.
+
+CASE/work/surface.ply         the surface as it was delivered, and its limb file beside it
+CASE/work/recipe.toml         the edits in order; CASE/work/history.json what undo and redo go to
+CASE/work/tape.json           girths read on the patient
+CASE/work/rectified.ply       the shape after the recipe, and its limb file
+CASE/work/files/              what was written for machines
+CASE/work/shapes/             shapes of elsewhere, to compare with
+
+The copy keeps the work when the case is computed again: the new surface is another file, its hash
+tells, and people decide when to take it. Every file here is what the commands of `limbgram` read
+and write, so that they make the same bytes of it.
+"""
+
+import json
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from limbgram.cases.deliverables import surface_of
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.record import write_json
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.core.errors import CaseError, LimbgramError, OptionsError
+from limbgram.core.files import json_of, read_content, write_bytes, written_whole
+from limbgram.core.typed import Mismatch, tree_of, value_of
+from limbgram.formats.limb_file import write_limb, write_limb_file
+from limbgram.formats.reading import ShapeFile, read_shape
+from limbgram.formats.sidecar import LimbProgress, limb_file_beside, progress_of
+from limbgram.workbench.frame.landmarks import with_landmarks
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.tape import TapeReading, require_girth
+from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
+from limbgram.workbench.recipe.recipe import Recipe
+
+_NAMES = ("surface.ply", "surface-RED.ply")
+_LARGEST = 40_000_000
+_MOST_STATES = 200
+"""Recipes that undo goes back through."""
+_MOST_READINGS = 100
+
+
+@dataclass(frozen=True)
+class _Tapes:
+    readings: tuple[TapeReading, ...]
+
+
+@dataclass(frozen=True)
+class History:
+    """The recipes that undo and redo go to, oldest first, and which one is the present."""
+
+    recipes: tuple[str, ...]
+    present: int
+
+    @property
+    def can_undo(self) -> bool:
+        return self.present > 0
+
+    @property
+    def can_redo(self) -> bool:
+        return self.present + 1 < len(self.recipes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """How far the work by hand is, in numbers."""
+
+    aligned: bool
+    landmarks: int
+    tapes: int
+    edits: int
+    files: int
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One case's place of work."""
+
+    case: ShelvedCase
+
+    @property
+    def root(self) -> Path:
+        return self.case.work
+
+    @property
+    def files(self) -> Path:
+        return self.root / "files"
+
+    @property
+    def shapes(self) -> Path:
+        return self.root / "shapes"
+
+    @property
+    def recipe_file(self) -> Path:
+        return self.root / "recipe.toml"
+
+    @property
+    def rectified_file(self) -> Path:
+        """Where the shape after the recipe lies; it goes on saying that its capture was red."""
+        return self.root / self.scan_file().name.replace("surface", "rectified")
+
+    def has_scan(self) -> bool:
+        """Whether there is a shape to work on."""
+        return self._kept_scan() is not None or self._delivered() is not None
+
+    def scan_file(self) -> Path:
+        """The surface that is worked on, taken in when it is asked for first.
+
+        Raises:
+            CaseError: the case has no surface yet.
+        """
+        return self._kept_scan() or self.take_scan()
+
+    def take_scan(self) -> Path:
+        """Take the surface of the last run to work on; landmarks are carried over to it.
+
+        Landmarks keep their places in the world, which a board holds through all runs, and move to
+        the nearest place of the new surface; those that lie off it have to be placed again.
+
+        Raises:
+            CaseError: the case has no surface yet.
+        """
+        delivered = self._delivered()
+        if delivered is None:
+            raise CaseError(
+                "This case has no surface yet. Compute its shape first: it needs the photos and "
+                "Compute shape."
+            )
+        before = self._kept_scan()
+        carried = None if before is None else read_shape(before).limb
+        self.root.mkdir(parents=True, exist_ok=True)
+        for name in _NAMES:
+            old = self.root / name
+            limb_file_beside(old).unlink(missing_ok=True)
+            old.unlink(missing_ok=True)
+        place = self.root / delivered.name
+        with written_whole(place) as beside:
+            shutil.copyfile(delivered, beside)
+        aligned = limb_file_beside(delivered)
+        if aligned.is_file() and carried is None:
+            shutil.copyfile(aligned, self.root / aligned.name)
+        elif carried is not None:
+            self._carry(carried, place)
+        return place
+
+    def is_stale(self) -> bool:
+        """Whether the last run made another surface than the one that is worked on."""
+        kept, delivered = self._kept_scan(), self._delivered()
+        if kept is None or delivered is None:
+            return False
+        return kept.name != delivered.name or file_sha256(kept) != file_sha256(delivered)
+
+    def progress(self) -> Progress:
+        """How far the work is, without reading any surface."""
+        scan = self._kept_scan() or self._delivered()
+        beside = None if scan is None else limb_file_beside(scan)
+        told = LimbProgress()
+        if beside is not None and beside.is_file():
+            told = progress_of(beside)
+        edits = self.recipe_file.read_text("utf-8").count("[[edit]]") if self._has_recipe else 0
+        made = list(self.files.iterdir()) if self.files.is_dir() else []
+        return Progress(
+            aligned=told.aligned,
+            landmarks=told.landmarks,
+            tapes=len(self.tape()),
+            edits=edits,
+            files=sum(one.name.endswith(".mirror.png") for one in made),
+        )
+
+    @property
+    def _has_recipe(self) -> bool:
+        return self.recipe_file.is_file()
+
+    def read(self) -> ShapeFile:
+        """The scan with what is known of it."""
+        return read_shape(self.scan_file())
+
+    def save_limb(self, limb: Limb, read: ShapeFile) -> None:
+        """Keep landmarks, kind, side and axes beside the scan."""
+        place = self.scan_file()
+        write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+
+    def recipe(self) -> Recipe:
+        """The recipe; an empty one before the first edit."""
+        if not self.recipe_file.is_file():
+            return Recipe(name=self.case.case_id, scan_sha256=file_sha256(self.scan_file()))
+        content = read_content(self.recipe_file, _LARGEST, CaseError)
+        return parse_recipe(content.decode("utf-8"), self.recipe_file.name)
+
+    def save_recipe(self, recipe: Recipe) -> None:
+        """Make another recipe the present one; undo goes back to the one before."""
+        history, text = self.history(), encode_recipe(recipe).decode()
+        if history.recipes[history.present] == text:
+            return
+        kept = (*history.recipes[: history.present + 1], text)[-_MOST_STATES:]
+        self._put(History(kept, len(kept) - 1))
+
+    def step(self, by: int) -> Recipe:
+        """Undo (-1) or redo (+1) one gesture.
+
+        Raises:
+            OptionsError: there is none.
+        """
+        history = self.history()
+        at = history.present + by
+        if not 0 <= at < len(history.recipes):
+            raise OptionsError("There is nothing to undo." if by < 0 else "Nothing was undone.")
+        self._put(replace(history, present=at))
+        return self.recipe()
+
+    def history(self) -> History:
+        """What undo and redo go to; it ends with the recipe's file, whoever wrote that last."""
+        now = encode_recipe(self.recipe()).decode()
+        try:
+            tree: Any = json_of(read_content(self._history_file, _LARGEST, CaseError))
+            kept = value_of(tree, History)
+        except (CaseError, Mismatch, ValueError):
+            return History((now,), 0)
+        if 0 <= kept.present < len(kept.recipes) and kept.recipes[kept.present] == now:
+            return kept
+        return History((*kept.recipes[: kept.present + 1], now), kept.present + 1)
+
+    def write_rectified(self, limb: Limb) -> Path:
+        """Write the shape after the recipe."""
+        return write_limb(limb, self.rectified_file)
+
+    def tape(self) -> tuple[TapeReading, ...]:
+        """Girths that were read on the patient, by height in the limb."""
+        try:
+            tree: Any = json_of(read_content(self.root / "tape.json", _LARGEST, CaseError))
+            return value_of(cast(dict[str, Any], tree), _Tapes).readings
+        except (CaseError, Mismatch, ValueError):
+            return ()
+
+    def save_tape(self, readings: tuple[TapeReading, ...]) -> None:
+        """Keep girths that were read.
+
+        Raises:
+            OptionsError: one is no girth, or there are too many.
+        """
+        if len(readings) > _MOST_READINGS:
+            raise OptionsError(f"{len(readings)} readings are given; {_MOST_READINGS} are kept.")
+        for reading in readings:
+            require_girth(reading)
+        self.root.mkdir(parents=True, exist_ok=True)
+        write_json(self.root / "tape.json", tree_of(_Tapes(readings)))
+
+    @property
+    def _history_file(self) -> Path:
+        return self.root / "history.json"
+
+    def _put(self, history: History) -> None:
+        """The recipe's file last: if the program is ended in between, history follows the file."""
+        self.root.mkdir(parents=True, exist_ok=True)
+        content = {"recipes": list(history.recipes), "present": history.present}
+        with written_whole(self._history_file) as beside:
+            beside.write_text(json.dumps(content), encoding="utf-8")
+        write_bytes(self.recipe_file, history.recipes[history.present].encode())
+
+    def _kept_scan(self) -> Path | None:
+        return next((self.root / name for name in _NAMES if (self.root / name).is_file()), None)
+
+    def _delivered(self) -> Path | None:
+        found = surface_of(self.case.folder.deliverables)
+        return found if found.is_file() else None
+
+    def _carry(self, before: Limb, place: Path) -> None:
+        """Landmarks and kind of the surface before, on the new one."""
+        read = read_shape(place)
+        limb = replace(read.limb, kind=before.kind)
+        for mark in before.landmarks:
+            try:
+                limb = with_landmarks(limb, [mark])
+            except LimbgramError:
+                continue  # it lies off the new surface, and must be placed again
+        if limb.landmarks or limb.kind:
+            write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)

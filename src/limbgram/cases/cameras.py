@@ -1,0 +1,180 @@
+"""Cameras: calibrations that a clinic keeps, each with the board photos that it was made from.
+
+SHELF/cameras/ID/camera.json      the camera file (see `formats.camera`), once it is calibrated
+SHELF/cameras/ID/certificate.png  residuals and coverage
+SHELF/cameras/ID/received/        photos of the board
+SHELF/cameras/ID/label.json       name, day, what became of the last calibration
+"""
+
+import re
+import secrets
+import shutil
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from limbgram.cases.record import write_json
+from limbgram.core.errors import CalibrationError, CaseError, LimbgramError, OptionsError, printable
+from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.core.run import Run
+from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.formats.camera import read_camera, write_camera
+from limbgram.reconstruction.calibration.board import calibrate
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.targets.board import Board
+from limbgram.report.calibration import calibration_picture, calibration_text
+
+CAMERA_ID_PATTERN = "^[a-z0-9]{8}$"
+_ID = re.compile(CAMERA_ID_PATTERN)
+_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
+_LARGEST = 4_000_000
+_LONGEST_NAME = 80
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+
+CameraState = Literal["empty", "calibrating", "refused", "ready"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraLabel:
+    """What is said of a camera."""
+
+    name: str
+    made: str
+    """Date and time, UTC."""
+    calibrated: str = ""
+    """Date and time of its calibration, UTC; empty before."""
+    state: CameraState = "empty"
+    message: str = ""
+    """Why the last calibration was refused, or what it found."""
+
+
+@dataclass(frozen=True)
+class KeptCamera:
+    """One camera."""
+
+    camera_id: str
+    folder: Path
+
+    @property
+    def file(self) -> Path:
+        return self.folder / "camera.json"
+
+    @property
+    def certificate(self) -> Path:
+        return self.folder / "certificate.png"
+
+    @property
+    def received(self) -> Path:
+        return self.folder / "received"
+
+    @property
+    def label(self) -> CameraLabel:
+        try:
+            tree = json_of(read_content(self.folder / "label.json", _LARGEST, CaseError))
+            return value_of(tree, CameraLabel, strictness=_AS_WRITTEN)
+        except (CaseError, Mismatch, ValueError):
+            return CameraLabel(name=self.camera_id, made="")
+
+    def relabel(self, label: CameraLabel) -> None:
+        if not label.name.strip() or len(label.name) > _LONGEST_NAME:
+            raise OptionsError(f"A camera's name has 1 to {_LONGEST_NAME} letters.")
+        if printable(label.name, keep="") != label.name:
+            raise OptionsError("The name holds signs that cannot be shown. Write it anew.")
+        write_json(self.folder / "label.json", tree_of(label))
+
+    def calibration(self) -> Calibration | None:
+        """Its lens; None before it is calibrated."""
+        return read_camera(self.file) if self.file.is_file() else None
+
+    def calibrate(self, board: Board, run: Run) -> None:
+        """Find its lens by the photos of the board that are here; what became of it is its label.
+
+        Raises:
+            LimbgramError: the photos do not tell the lens; an earlier calibration stays.
+        """
+        self.relabel(replace(self.label, state="calibrating", message=""))
+        try:
+            if not self.received.is_dir():
+                raise CalibrationError(
+                    "There are no photos of the board here yet. Take 10 to 20 with the zoom and "
+                    "focus that you will use for limbs, from all sides, and send them."
+                )
+            found = run(calibrate, run(read_photos, (self.received,)), board)
+        except LimbgramError as error:
+            state: CameraState = "ready" if self.file.is_file() else "refused"
+            self.relabel(replace(self.label, state=state, message=str(error)))
+            raise
+        provenance = {"board": str(found.board), "photos": str(len(found.photos))}
+        write_camera(self.file, found.calibration, provenance)
+        write_bytes(self.certificate, calibration_picture(found))
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        text = calibration_text(found)
+        self.relabel(replace(self.label, state="ready", calibrated=now, message=text))
+
+    def take_file(self, content: bytes) -> None:
+        """Take a camera file that was made elsewhere.
+
+        Raises:
+            CaseError: it is none.
+        """
+        beside = self.folder / f".{secrets.token_hex(4)}.json"
+        try:
+            beside.write_bytes(content)
+            read_camera(beside)
+            beside.replace(self.file)
+        finally:
+            beside.unlink(missing_ok=True)
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        self.relabel(replace(self.label, state="ready", calibrated=now, message=""))
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """The cameras of a shelf."""
+
+    root: Path
+
+    def all(self) -> tuple[KeptCamera, ...]:
+        if not self.root.is_dir():
+            return ()
+        found = sorted(path for path in self.root.iterdir() if _ID.match(path.name))
+        return tuple(KeptCamera(path.name, path) for path in found)
+
+    def camera(self, camera_id: str) -> KeptCamera:
+        """One camera.
+
+        Raises:
+            LookupError: there is none of that id.
+        """
+        folder = self.root / camera_id
+        if not _ID.match(camera_id) or not folder.is_dir():
+            raise LookupError("There is no such camera.")
+        return KeptCamera(camera_id, folder)
+
+    def new_camera(self, name: str) -> KeptCamera:
+        """A camera that is not calibrated yet."""
+        camera_id = "".join(secrets.choice(_LETTERS) for _ in range(8))
+        folder = self.root / camera_id
+        folder.mkdir(parents=True)
+        made = KeptCamera(camera_id, folder)
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        try:
+            made.relabel(CameraLabel(name=name, made=now))
+        except OptionsError:
+            folder.rmdir()
+            raise
+        return made
+
+    def remove(self, camera: KeptCamera) -> None:
+        """Delete a camera with its photos."""
+        shutil.rmtree(camera.folder)
+
+    def settle(self) -> None:
+        """Say of calibrations that nobody waits for any more that they were interrupted."""
+        for camera in self.all():
+            if camera.label.state == "calibrating":
+                state: CameraState = "ready" if camera.file.is_file() else "empty"
+                message = "The program was ended meanwhile. Calibrate again."
+                camera.relabel(replace(camera.label, state=state, message=message))

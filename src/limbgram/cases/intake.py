@@ -1,0 +1,339 @@
+"""Intake: photos that come in over a connection, in pieces, and end as whole files of a case.
+
+In      pieces of a file, each with the place where it belongs; zip files of photos, videos.
+Out     RECEIVED/NAME, the photo without places, names and serial numbers in its header (see
+        `photos.privacy`), and RECEIVED/.records/NAME.json: hashes of what came and what is kept.
+Method  A file grows beside its place; what has arrived is what lies on the disk, whatever the
+        sender believes. Once it is whole its hash is taken, its header is cleaned, and it takes its
+        name. The same file once more is no fault; another one under its name is.
+Fails   OptionsError: a name that can be no photo's, a piece that does not follow, too much.
+        CaseError: another file of that name is here.
+"""
+
+import json
+import re
+import secrets
+import threading
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import IO
+
+from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.record import write_json
+from limbgram.core.errors import CaseError, LimbgramError, OptionsError, printable
+from limbgram.core.files import json_of, read_content, written_whole
+from limbgram.core.typed import Mismatch, tree_of, value_of
+from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
+from limbgram.reconstruction.photos.privacy import without_traces
+from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
+from limbgram.reconstruction.photos.video import VIDEO_SUFFIXES
+
+MOST_PHOTO_BYTES = 300_000_000
+MOST_FILM_BYTES = 8_000_000_000
+"""Also of a zip, and of what is unpacked from it."""
+MOST_FILES = 1000
+_MOST_EXPANSION = 200
+"""Times that a file in a zip may grow: photos hardly shrink."""
+_ZIP = (".zip",)
+_LONGEST_NAME = 120
+_NAME = re.compile(r"[^\x00-\x1f/\\:*?\"<>|.~ ][^\x00-\x1f/\\:*?\"<>|]*")
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_LARGEST_RECORD = 100_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Received:
+    """A file that is here whole."""
+
+    name: str
+    bytes: int
+    """As it came."""
+    sha256: str
+    """As it came: what the sender may compare with."""
+    kept_sha256: str
+    """As it is kept, without what tells place or person."""
+    removed: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
+    """What had to stay though it may tell the camera."""
+    width_px: int = 0
+    height_px: int = 0
+    problem: str = ""
+    """Why it is no photo that can be used; empty for a good one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arriving:
+    """A file of which a part is here."""
+
+    name: str
+    bytes: int
+    """That are here."""
+    total: int | None
+    """That were announced."""
+
+
+@dataclass(frozen=True)
+class Intake:
+    """A folder into which photos come, by any number of connections at once."""
+
+    folder: Path
+    key: bytes
+    """Secret by which serial numbers become other ones."""
+
+    @property
+    def _records(self) -> Path:
+        return self.folder / ".records"
+
+    def received(self) -> tuple[Received, ...]:
+        """Files that are here whole, by name."""
+        found = (self.record(path.name) for path in self._listed())
+        return tuple(one for one in found if one is not None)
+
+    def arriving(self) -> tuple[Arriving, ...]:
+        """Files of which a part is here, by name."""
+        if not self._records.is_dir():
+            return ()
+        parts = sorted(self._records.glob("*.part"))
+        return tuple(self._arriving(part.name.removesuffix(".part")) for part in parts)
+
+    def record(self, name: str) -> Received | None:
+        """What is known of a file that is here whole; None where it is not."""
+        path = self._records / f"{name}.json"
+        if not (self.folder / name).is_file() or not path.is_file():
+            return None
+        try:
+            return value_of(json_of(read_content(path, _LARGEST_RECORD, CaseError)), Received)
+        except (CaseError, Mismatch, ValueError):
+            return None
+
+    def arrived(self, name: str) -> int:
+        """Bytes of an unfinished file that are here."""
+        part = self._part(name)
+        return part.stat().st_size if part.is_file() else 0
+
+    def begin(self, name: str, start: int, total: int | None) -> IO[bytes]:
+        """A place to write a piece to, which begins at the byte `start`.
+
+        Raises:
+            OptionsError: the piece does not follow what is here, or the file is too large.
+        """
+        most = limit_of(name)
+        if total is not None and total > most:
+            raise OptionsError(
+                f"{name} has {total / 1e6:.0f} MB; {most / 1e6:.0f} MB are taken. Send a JPEG, or "
+                "a shorter film."
+            )
+        if start == 0 and len(self._listed()) >= MOST_FILES:
+            raise OptionsError(f"There are {MOST_FILES} files here already. Begin another case.")
+        self._records.mkdir(parents=True, exist_ok=True)
+        here = self.arrived(name)
+        if start > here:
+            raise OptionsError(
+                f"{here} bytes of {name} are here, and a piece from byte {start} was sent. Go on "
+                f"from byte {here}."
+            )
+        stream = self._part(name).open("r+b" if here else "wb")
+        stream.truncate(start)
+        stream.seek(start)
+        if total is not None:
+            write_json(self._announced(name), {"total": total})
+        return stream
+
+    def finish(self, name: str, *, replace: bool = False) -> tuple[Received, bool]:
+        """Give a file that has arrived its name; also whether it is new here.
+
+        Raises:
+            CaseError: another file of the name is here.
+        """
+        part = self._part(name)
+        sha256, size = file_sha256(part), part.stat().st_size
+        known = self.record(name)
+        if known is not None and known.sha256 == sha256:
+            self._forget(name)
+            return known, False
+        if known is not None and not replace:
+            self._forget(name)
+            raise CaseError(
+                f"Another photo called {name} is here already, with other content. Two cameras "
+                "may count alike: rename one of the files and send it again."
+            )
+        with _ONE_AT_A_TIME:  # a photo is in memory while its header is cleaned
+            received = self._keep(name, part, sha256, size)
+        write_json(self._records / f"{name}.json", tree_of(received))
+        self._forget(name)
+        return received, True
+
+    def unpack(self, name: str, *, replace: bool = False) -> tuple[tuple[Received, bool], ...]:
+        """Take the photos out of a zip that has arrived, and leave the zip behind.
+
+        Raises:
+            OptionsError: it is no zip, or holds too much.
+        """
+        part = self._part(name)
+        found: list[tuple[Received, bool]] = []
+        try:
+            with zipfile.ZipFile(part) as archive:
+                members = [
+                    one
+                    for one in archive.infolist()
+                    if not one.is_dir()
+                    and suffix_of(one.filename) in PICTURE_SUFFIXES
+                    and not PurePosixPath(one.filename).name.startswith((".", "__"))
+                ]
+                _require_reasonable(name, members)
+                for member in members:
+                    inner = checked_name(PurePosixPath(member.filename.replace("\\", "/")).name)
+                    with archive.open(member) as source, self.begin(inner, 0, None) as target:
+                        _copy_at_most(source, target, member.file_size)
+                    found.append(self.finish(inner, replace=replace))
+        except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as bad:
+            raise OptionsError(
+                f"{name} cannot be unpacked: it is damaged, or has a password. Make it again, or "
+                "send the photos themselves."
+            ) from bad
+        finally:
+            self._forget(name)
+        if not found:
+            raise OptionsError(f"{name} holds no photos. Send JPEG, PNG, TIFF, HEIC or raw files.")
+        return tuple(found)
+
+    def remove(self, name: str) -> bool:
+        """Delete a file and what is known of it; whether there was one."""
+        there = (self.folder / name).is_file() or self._part(name).is_file()
+        (self.folder / name).unlink(missing_ok=True)
+        (self._records / f"{name}.json").unlink(missing_ok=True)
+        self._forget(name)
+        return there
+
+    def _listed(self) -> list[Path]:
+        if not self.folder.is_dir():
+            return []
+        return sorted(file for file in self.folder.iterdir() if not file.name.startswith("."))
+
+    def _keep(self, name: str, part: Path, sha256: str, size: int) -> Received:
+        """Clean what arrived, put it in its place, and see whether it can be opened."""
+        place = self.folder / name
+        if suffix_of(name) in VIDEO_SUFFIXES:
+            part.replace(place)
+            return Received(name=name, bytes=size, sha256=sha256, kept_sha256=sha256)
+        cleaned = without_traces(part.read_bytes(), suffix_of(name), self.key)
+        with written_whole(place) as beside:
+            beside.write_bytes(cleaned.content)
+        width_px, height_px, problem = _opened(place)
+        return Received(
+            name=name,
+            bytes=size,
+            sha256=sha256,
+            kept_sha256=file_sha256(place),
+            removed=cleaned.removed,
+            kept=cleaned.kept,
+            width_px=width_px,
+            height_px=height_px,
+            problem=problem,
+        )
+
+    def _arriving(self, name: str) -> Arriving:
+        total: int | None = None
+        if self._announced(name).is_file():
+            total = int(json.loads(self._announced(name).read_text("utf-8"))["total"])
+        return Arriving(name=name, bytes=self.arrived(name), total=total)
+
+    def _forget(self, name: str) -> None:
+        self._part(name).unlink(missing_ok=True)
+        self._announced(name).unlink(missing_ok=True)
+
+    def _part(self, name: str) -> Path:
+        return self._records / f"{name}.part"
+
+    def _announced(self, name: str) -> Path:
+        return self._records / f"{name}.announced"
+
+
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def checked_name(name: str) -> str:
+    """A file's name from anywhere, once it can be that of a photo, film or zip, and no path.
+
+    Raises:
+        OptionsError: it is none.
+    """
+    odd = (
+        not _NAME.fullmatch(name)
+        or len(name.encode("utf-8", "replace")) > _LONGEST_NAME
+        or printable(name, keep="") != name
+        or _DEVICES.fullmatch(name)
+        or name.endswith((" ", "."))
+    )
+    if odd:
+        raise OptionsError(
+            f"{printable(name, keep='')[:60]!r} is no name of a photo: it is too long, is a path, "
+            "or has signs that not every system takes. Rename the file."
+        )
+    if suffix_of(name) not in (*PICTURE_SUFFIXES, *VIDEO_SUFFIXES, *_ZIP):
+        raise OptionsError(
+            f"{name} is no photo by its name. JPEG, PNG, TIFF, HEIC and raw photos are taken, "
+            "films as MP4 or MOV, and a zip of photos."
+        )
+    return name
+
+
+def is_zip(name: str) -> bool:
+    return suffix_of(name) in _ZIP
+
+
+def suffix_of(name: str) -> str:
+    """Ending of a file's name, small letters."""
+    return PurePosixPath(name).suffix.lower()
+
+
+def limit_of(name: str) -> int:
+    """Bytes that a file of this name may have."""
+    return MOST_PHOTO_BYTES if suffix_of(name) in PICTURE_SUFFIXES else MOST_FILM_BYTES
+
+
+def secret_of(folder: Path) -> bytes:
+    """The secret of a shelf, made when it is first asked for."""
+    file = folder / ".secret"
+    if not file.is_file():
+        with written_whole(file) as beside:
+            beside.write_bytes(secrets.token_bytes(32))
+        file.chmod(0o600)
+    return file.read_bytes()
+
+
+def _opened(path: Path) -> tuple[int, int, str]:
+    """Size of a picture by its header, and why it cannot be used."""
+    try:
+        with open_picture(path) as picture:
+            return picture.size[0], picture.size[1], ""
+    except LimbgramError as error:
+        return 0, 0, str(error)
+    except DECODING_FAULTS:
+        return 0, 0, "It cannot be opened: it is damaged, or no picture. Copy it again."
+
+
+def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
+    whole = sum(one.file_size for one in members)
+    bomb = any(one.file_size > _MOST_EXPANSION * max(one.compress_size, 1) for one in members)
+    large = any(one.file_size > MOST_PHOTO_BYTES for one in members)
+    if len(members) > MOST_FILES or whole > MOST_FILM_BYTES or bomb or large:
+        raise OptionsError(
+            f"{name} would unpack to {len(members)} files of {whole / 1e6:.0f} MB, which no walk "
+            "round a limb has. Send the photos themselves."
+        )
+
+
+def _copy_at_most(source: IO[bytes], target: IO[bytes], most: int) -> None:
+    """Copy what a zip's list announced and not a byte more."""
+    for piece in _pieces(source, most):
+        target.write(piece)
+
+
+def _pieces(source: IO[bytes], most: int) -> Iterator[bytes]:
+    left = most
+    while left > 0 and (piece := source.read(min(left, 1 << 20))):
+        left -= len(piece)
+        yield piece

@@ -1,0 +1,433 @@
+"""Running: jobs beside a program that goes on, each told by a file of its case.
+
+In      a Job; requests to hold it, let it go on, or end it.
+Out     CASE/job.json: what was asked for, how far it is, how long it took in all. A program that
+        was ended meanwhile finds there what was interrupted, and `again` takes it up.
+Method  One thread a job waits for its process (`supervision`). Time left is told by what the stages
+        of earlier runs took a megapixel on this machine, and by the part of the stage that is done;
+        before the first run, by figures of another machine, which is said.
+Fails   CaseError: a run is working in the case already.
+"""
+
+import json
+import os
+import signal
+import statistics
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.order import Job, plain_tree, read_job
+from limbgram.cases.record import write_json
+from limbgram.cases.supervision import Event, JobBug, Supervision
+from limbgram.core.errors import Cancelled, CaseError, LimbgramError
+from limbgram.core.files import json_of, read_content
+from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.report.stages import stage_title
+
+JobState = Literal["running", "held", "cancelled", "interrupted", "refused", "failed", "finished"]
+GRACE_S = 1.5
+"""Between the wish to cancel and the end of the process."""
+_SCHEMA = "limbgram-job/1"
+_LARGEST = 4_000_000
+_SAVE_EVERY_S = 5.0
+_SPREAD = (0.7, 1.6)
+"""Time left is told from so much of the likely time to so much of it."""
+_REMEMBERED = 8
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+
+_USUAL_S: dict[str, float] = {
+    "read_photos": 0.018,
+    "cameras_for": 0.0,
+    "detect": 0.042,
+    "match": 0.033,
+    "verify": 0.022,
+    "place_roughly": 0.029,
+    "follow_points": 0.056,
+    "find_board": 0.013,
+    "to_millimetres": 0.010,
+    "find_region": 0.003,
+    "estimate_depth": 0.115,
+    "fuse": 0.032,
+    "pivot": 0.011,
+    "tell_parts": 0.008,
+    "repair": 0.008,
+    "refine": 0.013,
+    "measure": 0.109,
+    "hold_tapes": 0.0,
+    "draw": 0.050,
+    "assess": 0.050,
+    "deliver": 0.080,
+}
+"""Seconds a megapixel of photos, in the order of the run: limb_ring15, 15 photos of 2.5 MP, two
+processors."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageProgress:
+    """One stage of a run."""
+
+    name: str
+    title: str
+    """For people."""
+    state: Literal["waiting", "running", "done"]
+    done: int = 0
+    total: int = 0
+    """Steps; 0 where it has none."""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeLeft:
+    """How long it may still take, s."""
+
+    least_s: float
+    most_s: float
+    known: bool
+    """Told by runs on this machine; else by one on another."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobFile:
+    """What is kept of a job."""
+
+    state: JobState
+    order: str
+    """The job as its process reads it, JSON."""
+    megapixels: float
+    """Of all photos together."""
+    began: str
+    """Date and time, UTC, of the first start."""
+    elapsed_s: float = 0.0
+    """In all starts together, without the time that it was held."""
+    stages: tuple[StageProgress, ...] = ()
+    message: str = ""
+    kind: str = ""
+    """Of the refusal."""
+    light: str = ""
+    process: int = 0
+    schema: str = _SCHEMA
+
+
+@dataclass
+class RunningJob:
+    """A job in its process, and how far it is."""
+
+    case: CaseFolder
+    file: JobFile
+    on_change: Callable[[], None]
+    on_finished: Callable[[], None]
+    usual_s: dict[str, float]
+    usual_known: bool
+    _supervision: Supervision | None = None
+    _thread: threading.Thread | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+    _since: float = 0.0
+    _stage_since: float = 0.0
+    _saved: float = 0.0
+
+    def start(self, job: Job) -> None:
+        self._supervision = Supervision(job, self._hear, grace_s=GRACE_S)
+        self._since = self._stage_since = time.monotonic()
+        self._save()
+        self._thread = threading.Thread(target=self._wait, name="job", daemon=True)
+        self._thread.start()
+
+    @property
+    def active(self) -> bool:
+        return self.file.state in ("running", "held")
+
+    @property
+    def elapsed_s(self) -> float:
+        """Of all starts together."""
+        now = time.monotonic() - self._since if self.file.state == "running" else 0.0
+        return self.file.elapsed_s + now
+
+    def hold(self) -> None:
+        """Let it rest."""
+        with self._lock:
+            if self.file.state != "running" or self._supervision is None:
+                raise CaseError("Nothing is running that could rest. Start it first.")
+            if not self._supervision.hold():
+                raise CaseError(
+                    "This system cannot let a run rest. Cancel it: what is finished is kept, and "
+                    "it goes on from there."
+                )
+            self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held")
+        self._save()
+        self.on_change()
+
+    def go_on(self) -> None:
+        """Let a resting job go on."""
+        with self._lock:
+            if self.file.state != "held" or self._supervision is None:
+                raise CaseError("Nothing rests here that could go on.")
+            self._supervision.go_on()
+            self._since = time.monotonic()
+            self.file = replace(self.file, state="running")
+        self._save()
+        self.on_change()
+
+    def cancel(self) -> None:
+        """End it; what is finished is kept."""
+        if self._supervision is not None:
+            self._supervision.stop()
+
+    def join(self, timeout_s: float) -> None:
+        """Wait for its end."""
+        if self._thread is not None:
+            self._thread.join(timeout_s)
+
+    def left(self) -> TimeLeft | None:
+        """How long it may still take; None where nobody knows."""
+        if not self.active:
+            return None
+        return time_left(self.file, self.usual_s, known=self.usual_known, stage_s=self._stage_s())
+
+    def _stage_s(self) -> float:
+        return time.monotonic() - self._stage_since
+
+    def _wait(self) -> None:
+        supervision = self._supervision
+        assert supervision is not None
+        try:
+            answer = supervision.wait()
+            self._end("finished", light=answer.light)
+        except Cancelled as error:
+            self._end("cancelled", message=str(error), kind="Cancelled")
+        except JobBug as bug:
+            text = (
+                "The program met a fault of its own. What is finished is kept: start it again. If "
+                f"it ends there again, report it with the file {self.case.log.name} of the case.\n"
+            )
+            self._end("failed", message=text + str(bug), kind="JobBug")
+        except LimbgramError as error:
+            self._end("refused", message=str(error), kind=type(error).__name__)
+        except OSError as error:
+            self._end("failed", message=str(error), kind="OSError")
+
+    def _end(self, state: JobState, *, message: str = "", kind: str = "", light: str = "") -> None:
+        with self._lock:
+            stages = tuple(
+                replace(one, state="done") if one.state == "running" and state == "finished"
+                else replace(one, state="waiting") if one.state == "running" else one
+                for one in self.file.stages
+            )  # fmt: skip
+            self.file = replace(
+                self.file,
+                elapsed_s=self.elapsed_s,
+                state=state,
+                message=message,
+                kind=kind,
+                light=light,
+                process=0,
+                stages=stages,
+            )
+        self._save()
+        if state == "finished":
+            self.on_finished()
+        self.on_change()
+
+    def _hear(self, event: Event) -> None:
+        match event:
+            case {"event": "progress", "stage": str(stage), "done": int(done), "total": int(total)}:
+                self._progress(stage.replace(" ", "_"), done, total)
+            case _:
+                pass
+
+    def _progress(self, name: str, done: int, total: int) -> None:
+        with self._lock:
+            stages = list(self.file.stages)
+            at = next((k for k, one in enumerate(stages) if one.name == name), None)
+            running = next((one.name for one in stages if one.state == "running"), None)
+            if running != name:
+                seconds, self._stage_since = self._stage_s(), time.monotonic()
+                stages = [
+                    replace(one, state="done", seconds=seconds) if one.state == "running" else one
+                    for one in stages
+                ]
+                if at is None:
+                    at = sum(one.state == "done" for one in stages)
+                    stages.insert(at, _waiting(name))
+                # What lies before a stage that runs was passed over in this run.
+                stages = [
+                    replace(one, state="done") if k < at and one.state == "waiting" else one
+                    for k, one in enumerate(stages)
+                ]
+            assert at is not None
+            stages[at] = replace(stages[at], state="running", done=done, total=total)
+            changed = running != name
+            process = 0 if self._supervision is None else self._supervision.process_id or 0
+            self.file = replace(self.file, stages=tuple(stages), process=process)
+        if changed or time.monotonic() - self._saved > _SAVE_EVERY_S:
+            self._save()
+        self.on_change()
+
+    def _save(self) -> None:
+        self._saved = time.monotonic()
+        write_json(_place(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
+
+
+@dataclass
+class Runner:
+    """The jobs of a shelf: as many at a time as are asked for, one a case."""
+
+    pace_file: Path
+    """What stages took in earlier runs on this machine."""
+    on_change: Callable[[str], None]
+    """Called with the name of the case's folder."""
+    _jobs: dict[Path, RunningJob] = field(default_factory=dict[Path, RunningJob])
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def running(self, case: CaseFolder) -> RunningJob | None:
+        """The job of a case that this program started."""
+        return self._jobs.get(case.root)
+
+    def start(self, job: Job, megapixels: float) -> RunningJob:
+        """Start a job that was not asked for before."""
+        return self._start(job, JobFile(
+            state="running",
+            order=json.dumps(plain_tree(job)),
+            megapixels=megapixels,
+            began=datetime.now(UTC).isoformat(timespec="seconds"),
+        ))  # fmt: skip
+
+    def again(self, case: CaseFolder) -> RunningJob:
+        """Take up what was cancelled, interrupted or refused: finished stages are kept.
+
+        Raises:
+            CaseError: nothing was ever asked for.
+        """
+        kept = read_job_file(case)
+        if kept is None:
+            raise CaseError("Nothing was begun here yet. Start it with its options.")
+        job = read_job(json.loads(kept.order), case.root)
+        return self._start(job, replace(kept, state="running", message="", kind="", light=""))
+
+    def _start(self, job: Job, file: JobFile) -> RunningJob:
+        case = CaseFolder(job.case)
+        with self._lock:
+            known = self._jobs.get(case.root)
+            if known is not None and known.active:
+                raise CaseError("A run is working in this case already. Wait, or cancel it first.")
+            usual, own = self._usual()
+            stages = tuple(_waiting(name) for name in usual)
+            started = RunningJob(
+                case=case,
+                file=replace(file, stages=stages),
+                on_change=lambda: self.on_change(case.root.name),
+                on_finished=lambda: self._learn(case),
+                usual_s=usual,
+                usual_known=own,
+            )
+            self._jobs[case.root] = started
+            started.start(job)
+        return started
+
+    def close(self) -> None:
+        """End what still runs: what is finished is kept, and the job files say interrupted."""
+        for job in list(self._jobs.values()):
+            if job.active:
+                job.cancel()
+                job.join(2 * GRACE_S + 3)
+                kept = read_job_file(job.case)
+                if kept is not None and kept.state == "cancelled":
+                    write_json(_place(job.case), tree_of(replace(kept, state="interrupted")))
+
+    def _learn(self, case: CaseFolder) -> None:
+        """Remember what the stages of a finished run took."""
+        job = read_job_file(case)
+        try:
+            record = json_of(read_content(case.record, _LARGEST, CaseError))
+        except (CaseError, ValueError):
+            return
+        if job is None or job.megapixels <= 0:
+            return
+        took = {
+            str(stage["stage"]): float(stage["wall_s"]) / job.megapixels
+            for stage in record.get("stages", [])
+            if not stage["reused"] and "wall_s" in stage
+        }
+        runs = [*self._pace(), took][-_REMEMBERED:]
+        write_json(self.pace_file, {"format": "limbgram pace", "s_per_megapixel": runs})
+
+    def _usual(self) -> tuple[dict[str, float], bool]:
+        """Seconds a megapixel of each stage, in order; and whether this machine's."""
+        runs = [run for run in self._pace() if run]
+        if not runs:
+            return dict(_USUAL_S), False
+        usual = dict(_USUAL_S)
+        for name in usual:
+            own = [run[name] for run in runs if name in run]
+            usual[name] = statistics.median(own) if own else usual[name]
+        return usual, True
+
+    def _pace(self) -> list[dict[str, float]]:
+        try:
+            tree = json_of(read_content(self.pace_file, _LARGEST, CaseError))
+            return cast(list[dict[str, float]], tree["s_per_megapixel"])
+        except (CaseError, ValueError, KeyError, TypeError):
+            return []
+
+
+def read_job_file(case: CaseFolder) -> JobFile | None:
+    """What is kept of a case's job; None where none was begun."""
+    try:
+        tree: Any = json_of(read_content(_place(case), _LARGEST, CaseError))
+        return value_of(tree, JobFile, strictness=_AS_WRITTEN)
+    except (CaseError, Mismatch, ValueError):
+        return None
+
+
+def mark_interrupted(case: CaseFolder) -> None:
+    """Say of a job that nobody waits for any more that it was interrupted; end what rests of it."""
+    kept = read_job_file(case)
+    if kept is None or kept.state not in ("running", "held"):
+        return
+    if kept.process and _is_ours(kept.process, case):
+        os.kill(kept.process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+    message = "The program was ended meanwhile. Nothing is lost: what is finished is kept."
+    stages = tuple(
+        replace(one, state="waiting") if one.state == "running" else one for one in kept.stages
+    )
+    kept = replace(kept, state="interrupted", message=message, process=0, stages=stages)
+    write_json(_place(case), tree_of(kept))
+
+
+def time_left(job: JobFile, usual_s: dict[str, float], *, known: bool, stage_s: float) -> TimeLeft:
+    """By the usual cost of the stages that wait, and of the part of the running one that is left.
+
+    A stage that takes longer than usual is told by its own pace once a tenth of it is done.
+    """
+    left = 0.0
+    for one in job.stages:
+        usual = usual_s.get(one.name, 0.0) * job.megapixels
+        if one.state == "waiting":
+            left += usual
+        elif one.state == "running":
+            part = one.done / one.total if one.total else 0.0
+            own = stage_s * (1 - part) / part if part >= 0.1 else max(0.0, usual - stage_s)
+            left += own
+    return TimeLeft(least_s=_SPREAD[0] * left, most_s=_SPREAD[1] * left, known=known)
+
+
+def _waiting(name: str) -> StageProgress:
+    return StageProgress(name=name, title=stage_title(name), state="waiting")
+
+
+def _place(case: CaseFolder) -> Path:
+    return case.root / "job.json"
+
+
+def _is_ours(process: int, case: CaseFolder) -> bool:
+    """Whether a process is the job of this case; a number may have passed to another since."""
+    try:
+        words = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
+    except OSError:
+        return False
+    return b"limbgram.cases.start" in words and str(case.root).encode() in words

@@ -1,0 +1,266 @@
+"""The shelf: a folder of cases, each a folder under a random id, and what is known of each.
+
+SHELF/K7Q-4F2/             a case, as `limbgram reconstruct -o` makes it (see `folder`)
+SHELF/K7Q-4F2/label.json   kind and side of the limb, a note, the day, whether it is archived
+SHELF/K7Q-4F2/received/    photos as they came in, without places and serial numbers (see `intake`)
+SHELF/K7Q-4F2/work/        landmarks, tape readings, recipe, shapes and files made by hand
+SHELF/cameras/             camera files and their board photos
+SHELF/removed/             cases on their way out; empty unless the program was ended meanwhile
+
+The folders are the truth. What is listed is read of them each time, so that a case that was copied,
+restored or removed by hand is listed, or is not, without any repair. Ids are random: no name of a
+patient is in the name of any file.
+"""
+
+import re
+import secrets
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from limbgram.cases.folder import CaseFolder, locked
+from limbgram.cases.record import write_json
+from limbgram.core.errors import CaseError, OptionsError, disk_advice, printable
+from limbgram.core.files import json_of, read_content
+from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.workbench.limb import Kind, Side
+
+ID_PATTERN = "^[2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3}$"
+"""Of a case. Without letters and digits that are taken for each other: 0 O, 1 I L."""
+_LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
+_ID = re.compile(ID_PATTERN)
+_SCHEMA = "limbgram-label/1"
+_LARGEST_LABEL = 100_000
+_LONGEST_NOTE = 200
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+_TRIES = 100
+
+Holding = Literal["photos", "results", "work", "record", "intermediate products", "earlier results"]
+"""What a case's folder holds, by what it is for."""
+_HOLDINGS: dict[str, Holding] = {
+    "received": "photos",
+    "photos": "photos",
+    "photos-left-out": "photos",
+    "frames": "photos",
+    "stages": "intermediate products",
+    "superseded": "earlier results",
+    "work": "work",
+    "deliverables": "results",
+    "report": "results",
+    "report.html": "results",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Label:
+    """What people say of a case."""
+
+    made: str
+    """Date and time, UTC."""
+    kind: Kind | None = None
+    side: Side | None = None
+    note: str = ""
+    """A few words to find it by; never a patient's name."""
+    archived: bool = False
+    sample: bool = False
+    """Made by the program to try it out."""
+    schema: str = _SCHEMA
+
+
+@dataclass(frozen=True, kw_only=True)
+class Held:
+    """Disk that a case uses for one purpose."""
+
+    what: Holding
+    files: int
+    bytes: int
+
+
+@dataclass(frozen=True)
+class ShelvedCase:
+    """One case on the shelf."""
+
+    case_id: str
+    folder: CaseFolder
+
+    @property
+    def label_file(self) -> Path:
+        return self.folder.root / "label.json"
+
+    @property
+    def received(self) -> Path:
+        return self.folder.root / "received"
+
+    @property
+    def work(self) -> Path:
+        return self.folder.root / "work"
+
+    @property
+    def label(self) -> Label:
+        """What people say of it; a folder without a label is a case made elsewhere."""
+        try:
+            tree = json_of(read_content(self.label_file, _LARGEST_LABEL, CaseError))
+            return value_of(tree, Label, strictness=_AS_WRITTEN)
+        except (CaseError, Mismatch, ValueError):
+            made = datetime.fromtimestamp(self.folder.root.stat().st_mtime, UTC)
+            return Label(made=made.isoformat(timespec="seconds"))
+
+    def relabel(self, label: Label) -> Label:
+        """Write another label.
+
+        Raises:
+            OptionsError: the note is too long, or holds what cannot be shown.
+        """
+        if len(label.note) > _LONGEST_NOTE or printable(label.note, keep="") != label.note:
+            raise OptionsError(
+                f"The note is longer than {_LONGEST_NOTE} letters, or holds some that cannot be "
+                "shown. Write a few words on one line, without the patient's name."
+            )
+        write_json(self.label_file, tree_of(label))
+        return label
+
+    @property
+    def thumbnail(self) -> Path | None:
+        """A picture of its surface, once there is one."""
+        picture = self.folder.report / "surface.png"
+        return picture if picture.is_file() else None
+
+    def holdings(self) -> tuple[Held, ...]:
+        """What its folder holds."""
+        found: dict[Holding, Held] = {}
+        for entry in self.folder.root.iterdir():
+            what = _HOLDINGS.get(entry.name, "record")
+            before = found.get(what, Held(what=what, files=0, bytes=0))
+            sizes = [_size(file) for file in _files(entry)]
+            found[what] = replace(
+                before, files=before.files + len(sizes), bytes=before.bytes + sum(sizes)
+            )
+        return tuple(found.values())
+
+    def clear_intermediate(self) -> int:
+        """Remove what a run can make again from the photos; returns the bytes that it freed.
+
+        The products of a finished case are its evidence (accuracy, marks in photos, the photos that
+        measured a point): without them the case must be computed again for these.
+
+        Raises:
+            CaseError: a run is working in it.
+        """
+        with locked(self.folder):
+            gone = [self.folder.stages, self.folder.superseded]
+            freed = sum(_size(file) for one in gone if one.is_dir() for file in _files(one))
+            for one in gone:
+                shutil.rmtree(one, ignore_errors=True)
+        return freed
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """A folder of cases."""
+
+    root: Path
+
+    @property
+    def cameras(self) -> Path:
+        return self.root / "cameras"
+
+    @property
+    def templates(self) -> Path:
+        return self.root / "templates"
+
+    def open(self) -> None:
+        """Make the folder where there is none, and end removals that were cut short.
+
+        Raises:
+            CaseError: it cannot be made or written.
+        """
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            shutil.rmtree(self._removed, ignore_errors=True)
+            (self.root / ".writable").write_bytes(b"")
+        except OSError as error:
+            raise CaseError(
+                f"The folder of cases {self.root} cannot be used. {disk_advice(error)}"
+            ) from error
+
+    def cases(self) -> tuple[ShelvedCase, ...]:
+        """All cases, by id."""
+        found = (path for path in self.root.iterdir() if _ID.match(path.name) and path.is_dir())
+        return tuple(ShelvedCase(path.name, CaseFolder(path)) for path in sorted(found))
+
+    def case(self, case_id: str) -> ShelvedCase:
+        """One case.
+
+        Raises:
+            LookupError: there is none of that id.
+        """
+        folder = self.root / case_id
+        if not _ID.match(case_id) or folder.is_symlink() or not folder.is_dir():
+            raise LookupError(f"There is no case {printable(case_id, keep='')[:20]}.")
+        return ShelvedCase(case_id, CaseFolder(folder))
+
+    def new_case(
+        self, kind: Kind | None, side: Side | None, note: str = "", *, sample: bool = False
+    ) -> ShelvedCase:
+        """A case without photos, under an id that no other has."""
+        for _ in range(_TRIES):
+            letters = "".join(secrets.choice(_LETTERS) for _ in range(6))
+            case_id = f"{letters[:3]}-{letters[3:]}"
+            folder = self.root / case_id
+            try:
+                folder.mkdir()
+            except FileExistsError:
+                continue
+            case = ShelvedCase(case_id, CaseFolder(folder))
+            made = datetime.now(UTC).isoformat(timespec="seconds")
+            case.relabel(Label(made=made, kind=kind, side=side, note=note, sample=sample))
+            return case
+        raise CaseError(f"No free id was found in {self.root}. Archive cases in another folder.")
+
+    def remove(self, case: ShelvedCase) -> None:
+        """Delete a case for good: at once out of the list, then from the disk.
+
+        Raises:
+            CaseError: a run is working in it.
+        """
+        with locked(case.folder):
+            self._removed.mkdir(exist_ok=True)
+            going = self._removed / f"{case.case_id}-{secrets.token_hex(4)}"
+            case.folder.root.rename(going)
+        shutil.rmtree(going, ignore_errors=True)
+
+    @property
+    def _removed(self) -> Path:
+        return self.root / "removed"
+
+
+def last_change(case: ShelvedCase) -> str:
+    """When something of the case was changed last: date and time, UTC."""
+    places = (
+        case.folder.root,
+        case.label_file,
+        case.received,
+        case.work,
+        case.folder.record,
+        case.folder.root / "job.json",
+    )
+    newest = max(place.stat().st_mtime for place in places if place.exists())
+    return datetime.fromtimestamp(newest, UTC).isoformat(timespec="seconds")
+
+
+def _files(path: Path) -> Iterator[Path]:
+    if path.is_symlink() or not path.is_dir():
+        yield path
+        return
+    for entry in path.iterdir():
+        yield from _files(entry)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.lstat().st_size
+    except OSError:
+        return 0

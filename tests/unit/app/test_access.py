@@ -1,0 +1,104 @@
+"""Who may ask, and from where."""
+
+import pytest
+from fastapi.testclient import TestClient
+
+from limbgram.app.access import Access
+from limbgram.app.clinic import Clinic
+from limbgram.app.document import document
+
+API = "/api/v1"
+
+
+def test_a_start_link_is_good_once(clinic: Clinic, stranger: TestClient) -> None:
+    token = clinic.access.new_link_token()
+    assert stranger.get(f"{API}/cases").status_code == 401
+    assert stranger.get(f"/start?token={token}").status_code == 200
+    assert stranger.get(f"{API}/cases").status_code == 200
+    stranger.cookies.clear()
+    assert stranger.get(f"/start?token={token}").status_code == 401
+    assert stranger.get(f"{API}/cases").status_code == 401
+
+
+def test_the_cookie_is_out_of_reach_of_scripts_and_other_sites(
+    clinic: Clinic, stranger: TestClient
+) -> None:
+    answer = stranger.get(f"/start?token={clinic.access.new_link_token()}")
+    said = answer.headers["set-cookie"].lower()
+    assert "httponly" in said
+    assert "samesite=strict" in said
+
+
+def test_links_and_sessions_end() -> None:
+    now = [0.0]
+    access = Access(frozenset(), clock=lambda: now[0])
+    late, good = access.new_link_token(), access.new_link_token()
+    session = access.open_session(good)
+    assert session is not None
+    now[0] = 16 * 60.0
+    assert access.open_session(late) is None
+    assert access.is_open(session)
+    now[0] += 13 * 3600.0
+    assert not access.is_open(session)
+
+
+def test_every_route_refuses_another_host_and_another_origin(client: TestClient) -> None:
+    elsewhere = (
+        {"host": "evil.example"},
+        {"host": "127.0.0.1:9999"},
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"sec-fetch-site": "cross-site"},
+        {"sec-fetch-site": "same-site"},
+    )
+    for path, methods in document()["paths"].items():
+        filled = path.replace("{case_id}", "ABC-234").replace("{name}", "a.jpg")
+        for method in methods:
+            for headers in elsewhere:
+                answer = client.request(method.upper(), filled, headers=headers)
+                assert answer.status_code == 403, (method, path, headers)
+
+
+def test_every_route_but_the_session_needs_a_session(stranger: TestClient) -> None:
+    for path, methods in document()["paths"].items():
+        if path == f"{API}/session":
+            continue
+        filled = path.replace("{case_id}", "ABC-234").replace("{name}", "a.jpg")
+        for method in methods:
+            assert stranger.request(method.upper(), filled).status_code == 401, (method, path)
+
+
+def test_a_page_of_another_site_may_link_here_but_not_ask(client: TestClient) -> None:
+    link = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}
+    assert client.get("/", headers=link).status_code == 200
+    assert client.get(f"{API}/cases", headers=link).status_code == 403
+
+
+def test_answers_let_nothing_from_outside_run(client: TestClient) -> None:
+    for path in ("/", f"{API}/cases", f"{API}/nothing"):
+        policy = client.get(path).headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "script-src 'self'" in policy
+        assert "unsafe" not in policy
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../secret",
+        "/%2e%2e/secret",
+        "/assets/..%2f..%2fsecret",
+        "/assets/%2e%2e/%2e%2e/pace.json",
+        f"{API}/cases/../session",
+        f"{API}/cases/ABC-234%2f..%2f..",
+        f"{API}/cases/ABC-234/exports/..%2f..%2fcase.json",
+        f"{API}/cases/ABC-234/photos/..%2fcase.json/file",
+    ],
+)
+def test_no_path_leads_out_of_its_folder(client: TestClient, clinic: Clinic, path: str) -> None:
+    (clinic.shelf.root.parent / "secret").write_text("of somebody else", "utf-8")
+    (clinic.shelf.root / "pace.json").write_text("of somebody else", "utf-8")
+    (clinic.shelf.root / "ABC-234").mkdir()
+    answer = client.get(path)
+    assert "of somebody else" not in answer.text
+    assert answer.status_code < 500
