@@ -3,6 +3,7 @@
 from typing import Literal
 
 from fastapi import APIRouter
+from limbgram.reconstruction.checking import CaptureCheck
 from pydantic import BaseModel, Field
 
 from limbgram.app.boards import BoardSpec
@@ -10,7 +11,6 @@ from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.coaching import Asked
 from limbgram.formats.camera import read_camera
-from limbgram.reconstruction.checking import CaptureCheck
 
 router = APIRouter(tags=["photos"])
 

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from limbgram.reconstruction.checking import CaptureCheck
+
 from limbgram.cases.checking import check_sources
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.checking import CaptureCheck
 from limbgram.reconstruction.targets.board import Board
 
 CheckState = Literal["none", "running", "done", "refused"]

@@ -132,7 +132,7 @@ class RunningJob:
     _saved: float = 0.0
 
     def start(self, job: Job) -> None:
-        self._supervision = Supervision(job, self._hear, grace_s=GRACE_S)
+        self._supervision = Supervision(job, self._hear, grace_s=GRACE_S, slack_s=0.0)
         self._since = self._stage_since = time.monotonic()
         self._save()
         self._thread = threading.Thread(target=self._wait, name="job", daemon=True)

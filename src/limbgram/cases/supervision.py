@@ -55,6 +55,8 @@ class Supervision:
     command: tuple[str, ...] = (sys.executable, "-P", "-m", "limbgram.cases.start")
     """With -P the current folder, which may hold anything, is not searched for modules."""
     grace_s: float = GRACE_S
+    slack_s: float = 2.0
+    """Beyond the grace: a process that ends itself then gets so long."""
     _events: "queue.Queue[Event]" = field(default_factory=lambda: queue.Queue())
     _stage: str = "start"
     _process: "subprocess.Popen[bytes] | None" = None
@@ -166,7 +168,7 @@ class Supervision:
         assert process.stdin is not None
         try:
             process.stdin.close()
-            process.wait(self.grace_s + min(self.grace_s, 2.0))
+            process.wait(self.grace_s + self.slack_s)
         except (subprocess.TimeoutExpired, KeyboardInterrupt, BrokenPipeError):
             process.kill()
 
