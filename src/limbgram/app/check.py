@@ -3,13 +3,13 @@
 from typing import Literal
 
 from fastapi import APIRouter
-from limbgram.reconstruction.checking import CaptureCheck
 from pydantic import BaseModel, Field
 
 from limbgram.app.boards import BoardSpec
 from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.coaching import Asked
+from limbgram.capture.coach import CaptureCheck
 from limbgram.formats.camera import read_camera
 
 router = APIRouter(tags=["photos"])

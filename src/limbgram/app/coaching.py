@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from limbgram.reconstruction.checking import CaptureCheck
-
+from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import check_sources
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import Cancelled, LimbgramError
