@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, Int32
+from jaxtyping import Float64, Int32, UInt8
 from scipy.optimize import least_squares
 
 from limbgram.core.geometry.arrays import GreyImage, Points2
@@ -101,7 +101,9 @@ def likely_inner(luma: GreyImage, board: Board) -> tuple[int, int] | None:
     return None
 
 
-def reduced(luma: GreyImage, long_side_px: int) -> tuple[GreyImage, float]:
+def reduced(
+    luma: GreyImage, long_side_px: int
+) -> tuple[UInt8[np.ndarray, "small_h small_w"], float]:
     """A copy no longer than asked, and its scale (x_small = (x + 0.5) * scale - 0.5)."""
     factor = long_side_px / max(luma.shape)
     if factor >= 1.0:

@@ -1,6 +1,7 @@
 """Finding boards in pictures whose corners are known exactly."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,19 @@ def test_corners_lie_where_they_were_painted(
     assert 1e-4 < rms_px < 0.05
     assert np.abs(error_px.mean(axis=0)).max() < 0.02
     assert np.abs(found.xy_px[0] - found.xy_px[1]).max() == pytest.approx(found.step_px, rel=0.4)
+
+
+def test_a_checkerboard_is_first_looked_for_in_a_reduced_copy_of_a_large_photo(
+    paint: Callable[..., np.ndarray], camera: Camera
+) -> None:
+    small = paint(CHECKERBOARD, POSE, noise=2.0)
+    large = np.pad(small, ((700, 700), (900, 900)), mode="edge")
+    photo = replace(PHOTO, width_px=large.shape[1], height_px=large.shape[0])
+    found = find_in_photo(photo, 0, large, CHECKERBOARD)
+    assert isinstance(found, PhotoCorners), found
+    moved = np.array([900.0, 700.0])
+    truth = camera.project(POSE.apply(CHECKERBOARD.corners_mm[found.ids])) + moved
+    np.testing.assert_allclose(found.xy_px, truth, atol=0.2)
 
 
 def test_corners_cut_by_something_in_front_are_not_believed(
