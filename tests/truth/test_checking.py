@@ -1,6 +1,7 @@
 """The check of a capture against what is known of it: who is missing, who is blurred, who stands
 where."""
 
+import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from limbgram.cases.checking import check_sources
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.report.drawings.coverage import coverage_picture
 from limbgram.synthetic import CaptureOptions, make_capture
 from limbgram.synthetic.capture import Capture
 
@@ -56,6 +58,11 @@ def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
     assert 20 < found.largest_gap_deg < 40
     assert all(0.2 < photo.edge_px < 1.2 for photo in found.photos)
     assert all(1 < photo.features_per_cm2 < 100 for photo in found.photos)
+    assert found.coverage is not None
+    assert found.coverage.measured > 0.97
+    pixel_mm = 1300.0 / capture.truth.views[0].camera.fx
+    assert 0.05 < found.coverage.sigma_middle_mm / pixel_mm < 0.13
+    assert f"±{1.96 * found.coverage.sigma_middle_mm:.2f} mm" in found.headline
 
 
 def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
@@ -71,6 +78,17 @@ def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
     for place in missing.azimuths_deg:
         assert true[4] < place < true[8]
     assert "o'clock as seen from above" in found.headline
+    assert all(15 < height < 45 for height in missing.elevations_deg)
+    coverage = found.coverage
+    assert coverage is not None
+    column = round(float(np.mean(missing.azimuths_deg)) / 15) % coverage.columns
+    behind = (column + coverage.columns // 2) % coverage.columns
+    assert max(row[column] or 0 for row in coverage.photos[: coverage.side_rows]) <= 2
+    assert min(row[behind] or 0 for row in coverage.photos[: coverage.side_rows]) >= 3
+    drawn = np.asarray(Image.open(io.BytesIO(coverage_picture(found).tobytes())).convert("RGB"))
+    asked = (drawn == np.array([11, 96, 118])).all(axis=2)
+    assert asked.sum() > 100  # the photos to add, in the colour of what is to be done
+    assert (drawn == np.array([92, 122, 133])).all(axis=2).sum() > 1000
 
 
 def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> None:

@@ -1,22 +1,38 @@
-"""Checking: whether a capture is good, while the patient is still there.
+"""Coach: whether a capture is good, while the patient is still there.
 
 In      the photos, smaller copies of them, the calibrations and the scale board.
-Out     a CaptureCheck: GO, or which photos to add and from where; every photo with what is wrong.
+Out     a CaptureCheck: GO, or which photos to add and from where; every photo with what is wrong;
+        how sure the surface will be in each place.
 Method  The small copies are placed by the stages of a reconstruction. The points at which the
         cameras aim are the limb; sharpness and exposure are measured at full size where it lies in
-        each photo, not on the room. A photo counts for the ring if it is placed, sharp and well
-        exposed; the angles between those that count, seen from above, show what is missing.
+        each photo, not on the room. A photo counts if it is placed, sharp and well exposed. The
+        angles between those that count, seen from above, show what is missing round the limb; a
+        proxy through its points, in cells, shows what too few photos see, and the expected sigma
+        of each cell follows from the photos that see it (`prediction`).
+        A Coach keeps what was found of each photo and each pair, so that one more photo costs the
+        work on that photo.
 Fails   never on photos that cannot be joined or scaled: that is its answer. PhotoError as reading.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 
 import cv2
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float32, Float64
 
+from limbgram.capture.prediction import Prediction, Showing, predict
+from limbgram.capture.proxy import COLUMNS, LimbProxy, proxy_of
+from limbgram.capture.stands import (
+    Stand,
+    clock,
+    height_words,
+    shows_squarely,
+    stand_of,
+    stands_to_add,
+)
 from limbgram.core.errors import (
     CalibrationError,
     MatchingError,
@@ -24,14 +40,27 @@ from limbgram.core.errors import (
     RegionError,
     ScaleError,
 )
-from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.arrays import GreyImage, Points3, Vector3
+from limbgram.core.geometry.lens import View
+from limbgram.core.interval import COVER, HOLDS, Interval
 from limbgram.core.run import Run, in_parallel
-from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
 from limbgram.reconstruction.dense.region import limb_among
-from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
+from limbgram.reconstruction.features.detection import (
+    FeatureOptions,
+    Features,
+    Keypoints,
+    detect,
+)
 from limbgram.reconstruction.mapping.ring import place
 from limbgram.reconstruction.mapping.scene import Scene
-from limbgram.reconstruction.matching.matching import match
+from limbgram.reconstruction.matching.matching import (
+    Candidate,
+    MatchedPair,
+    joined,
+    match_pairs,
+    pairs_worth_matching,
+)
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
@@ -47,10 +76,14 @@ from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.finding import find_board
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.verification import verify
 
 _FEWEST_LIMB_POINTS = 50
 _ABOVE_FLOOR_MM = 3.0
+_BLOCKS_ACROSS = 240
+_SAME_BOX = 0.05
+"""Of its sides: a limb that lies no further off in a photo than this was looked at already."""
 _LOOKING_BYTES = 40
 """Bytes a pixel while the sharpness of a part of a photo is looked at."""
 
@@ -59,14 +92,30 @@ _LOOKING_BYTES = 40
 class CheckOptions:
     """When a capture is called good."""
 
-    features: FeatureOptions = field(default_factory=lambda: FeatureOptions(max_keypoints=4000))
+    features: FeatureOptions = field(
+        default_factory=lambda: FeatureOptions(max_keypoints=4000, max_megapixels=0.8)
+    )
     quality: QualityOptions = field(default_factory=QualityOptions)
     max_gap_deg: float = 40.0
-    """Widest angle between neighbouring photos that count."""
+    """Widest angle between neighbouring photos that count, unless"""
+    max_gap_ratio: float = 1.4
+    """the middle one of the gaps is nearly as wide: a ring of few photos, evenly spread, up to"""
+    widest_gap_deg: float = 60.0
+    """this angle, up to which the verdict of a case stays green."""
     step_deg: float = 24.0
     """Between the photos that are asked for."""
     min_board_photos: int = 3
     """Photos in which the scale board must be found."""
+    least_photos: int = 2
+    """That a place must be seen by: fewer do not measure it;"""
+    wanted_photos: int = 3
+    """and so many where photos are asked for anyway."""
+    max_unseen: float = 0.05
+    """Share of the limb that fewer photos may see: what the verdict of a case allows."""
+    max_sigma_mm: float = 0.3
+    """Expected sigma beyond which a place is called unsure: 0.6 mm in 95 of 100, the same."""
+    most_added: int = 6
+    """Photos that are asked for at a time because of places that too few see."""
 
 
 DEFAULTS = CheckOptions()
@@ -88,6 +137,8 @@ class CheckedPhoto:
     """Keypoints of the small copy on the limb; NaN where the size is not known."""
     azimuth_deg: float
     """From above, counter-clockwise from the first placed photo; NaN where it is not placed."""
+    elevation_deg: float
+    """Of the camera above level, seen from the limb's middle."""
     counts: bool
     """Whether it is placed, sharp and well exposed."""
     remarks: tuple[str, ...]
@@ -99,8 +150,52 @@ class MissingPhotos:
 
     count: int
     azimuths_deg: tuple[float, ...]
-    between: tuple[str, str]
+    elevations_deg: tuple[float, ...]
+    """Above level, one for each azimuth."""
+    between: tuple[str, str] | None
+    """Photos on either side of a gap; None where a place is seen by too few."""
     words: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoveredRegion:
+    """A part of the limb: a third of its height, and the side that faces an hour; or its end."""
+
+    name: str
+    photos: int
+    """That measure the middle one of its cells, six at most."""
+    unseen: float
+    """Share of it that fewer than two photos see."""
+    sigma_mm: float
+    """Expected, of its middle cell; NaN where it is not measured or there is no size."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """What the photos that count will measure, on the limb's proxy, cell by cell.
+
+    Rows from below upwards, the last ones on the upper end; columns counter-clockwise, azimuth 0
+    first. None stands for what is not measured, or is no part of the limb.
+    """
+
+    rows: int
+    side_rows: int
+    columns: int
+    photos: tuple[tuple[int | None, ...], ...]
+    """Photos that show the cell squarely enough, six at most."""
+    sigma_mm: tuple[tuple[float | None, ...], ...]
+    length: float
+    """Of the limb along its axis, in the scene's unit."""
+    radius: float
+    measured: float
+    """Share of the limb that two photos or more see."""
+    well: float
+    """Share that three or more see."""
+    sigma_middle_mm: float
+    """Half of what is measured is expected to be surer; NaN where there is no size."""
+    regions: tuple[CoveredRegion, ...]
+    weakest: str
+    """The region with the least sure middle, in words; empty where there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,6 +213,10 @@ class CaptureCheck:
     """Between photos that count; NaN where they could not be joined."""
     board_photos: int | None
     """Photos in which the board was found; None where none was looked for."""
+    coverage: Coverage | None = None
+    """None where the limb was not found."""
+    notes: tuple[str, ...] = ()
+    """What does not stand in the way of GO and is worth a look."""
 
 
 def check_capture(
@@ -133,34 +232,112 @@ def check_capture(
     Args:
         small: The same photos in the same order, reduced.
     """
-    run = run or Run()
-    try:
-        cameras = run(cameras_for, small, calibrations)
-        features = run(detect, small, options.features)
-        matches = run(match, small, features)
-        pairs = run(verify, small, matches, cameras)
-        scene = run(place, small, features, pairs, cameras)
-    except (CalibrationError, MatchingError, PlacementError) as refusal:
-        return _refused(photos, str(refusal), options)
-    findings: list[str] = []
-    detections = None if board is None else run(find_board, small, board)
-    board_photos = None if detections is None else len(detections.photos)
-    try:
-        metric = to_millimetres(scene, detections, (), cameras=cameras)
-    except ScaleError as refusal:
-        findings.append(str(refusal))
-        metric = to_millimetres(scene)
-    if board_photos is not None and board_photos < options.min_board_photos and not findings:
-        findings.append(
-            f"The scale board is found in {board_photos} photos; {options.min_board_photos} are "
-            "needed. Lay it flat beside the limb and take photos that show all of it."
-        )
-    try:
-        limb = _limb_of(metric)
-    except RegionError as refusal:
-        findings.append(str(refusal))
-        limb = metric.scene.points_in_world
-    looked_at = run(look_at_limb, photos, small, features, metric, limb)
+    return Coach(calibrations, board, options).check(photos, small, run)
+
+
+class Coach:
+    """Checks a capture again and again while it grows, and keeps what it knows of each photo.
+
+    A photo is known by its content. A pair keeps the matches of when it was first compared.
+    """
+
+    def __init__(
+        self,
+        calibrations: Sequence[Calibration],
+        board: Board | None,
+        options: CheckOptions = DEFAULTS,
+    ) -> None:
+        self._calibrations = tuple(calibrations)
+        self._board = board
+        self._options = options
+        self._keypoints: dict[str, Keypoints] = {}
+        self._matched: dict[tuple[str, str], MatchedPair] = {}
+        self._verified: dict[tuple[str, str], VerifiedPair | None] = {}
+        self._seen: dict[str, _Looked] = {}
+
+    def check(self, photos: PhotoSet, small: PhotoSet, run: Run | None = None) -> CaptureCheck:
+        """Whether these photos are good; those known from an earlier check cost little."""
+        run, options = run or Run(), self._options
+        try:
+            cameras = run(cameras_for, small, self._calibrations)
+            features = self._features(small, run)
+            pairs = self._pairs(small, features, cameras, run)
+            scene = run(place, small, features, pairs, cameras)
+        except (CalibrationError, MatchingError, PlacementError) as refusal:
+            return _refused(photos, str(refusal), options)
+        findings: list[str] = []
+        detections = None if self._board is None else run(find_board, small, self._board)
+        board_photos = None if detections is None else len(detections.photos)
+        try:
+            metric = to_millimetres(scene, detections, (), cameras=cameras)
+        except ScaleError as refusal:
+            findings.append(str(refusal))
+            metric = to_millimetres(scene)
+        if board_photos is not None and board_photos < options.min_board_photos and not findings:
+            findings.append(
+                f"The scale board is found in {board_photos} photos; {options.min_board_photos} "
+                "are needed. Lay it flat beside the limb and take photos that show all of it."
+            )
+        try:
+            limb = _limb_of(metric)
+        except RegionError as refusal:
+            findings.append(str(refusal))
+            limb = metric.scene.points_in_world
+        looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
+        return _answer(photos, small, metric, limb, looked_at, findings, board_photos, options)
+
+    def _features(self, small: PhotoSet, run: Run) -> Features:
+        """Keypoints of all photos; only new ones are looked for."""
+        new = tuple(one for one in small.photos if one.sha256 not in self._keypoints)
+        if new:
+            found = run(detect, replace(small, photos=new), self._options.features)
+            self._keypoints |= {one.sha256: own for one, own in zip(new, found.keypoints)}
+        return Features(tuple(self._keypoints[one.sha256] for one in small.photos))
+
+    def _pairs(self, small: PhotoSet, features: Features, cameras: Cameras, run: Run) -> Pairs:
+        """Verified pairs; only those that were not compared before are matched."""
+
+        def named(first: int, second: int) -> tuple[str, str]:
+            return small.photos[first].sha256, small.photos[second].sha256
+
+        candidates = run(pairs_worth_matching, small, features)
+        new = tuple(c for c in candidates if named(c.first, c.second) not in self._matched)
+        for one in run(match_pairs, small, features, new) if new else ():
+            self._matched[named(one.pair.first, one.pair.second)] = one
+        matched = [_renumbered(self._matched[named(c.first, c.second)], c) for c in candidates]
+        matches = joined(small, matched)
+        fresh = [p for p in matches.pairs if named(p.first, p.second) not in self._verified]
+        if fresh:
+            held = run(verify, small, replace(matches, pairs=tuple(fresh)), cameras)
+            self._verified |= {named(pair.first, pair.second): None for pair in fresh}
+            for one in held.verified:
+                self._verified[named(one.matches.first, one.matches.second)] = one
+        verified: list[VerifiedPair] = []
+        for pair in matches.pairs:
+            kept = self._verified[named(pair.first, pair.second)]
+            if kept is not None:
+                own = replace(kept.matches, first=pair.first, second=pair.second)
+                verified.append(replace(kept, matches=own))
+        return Pairs(tuple(verified), matches.pairs_tried - len(verified))
+
+
+def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:
+    """The same matches; photos have other numbers once one comes between."""
+    pair = replace(known.pair, first=candidate.first, second=candidate.second)
+    return replace(known, pair=pair)
+
+
+def _answer(
+    photos: PhotoSet,
+    small: PhotoSet,
+    metric: MetricScene,
+    limb: Points3,
+    looked_at: Sequence["_LookedAt"],
+    findings: list[str],
+    board_photos: int | None,
+    options: CheckOptions,
+) -> CaptureCheck:
+    """All that was found, as one answer."""
     fault = common_fault([one.photo for one in looked_at if one.placed], options.quality)
     if fault is not None:
         findings.append(fault)
@@ -173,18 +350,26 @@ def check_capture(
             f"Neighbouring photos share few points: {ring.weakest_bridge} join the two sides of "
             "the weakest place. Paint the sock more densely there, or take more photos between."
         )
+    shown = _shown(small, metric, limb, looked_at, checked)
+    asked, said, notes = _asked_for(shown, metric, checked, missing, options)
+    findings += said
     placed = sum(one.placed for one in checked)
     facts = f"{placed} of {len(checked)} photos placed, largest gap {gap_deg:.0f} degrees"
     if board_photos is not None:
         facts += f", board in {board_photos}"
+    if math.isfinite(shown.coverage.sigma_middle_mm):
+        expected = Interval.of_sigma(shown.coverage.sigma_middle_mm)
+        facts += f"; expected ±{expected.above:.2f} mm ({HOLDS})"
     return CaptureCheck(
         go=not findings,
         headline=f"GO: {facts}." if not findings else f"NOT YET: {findings[0]}",
         findings=tuple(findings),
         photos=checked,
-        missing=missing,
+        missing=(*missing, *asked),
         largest_gap_deg=float(gap_deg),
         board_photos=board_photos,
+        coverage=shown.coverage,
+        notes=notes,
     )
 
 
@@ -195,6 +380,44 @@ class _LookedAt:
     photo: Photo
     placed: bool
     features_per_cm2: float
+    slopes: "_Slopes | None" = None
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Mean square of the grey slope in blocks of a full-size photo, grey levels a pixel."""
+
+    energy: Float32[np.ndarray, "h w"]
+    block_px: float
+    """Side of a block, full-size pixels."""
+
+    @classmethod
+    def of(cls, luma: GreyImage) -> "_Slopes":
+        across = cv2.Sobel(luma, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
+        down = cv2.Sobel(luma, cv2.CV_32F, 0, 1, ksize=1, scale=0.5)
+        height, width = luma.shape
+        block_px = max(1.0, width / _BLOCKS_ACROSS)
+        size = max(1, round(width / block_px)), max(1, round(height / block_px))
+        energy = cv2.resize(across * across + down * down, size, interpolation=cv2.INTER_AREA)
+        return cls(cv2.blur(energy, (3, 3)).astype(np.float32), width / size[0])
+
+    def at(self, xy_px: Float64[np.ndarray, "n 2"]) -> Float64[np.ndarray, " n"]:
+        """Root mean square round these full-size pixels; 0 outside the photo."""
+        rows, columns = self.energy.shape
+        known = np.isfinite(xy_px).all(axis=1)
+        x, y = (np.where(known, xy_px.T, -1.0) / self.block_px).astype(int)
+        inside = known & (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
+        found = self.energy[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)]
+        return np.where(inside, np.sqrt(found.astype(np.float64)), 0.0)
+
+
+@dataclass(frozen=True)
+class _Looked:
+    """What is kept of a full-size photo: it need not be decoded again while the limb stays put."""
+
+    box: tuple[int, int, int, int]
+    seen: Photo
+    slopes: _Slopes
 
 
 def _limb_of(metric: MetricScene) -> Points3:
@@ -209,9 +432,18 @@ def _limb_of(metric: MetricScene) -> Points3:
 
 
 def look_at_limb(
-    photos: PhotoSet, small: PhotoSet, features: Features, metric: MetricScene, limb: Points3
+    photos: PhotoSet,
+    small: PhotoSet,
+    features: Features,
+    metric: MetricScene,
+    limb: Points3,
+    known: dict[str, "_Looked"],
 ) -> list[_LookedAt]:
-    """Sharpness and exposure at full size where the limb lies, and how dense its texture is."""
+    """Sharpness and exposure at full size where the limb lies, and how dense its texture is.
+
+    Args:
+        known: What was seen earlier, by content; it is added to.
+    """
     scene = metric.scene
 
     def look(idx: int) -> _LookedAt:
@@ -228,13 +460,20 @@ def look_at_limb(
         left, top, width, height = (
             round(side * factor) for side in cv2.boundingRect(np.round(hull).astype(np.int32))
         )
-        luma = load_luma(photo)[max(top, 0) : top + height, max(left, 0) : left + width]
-        seen = replace(
-            photo,
-            sharpness=edge_width_px(luma),
-            burnt=burnt_share(luma),
-            brightest=brightest_luma(luma),
-        )
+        box = (max(left, 0), max(top, 0), left + width, top + height)
+        looked = known.get(photo.sha256)
+        if looked is None or not _alike(looked.box, box):
+            luma = load_luma(photo)
+            part = luma[box[1] : box[3], box[0] : box[2]]
+            seen = replace(
+                photo,
+                sharpness=edge_width_px(part),
+                burnt=burnt_share(part),
+                brightest=brightest_luma(part),
+            )
+            looked = _Looked(box, seen, _Slopes.of(luma))
+            known[photo.sha256] = looked
+        seen = replace(looked.seen, path=photo.path, camera_idx=photo.camera_idx)
         within = [
             cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0
             for x, y in features.keypoints[idx].xy_px
@@ -244,10 +483,16 @@ def look_at_limb(
             away_mm = float(np.linalg.norm(view.centre_in_world - np.median(limb, axis=0)))
             pixel_cm = 0.1 * away_mm / view.camera.fx
             density = sum(within) / max(cv2.contourArea(hull) * pixel_cm**2, 1e-9)
-        return _LookedAt(seen, True, density)
+        return _LookedAt(seen, True, density, looked.slopes)
 
     each_mb = in_flight_mb(photos.photos, _LOOKING_BYTES)
     return in_parallel(look, range(len(photos.photos)), each_mb=each_mb)
+
+
+def _alike(one: tuple[int, int, int, int], other: tuple[int, int, int, int]) -> bool:
+    """Whether two boxes (left, top, right, bottom) hold nearly the same."""
+    sides = max(one[2] - one[0], 1), max(one[3] - one[1], 1)
+    return all(abs(one[k] - other[k]) <= _SAME_BOX * sides[k % 2] for k in range(4))
 
 
 def _judged(
@@ -262,7 +507,7 @@ def _judged(
     said: dict[str, list[str]] = {}
     for remark in remarks(on_limb, options.quality):
         said.setdefault(remark.name, []).append(remark.text)
-    azimuths_deg = _azimuths_deg(scene, limb)
+    stands = _stands(scene, limb)
     checked: list[CheckedPhoto] = []
     for idx, one in enumerate(looked_at):
         verdict = scene.verdicts[idx]
@@ -276,7 +521,8 @@ def _judged(
                 edge_px=one.photo.sharpness if one.placed else math.nan,
                 burnt=one.photo.burnt,
                 features_per_cm2=one.features_per_cm2,
-                azimuth_deg=float(azimuths_deg[idx]),
+                azimuth_deg=stands[idx].azimuth_deg,
+                elevation_deg=stands[idx].elevation_deg,
                 counts=one.placed and not bad,
                 remarks=(*([verdict.reason] if verdict.reason else []), *told),
             )
@@ -284,14 +530,21 @@ def _judged(
     return tuple(checked), _missing(checked, options)
 
 
-def _azimuths_deg(scene: Scene, limb: Points3) -> Float64[np.ndarray, " p"]:
-    """Seen from above, counter-clockwise from the first placed photo; NaN where not placed."""
-    found = np.full(len(scene.names), np.nan)
+def _stands(scene: Scene, limb: Points3) -> list[Stand]:
+    """Where every photo was taken; NaN where it is not placed."""
     middle = np.median(limb, axis=0)
+    unknown = Stand(azimuth_deg=math.nan, elevation_deg=math.nan, distance=math.nan)
+    found = [unknown] * len(scene.names)
+    first_rad = _first_rad(scene, middle)
     for idx in scene.placed:
-        x, y, _ = scene.view(idx).centre_in_world - middle
-        found[idx] = np.degrees(np.arctan2(y, x))
-    return (found - found[scene.placed[0]]) % 360.0
+        found[idx] = stand_of(scene.view(idx).centre_in_world, middle, first_rad)
+    return found
+
+
+def _first_rad(scene: Scene, middle: Vector3) -> float:
+    """Direction of azimuth 0 in the plane of x and y: where the first placed photo stands."""
+    x, y, _ = scene.view(scene.placed[0]).centre_in_world - middle
+    return float(np.arctan2(y, x))
 
 
 def _gaps_deg(azimuths_deg: Sequence[float]) -> Float64[np.ndarray, " n"]:
@@ -307,30 +560,255 @@ def _missing(checked: Sequence[CheckedPhoto], options: CheckOptions) -> tuple[Mi
     first = next((one.name for one in checked if one.placed), "")
     found: list[MissingPhotos] = []
     gaps = _gaps_deg([one.azimuth_deg for one in around])
+    usual_deg = float(np.median(gaps)) if len(gaps) else 0.0
+    limit_deg = min(options.max_gap_ratio * usual_deg, options.widest_gap_deg)
     for one, following, gap in zip(around, [*around[1:], *around[:1]], gaps):
-        if gap <= options.max_gap_deg:
+        if gap <= max(options.max_gap_deg, limit_deg):
             continue
-        count = math.ceil(gap / options.step_deg) - 1
+        count = max(math.ceil(gap / options.step_deg) - 1, 1)
         places = tuple(
             float((one.azimuth_deg + gap * k / (count + 1)) % 360) for k in range(1, count + 1)
         )
-        hours = ", ".join(dict.fromkeys(_clock(place) for place in places))
+        hours = ", ".join(dict.fromkeys(clock(place) for place in places))
+        height_deg = (one.elevation_deg + following.elevation_deg) / 2
         words = (
             f"Add {count} photo{'s' if count > 1 else ''} between {one.name} and "
             f"{following.name}, where {gap:.0f} degrees are empty: at {hours} o'clock as seen from "
-            f"above, where {first} stands at 12."
+            f"above, where {first} stands at 12, {height_words(height_deg)} as these two are."
         )
         found.append(
             MissingPhotos(
-                count=count, azimuths_deg=places, between=(one.name, following.name), words=words
+                count=count,
+                azimuths_deg=places,
+                elevations_deg=(height_deg,) * count,
+                between=(one.name, following.name),
+                words=words,
             )
         )
     return tuple(sorted(found, key=lambda one: -one.count))
 
 
-def _clock(azimuth_deg: float) -> str:
-    """The hour at which a place stands, 12 where azimuth is 0; clocks turn clockwise."""
-    return str(round(-azimuth_deg / 30.0) % 12 or 12)
+@dataclass(frozen=True)
+class _Shown:
+    """The limb's proxy, and what the photos that count show of it."""
+
+    proxy: LimbProxy
+    prediction: Prediction
+    coverage: Coverage
+
+
+def _shown(
+    small: PhotoSet,
+    metric: MetricScene,
+    limb: Points3,
+    looked_at: Sequence[_LookedAt],
+    checked: Sequence[CheckedPhoto],
+) -> _Shown:
+    """Photos and expected sigma of every cell, by the photos that count."""
+    scene = metric.scene
+    proxy = proxy_of(limb, scene.view(scene.placed[0]).centre_in_world)
+    counted = [idx for idx, one in enumerate(checked) if one.counts]
+    views = [scene.view(idx) for idx in counted]
+    ratio = np.array(
+        [small.photos[idx].width_px / looked_at[idx].photo.width_px for idx in counted]
+    )
+    slopes = [
+        np.zeros(len(proxy.mesh)) if own is None else own.at(_full_px(view, proxy, by))
+        for view, by, own in zip(views, ratio, (looked_at[idx].slopes for idx in counted))
+    ]
+    prediction = predict(
+        proxy,
+        views,
+        Showing(
+            pixel_ratio=ratio,
+            edge_px=np.nan_to_num(np.array([checked[idx].edge_px for idx in counted])),
+            slope=np.stack(slopes, axis=1) if slopes else np.zeros((len(proxy.mesh), 0)),
+            relative_sigma=float(np.nan_to_num(metric.scale.relative_sigma)),
+        ),
+    )
+    return _Shown(proxy, prediction, _coverage_of(proxy, prediction, metric.scale.unit == "mm"))
+
+
+def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
+    """Where the cells lie in the full-size photo."""
+    return (view.project(proxy.mesh.vertices_mm) + 0.5) / ratio - 0.5
+
+
+def _coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Coverage:
+    sigma_mm = prediction.sigma_mm if in_mm else np.full(len(proxy.mesh), np.nan)
+    regions = _regions(proxy, prediction, sigma_mm)
+    known = proxy.by_row(proxy.known)
+    photos, sigmas = proxy.by_row(prediction.squarely), proxy.by_row(sigma_mm)
+    unsure = [one for one in regions if math.isfinite(one.sigma_mm)]
+    weakest = max(unsure, key=lambda one: one.sigma_mm, default=None)
+    return Coverage(
+        rows=proxy.rows,
+        side_rows=proxy.side_rows,
+        columns=COLUMNS,
+        photos=tuple(
+            tuple(int(n) if there else None for n, there in zip(row, own))
+            for row, own in zip(photos, known)
+        ),
+        sigma_mm=tuple(
+            tuple(float(s) if there and np.isfinite(s) else None for s, there in zip(row, own))
+            for row, own in zip(sigmas, known)
+        ),
+        length=proxy.length,
+        radius=proxy.radius,
+        measured=prediction.share(prediction.squarely >= 2, proxy),
+        well=prediction.share(prediction.squarely >= 3, proxy),
+        sigma_middle_mm=prediction.middle_sigma_mm(proxy) if in_mm else math.nan,
+        regions=regions,
+        weakest="" if weakest is None else f"{weakest.name}, ±{COVER * weakest.sigma_mm:.2f} mm",
+    )
+
+
+def _regions(
+    proxy: LimbProxy, prediction: Prediction, sigma_mm: Float64[np.ndarray, " n"]
+) -> tuple[CoveredRegion, ...]:
+    """Thirds of the side by quarter hours of a clock, and the end."""
+    row, column = np.divmod(np.arange(len(proxy.mesh)), COLUMNS)
+    third = np.minimum(row * len(_THIRDS) // proxy.side_rows, len(_THIRDS) - 1)
+    found: list[CoveredRegion] = []
+    for part, name in enumerate(_THIRDS):
+        for hour in range(0, 12, _HOURS):
+            middle = -hour * COLUMNS / 12 % COLUMNS
+            off = np.abs((column - middle + COLUMNS / 2) % COLUMNS - COLUMNS / 2)
+            cells = (row < proxy.side_rows) & (third == part) & (off <= _HOURS * COLUMNS / 24)
+            title = f"{name} third, side that faces {hour or 12} o'clock"
+            found.append(_region(title, cells, prediction, sigma_mm))
+    end = (row >= proxy.side_rows) & proxy.known
+    if end.any():
+        found.append(_region("upper end", end, prediction, sigma_mm))
+    return tuple(found)
+
+
+_THIRDS = ("lower", "middle", "upper")
+_HOURS = 2
+"""Hours of the clock that a region is wide."""
+
+
+def _region(
+    name: str,
+    cells: np.ndarray,
+    prediction: Prediction,
+    sigma_mm: Float64[np.ndarray, " n"],
+) -> CoveredRegion:
+    own = sigma_mm[cells]
+    measured = np.isfinite(own)
+    return CoveredRegion(
+        name=name,
+        photos=int(np.median(prediction.photos[cells])),
+        unseen=float(np.mean(prediction.squarely[cells] < 2)),
+        sigma_mm=float(np.median(own[measured])) if measured.any() else math.nan,
+    )
+
+
+def _asked_for(
+    shown: _Shown,
+    metric: MetricScene,
+    checked: Sequence[CheckedPhoto],
+    missing: Sequence[MissingPhotos],
+    options: CheckOptions,
+) -> tuple[tuple[MissingPhotos, ...], list[str], tuple[str, ...]]:
+    """Photos for places that too few see, the findings that they belong to, and notes."""
+    proxy, prediction = shown.proxy, shown.prediction
+    unseen = prediction.share(prediction.squarely < options.least_photos, proxy)
+    unsure = prediction.share(prediction.sigma_mm > options.max_sigma_mm, proxy)
+    findings: list[str] = []
+    asked: tuple[MissingPhotos, ...] = ()
+    if unseen > options.max_unseen:
+        asked = _for_places(shown, metric, missing, options)
+        first = next((one.name for one in checked if one.placed), "")
+        places = _grouped_words([one for part in asked for one in _stands_of(part)])
+        findings.append(
+            f"{unseen:.0%} of the limb is seen by fewer than {options.least_photos} photos"
+            + (
+                f". Add {sum(one.count for one in asked)}: {places}; {first} stands at 12 o'clock, "
+                "seen from above."
+                if asked
+                else "; the photos named above will show it."
+                if missing
+                else ", and no place round it would show more. Free the limb on that side."
+            )
+        )
+    if metric.scale.unit == "mm" and unsure > options.max_unseen:
+        findings.append(
+            f"{unsure:.0%} of the limb would be measured to worse than "
+            f"±{COVER * options.max_sigma_mm:.1f} mm ({HOLDS}). Come closer, hold the camera "
+            "still, and paint where the sock is plain."
+        )
+    notes: list[str] = []
+    if not proxy.known[-1]:
+        notes.append(
+            "Nothing is seen on the limb's upper end. If it is not open there, add a photo from "
+            "straight above."
+        )
+    if shown.coverage.weakest:
+        notes.append(f"Least sure: {shown.coverage.weakest}.")
+    return asked, findings, tuple(notes)
+
+
+def _for_places(
+    shown: _Shown,
+    metric: MetricScene,
+    missing: Sequence[MissingPhotos],
+    options: CheckOptions,
+) -> tuple[MissingPhotos, ...]:
+    """Photos that would show what too few show, one entry a height.
+
+    Args:
+        missing: Photos that are asked for already; what they will show is not asked for again.
+    """
+    scene, proxy = metric.scene, shown.proxy
+    away = [np.linalg.norm(view.centre_in_world - proxy.middle) for view in scene.views]
+    distance, camera = float(np.median(away)), scene.views[0].camera
+    first_rad = _first_rad(scene, proxy.middle)
+    coming = [
+        replace(one, distance=distance).view(camera, proxy.middle, first_rad)
+        for part in missing
+        for one in _stands_of(part)
+    ]
+    stands = stands_to_add(
+        proxy,
+        shown.prediction.squarely + shows_squarely(proxy, coming).sum(axis=1),
+        options.wanted_photos,
+        camera,
+        distance,
+        first_rad,
+        metric.floor_z_mm,
+        options.most_added,
+    )
+    by_height = sorted(stands, key=lambda one: (one.elevation_deg, one.azimuth_deg))
+    return tuple(
+        MissingPhotos(
+            count=len(own),
+            azimuths_deg=tuple(one.azimuth_deg for one in own),
+            elevations_deg=(elevation_deg,) * len(own),
+            between=None,
+            words=f"Add {len(own)}: {_grouped_words(own)}.",
+        )
+        for elevation_deg, own in (
+            (height, list(group))
+            for height, group in groupby(by_height, key=lambda one: one.elevation_deg)
+        )
+    )
+
+
+def _stands_of(asked: MissingPhotos) -> list[Stand]:
+    return [
+        Stand(azimuth_deg=azimuth, elevation_deg=elevation, distance=math.nan)
+        for azimuth, elevation in zip(asked.azimuths_deg, asked.elevations_deg)
+    ]
+
+
+def _grouped_words(stands: Sequence[Stand]) -> str:
+    """Hours by height: "at 2, 4 o'clock, 25 degrees above level"."""
+    parts: list[str] = []
+    for words, group in groupby(stands, key=lambda one: height_words(one.elevation_deg)):
+        hours = ", ".join(dict.fromkeys(clock(one.azimuth_deg) for one in group))
+        parts.append(f"at {hours} o'clock, {words}")
+    return "; ".join(parts)
 
 
 def _refused(photos: PhotoSet, why: str, options: CheckOptions) -> CaptureCheck:
@@ -350,6 +828,7 @@ def _refused(photos: PhotoSet, why: str, options: CheckOptions) -> CaptureCheck:
                 burnt=photo.burnt,
                 features_per_cm2=math.nan,
                 azimuth_deg=math.nan,
+                elevation_deg=math.nan,
                 counts=False,
                 remarks=tuple(said.get(photo.name, ())),
             )

@@ -270,15 +270,45 @@ class _Prepared:
     pyramid: Pyramid
 
 
+@dataclass(frozen=True)
+class MatchedPair:
+    """What was found when a pair was matched."""
+
+    pair: PairMatches
+    descriptor_matches: int
+    turning_alike: int
+    """Matches that turn the picture by about the same angle."""
+
+
 def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS) -> Matches:
     """Match the photos that are likely to show the same places.
 
     Raises:
         MatchingError: most photos show too little, or most match no other.
     """
-    _refuse_bare(photos, features, options)
-    candidates = select_pairs(features, options.selection)
+    candidates = pairs_worth_matching(photos, features, options)
+    return joined(photos, match_pairs(photos, features, candidates, options), options)
 
+
+def pairs_worth_matching(
+    photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
+) -> tuple[Candidate, ...]:
+    """Pairs of photos that probably show the same places.
+
+    Raises:
+        MatchingError: most photos show too little.
+    """
+    _refuse_bare(photos, features, options)
+    return select_pairs(features, options.selection)
+
+
+def match_pairs(
+    photos: PhotoSet,
+    features: Features,
+    candidates: Sequence[Candidate],
+    options: MatchingOptions = DEFAULTS,
+) -> tuple[MatchedPair, ...]:
+    """Match these pairs, each on its own."""
     described = max(map(len, features.keypoints), default=0)
     memory = PairMemory.of(photos, options.memory_mb, described=described)
 
@@ -291,29 +321,32 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
             build_pyramid(load_luma(photos.photos[photo_idx])),
         )
 
-    def match_one(pair: Candidate) -> _Matched:
+    def match_one(pair: Candidate) -> MatchedPair:
         return _match_pair(pair, prepared(pair.first), prepared(pair.second), options)
 
-    matched = in_parallel(match_one, candidates, memory.workers)
-    pairs = tuple(m.pair for m in matched if m.turning_alike >= options.min_matches)
+    return tuple(in_parallel(match_one, candidates, memory.workers))
+
+
+def joined(
+    photos: PhotoSet, matched: Sequence[MatchedPair], options: MatchingOptions = DEFAULTS
+) -> Matches:
+    """The pairs whose matches turn the picture alike.
+
+    Raises:
+        MatchingError: most photos match no other.
+    """
+    pairs = tuple(one.pair for one in matched if one.turning_alike >= options.min_matches)
     _refuse_strangers(photos, pairs)
     return Matches(
         pairs=pairs,
-        pairs_tried=len(candidates),
-        descriptor_matches=sum(m.descriptor_matches for m in matched),
+        pairs_tried=len(matched),
+        descriptor_matches=sum(one.descriptor_matches for one in matched),
     )
-
-
-@dataclass(frozen=True)
-class _Matched:
-    pair: PairMatches
-    descriptor_matches: int
-    turning_alike: int
 
 
 def _match_pair(
     pair: Candidate, first: _Prepared, second: _Prepared, options: MatchingOptions
-) -> _Matched:
+) -> MatchedPair:
     band = _scale_band(pair, first.keypoints, second.keypoints, options.max_scale_change)
     turn = _turn(pair, first.keypoints, second.keypoints)
     found = match_descriptors(first.descriptors, second.descriptors, options.max_ratio, band, turn)
@@ -330,7 +363,7 @@ def _match_pair(
         correlation=windows.correlation[windows.kept],
     )
     alike = turning_alike(first.keypoints, second.keypoints, kept)
-    return _Matched(matches, len(found), int(alike.sum()))
+    return MatchedPair(matches, len(found), int(alike.sum()))
 
 
 def _scale_band(

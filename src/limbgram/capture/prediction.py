@@ -1,0 +1,181 @@
+"""Prediction: how sure the surface will be, before it is measured.
+
+In      a LimbProxy, the photos' views, and what each photo shows of each cell.
+Out     a Prediction: for each cell the photos that will measure it and the expected sigma.
+Method  `measuring` takes up to six photos a vertex, the most frontal ones; the same rule chooses
+        them here, by rays against the proxy. Its sigma is a share of a pixel:
+
+            sigma = 0.067 pixel (pixel / 0.4 mm)^0.13 sqrt(1 + edge^2)
+                    (photos / 5)^-0.33 sqrt(1 + 0.5 / spread) (slope / 20)^-0.15
+
+        edge    width of the sharpest edges, px: blur is what photos disagree by
+        spread  sum of |t_k - t|^2, t_k being how far photo k sees the surface move along itself for
+                a millimetre along its normal: without it there is no depth
+        slope   root mean square of the grey slope, grey levels a pixel: the paint
+        The form follows `measuring` (uncertainty.py): noise by the plate, whose length is counted
+        in pixels; lost detail, which grows faster than the pixel. The numbers are a fit to 18
+        captures: docs/method/prediction.md. What all vertices share (scale) is added.
+Fails   never: a cell that fewer than two photos see has no sigma.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+
+from limbgram.capture.proxy import LimbProxy
+from limbgram.core.geometry.lens import View
+from limbgram.reconstruction.measuring.rounds import MatchingOptions
+from limbgram.reconstruction.measuring.visibility import best_views, incidences
+
+SHARE_OF_PIXEL = 0.067
+USUAL_PIXEL_MM, FINE_POWER = 0.4, 0.13
+USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.33
+LEAST_SPREAD = 0.5
+USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
+OFFSET_PX = 0.0045
+"""What `measuring` states for the surface as a whole."""
+_GRAZING_DEG = 85.0
+_FAINTEST_SLOPE = 1.0
+_COUNTED = 6.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """By cell of a proxy."""
+
+    photos: Int64[np.ndarray, " n"]
+    """Photos that will measure it, six at most."""
+    squarely: Int64[np.ndarray, " n"]
+    """Those of them that do not look along it. What no two see so has mostly no depth to begin
+    with, and is filled in."""
+    pixel_mm: Float64[np.ndarray, " n"]
+    """Of its most frontal photo, at full size; NaN where no photo sees it."""
+    sigma_mm: Float64[np.ndarray, " n"]
+    """Expected standard deviation along the normal; NaN where fewer than two photos see it."""
+
+    def share(self, cells: Bool[np.ndarray, " n"], proxy: LimbProxy) -> float:
+        """Of the limb's area: how much lies in these cells."""
+        area = np.where(proxy.known, proxy.area_mm2, 0.0)
+        return float(area[cells].sum() / area.sum())
+
+    def middle_sigma_mm(self, proxy: LimbProxy) -> float:
+        """Half of what is measured is surer; NaN where nothing is."""
+        measured = proxy.known & np.isfinite(self.sigma_mm)
+        if not measured.any():
+            return float("nan")
+        order = np.argsort(self.sigma_mm[measured], kind="stable")
+        area = np.cumsum(proxy.area_mm2[measured][order])
+        return float(self.sigma_mm[measured][order][np.searchsorted(area, area[-1] / 2)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Showing:
+    """How well photos show the cells."""
+
+    pixel_ratio: Float64[np.ndarray, " v"]
+    """Pixels of the views' own size that one pixel of the full-size photo is."""
+    edge_px: Float64[np.ndarray, " v"]
+    """Width of the sharpest edges, full-size pixels."""
+    slope: Float64[np.ndarray, "n v"]
+    """Root mean square of the grey slope round each cell, grey levels a full-size pixel."""
+    relative_sigma: float = 0.0
+    """Of the scale."""
+
+    @classmethod
+    def alike(cls, cells: int, views: int, edge_px: float, slope: float) -> "Showing":
+        """All photos show all cells equally well; views are of full size."""
+        return cls(
+            pixel_ratio=np.ones(views),
+            edge_px=np.full(views, edge_px),
+            slope=np.full((cells, views), slope),
+        )
+
+
+def cosines_of(proxy: LimbProxy, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
+    """Between normal and ray, by cell and view; 0 where a photo does not show the cell."""
+    return np.concatenate(list(incidences(proxy.mesh, views, _GRAZING_DEG))).astype(float)
+
+
+def chosen_for(
+    cosines: Float64[np.ndarray, "n v"], rule: MatchingOptions
+) -> Bool[np.ndarray, "n v"]:
+    """The photos that will measure each cell, as `measuring` chooses them."""
+    squarely = cosines >= np.cos(np.radians(rule.max_incidence_deg))
+    few = squarely.sum(axis=1, keepdims=True) < rule.least_views
+    steeply = few & (cosines >= np.cos(np.radians(rule.steep_incidence_deg)))
+    kept = np.where(squarely | steeply, cosines, 0.0).astype(np.float32)
+    best = best_views(kept, rule.max_views)
+    chosen = np.zeros(cosines.shape, bool)
+    rows, slots = np.nonzero(best >= 0)
+    chosen[rows, best[rows, slots]] = True
+    return chosen
+
+
+def predict(
+    proxy: LimbProxy,
+    views: Sequence[View],
+    showing: Showing,
+    rule: MatchingOptions | None = None,
+) -> Prediction:
+    """Expected sigma and photos of every cell."""
+    cells = proxy.mesh.vertices_mm
+    if not views:
+        nothing = np.full(len(cells), np.nan)
+        none = np.zeros(len(cells), int)
+        return Prediction(photos=none, squarely=none, pixel_mm=nothing, sigma_mm=nothing)
+    rule = rule or MatchingOptions()
+    cosines = cosines_of(proxy, views)
+    chosen = chosen_for(cosines, rule)
+    square = chosen & (cosines >= np.cos(np.radians(rule.max_incidence_deg)))
+    normals = proxy.mesh.vertex_normals()
+    count = chosen.sum(axis=1)
+    pixels = np.stack([_pixel_mm(view, cells) for view in views], axis=1) * showing.pixel_ratio
+    along = np.stack([_along(view, cells, normals) for view in views], axis=1)
+    least = np.maximum(count, 1)[:, None]
+    off = np.where(chosen[..., None], along, 0.0)
+    off = np.where(chosen[..., None], along - off.sum(axis=1, keepdims=True) / least[..., None], 0)
+    spread = (off**2).sum(axis=(1, 2))
+    pixel_mm = np.where(chosen, pixels, np.inf).min(axis=1)
+    edge_px = np.where(chosen, showing.edge_px, 0.0).sum(axis=1) / least[:, 0]
+    slope2 = np.where(chosen, showing.slope**2, 0.0).sum(axis=1) / least[:, 0]
+    sigma_mm = sigma_of(pixel_mm, edge_px, count, spread, np.sqrt(slope2))
+    shared2 = (OFFSET_PX * pixel_mm) ** 2
+    shared2 = shared2 + (showing.relative_sigma * np.linalg.norm(cells - proxy.middle, axis=1)) ** 2
+    measured = count >= 2
+    return Prediction(
+        photos=count,
+        squarely=square.sum(axis=1),
+        pixel_mm=np.where(count > 0, pixel_mm, np.nan),
+        sigma_mm=np.where(measured, np.sqrt(sigma_mm**2 + shared2), np.nan),
+    )
+
+
+def sigma_of(
+    pixel_mm: Float64[np.ndarray, " n"],
+    edge_px: Float64[np.ndarray, " n"],
+    photos: Int64[np.ndarray, " n"],
+    spread: Float64[np.ndarray, " n"],
+    slope: Float64[np.ndarray, " n"],
+) -> Float64[np.ndarray, " n"]:
+    """The formula in the header, without what all vertices share."""
+    finite_mm = np.where(np.isfinite(pixel_mm), pixel_mm, USUAL_PIXEL_MM)
+    sigma = SHARE_OF_PIXEL * finite_mm * (finite_mm / USUAL_PIXEL_MM) ** FINE_POWER
+    sigma = sigma * np.sqrt(1 + edge_px**2)
+    sigma = sigma * (np.clip(photos, 1, _COUNTED) / USUAL_PHOTOS) ** -PHOTO_POWER
+    sigma = sigma * np.sqrt(1 + LEAST_SPREAD / np.maximum(spread, 0.05))
+    return sigma * (np.maximum(slope, _FAINTEST_SLOPE) / USUAL_SLOPE) ** -SLOPE_POWER
+
+
+def _pixel_mm(view: View, cells: np.ndarray) -> Float64[np.ndarray, " n"]:
+    depth = view.camera_from_world.apply(cells)[:, 2]
+    return np.abs(depth) / np.sqrt(view.camera.fx * view.camera.fy)
+
+
+def _along(view: View, cells: np.ndarray, normals: np.ndarray) -> Float64[np.ndarray, "n 3"]:
+    """How far the surface seems to move along itself for a unit along its normal."""
+    rays = view.centre_in_world - cells
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    cosine = np.einsum("ni,ni->n", rays, normals)
+    return (rays - cosine[:, None] * normals) / np.maximum(cosine, 0.05)[:, None]
