@@ -36,6 +36,14 @@ from limbgram.reconstruction.matching.still import Still, StillOptions, find_sti
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
+from limbgram.reconstruction.poses import (
+    Poses,
+    PosesOptions,
+    above_floors,
+    find_poses,
+    may_be_turned_over,
+    refuse_apart,
+)
 from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -93,6 +101,8 @@ class PipelineOptions:
     mapping: MappingOptions = field(default_factory=MappingOptions)
     following: FollowingOptions = field(default_factory=FollowingOptions)
     """How points of reduced photos are measured at full resolution."""
+    poses: PosesOptions = field(default_factory=PosesOptions)
+    """How an object that was turned over is told."""
     targets: TargetOptions = field(default_factory=TargetOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
     scale: ScaleOptions = field(default_factory=ScaleOptions)
@@ -163,6 +173,8 @@ class Reconstruction:
     others: tuple[OtherPart, ...] = ()
     still: Still = field(default_factory=Still)
     """What stands still before the camera while the object turns."""
+    poses: Poses = field(default_factory=Poses)
+    """Between which photos the object was turned over."""
 
 
 def reconstruct(
@@ -173,12 +185,12 @@ def reconstruct(
     photos = run(read_photos, capture.sources, options.photos)
     refuse_beyond(photos, run.memory_mb)
     cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
-    placing = place_photos(photos, cameras, options, run)
-    scene = placing.scene
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
+    placing = place_photos(photos, cameras, options, run, found)
+    scene = placing.scene
     if found is not None:
-        found = without_still_board(found, placing.still)
+        found = placing.poses.one_board(without_still_board(found, placing.still))
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
@@ -189,6 +201,7 @@ def reconstruct(
     share = depth_share(photos, options.dense.most_px, run.memory_mb)
     dense = replace(options.dense, most_px=round(share * options.dense.most_px))
     depths = run(estimate_depth, photos, metric, region, dense)
+    depths = above_floors(depths, metric, placing.poses)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
     del depths  # the largest product, and nobody asks for it any more
     wrapped = wrap(cloud, options.surface, run)
@@ -238,6 +251,7 @@ def reconstruct(
         tapes=tapes,
         others=others,
         still=placing.still,
+        poses=placing.poses,
     )
 
 
@@ -250,25 +264,35 @@ class Placing:
     pairs: Pairs
     scene: Scene
     still: Still
+    poses: Poses = field(default_factory=Poses)
 
 
-def place_photos(photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run) -> Placing:
+def place_photos(
+    photos: PhotoSet,
+    cameras: Cameras,
+    options: PipelineOptions,
+    run: Run,
+    found: BoardDetections | None = None,
+) -> Placing:
     """By keypoints of reduced photos, followed at full size; where that fails, by those of all.
 
     Lenses without a calibration are found from the scene's own points and need all of them; and
     where only some parts of an object show points, few points leave the others out of the region.
-    Photos hardly larger than reduced ones gain nothing.
+    Photos hardly larger than reduced ones gain nothing. The board tells whether the object was
+    turned over; then the photos are placed by what lies on the object alone.
     """
     largest = max((one.width_px * one.height_px for one in photos.photos), default=0)
     if largest < _WORTH_REDUCING * 1e6 * options.reduced.max_megapixels:
-        return _by_full_size(photos, cameras, options, run)
+        return _by_full_size(photos, cameras, options, run, found)
     if any(calibration.source != "board" for calibration in cameras.calibrations):
         reduced = "the lens unknown, as no board calibrated it"
     else:
         reduced = _by_reduced(photos, cameras, options, run)
     if isinstance(reduced, Placing):
-        return reduced
-    placing = _by_full_size(photos, cameras, options, run)
+        if not may_be_turned_over(reduced.scene, found):
+            return reduced
+        reduced = "it open whether the object was turned over"
+    placing = _by_full_size(photos, cameras, options, run, found)
     return replace(placing, scene=replace(placing.scene, full_size=reduced))
 
 
@@ -297,15 +321,34 @@ def _by_reduced(
 
 
 def _by_full_size(
-    photos: PhotoSet, cameras: Cameras, options: PipelineOptions, run: Run
+    photos: PhotoSet,
+    cameras: Cameras,
+    options: PipelineOptions,
+    run: Run,
+    found: BoardDetections | None,
 ) -> Placing:
     features = run(detect, photos, options.features)
     still = run(find_still, features, options.still)
     features = still.moving(features)
     matches = run(match, photos, features, options.matching)
     pairs = run(verify, photos, matches, cameras, options.twoview)
+    try:
+        scene = run(place, photos, features, pairs, cameras, options.mapping)
+    except PlacementError:
+        poses = run(find_poses, photos, features, pairs, cameras, found, None, options.poses)
+        if not poses.sides:
+            raise
+    else:
+        poses = Poses()
+        if may_be_turned_over(scene, found):
+            poses = run(find_poses, photos, features, pairs, cameras, found, scene, options.poses)
+        if not poses.sides:
+            return Placing(features, matches, pairs, scene, still)
+    matches = poses.matches_on_object(features, matches)
+    pairs = run(verify, photos, matches, cameras, options.twoview)
     scene = run(place, photos, features, pairs, cameras, options.mapping)
-    return Placing(features, matches, pairs, scene, still)
+    refuse_apart(poses, scene)
+    return Placing(features, matches, pairs, scene, still, poses)
 
 
 def _lacking(scene: Scene) -> str:

@@ -10,6 +10,7 @@ _STAGES = {
     "detect": "Feature points",
     "find still": "What stands still",
     "match": "Matches",
+    "find poses": "Poses of the object",
     "verify": "Pairs",
     "place": "Place the photos",
     "place roughly": "Place the photos",

@@ -236,7 +236,7 @@ def summarise(
             points=len(scene.points_in_world),
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
-            notes=(*_still_notes(done.still), *_placing_notes(scene)),
+            notes=(*_still_notes(done.still), *_poses_notes(done), *_placing_notes(scene)),
         ),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
@@ -258,6 +258,20 @@ def _still_notes(still: Still) -> tuple[str, ...]:
         f"The camera stood still in {len(still.photos)} photos and the object turned: "
         f"{still.count:,} feature points stay at one place of the picture. They belong to the room "
         "(or are dirt on the sensor, or a watermark) and were left out.",
+    )
+
+
+def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
+    if not done.poses.sides:
+        return ()
+    names = [
+        f"{done.photos.names[side.photos[0]]} to {done.photos.names[side.photos[-1]]}"
+        for side in done.poses.sides
+    ]
+    return (
+        f"The object was turned over: {' and '.join(names)} show it in two poses. They were joined "
+        "by what lies on the object alone; floor, board and room of each pose were left out, and "
+        "the board sets the scale in the pose whose photos show it more often.",
     )
 
 

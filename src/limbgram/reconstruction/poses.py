@@ -1,0 +1,448 @@
+"""Poses: an object that was turned over between the photos, a cast standing and then lying.
+
+In      photos in the order in which they were taken, their features, matches and verified pairs,
+        the cameras, where photos show the board; the scene they were placed in, where there is one.
+Out     Poses: the two sides of the capture, each with its own scene, or none; what of the features
+        lies on the object.
+Method  Board, floor and room belong to one pose each, and the object to both. Within one side all
+        of it keeps still, so each side is placed by all of its matches. The region of the object in
+        each side's scene, above that side's own floor, parts the object's keypoints from the
+        room's. What is left of the matches joins the two sides by the object alone.
+        Where the sides part: if the object joined photos of both in one scene, the board lies in
+        one place of it for the photos before, and in another for those after. If the room joined
+        them, no point near the aim is seen by photos of both sides; then the object's regions must
+        also be different bodies there, for two rounds at heights that share no points show it so.
+        If the photos could not be placed in one scene, the weakest links between a photo and the
+        next are tried.
+Fails   never: a capture that does not fall into two sides has none.
+Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import PlacementError, RegionError, ScaleError
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import Cameras
+from limbgram.reconstruction.dense.depth import DepthMap
+from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.matching.matching import Matches
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.scale.visibility import aim_of
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
+from limbgram.reconstruction.twoview.pairs import Pairs, some_of
+
+_FEWEST_PHOTOS = 4
+"""Photos of one side, at least."""
+_FEWEST_CORNERS = 6
+_MOVED_SHARE = 0.04
+"""How far photos put the board from one place, of the cameras' distance, where an object was turned
+over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
+0.01."""
+_BESIDE = 3
+"""Photos between the best place to part the photos by the board and the weak link that is meant."""
+_WEAKEST = 2
+"""Links between a photo and the next at which sides are tried."""
+_WEAK_LINK = 0.5
+"""A weak link has less than this part of the matches of the middle one."""
+_NEAR_AIM = 0.4
+"""Points within this part of half a frame of the aim are the object's, nearly all of them."""
+_FEWEST_NEAR = 30
+_SHARED_NEAR = 0.03
+"""Photos of one round share a fifth of these points with those before and after, and more."""
+_SAME_BODY = 0.6
+"""Part of the region of one side that lies in that of the other, where it is one body. A limb that
+was laid on its side shares a third with itself."""
+_SAME_PLACE = 0.03
+"""How far from it at most, of its size."""
+_AGREEING = 0.02
+"""How far photos of a side may lie from where its own scene has them, of their ring's radius."""
+_PLACED_SHARE = 0.8
+"""Part of the photos of a side that must find a place in its scene."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosesOptions:
+    """How the sides of a capture are told and placed."""
+
+    mapping: MappingOptions = field(default_factory=MappingOptions)
+    region: RegionOptions = field(default_factory=RegionOptions)
+    clearance: float = 0.004
+    """What counts as floor in a depth map: this far above its plane, of the cameras' distance."""
+
+
+DEFAULTS = PosesOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """Photos in which the object kept one pose."""
+
+    photos: tuple[int, ...]
+    metric: MetricScene
+    """Of these photos alone; it knows the board and the floor of this pose."""
+    region: Region
+    """Where the object is in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poses:
+    """The sides of a capture whose object was turned over; none where it was not."""
+
+    sides: tuple[Side, ...] = ()
+    clearance: float = DEFAULTS.clearance
+
+    def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
+        """Which keypoints of each photo lie on the object; of photos without a place, none."""
+        found = [np.zeros(len(one), bool) for one in features.keypoints]
+        for side in self.sides:
+            for photo in side.metric.scene.placed:
+                found[photo] = _inside(side, photo, features.keypoints[photo].xy_px)
+        return tuple(found)
+
+    def matches_on_object(self, features: Features, matches: Matches) -> Matches:
+        """The matches with both ends on the object."""
+        if not self.sides:
+            return matches
+        inside = self.on_object(features)
+        return replace(
+            matches,
+            pairs=tuple(
+                some_of(
+                    one,
+                    inside[one.first][one.keypoint_idx[:, 0]]
+                    & inside[one.second][one.keypoint_idx[:, 1]],
+                )
+                for one in matches.pairs
+            ),
+        )
+
+    def one_board(self, detections: BoardDetections) -> BoardDetections:
+        """The board as the side shows it that has it in more photos: one place, one scale."""
+        if not self.sides:
+            return detections
+        counts = [sum(one.photo_idx in side.photos for one in detections.photos)
+                  for side in self.sides]  # fmt: skip
+        kept = self.sides[int(np.argmax(counts))].photos
+        photos = tuple(one for one in detections.photos if one.photo_idx in kept)
+        return replace(detections, photos=photos)
+
+
+def find_poses(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    scene: Scene | None,
+    options: PosesOptions = DEFAULTS,
+) -> Poses:
+    """The two sides of a capture whose object was turned over; none where it kept its pose."""
+    count = len(photos.photos)
+    starts = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
+    for start in starts:
+        halves = tuple(range(start)), tuple(range(start, count))
+        sides = [
+            _side(half, photos, features, pairs, cameras, detections, options) for half in halves
+        ]
+        known = [side for side in sides if side is not None]
+        if len(known) < len(halves):
+            continue
+        if scene is None or _board_moves(scene, detections) or not _one_body(known, scene):
+            return Poses(sides=tuple(known), clearance=options.clearance)
+    return Poses()
+
+
+def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
+    """Whether a scene looks as if the object or the room were in it twice."""
+    return any(True for _ in _suspected(scene, detections))
+
+
+def refuse_apart(poses: Poses, scene: Scene) -> None:
+    """Refuse a scene that the object's two sides do not share, or share wrongly.
+
+    Raises:
+        PlacementError: what lies on the object does not join the sides firmly.
+    """
+    for side in poses.sides:
+        shared = sorted({*side.metric.scene.placed} & {*scene.placed})
+        if len(shared) >= max(_FEWEST_PHOTOS, _PLACED_SHARE * len(side.photos)):
+            moved = _moved(side.metric.scene, scene, shared)
+            ours = np.array([scene.view(photo).centre_in_world for photo in shared])
+            theirs = [side.metric.scene.view(photo).centre_in_world for photo in shared]
+            off = np.linalg.norm(moved.apply(np.array(theirs)) - ours, axis=1)
+            size = np.linalg.norm(ours - ours.mean(0), axis=1)
+            if off.max() < _AGREEING * size.mean():
+                continue
+        names = [scene.names[photo] for photo in side.photos]
+        raise PlacementError(
+            f"The object was turned over, and {names[0]} to {names[-1]} show it in another pose "
+            "than the other photos. Too few marks on the object itself join the two poses. Paint "
+            "it more densely where both poses show it, and take photos of both all round, in steps "
+            "of 20 degrees or less; or reconstruct the two poses one by one."
+        )
+
+
+def _side(
+    half: Sequence[int],
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    options: PosesOptions,
+) -> Side | None:
+    """Photos of one pose, placed by all that keeps still in them."""
+    own = {*half}
+    within = [one for one in pairs.verified if {one.matches.first, one.matches.second} <= own]
+    mapping = replace(options.mapping, min_placed_share=0.0)
+    try:
+        scene = place_roughly(photos, features, Pairs(tuple(within), 0), cameras, mapping)
+        if len(scene.placed) < _PLACED_SHARE * len(half):
+            return None
+        metric = _metric(scene, detections, own)
+        region = find_region(photos, metric, options.region)
+    except (PlacementError, RegionError):
+        return None
+    return Side(photos=tuple(half), metric=metric, region=region)
+
+
+def _metric(scene: Scene, detections: BoardDetections | None, own: set[int]) -> MetricScene:
+    """On its board where it shows one, else on the floor that its points show."""
+    if detections is not None:
+        shown = tuple(one for one in detections.photos if one.photo_idx in own)
+        try:
+            return to_millimetres(scene, replace(detections, photos=shown))
+        except ScaleError:
+            pass
+    return to_millimetres(scene)
+
+
+def _inside(side: Side, photo: int, xy_px: np.ndarray) -> Bool[np.ndarray, " n"]:
+    seen = footprint(side.region, side.metric.scene.view(photo))
+    at = np.rint(xy_px).astype(np.int64) - (seen.x0, seen.y0)
+    rows, columns = seen.mask.shape
+    within = (at >= 0).all(1) & (at < (columns, rows)).all(1)
+    inside = np.zeros(len(at), bool)
+    inside[within] = seen.mask[at[within, 1], at[within, 0]]
+    return inside
+
+
+def _weak_links(pairs: Pairs, count: int) -> Iterator[int]:
+    """Photos that match the one before them much worse than others do, the weakest first."""
+    link = np.zeros(count)
+    for one in pairs.verified:
+        if one.matches.second == one.matches.first + 1:
+            link[one.matches.second] = len(one.matches)
+    candidates = range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1)
+    usual = float(np.median(link[1:])) if count > 1 else 0.0
+    order = sorted(candidates, key=lambda k: (link[k], k))[:_WEAKEST]
+    yield from (k for k in order if link[k] < _WEAK_LINK * usual)
+
+
+def _suspected(
+    scene: Scene, detections: BoardDetections | None, pairs: Pairs | None = None
+) -> Iterator[int]:
+    """Photos from which on object or room may be in another place of the scene, likeliest first."""
+    if detections is None:
+        return
+    weak = [] if pairs is None else list(_weak_links(pairs, len(scene.names)))
+    if by_board := _where_board_moves(scene, detections):
+        # photos that no scene fits are put anywhere: a weak link tells better where the sides part
+        near = [k for k in weak if abs(k - by_board) <= _BESIDE]
+        yield from dict.fromkeys([*near, by_board, *weak])
+    else:
+        yield from _where_object_parts(scene)
+
+
+def _board_moves(scene: Scene, detections: BoardDetections | None) -> bool:
+    return detections is not None and _where_board_moves(scene, detections) is not None
+
+
+def _where_object_parts(scene: Scene) -> Iterator[int]:
+    """The photo from which on hardly a point near the aim is one of those seen before."""
+    aim = aim_of(scene.views, scene.points_in_world)
+    near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < _NEAR_AIM * aim.reach
+    seen, count = scene.observations, len(scene.names)
+    first = np.full(len(near), count)
+    last = np.full(len(near), -1)
+    np.minimum.at(first, seen.point_idx, seen.photo_idx)
+    np.maximum.at(last, seen.point_idx, seen.photo_idx)
+    first, last = first[near & (last >= 0)], last[near & (last >= 0)]
+    shares: list[tuple[float, int]] = []
+    for start in range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1):
+        before, after = int((last < start).sum()), int((first >= start).sum())
+        if min(before, after) >= _FEWEST_NEAR:
+            shares.append((1.0 - (before + after) / len(first), start))
+    if shares and min(shares)[0] < _SHARED_NEAR:
+        yield min(shares)[1]
+
+
+def _one_body(sides: Sequence[Side], scene: Scene) -> bool:
+    """Whether the object is in one place of the scene for both sides."""
+    cells: list[Points3] = []
+    for side in sides:
+        shared = sorted({*side.metric.scene.placed} & {*scene.placed})
+        if len(shared) < _FEWEST_PHOTOS:
+            return False
+        cells.append(
+            _moved(side.metric.scene, scene, shared).apply(
+                side.region.centres_mm(side.region.occupied)
+            )
+        )
+    size = max(float(np.ptp(one, axis=0).max()) for one in cells)
+    within: list[float] = []
+    for one, other in (cells, cells[::-1]):
+        near = KDTree(other).query(one, distance_upper_bound=_SAME_PLACE * size)[0]
+        within.append(float(np.isfinite(near).mean()))
+    return max(within) > _SAME_BODY
+
+
+def _where_board_moves(scene: Scene, detections: BoardDetections) -> int | None:
+    """The photo from which on the board lies in another place of the scene, if it does.
+
+    A photo shows where the board is from it, in millimetres; how large these are in the scene is
+    found with the board's places, by least squares.
+    """
+    seen = _boards_from_cameras(scene, detections)
+    count = len(seen.photos)
+    if count < 2 * _FEWEST_PHOTOS:
+        return None
+    aim = aim_of(scene.views, scene.points_in_world)
+    if seen.spread_of(count) < _MOVED_SHARE * aim.distance:
+        return None
+    starts = range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1)
+    return seen.photos[min(starts, key=lambda start: (seen.spread_of(start), start))]
+
+
+@dataclass(frozen=True)
+class _Boards:
+    """In each photo the board's middle, seen from the camera, along the scene's axes, in mm."""
+
+    photos: tuple[int, ...]
+    centres: Points3
+    """Of the cameras, in the scene."""
+    arms_mm: Points3
+
+    def spread_of(self, start: int) -> float:
+        """How far photos put the board from its place, root mean square, in the scene.
+
+        It has one place before photo number `start`, and one from it on.
+        """
+        places = 3 * (1 + (start < len(self.photos)))
+        design = np.zeros((len(self.photos), 3, 1 + places))
+        design[:, :, 0] = -self.arms_mm
+        design[:start, :, 1:4] = np.eye(3)
+        design[start:, :, places - 2 :] = np.eye(3)
+        flat, right = design.reshape(-1, 1 + places), self.centres.ravel()
+        off = right - flat @ np.linalg.lstsq(flat, right, rcond=None)[0]
+        return float(np.sqrt(3.0 * np.mean(off**2)))
+
+
+def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
+    photos: list[int] = []
+    centres: list[np.ndarray] = []
+    arms: list[np.ndarray] = []
+    for one in detections.photos:
+        pose = scene.camera_from_world[one.photo_idx]
+        if pose is None or len(one.ids) < _FEWEST_CORNERS:
+            continue
+        camera = scene.cameras[scene.camera_idx[one.photo_idx]]
+        middle = _middle_from_camera(one, detections.corners_mm, camera)
+        if middle is not None:
+            photos.append(one.photo_idx)
+            centres.append(pose.centre)
+            arms.append(pose.rotation.T @ middle)
+    order = np.argsort(photos)
+    return _Boards(
+        tuple(photos[k] for k in order),
+        np.array(centres).reshape(-1, 3)[order],
+        np.array(arms).reshape(-1, 3)[order],
+    )
+
+
+def _middle_from_camera(
+    shown: PhotoCorners, corners_mm: Points3, camera: Camera
+) -> Float64[np.ndarray, "3"] | None:
+    """The board's middle in the camera's frame, by the corners that the photo shows."""
+    ideal = camera.normalize(shown.xy_px)
+    found, turn, shift = cv2.solvePnP(
+        corners_mm[shown.ids], ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
+    )
+    if not found:
+        return None
+    pose = Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), np.ravel(shift))
+    return pose.apply(corners_mm.mean(0)[None])[0]
+
+
+def above_floors(
+    depths: Sequence[DepthMap], metric: MetricScene, poses: Poses
+) -> tuple[DepthMap, ...]:
+    """Depth maps without what lies on the floor of their own photo's side.
+
+    The table that a lying cast touches stands upright in the frame of the standing one.
+    """
+    if not poses.sides:
+        return tuple(depths)
+    clearance_mm = (
+        poses.clearance * aim_of(metric.scene.views, metric.scene.points_in_world).distance
+    )
+    floors = {photo: _floor_in(side, metric) for side in poses.sides for photo in side.photos}
+    cleared: list[DepthMap] = []
+    for one in depths:
+        floor = floors[one.photo_idx]
+        cleared.append(one if floor is None else _cleared(one, floor, clearance_mm))
+    return tuple(cleared)
+
+
+@dataclass(frozen=True)
+class _Floor:
+    """Points with normal @ x = height, in the world of the whole scene."""
+
+    normal: Float64[np.ndarray, "3"]
+    height: float
+
+
+def _floor_in(side: Side, metric: MetricScene) -> _Floor | None:
+    """The floor of one side in the scene of both, by the photos that both scenes placed."""
+    floor_z = side.metric.floor_z_mm
+    shared = sorted({*side.metric.scene.placed} & {*metric.scene.placed})
+    if floor_z is None or len(shared) < _FEWEST_PHOTOS:
+        return None
+    world_from_side = _moved(side.metric.scene, metric.scene, shared)
+    normal = world_from_side.rotation[:, 2]
+    on_floor = world_from_side.apply(np.array([[0.0, 0.0, floor_z]]))[0]
+    return _Floor(normal, float(normal @ on_floor))
+
+
+def _moved(one: Scene, other: Scene, shared: Sequence[int]) -> Similarity:
+    """other_from_one by the centres of photos that both have."""
+    return fit_similarity(
+        np.array([one.view(photo).centre_in_world for photo in shared]),
+        np.array([other.view(photo).centre_in_world for photo in shared]),
+    )
+
+
+def _cleared(one: DepthMap, floor: _Floor, clearance_mm: float) -> DepthMap:
+    """The map without places on the floor or below it."""
+    camera, pose = one.camera, one.camera_from_world
+    row, column = np.nonzero(np.isfinite(one.depth_mm))
+    xy_px = np.column_stack([column + one.x0, row + one.y0]).astype(np.float64)
+    rays = np.column_stack([camera.normalize(xy_px), np.ones(len(xy_px))])
+    points = pose.inverse.apply(rays * one.depth_mm[row, column][:, None].astype(np.float64))
+    low = points @ floor.normal - floor.height < clearance_mm
+    depth_mm = one.depth_mm.copy()
+    depth_mm[row[low], column[low]] = np.nan
+    return replace(one, depth_mm=depth_mm)

@@ -1,0 +1,236 @@
+"""Poses: a cast that was turned over is told by its board, and nothing else is."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from limbgram.core.errors import PlacementError
+from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.reconstruction.dense.depth import DepthMap
+from limbgram.reconstruction.dense.region import solid
+from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.poses import (
+    Poses,
+    Side,
+    above_floors,
+    may_be_turned_over,
+    refuse_apart,
+)
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
+from limbgram.synthetic import (
+    SMALL,
+    Movement,
+    MovementKind,
+    Truth,
+    TurnedOver,
+    Turning,
+    stage_truth,
+)
+
+PHOTOS = 16
+OTHER_UNIT = Similarity(0.01, np.eye(3), np.array([3.0, -1.0, 2.0]))
+
+
+def staged(**told: Any) -> Truth:
+    return stage_truth(replace(SMALL, photos=PHOTOS, **told))
+
+
+def scene_of(truth: Truth, *, in_room: bool = False) -> Scene:
+    """The photos placed by the limb, or by the room; every point is seen by all who could."""
+    views = [truth.in_room(k) if in_room else view for k, view in enumerate(truth.views)]
+    limb = truth.limb.mesh.vertices_mm[::200]
+    bodies = [(limb, range(PHOTOS))]
+    if in_room:
+        bodies = [
+            (truth.room_from_limb[half[0]].apply(limb), half)
+            for half in (range(PHOTOS // 2), range(PHOTOS // 2, PHOTOS))
+        ]
+    points = np.concatenate([points for points, _ in bodies])
+    every = np.arange(len(limb), dtype=np.int32)
+    seen = [
+        (np.full(len(limb), photo, np.int32), every + np.int32(len(limb) * body),
+         views[photo].project(body_points))
+        for body, (body_points, photos) in enumerate(bodies)
+        for photo in photos
+    ]  # fmt: skip
+    photo_idx, point_idx, xy_px = (np.concatenate(column) for column in zip(*seen, strict=True))
+    scene = Scene(
+        names=tuple(view.name for view in views),
+        cameras=(views[0].camera,),
+        camera_idx=(0,) * PHOTOS,
+        camera_from_world=tuple(view.camera_from_world for view in views),
+        points_in_world=points,
+        observations=Observations(photo_idx, point_idx, xy_px),
+        verdicts=(),
+    )
+    return scene.moved(OTHER_UNIT)
+
+
+def board_in(truth: Truth) -> BoardDetections:
+    assert truth.board is not None
+    board = truth.board.printed.board
+    shown: list[PhotoCorners] = []
+    for k, push in enumerate(truth.room_from_board):
+        xy_px = truth.in_room(k).project(push.apply(truth.board.corners_in_world()))
+        noise = np.random.default_rng(k).normal(scale=0.1, size=xy_px.shape)
+        shown.append(
+            PhotoCorners(
+                name=truth.views[k].name,
+                photo_idx=k,
+                ids=np.arange(len(xy_px), dtype=np.int32),
+                xy_px=xy_px + noise,
+                sigmas_px=np.full(len(xy_px), 0.1),
+                blur_px=0.7,
+                step_px=40.0,
+                doubtful_ids=np.zeros(0, np.int32),
+                doubtful_xy_px=np.zeros((0, 2)),
+                doubts=(),
+            )
+        )
+    return BoardDetections(
+        board=board, corners_mm=board.corners_mm, photos=tuple(shown), set_aside=()
+    )
+
+
+@pytest.fixture(scope="module")
+def turned_over() -> Truth:
+    return staged(turning=TurnedOver())
+
+
+def test_a_cast_that_joins_two_poses_shows_its_board_twice(turned_over: Truth) -> None:
+    assert may_be_turned_over(scene_of(turned_over), board_in(turned_over))
+
+
+def test_a_room_that_joins_them_shows_the_cast_twice(turned_over: Truth) -> None:
+    assert may_be_turned_over(scene_of(turned_over, in_room=True), board_in(turned_over))
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {},
+        {"rings": 2},
+        {"turning": Turning(sway_mm=6.0)},
+        {"movement": Movement(kind=MovementKind.STEP, shift_mm=10.0)},
+        {"movement": Movement(kind=MovementKind.PUSHED_BOARD, shift_mm=30.0)},
+    ],
+)
+def test_nothing_else_is_turned_over(told: dict[str, Any]) -> None:
+    """Nor a turntable, nor a patient who shifts, nor a board that is pushed."""
+    truth = staged(**told)
+    assert not may_be_turned_over(scene_of(truth), board_in(truth))
+
+
+def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:
+    assert not may_be_turned_over(scene_of(turned_over), None)
+
+
+def side_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Side:
+    """One side as its own scene has it: placed by the room, in millimetres."""
+    scene = scene_of(truth, in_room=True).moved(OTHER_UNIT.inverse)
+    poses = tuple(pose if k in photos else None for k, pose in enumerate(scene.camera_from_world))
+    skin = truth.room_from_limb[photos[0]].apply(truth.limb.mesh.vertices_mm[::20])
+    scale = Scale(unit="mm", source="board", relative_sigma=1e-4)
+    metric = MetricScene(
+        scene=replace(scene, camera_from_world=poses), scale=scale, floor_z_mm=floor_z_mm
+    )
+    return Side(photos=tuple(photos), metric=metric, region=solid(skin, 10.0, 5.0, 4.0))
+
+
+@pytest.fixture(scope="module")
+def poses(turned_over: Truth) -> Poses:
+    first, second = range(PHOTOS // 2), range(PHOTOS // 2, PHOTOS)
+    return Poses(sides=(side_of(turned_over, first), side_of(turned_over, second)))
+
+
+def keypoints(xy_px: np.ndarray) -> Keypoints:
+    count = len(xy_px)
+    return Keypoints(
+        xy_px=xy_px.astype(np.float32),
+        scale_px=np.ones(count, np.float32),
+        angle_deg=np.zeros(count, np.float32),
+        descriptors=np.zeros((count, 128), np.uint8),
+    )
+
+
+def test_only_what_lies_on_the_object_joins_the_poses(turned_over: Truth, poses: Poses) -> None:
+    """The limb's middle is on it in both poses; the board's corners and the corner are not."""
+    assert turned_over.board is not None
+    middle = turned_over.limb.mesh.vertices_mm.mean(0)[None]
+    shown: list[Keypoints] = []
+    for k, view in enumerate(turned_over.views):
+        board = turned_over.in_room(k).project(turned_over.board.outline_in_world()[2:3])
+        shown.append(keypoints(np.concatenate([view.project(middle), board, [[2.0, 2.0]]])))
+    features = Features(tuple(shown))
+    every = np.column_stack([np.arange(3), np.arange(3)]).astype(np.int32)
+    pair = PairMatches(
+        first=2,
+        second=12,
+        keypoint_idx=every,
+        xy_first_px=np.zeros((3, 2)),
+        xy_second_px=np.zeros((3, 2)),
+        correlation=np.ones(3, np.float32),
+    )
+    found = poses.matches_on_object(
+        features, Matches(pairs=(pair,), pairs_tried=1, descriptor_matches=3)
+    )
+    np.testing.assert_array_equal(found.pairs[0].keypoint_idx, [[0, 0]])
+
+
+def test_the_board_of_the_pose_that_shows_it_more_sets_the_scale(
+    turned_over: Truth, poses: Poses
+) -> None:
+    found = board_in(turned_over)
+    less = replace(found, photos=found.photos[3:])
+    kept = poses.one_board(less)
+    assert [one.photo_idx for one in kept.photos] == list(range(PHOTOS // 2, PHOTOS))
+    assert Poses().one_board(less) is less
+
+
+def test_scenes_that_agree_with_their_sides_pass_and_others_are_refused(
+    turned_over: Truth, poses: Poses
+) -> None:
+    joined = scene_of(turned_over)
+    refuse_apart(poses, joined)
+    astray = list(joined.camera_from_world)
+    assert astray[9] is not None
+    astray[9] = Rigid(astray[9].rotation, astray[9].translation + 0.5)
+    with pytest.raises(PlacementError, match="The object was turned over, and IMG_1009"):
+        refuse_apart(poses, replace(joined, camera_from_world=tuple(astray)))
+    lost = (*joined.camera_from_world[: PHOTOS // 2], *(None,) * (PHOTOS // 2))
+    with pytest.raises(PlacementError, match="Too few marks on the object itself"):
+        refuse_apart(poses, replace(joined, camera_from_world=lost))
+
+
+def test_the_table_of_a_lying_cast_leaves_its_depth_map(turned_over: Truth, poses: Poses) -> None:
+    """In the limb's frame that table stands upright: only what lies above it stays."""
+    scene = scene_of(turned_over).moved(OTHER_UNIT.inverse)
+    scale = Scale(unit="mm", source="board", relative_sigma=1e-4)
+    metric = MetricScene(scene=scene, scale=scale, floor_z_mm=0.0)
+    view, in_room = turned_over.views[10], turned_over.in_room(10)
+    pinhole = replace(view.camera, k1=0.0, k2=0.0, p1=0.0, p2=0.0)
+    pixels = np.stack(np.meshgrid(np.arange(40), np.arange(30)), -1).reshape(-1, 2)
+    rays = np.column_stack([pinhole.normalize(pixels + np.array([400.0, 250.0])), np.ones(1200)])
+    rays_in_room = rays @ in_room.camera_from_world.rotation
+    on_table = -in_room.centre_in_world[2] / rays_in_room[:, 2]
+    high = 20.0 / -rays_in_room[:, 2]  # from the table back to 20 mm above it
+    depth = np.where(pixels[:, 0] < 20, on_table, on_table - high).reshape(30, 40)
+    one = DepthMap(
+        photo_idx=10,
+        camera=pinhole,
+        camera_from_world=view.camera_from_world,
+        x0=400,
+        y0=250,
+        depth_mm=depth.astype(np.float32),
+        normal_in_camera=np.zeros((30, 40, 3), np.float32),
+        confidence=np.ones((30, 40), np.float32),
+    )
+    (cleared,) = above_floors([one], metric, poses)
+    assert np.isnan(cleared.depth_mm[:, :20]).all()
+    assert np.isfinite(cleared.depth_mm[:, 20:]).all()
+    assert above_floors([one], metric, Poses()) == (one,)
