@@ -201,7 +201,8 @@ def reconstruct(
     share = depth_share(photos, options.dense.most_px, run.memory_mb)
     dense = replace(options.dense, most_px=round(share * options.dense.most_px))
     depths = run(estimate_depth, photos, metric, region, dense)
-    depths = above_floors(depths, metric, placing.poses)
+    if placing.poses.sides:
+        depths = above_floors(depths, metric, placing.poses)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
     del depths  # the largest product, and nobody asks for it any more
     wrapped = wrap(cloud, options.surface, run)

@@ -15,6 +15,7 @@ from limbgram.reconstruction import pipeline
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.pipeline import Capture, PipelineOptions, Reconstruction
+from limbgram.reconstruction.poses import Poses
 from limbgram.reconstruction.surface.parts import PartOptions
 
 
@@ -36,8 +37,6 @@ class FromTheCloud(Run):
                 return args[0]
             case "measure":
                 return self._measured(args[2])
-            case "find_board":
-                return None
             case _:
                 return SimpleNamespace(scene=SimpleNamespace(views=()), floor_z_mm=None)
 
@@ -68,7 +67,9 @@ def done(
     monkeypatch.setattr(pipeline, "resolution_for", lambda *_, **__: fine)
     monkeypatch.setattr(pipeline, "depth_share", lambda *_: 1.0)
     monkeypatch.setattr(pipeline, "refuse_beyond", lambda *_: None)
-    nothing = SimpleNamespace(features=None, matches=None, pairs=None, scene=None, still=Still())
+    nothing = SimpleNamespace(
+        features=None, matches=None, pairs=None, scene=None, still=Still(), poses=Poses()
+    )
     monkeypatch.setattr(pipeline, "place_photos", lambda *_: nothing)
     options = PipelineOptions(parts=PartOptions(chosen=chosen))
     return pipeline.reconstruct(Capture(sources=()), options, FromTheCloud(cloud, refused))
