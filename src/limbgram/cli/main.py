@@ -55,6 +55,10 @@ COMMANDS = {
         "reconstruct:reconstruct_command",
         "Make the surface of a limb, in millimetres, from photos taken round it.",
     ),
+    "batch": (
+        "batch:batch_command",
+        "Do a whole folder of captures: a case, measures and files of each, and one table.",
+    ),
     "accuracy": (
         "accuracy:accuracy_command",
         "Say how accurate a finished case is: one page, a PDF of two pages, and JSON.",

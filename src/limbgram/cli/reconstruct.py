@@ -115,7 +115,7 @@ def reconstruct_command(
         sources=tuple(photos),
         camera_files=tuple(camera or ()),
         board=None
-        if _boardless(board, no_board, [*(known_distance or ()), *(marks or ())], unscaled)
+        if boardless(board, no_board, [*(known_distance or ()), *(marks or ())], unscaled)
         else parse_board(board or DEFAULT_BOARD),
         distances=tuple(d for file in known_distance or () for d in read_distances(file)),
         tapes=tuple(parse_tape(text) for text in tape or ()),
@@ -160,7 +160,7 @@ def reply_lines(case: CaseFolder, answer: Answer, profile: bool) -> tuple[str, .
     )
 
 
-def _boardless(board: str | None, no_board: bool, lengths: list[Path], unscaled: bool) -> bool:
+def boardless(board: str | None, no_board: bool, lengths: list[Path], unscaled: bool) -> bool:
     """Whether no board is looked for: told so, or another answer to the scale was given."""
     if board is not None and no_board:
         raise OptionsError("--board and --no-board contradict each other; give one of them.")

@@ -122,6 +122,8 @@ class Illustration:
     """Height on paper, at least."""
     optional: bool = False
     """It gives way where a sheet is full."""
+    address: str = ""
+    """Page beside this one that opens when the picture is clicked; empty for none."""
     page_only: bool = False
     kind: Literal["illustration"] = "illustration"
 

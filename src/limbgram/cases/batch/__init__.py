@@ -1,0 +1,1 @@
+"""Batch: many captures, each a case of its own, done by one command."""

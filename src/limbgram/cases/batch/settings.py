@@ -1,0 +1,347 @@
+"""Settings: what a batch file says of its captures, as TOML that is taken strictly.
+
+In      batch.toml beside the captures, or capture.toml inside one.
+Out     Settings: what is said; None where nothing is said, so that one file can go over another.
+Fails   OptionsError: the file cannot be read or says what has no place there, with the place.
+
+What is said of all captures is gone over by what batch.toml says of one ([capture.NAME]), and that
+by what lies in the capture's own folder. A table, such as [align], is taken whole from the last
+that has it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path, PurePosixPath
+from typing import Any, Literal, cast
+
+from limbgram.core.errors import OptionsError, printable
+from limbgram.core.files import read_content, toml_of
+from limbgram.core.typed import value_of
+from limbgram.reconstruction.choices import SurfaceMethod
+
+BATCH_FILE = "batch.toml"
+CAPTURE_FILE = "capture.toml"
+NO_BOARD = "none"
+
+_LARGEST_BYTES = 1_000_000
+_TRIANGLES = (10_000, 20_000_000)
+_LEAST_MEMORY_GB = 0.5
+
+Side = Literal["left", "right", "none"]
+Kind = Literal["transtibial", "transfemoral", "foot", "torso"]
+FileKind = Literal["stl", "ply", "obj", "glb", "dxf", "aop", "gcode"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Align:
+    """How the surface gets its axes: what `limbgram align` takes."""
+
+    stickers: str | None = None
+    """File of the names of coded stickers."""
+    landmarks: str | None = None
+    """File of landmarks: {"fibula head": [x, y, z]} in mm in the frame of the surface."""
+    axis: str | None = None
+    proximal: str | None = None
+    anterior: str | None = None
+    plumb: str | None = None
+    flexion_deg: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measure:
+    """Which measures are taken: what `limbgram measure` takes."""
+
+    every_mm: float = 10.0
+    heights_mm: tuple[float, ...] = ()
+    reference: str | None = None
+    """Landmark from which heights count."""
+    volumes: tuple[str, ...] = ()
+    lengths: tuple[str, ...] = ()
+    tapes: tuple[str, ...] = ()
+    sock_mm: float | None = None
+    unaligned: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecipeUse:
+    """Which edits are made: what `limbgram edit apply` takes."""
+
+    file: str
+    other_scan: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Export:
+    """One file for another program or machine: what `limbgram export` takes."""
+
+    to: FileKind
+    spacing_mm: float | None = None
+    to_mm: float | None = None
+    from_mm: float | None = None
+    spokes: int | None = None
+    distal_slices: int | None = None
+    profile: str | None = None
+    polyface: bool = False
+    machine: str | None = None
+    """File of a carver."""
+    preset: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordUse:
+    """The record of the shape: what `limbgram report` takes."""
+
+    every_mm: float = 20.0
+    reference: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What is said of a capture."""
+
+    photos: str | None = None
+    """Folder inside the capture in which its photos lie."""
+    camera: str | tuple[str, ...] | None = None
+    board: str | None = None
+    """As --board takes it, or "none"."""
+    known_distances: str | tuple[str, ...] | None = None
+    marks: str | tuple[str, ...] | None = None
+    tapes: tuple[str, ...] | None = None
+    unscaled: bool | None = None
+    surface: SurfaceMethod | None = None
+    box_mm: tuple[float, float, float, float, float, float] | None = None
+    part: int | None = None
+    triangles: int | None = None
+    memory_gb: float | None = None
+    """Of each case, as --memory of `limbgram reconstruct`."""
+    side: Side | None = None
+    kind: Kind | None = None
+    align: Align | None = None
+    measure: Measure | None = None
+    recipe: RecipeUse | None = None
+    export: tuple[Export, ...] | None = None
+    report: RecordUse | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of files and folders that are said."""
+        align = self.align or Align()
+        board = self.board if (self.board or "").lower().endswith(".json") else None
+        named = (
+            self.photos,
+            board,
+            *several(self.camera),
+            *several(self.known_distances),
+            *several(self.marks),
+            align.stickers,
+            align.landmarks,
+            None if self.recipe is None else self.recipe.file,
+            *(one.machine for one in self.export or ()),
+        )
+        return tuple(name for name in named if name is not None)
+
+    def overlaid(self, later: "Settings") -> "Settings":
+        """These settings with what the later ones say over them."""
+        said = {one.name: getattr(later, one.name) for one in fields(later)}
+        return replace(self, **{name: one for name, one in said.items() if one is not None})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """What a batch file says."""
+
+    captures: tuple[str, ...] = ("*",)
+    """Patterns of what is a capture, relative to the folder."""
+    leave_out: tuple[str, ...] = ()
+    """Patterns of what is none."""
+    of_all: Settings = field(default_factory=Settings)
+    of_one: Mapping[str, Settings] = field(default_factory=dict[str, Settings])
+    """By the name of the capture."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Patterns:
+    captures: tuple[str, ...] = ("*",)
+    leave_out: tuple[str, ...] = ()
+
+
+def read_batch(path: Path) -> Batch:
+    """The settings of a batch.
+
+    Raises:
+        OptionsError: the file cannot be read, or something in it has no place there.
+    """
+    tree = _tree(path)
+    of_one = tree.pop("capture", {})
+    if not isinstance(of_one, dict):
+        raise OptionsError(f"{path}: capture must be a table for each, such as [capture.P07].")
+    patterns = {name: tree.pop(name) for name in ("captures", "leave_out") if name in tree}
+    try:
+        told = value_of(patterns, _Patterns)
+        return Batch(
+            captures=told.captures,
+            leave_out=told.leave_out,
+            of_all=_checked(value_of(tree, Settings), path, ""),
+            of_one={
+                name: _checked(value_of(one, Settings, f"capture.{name}"), path, f"capture.{name}.")
+                for name, one in cast(dict[str, Any], of_one).items()
+            },
+        )
+    except ValueError as error:
+        raise OptionsError(_misfit(path, error)) from error
+
+
+def read_settings(path: Path) -> Settings:
+    """The settings of one capture.
+
+    Raises:
+        OptionsError: as for a batch.
+    """
+    tree = _tree(path)
+    try:
+        settings = _checked(value_of(tree, Settings), path, "")
+    except ValueError as error:
+        raise OptionsError(_misfit(path, error)) from error
+    for name in settings.files:
+        if not is_inside(name):
+            raise OptionsError(
+                f"{path} names {printable(name, keep='')!r}, which lies outside its capture. "
+                f"Settings that come with a capture name files in it or beside {BATCH_FILE}; "
+                f"say the others in {BATCH_FILE}."
+            )
+    return settings
+
+
+def is_inside(name: str) -> bool:
+    """Whether a path stays in the folder that it is relative to, on every system."""
+    path = PurePosixPath(name)
+    return not (path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name)
+
+
+def several(given: str | tuple[str, ...] | None) -> tuple[str, ...]:
+    """What may be named once or several times."""
+    if given is None:
+        return ()
+    return (given,) if isinstance(given, str) else given
+
+
+def require_complete(settings: Settings) -> None:
+    """Refuse steps that cannot follow: each needs what another one gives.
+
+    Raises:
+        OptionsError: says which, and what to add.
+    """
+    if settings.align is not None and settings.side is None:
+        raise OptionsError(
+            '[align] needs the side of the patient, which is never guessed: add side = "left", '
+            '"right" or "none".'
+        )
+    if settings.align is not None and settings.unscaled:
+        raise OptionsError("A surface of unknown size cannot be aligned: leave out unscaled.")
+    unaligned = settings.measure is not None and settings.measure.unaligned
+    after = {
+        "[measure]": settings.measure is not None and not unaligned,
+        "[recipe]": settings.recipe is not None,
+        "[report]": settings.report is not None,
+        "[[export]] to aop or gcode": any(
+            one.to in ("aop", "gcode") for one in settings.export or ()
+        ),
+    }
+    missing = [name for name, wanted in after.items() if wanted and settings.align is None]
+    if missing:
+        raise OptionsError(
+            f"{', '.join(missing)}: the surface has no axes before it is aligned. Add [align], "
+            "with stickers or landmarks, and the side."
+        )
+
+
+def _tree(path: Path) -> dict[str, Any]:
+    content = read_content(path, _LARGEST_BYTES, OptionsError)
+    try:
+        return toml_of(content.decode("utf-8-sig"))
+    except ValueError as error:
+        raise OptionsError(_misfit(path, error)) from error
+
+
+def _misfit(path: Path, error: ValueError) -> str:
+    return (
+        f"{path} cannot be taken: {error}. `limbgram batch --example` shows a file with every "
+        "setting."
+    )
+
+
+def _checked(settings: Settings, path: Path, at: str) -> Settings:
+    """The settings, whose numbers are within what they may be."""
+    few, many = _TRIANGLES
+    wrong = {
+        f"triangles must lie between {few} and {many}": settings.triangles is not None
+        and not few <= settings.triangles <= many,
+        "part must be 1 or more": settings.part is not None and settings.part < 1,
+        f"memory_gb must be {_LEAST_MEMORY_GB:g} or more": settings.memory_gb is not None
+        and settings.memory_gb < _LEAST_MEMORY_GB,
+    }
+    for words, fails in wrong.items():
+        if fails:
+            raise OptionsError(f"{path}: {at}{words}.")
+    return settings
+
+
+EXAMPLE = """# What `limbgram batch FOLDER -o CASES` does with each capture in FOLDER.
+# Save it as FOLDER/batch.toml. Every line may be left out. A file that is named here is looked
+# for in the capture's own folder first, then beside this file.
+
+captures = ["*"]                 # folders of photos, zips and videos that are captures
+leave_out = ["calibration*"]     # what is none
+
+camera = "camera.json"           # of `limbgram calibrate`; several in brackets
+board = "charuco:7x5:30:22:4X4_50"   # or a board file of `limbgram print`, or "none"
+# known_distances = "distances.json"
+# marks = "bars.json"            # plates of `limbgram print`
+# tapes = ["widest=354"]         # girths read on the limb, to test the size by
+# photos = "images"              # folder inside each capture in which its photos lie
+# surface = "ball-pivoting"      # or "poisson"
+# triangles = 400000
+# unscaled = false
+# part = 1
+# box_mm = [-80, -80, 5, 80, 80, 400]
+# memory_gb = 8                  # of each case
+
+side = "left"                    # left, right or none: needed to align
+kind = "transtibial"             # transtibial, transfemoral, foot or torso
+
+[align]                          # gives the surface its axes
+stickers = "stickers.json"       # {"12": "fibula head"}
+# landmarks = "landmarks.json"   # {"fibula head": [12.0, -40.5, 310.2]}, mm
+# axis = "fit"
+# proximal = "+z"
+# anterior = "+y"
+# plumb = "UPPER:LOWER"
+# flexion_deg = 0.0
+
+[measure]                        # a table as CSV and JSON, and a picture
+every_mm = 10
+# heights_mm = [50, 100]
+# reference = "patella"
+# volumes = ["20:150"]
+# lengths = ["patella:tibia end"]
+# tapes = ["150=354"]
+# sock_mm = 1.5
+
+# [recipe]                       # edits; what follows is then done to the edited shape
+# file = "recipe.toml"
+
+[[export]]                       # one for each file: stl ply obj glb dxf aop gcode
+to = "aop"
+# spokes = 120
+# spacing_mm = 3.0
+
+[[export]]
+to = "stl"
+
+[report]                         # the record of the shape: page, PDF and JSON
+every_mm = 20
+
+# [capture.P07]                  # what is other for one of them
+# side = "right"
+# tapes = ["widest=341"]
+"""

@@ -1,0 +1,288 @@
+"""Steps: what is done to a surface once it is there, each by the command that people would type.
+
+In      Settings of a capture, whose files are found.
+Out     Steps, each the words of a `limbgram` command; and what became of one that was run.
+Method  A step runs in a process of its own, so that it can be ended, and writes into a folder of
+        its own. The command is the one of the terminal: its files have the same bytes.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from limbgram.cases.batch.settings import Align, Export, Measure, Settings
+from limbgram.cases.batch.stopping import Stopping
+from limbgram.cases.supervision import environment
+from limbgram.core.errors import RED_EXIT_CODE, Cancelled, LimbgramError, OptionsError
+from limbgram.core.files import json_of, read_content
+from limbgram.core.run import NEUTRAL_FOLDER
+from limbgram.core.typed import any_value_of
+
+SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
+"""Words that stand for the delivered surface, the shape that is worked on (the surface, or what the
+recipe made of it), the place of the edited shape, the case, and the folder of the step."""
+
+StepName = Literal["align", "measure", "recipe", "export", "report"]
+
+_COMMAND = (sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()")
+_MODULES: dict[StepName, str] = {
+    "align": "limbgram.cli.align",
+    "measure": "limbgram.cli.measure",
+    "recipe": "limbgram.cli.edit",
+    "export": "limbgram.cli.export",
+    "report": "limbgram.cli.report",
+}
+_SUFFIXES = {"gcode": "nc"}
+_LETTERS = {"left": "-L", "right": "-R", "none": ""}
+_LARGEST_BYTES = 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One command after the surface."""
+
+    name: str
+    """Of its folder; several exports are counted."""
+    kind: StepName
+    words: tuple[str, ...]
+    files: tuple[Path, ...] = ()
+    """That it reads beside the shape."""
+
+    @property
+    def module(self) -> str:
+        """Whose code it runs."""
+        return _MODULES[self.kind]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Places:
+    """What the words stand for."""
+
+    surface: Path
+    shape: Path
+    edited: Path
+    case: Path
+    out: Path
+
+    def filled(self, words: tuple[str, ...]) -> tuple[str, ...]:
+        named = {
+            SURFACE: self.surface,
+            SHAPE: self.shape,
+            EDITED: self.edited,
+            CASE: self.case,
+            OUT: self.out,
+        }
+        return tuple(_filled(word, named) for word in words)
+
+
+@dataclass(frozen=True)
+class StepReply:
+    """What a command answered."""
+
+    content: dict[str, Any]
+
+
+def steps_of(settings: Settings, name: str, located: Callable[[str], Path]) -> tuple[Step, ...]:
+    """The steps in their order: align, edit, measure, export, record.
+
+    Args:
+        name: Of the capture: exported files are called by it.
+        located: Finds a file that the settings name.
+
+    Raises:
+        OptionsError: a file of landmarks holds something else.
+    """
+    return tuple(_steps(settings, name, located))
+
+
+def run_step(step: Step, places: Places, stopping: Stopping) -> StepReply:
+    """Run a command to its end.
+
+    Raises:
+        LimbgramError: as the command refused it.
+        StepDied: it ended without an answer.
+        Cancelled: it was stopped.
+    """
+    process = subprocess.Popen(
+        [*_COMMAND, *places.filled(step.words), "--json"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=NEUTRAL_FOLDER,
+        env=environment(),
+        start_new_session=sys.platform != "win32",
+    )
+    with stopping.calling(process.kill):
+        try:
+            told, errors = process.communicate()
+        finally:
+            process.kill()
+    if stopping.asked:
+        raise Cancelled("Stopped. Run the same command again to continue.")
+    return _reply(step, process.returncode, told, errors)
+
+
+class StepRefused(LimbgramError):
+    """A command declined; it has the exit code of its refusal."""
+
+    def __init__(self, message: str, kind: str, exit_code: int) -> None:
+        super().__init__(message)
+        self.kind = kind
+        self.exit_code = exit_code
+
+
+class StepDied(LimbgramError):
+    """A command ended without an answer."""
+
+    exit_code = 6
+
+
+def _reply(step: Step, code: int, told: bytes, errors: bytes) -> StepReply:
+    try:
+        content: Any = json.loads(told)
+    except ValueError:
+        content = None
+    match content:
+        case {"error": {"kind": str(kind), "message": str(message)}, "exit_code": int(refused)}:
+            raise StepRefused(message, kind, refused)
+        case dict() if code in (0, RED_EXIT_CODE):
+            return StepReply(cast(dict[str, Any], content))
+        case _:
+            last = errors.decode("utf-8", "replace").strip().splitlines()[-3:]
+            raise StepDied(
+                f"The command `{step.words[0]}` ended with code {code} and without an answer. Run "
+                "the batch again: what is finished is kept. If it ends there again, report it."
+                + ("" if not last else " Its last lines: " + " / ".join(last))
+            )
+
+
+def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Iterator[Step]:
+    if settings.align is not None:
+        yield _align(settings, settings.align, located)
+    if settings.recipe is not None:
+        recipe = located(settings.recipe.file)
+        other = ("--other-scan",) if settings.recipe.other_scan else ()
+        words = ("edit", "apply", SURFACE, str(recipe), "-o", EDITED, *other)
+        yield Step(name="recipe", kind="recipe", words=words, files=(recipe,))
+    if settings.measure is not None:
+        yield _measure(settings.measure)
+    for number, export in enumerate(settings.export or (), 1):
+        yield _export(settings, export, number, name, located)
+    if settings.report is not None:
+        asked = settings.report
+        words = ("report", SHAPE, "--case", CASE, "-o", OUT, "--every", f"{asked.every_mm:g}")
+        words += _option("--from", asked.reference)
+        files: tuple[Path, ...] = ()
+        if settings.recipe is not None:
+            files = (located(settings.recipe.file),)
+            words += ("--against", SURFACE, "--recipe", str(files[0]))
+        yield Step(name="report", kind="report", words=words, files=files)
+
+
+def _align(settings: Settings, align: Align, located: Callable[[str], Path]) -> Step:
+    files: list[Path] = []
+    words = ["align", SURFACE, "--side", settings.side or "none"]
+    words += _option("--kind", settings.kind)
+    marks: dict[str, str] = {}
+    if align.landmarks is not None:
+        files.append(located(align.landmarks))
+        marks = landmark_words(files[-1])
+    for landmark, place in marks.items():
+        words += ["--landmark", f"{landmark}={place}"]
+    if align.stickers is not None:
+        files.append(located(align.stickers))
+        words += ["--stickers", str(files[-1])]
+    if align.stickers is not None or any(place.startswith("#") for place in marks.values()):
+        words += ["--photos", CASE]
+    for option, value in (
+        ("--axis", align.axis),
+        ("--proximal", align.proximal),
+        ("--anterior", align.anterior),
+        ("--plumb", align.plumb),
+    ):
+        words += [] if value is None else [f"{option}={value}"]
+    if align.flexion_deg:
+        words.append(f"--flexion={align.flexion_deg!r}")
+    return Step(name="align", kind="align", words=tuple(words), files=tuple(files))
+
+
+def landmark_words(path: Path) -> dict[str, str]:
+    """Where landmarks are, as the command takes it, by their names.
+
+    Raises:
+        OptionsError: the file holds something else.
+    """
+    try:
+        tree = json_of(read_content(path, _LARGEST_BYTES, OptionsError))
+        if not isinstance(tree, dict):
+            raise ValueError("it is no list of names with places")
+        rows = cast(dict[str, Any], tree)
+        return {name: _place_words(name, place) for name, place in rows.items()}
+    except ValueError as error:
+        raise OptionsError(
+            f"{path} holds no landmarks: {error}. Write the name of each and its place in mm in "
+            'the frame of the surface, such as {"fibula head": [12.0, -40.5, 310.2]}, or the '
+            'number of a painted mark: "#2".'
+        ) from error
+
+
+def _place_words(name: str, place: object) -> str:
+    if not name.strip() or "=" in name:
+        raise ValueError(f"{name!r} is no name of a landmark")
+    found = any_value_of(place, str | tuple[float, float, float], name)
+    if not isinstance(found, str):
+        return ",".join(repr(one) for one in found)
+    if not found.startswith("#"):
+        raise ValueError(f"{name} is at {found!r}, which is no place")
+    return found
+
+
+def _measure(measure: Measure) -> Step:
+    words = ["measure", SHAPE, "--every", f"{measure.every_mm!r}"]
+    words += [f"--height={height!r}" for height in measure.heights_mm]
+    words += _option("--from", measure.reference)
+    words += [f"--volume={span}" for span in measure.volumes]
+    words += [f"--length={pair}" for pair in measure.lengths]
+    words += [f"--tape={tape}" for tape in measure.tapes]
+    words += [] if measure.sock_mm is None else [f"--sock={measure.sock_mm!r}"]
+    words += ["--unaligned"] if measure.unaligned else []
+    words += ["--csv", f"{OUT}/measures.csv", "--picture", f"{OUT}/measures.png"]
+    return Step(name="measure", kind="measure", words=tuple(words))
+
+
+def _export(
+    settings: Settings, export: Export, number: int, name: str, located: Callable[[str], Path]
+) -> Step:
+    letter = _LETTERS[settings.side or "none"]
+    suffix = _SUFFIXES.get(export.to, export.to)
+    words = ["export", SHAPE, "--to", export.to, "-o", f"{OUT}/{name}{letter}.{suffix}"]
+    words += _option("--side", settings.side if export.to in ("aop", "gcode") else None)
+    given = (
+        ("--spacing", export.spacing_mm),
+        ("--to-mm", export.to_mm),
+        ("--from-mm", export.from_mm),
+        ("--spokes", export.spokes),
+        ("--distal-slices", export.distal_slices),
+        ("--profile", export.profile),
+        ("--preset", export.preset),
+    )
+    words += [f"{option}={value}" for option, value in given if value is not None]
+    words += ["--polyface"] if export.polyface else []
+    files = () if export.machine is None else (located(export.machine),)
+    words += [f"--machine={file}" for file in files]
+    folder = f"export-{number}-{export.to}"
+    return Step(name=folder, kind="export", words=tuple(words), files=files)
+
+
+def _option(name: str, value: str | None) -> tuple[str, ...]:
+    return () if value is None else (f"{name}={value}",)
+
+
+def _filled(word: str, named: dict[str, Path]) -> str:
+    """Only a word that is one, or begins with one and a slash: names of captures may hold any."""
+    head, slash, rest = word.partition("/")
+    return f"{named[head]}{slash}{rest}" if head in named else word

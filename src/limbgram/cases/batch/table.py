@@ -1,0 +1,125 @@
+"""Table: what became of every capture, for people and for machines.
+
+Out     CASES/batch.json (limbgram-batch/1), CASES/batch.csv, CASES/batch.html
+"""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from limbgram.cases.batch.attempt import Outcome, thumbnail_of, worst_of
+from limbgram.cases.record import write_json
+from limbgram.core.files import write_bytes
+from limbgram.core.typed import tree_of
+from limbgram.report.batch import BatchRow, batch_report, counted
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.html import html_of
+
+_SCHEMA = "limbgram-batch/1"
+_THUMB_PX = 420
+_STATES = {
+    "finished": "computed",
+    "unchanged": "as it was",
+    "refused": "refused",
+    "died": "died in every attempt",
+    "failed": "fault of the program",
+    "cancelled": "stopped",
+}
+NAMES = ("batch.json", "batch.csv", "batch.html")
+
+
+@dataclass(frozen=True)
+class BatchTable:
+    """The outcomes of a batch, and where they are written."""
+
+    content: dict[str, Any]
+    line: str
+    """How many went well."""
+    exit_code: int
+    written: tuple[Path, ...]
+
+
+def write_table(
+    outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
+) -> BatchTable:
+    """Write the three files, each whole or not at all."""
+    code = worst_of([one.exit_code for one in outcomes])
+    rows = [_row(one, cases) for one in outcomes]
+    content = {
+        "schema": _SCHEMA,
+        "exit_code": code,
+        "stopped": stopped,
+        "notes": list(notes),
+        "captures": [tree_of(one) | {"case": one.name} for one in outcomes],
+    }
+    places = tuple(cases / name for name in NAMES)
+    write_json(places[0], content)
+    write_bytes(places[1], _csv(outcomes).encode())
+    write_bytes(places[2], html_of(batch_report(rows, notes, stopped=stopped)).encode())
+    return BatchTable(content, counted(rows), code, places)
+
+
+def _row(outcome: Outcome, cases: Path) -> BatchRow:
+    return BatchRow(
+        name=outcome.name,
+        source=outcome.source,
+        state=_STATES[outcome.state],
+        light=outcome.light,
+        told=outcome.headline if outcome.done else outcome.message,
+        steps=tuple(step.name for step in outcome.steps if not step.exit_code),
+        faults=tuple(f"{one.name}: {one.message}" for one in outcome.steps if one.exit_code),
+        attempts=outcome.attempts,
+        seconds=outcome.seconds,
+        thumbnail=_thumbnail(cases / outcome.name, outcome.name) if outcome.done else None,
+    )
+
+
+def _thumbnail(case: Path, name: str) -> Picture | None:
+    """The picture of the surface, small: a page of hundreds stays a page."""
+    place = thumbnail_of(case)
+    if place is None:
+        return None
+    file = io.BytesIO()
+    with Image.open(place) as picture:
+        picture.thumbnail((_THUMB_PX, _THUMB_PX))
+        picture.convert("P", palette=Image.Palette.ADAPTIVE).save(file, "PNG", optimize=True)
+    return Picture(
+        name="surface", title=f"Surface of {name}", caption="",
+        png=np.frombuffer(file.getvalue(), np.uint8),
+    )  # fmt: skip
+
+
+_HEADS = (
+    "capture", "source", "state", "verdict", "exit_code", "attempts", "seconds",
+    "steps_done", "steps_failed", "headline", "message",
+)  # fmt: skip
+
+
+def _csv(outcomes: Sequence[Outcome]) -> str:
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(_HEADS)
+    for one in outcomes:
+        done = [step.name for step in one.steps if not step.exit_code]
+        failed = [step.name for step in one.steps if step.exit_code]
+        texts = (one.headline, " ".join((one.message, *_faults(one))).strip())
+        writer.writerow((
+            _plain(one.name), _plain(one.source), one.state, one.light or "", one.exit_code,
+            one.attempts, one.seconds, " ".join(done), " ".join(failed), *map(_plain, texts),
+        ))  # fmt: skip
+    return file.getvalue()
+
+
+def _faults(outcome: Outcome) -> list[str]:
+    return [f"{step.name}: {step.message}" for step in outcome.steps if step.exit_code]
+
+
+def _plain(text: str) -> str:
+    """A cell that a spreadsheet takes for text: what begins like a formula gets an apostrophe."""
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t") else text

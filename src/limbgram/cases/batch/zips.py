@@ -1,0 +1,157 @@
+"""Zips: a capture that comes as a zip, unpacked with the distrust that a file from anywhere asks.
+
+In      a zip file, and a new folder.
+Out     its files in that folder; a single folder round all of them is taken off.
+Method  Names, sizes and kinds of all members are looked at before a byte is written. While one is
+        unpacked no more bytes are taken than its list announced.
+Fails   PhotoError: no zip, damaged, with a password, with names that leave the folder, with links,
+        or with more in it than a walk round a limb has. CaseError: the disk has no room for it.
+"""
+
+import shutil
+import stat
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from limbgram.core.errors import CaseError, PhotoError, printable
+
+_MOST_FILES = 2000
+_MOST_BYTES = 16_000_000_000
+_MOST_EXPANSION = 200
+"""Times that a file may grow: photos hardly shrink."""
+_SMALL_BYTES = 100_000
+"""Files below may grow as they like: lists and settings shrink much."""
+_LONGEST_PART = 200
+_PIECE_BYTES = 1 << 20
+_LEFT_OUT = ("__MACOSX",)
+
+
+@dataclass(frozen=True)
+class _Member:
+    """A file of a zip, and where it goes."""
+
+    info: zipfile.ZipInfo
+    place: PurePosixPath
+
+
+def unpack(source: Path, folder: Path) -> Path:
+    """Unpack a zip into a folder; what lay there gives way. Returns where the photos lie.
+
+    Raises:
+        PhotoError: the zip cannot be trusted or read.
+        CaseError: there is no room for it.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        with zipfile.ZipFile(source) as archive:
+            members = _members(source, archive)
+            _require_room(source, folder, members)
+            for member in members:
+                _unpack_one(archive, member, folder)
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError) as error:
+        raise PhotoError(
+            f"{source} cannot be unpacked: {error}. It is damaged or was not copied whole: make "
+            "it again, or unpack it yourself into a folder."
+        ) from error
+    return folder
+
+
+def _members(source: Path, archive: zipfile.ZipFile) -> list[_Member]:
+    files = [one for one in archive.infolist() if not one.is_dir()]
+    places = [_place(source, one) for one in files]
+    kept = [
+        _Member(info, place)
+        for info, place in zip(files, places, strict=True)
+        if not any(part.startswith(".") or part in _LEFT_OUT for part in place.parts)
+    ]
+    _require_reasonable(source, [one.info for one in kept])
+    kept = _without_outer_folder(kept)
+    seen: dict[str, PurePosixPath] = {}
+    for member in kept:
+        other = seen.setdefault(str(member.place).casefold(), member.place)
+        if other is not member.place:
+            raise PhotoError(
+                f"{source} holds {other} twice. Results are told by photo name: rename one."
+            )
+    if not kept:
+        raise PhotoError(f"{source} holds no files. Put the photos themselves into it.")
+    return kept
+
+
+def _place(source: Path, info: zipfile.ZipInfo) -> PurePosixPath:
+    """Where a member goes, once that is inside the folder on every system."""
+    name = info.filename
+    place = PurePosixPath(name)
+    outside = (
+        place.is_absolute()
+        or ".." in place.parts
+        or "\\" in name
+        or ":" in name
+        or printable(name, keep="") != name
+        or any(len(part.encode()) > _LONGEST_PART for part in place.parts)
+    )
+    if outside:
+        raise PhotoError(
+            f"{source} holds a file called {printable(name, keep='')[:80]!r}, which would lie "
+            "outside the folder, or which not every system can write. Nothing was unpacked. Ask "
+            "who sent it, and make the zip again from the photos."
+        )
+    if stat.S_ISLNK(info.external_attr >> 16):
+        raise PhotoError(
+            f"{source} holds a link, {name}, instead of a file. Nothing was unpacked. Make the "
+            "zip again from the photos themselves."
+        )
+    if info.flag_bits & 1:
+        raise PhotoError(f"{source} has a password. Make it again without one.")
+    return place
+
+
+def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
+    whole = sum(one.file_size for one in members)
+    bomb = any(
+        one.file_size > _SMALL_BYTES and one.file_size > _MOST_EXPANSION * max(one.compress_size, 1)
+        for one in members
+    )
+    if len(members) > _MOST_FILES or whole > _MOST_BYTES or bomb:
+        raise PhotoError(
+            f"{source} would unpack to {len(members)} files of {whole / 1e6:,.0f} MB from "
+            f"{source.stat().st_size / 1e6:,.1f} MB, which no walk round a limb has. Nothing was "
+            "unpacked. If it is meant all the same, unpack it yourself into a folder."
+        )
+
+
+def _without_outer_folder(members: list[_Member]) -> list[_Member]:
+    """Most programs zip the folder and not what lies in it."""
+    while members:
+        tops = {member.place.parts[0] for member in members}
+        if len(tops) > 1 or any(len(member.place.parts) == 1 for member in members):
+            return members
+        members = [
+            _Member(member.info, PurePosixPath(*member.place.parts[1:])) for member in members
+        ]
+    return members
+
+
+def _require_room(source: Path, folder: Path, members: list[_Member]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    needed = sum(member.info.file_size for member in members)
+    free = shutil.disk_usage(folder).free
+    if needed > free:
+        raise CaseError(
+            f"{source} needs {needed / 1e6:,.0f} MB unpacked, and {free / 1e6:,.0f} MB are free on "
+            f"the disk of {folder.parent}. Free some space."
+        )
+
+
+def _unpack_one(archive: zipfile.ZipFile, member: _Member, folder: Path) -> None:
+    """A byte more than was announced is the sum of another file: zipfile refuses it by its CRC."""
+    place = folder.joinpath(*member.place.parts)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    left = member.info.file_size
+    with archive.open(member.info) as reader, place.open("wb") as writer:
+        while piece := reader.read(_PIECE_BYTES):
+            left -= len(piece)
+            if left < 0:
+                raise zipfile.BadZipFile(f"{member.info.filename} is larger than its list says")
+            writer.write(piece)

@@ -1,0 +1,372 @@
+"""`limbgram batch`: a folder of captures to a folder of cases, with one table at the end."""
+
+import json
+import sys
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from limbgram.cases.batch.attempt import Plan
+from limbgram.cases.batch.finding import Capture, find_captures, loose_photos
+from limbgram.cases.batch.running import BatchOptions, BatchRun
+from limbgram.cases.batch.settings import (
+    BATCH_FILE,
+    CAPTURE_FILE,
+    EXAMPLE,
+    NO_BOARD,
+    Batch,
+    Settings,
+    read_batch,
+    read_settings,
+    require_complete,
+    several,
+)
+from limbgram.cases.batch.steps import steps_of
+from limbgram.cases.batch.table import NAMES, write_table
+from limbgram.cases.folder import CaseFolder, locked
+from limbgram.cases.order import Job
+from limbgram.cases.supervision import Event
+from limbgram.cli.captures import (
+    DEFAULT_BOARD,
+    names_board_file,
+    parse_board,
+    parse_tape,
+    plates_of,
+    read_distances,
+)
+from limbgram.cli.reconstruct import boardless
+from limbgram.cli.replies import Reply, answered
+from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printable
+from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
+from limbgram.report.stages import stage_title
+
+_SHOWN_AT_MOST = 20
+
+
+@answered
+def batch_command(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            help="Folder of captures: each a folder of photos, a zip of them, or a video.",
+            show_default=False,
+        ),
+    ] = None,
+    cases: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", help="Folder of the cases: new, or to continue."),
+    ] = None,
+    settings: Annotated[
+        Path | None,
+        typer.Option(
+            help="What to do with each capture, as TOML; --example shows one.",
+            show_default=f"FOLDER/{BATCH_FILE}",
+        ),
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Only the capture of this name. Repeat it.")
+    ] = None,
+    at_once: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Captures at a time, at most.", show_default="one for each processor"
+        ),
+    ] = None,
+    memory: Annotated[
+        float | None,
+        typer.Option(
+            min=0.5,
+            help="Memory for all together, GB: fewer begin at a time where it is little.",
+            show_default="three quarters of the machine's",
+        ),
+    ] = None,
+    attempts: Annotated[
+        int, typer.Option(min=1, max=10, help="Attempts for a capture whose process dies.")
+    ] = 3,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only say what would be done with each capture.")
+    ] = False,
+    example: Annotated[
+        bool, typer.Option("--example", help="Only show a settings file with every setting.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Events as JSON lines on stderr, the table on stdout.")
+    ] = False,
+) -> Reply:
+    """Do a whole folder of captures: each becomes a case, with the files that were asked for.
+
+    A capture that fails stops no other. Ctrl-C stops all; the same command continues, and a later
+    run computes only what has changed. batch.html, batch.csv and batch.json in the folder of the
+    cases say what became of each; the exit code is that of the worst.
+    """
+    if example:
+        return Reply(tuple(EXAMPLE.splitlines()), {"example": EXAMPLE})
+    if folder is None or cases is None:
+        raise OptionsError(
+            "Name the folder of the captures and, by -o, the folder of the cases: "
+            "limbgram batch CAPTURES -o CASES."
+        )
+    batch, base = _batch(folder, settings)
+    captures = _chosen(find_captures(folder, batch, cases), only, batch)
+    plans = tuple(_plan(capture, batch, base, cases) for capture in captures)
+    notes = _notes(folder)
+    if dry_run:
+        return _would_do(plans, notes)
+    options = BatchOptions(
+        at_once=at_once,
+        memory_mb=None if memory is None else 1024 * memory,
+        attempts=attempts,
+    )
+    with locked(CaseFolder(cases)), _display(as_json) as screen:
+        run = BatchRun(plans, cases.absolute(), options, screen.show)
+        outcomes = run.wait()
+        table = write_table(outcomes, cases.absolute(), notes, stopped=run.stopping.asked)
+    faults = [f"  {one.name}: {one.state}: {one.message}" for one in outcomes if not one.done] + [
+        f"  {one.name}: {step.name}: {step.message}"
+        for one in outcomes
+        for step in one.steps
+        if step.exit_code
+    ]
+    more = len(faults) - _SHOWN_AT_MOST
+    lines = (
+        table.line,
+        *faults[:_SHOWN_AT_MOST],
+        *([f"  and {more} more in the table"] if more > 0 else []),
+        *notes,
+        f"Look at it: {cases / NAMES[2]}",
+        f"The table: {cases / NAMES[1]}",
+    )
+    code = Cancelled.exit_code if run.stopping.asked else table.exit_code
+    return Reply(lines, table.content, exit_code=code)
+
+
+def _batch(folder: Path, given: Path | None) -> tuple[Batch, Path]:
+    """The settings, and the folder in which the files that they name are looked for."""
+    file = given or folder / BATCH_FILE
+    if given is None and not file.exists():
+        return Batch(), folder
+    return read_batch(file), file.parent
+
+
+def _chosen(
+    captures: Sequence[Capture], only: Sequence[str] | None, batch: Batch
+) -> tuple[Capture, ...]:
+    """The captures that are wanted; a name that none has is a slip that nobody would notice.
+
+    Raises:
+        OptionsError: a capture that is named is not there, or has the name of our own file.
+    """
+    names = {capture.name for capture in captures}
+    for what, asked in (("--only", only or ()), (f"{BATCH_FILE}: capture.", batch.of_one)):
+        strange = [name for name in asked if name not in names]
+        if strange:
+            raise OptionsError(
+                f"{what} {', '.join(strange[:5])}: no capture has this name. There are "
+                f"{', '.join(sorted(names)[:_SHOWN_AT_MOST])}."
+            )
+    taken = names & set(NAMES)
+    if taken:
+        raise OptionsError(f"{', '.join(taken)} is the name of our own table. Rename the capture.")
+    return tuple(one for one in captures if only is None or one.name in only)
+
+
+def _plan(capture: Capture, batch: Batch, base: Path, cases: Path) -> Plan:
+    """What is to be done with a capture; what is wrong with its own settings is its own fault."""
+    case = (cases / capture.name).absolute()
+    try:
+        settings = batch.of_all.overlaid(batch.of_one.get(capture.name, Settings()))
+        own = capture.path / CAPTURE_FILE
+        if capture.kind == "folder" and own.exists():
+            settings = settings.overlaid(read_settings(own))
+        require_complete(settings)
+
+        def located(name: str) -> Path:
+            return _located(name, capture, base)
+
+        return Plan(
+            capture=capture,
+            job=_job(settings, case, located),
+            photos=settings.photos,
+            steps=steps_of(settings, capture.name, located),
+        )
+    except LimbgramError as error:
+        return Plan(capture=capture, job=Job(case=case, sources=()), refusal=error)
+
+
+def _located(name: str, capture: Capture, base: Path) -> Path:
+    """A file that the settings name: in the capture's own folder, or beside the settings.
+
+    Raises:
+        OptionsError: it is in neither.
+    """
+    own = capture.path / name
+    if capture.kind == "folder" and own.is_file():
+        return own.absolute()
+    shared = base / name
+    if not shared.is_file():
+        where = f"{capture.path} and {base}" if capture.kind == "folder" else str(base)
+        raise OptionsError(f"{name} is not there. It was looked for in {where}.")
+    return shared.absolute()
+
+
+def _job(settings: Settings, case: Path, located: Callable[[str], Path]) -> Job:
+    """As `limbgram reconstruct` makes it of the same words."""
+    distances = [located(name) for name in several(settings.known_distances)]
+    marks = [located(name) for name in several(settings.marks)]
+    unscaled = bool(settings.unscaled)
+    no_board = settings.board == NO_BOARD
+    named = None if no_board else settings.board
+    board = None
+    if not boardless(named, no_board, [*distances, *marks], unscaled):
+        file = named is not None and names_board_file(named)
+        board = parse_board(str(located(named or "")) if file else named or DEFAULT_BOARD)
+    box = settings.box_mm
+    if box is not None and not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
+        raise OptionsError("box_mm has a lowest corner that does not lie below the highest one.")
+    return Job(
+        case=case,
+        sources=(),
+        camera_files=tuple(located(name) for name in several(settings.camera)),
+        board=board,
+        distances=tuple(one for file in distances for one in read_distances(file)),
+        tapes=tuple(parse_tape(text) for text in settings.tapes or ()),
+        plates=tuple(plate for file in marks for plate in plates_of(file)),
+        unscaled=unscaled,
+        choices=Choices(
+            surface=settings.surface or "ball-pivoting",
+            box_mm=None if box is None else ((box[0], box[1], box[2]), (box[3], box[4], box[5])),
+            part=settings.part,
+            most_triangles=settings.triangles or MOST_TRIANGLES,
+        ),
+        memory_mb=None if settings.memory_gb is None else 1024 * settings.memory_gb,
+    )
+
+
+def _notes(folder: Path) -> tuple[str, ...]:
+    loose = loose_photos(folder)
+    if not loose:
+        return ()
+    return (
+        f"{loose} photos lie in {folder} itself and belong to no capture: put them into a folder "
+        "of their own.",
+    )
+
+
+def _would_do(plans: Sequence[Plan], notes: Sequence[str]) -> Reply:
+    """What would be done; exit code 2 where a capture's settings are wrong."""
+    wrong = sum(plan.refusal is not None for plan in plans)
+    told = {
+        plan.capture.name: f"refused: {plan.refusal}"
+        if plan.refusal is not None
+        else ", ".join(("reconstruct", *(step.name for step in plan.steps)))
+        for plan in plans
+    }
+    lines = (
+        f"{len(plans)} captures; the settings of {wrong} are wrong. Nothing was computed."
+        if wrong
+        else f"{len(plans)} captures. Nothing was computed.",
+        *(f"  {name}: {text}" for name, text in told.items()),
+        *notes,
+    )
+    content = {
+        "captures": [
+            {
+                "name": plan.capture.name,
+                "source": str(plan.capture.path),
+                "kind": plan.capture.kind,
+                "steps": [step.name for step in plan.steps],
+                "refusal": None if plan.refusal is None else str(plan.refusal),
+            }
+            for plan in plans
+        ],
+        "notes": list(notes),
+    }
+    return Reply(lines, content, exit_code=OptionsError.exit_code if wrong else 0)
+
+
+@dataclass
+class _Display:
+    """Shows the events of a batch: a line for each capture at work, and how many are done."""
+
+    kind: Literal["terminal", "lines", "json"]
+    bars: Progress
+    _all: TaskID | None = None
+    _of: dict[str, TaskID] = field(default_factory=dict[str, TaskID])
+    _ended: int = 0
+
+    def show(self, event: Event) -> None:
+        if self.kind == "json":
+            sys.stderr.write(json.dumps(event) + "\n")
+            sys.stderr.flush()
+            return
+        match event:
+            case {"event": "planned", "captures": int(count), "at_once": int(at_once)}:
+                self._planned(count, at_once)
+            case {"event": "begun", "capture": str(name)} if self._all is not None:
+                shown = printable(name, keep="")
+                self._of[name] = self.bars.add_task(f"{shown:.20}", total=None, stage="")
+            case {"event": "progress", "capture": str(name), "stage": str(stage)} if (
+                name in self._of
+            ):
+                self.bars.update(
+                    self._of[name],
+                    completed=event["done"],
+                    total=event["total"] or None,
+                    stage=stage_title(stage),
+                )
+            case {"event": "ended", "capture": str(name)}:
+                self._end(name, event)
+            case {"event": "stopping"}:
+                self._say("Stopping: each capture ends after its present step ...")
+            case _:
+                pass
+
+    def _planned(self, count: int, at_once: int) -> None:
+        self._say(f"{count} captures, {at_once} at a time")
+        if self.kind == "terminal":
+            self._all = self.bars.add_task("All captures", total=count, stage="")
+
+    def _end(self, name: str, event: Event) -> None:
+        if name in self._of:
+            self.bars.remove_task(self._of.pop(name))
+        self._ended += not event["again"]
+        if self._all is not None:
+            self.bars.update(self._all, completed=self._ended)
+        word = (event["light"] or event["state"]).upper()
+        again = " It is tried again after the others." if event["again"] else ""
+        first = printable(event["message"].splitlines()[0] if event["message"] else "", keep="")
+        self._say(f"{printable(name, keep=''):<20} {word:<9} {first:.140}{again}")
+
+    def _say(self, line: str) -> None:
+        self.bars.console.print(line, markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _display(as_json: bool) -> Generator[_Display]:
+    console = Console(stderr=True, highlight=False)
+    bars = Progress(
+        TextColumn("{task.description:<20}"),
+        TextColumn("{task.fields[stage]:<26}"),
+        BarColumn(bar_width=20),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        console=console,
+    )
+    if as_json or not console.is_terminal:
+        yield _Display("json" if as_json else "lines", bars)
+        return
+    with bars:
+        yield _Display("terminal", bars)

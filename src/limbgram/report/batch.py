@@ -1,0 +1,158 @@
+"""Batch: the page of many captures: how many went well, what to do about the others, each surface.
+
+In      a row for each capture, made of what its case says.
+Out     a Report; it has no sheets of paper.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from urllib.parse import quote
+
+from limbgram.report.accuracy.judgement import Light
+from limbgram.report.blocks import (
+    Advice,
+    AdviceList,
+    Banner,
+    Block,
+    Card,
+    Colour,
+    Columns,
+    Illustration,
+    Report,
+    Section,
+    Table,
+    Text,
+)
+from limbgram.report.drawings.drawing import Picture
+from limbgram.report.intended_use import OF_SCANS
+
+_ORDER = ("", "red", "amber", "green")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchRow:
+    """What became of a capture."""
+
+    name: str
+    source: str
+    state: str
+    """In a word or two."""
+    light: Light | None
+    told: str
+    """The verdict, or why there is none."""
+    steps: tuple[str, ...]
+    """What became of each step after the surface."""
+    faults: tuple[str, ...]
+    """Steps that failed, and why."""
+    attempts: int
+    seconds: float
+    thumbnail: Picture | None = None
+
+
+def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: bool) -> Report:
+    """The worst first: what has no result, then red, amber and green."""
+    ordered = sorted(rows, key=lambda row: (_ORDER.index(row.light or ""), row.name))
+    return Report(
+        title=f"{len(rows)} captures" if len(rows) != 1 else "1 capture",
+        banner=_banner(rows, stopped=stopped),
+        cards=_cards(rows),
+        intended_use=OF_SCANS,
+        sections=(
+            *_to_do(ordered),
+            Section(
+                title="Captures",
+                blocks=(*(Text(words=note, note=True) for note in notes), _table(ordered)),
+            ),
+            *_surfaces(ordered),
+        ),
+    )
+
+
+def counted(rows: Sequence[BatchRow]) -> str:
+    """How many of each verdict there are, in a sentence."""
+    lights = Counter(row.light or "" for row in rows)
+    words = (("green", "green"), ("amber", "amber"), ("red", "red"), ("", "without a result"))
+    told = [f"{lights[light]} {word}" for light, word in words if lights[light]]
+    faults = sum(bool(row.faults) for row in rows)
+    more = f"; in {faults} a step after the surface failed" if faults else ""
+    return f"{len(rows)} captures: {', '.join(told)}{more}."
+
+
+def colour_of(rows: Sequence[BatchRow]) -> Colour:
+    """That of the worst capture."""
+    if any(row.light in (None, "red") for row in rows):
+        return "red"
+    return "amber" if any(row.light == "amber" or row.faults for row in rows) else "green"
+
+
+def _banner(rows: Sequence[BatchRow], *, stopped: bool) -> Banner:
+    colour = colour_of(rows)
+    reasons = ("It was stopped before it ended: the same command continues.",) if stopped else ()
+    badge = {"green": "ALL GREEN", "amber": "LOOK AT SOME", "red": "NOT ALL GOOD"}[colour]
+    return Banner(badge=badge, words=counted(rows), colour=colour, reasons=reasons)
+
+
+def _cards(rows: Sequence[BatchRow]) -> tuple[Card, ...]:
+    done = sum(row.light is not None for row in rows)
+    seconds = sum(row.seconds for row in rows)
+    again = sum(row.attempts > 1 for row in rows)
+    return (
+        Card("How many have a surface?", f"{done} of {len(rows)}", "each with a page of its own"),
+        Card("How long did they take?", f"{seconds / 60:.1f} min", "all together, in this run"),
+        Card("Which were tried again?", str(again), "because a process of theirs died"),
+    )
+
+
+def _to_do(rows: Sequence[BatchRow]) -> Iterator[Section]:
+    """What has to be done about captures without a result, and steps that failed."""
+    items = [
+        Advice(what=f"{row.name}: {row.state}", remedy=row.told, serious=True)
+        for row in rows
+        if row.light is None
+    ]
+    items += [
+        Advice(what=f"{row.name}: the surface is there", remedy=fault, serious=False)
+        for row in rows
+        for fault in row.faults
+    ]
+    if items:
+        yield Section(title="What to do", blocks=(AdviceList(items=tuple(items)),))
+
+
+def _table(rows: Sequence[BatchRow]) -> Table:
+    cells = tuple(
+        (
+            row.name,
+            row.source,
+            ", ".join(row.steps),
+            str(row.attempts),
+            f"{row.seconds:.0f}",
+            row.state,
+            (row.light or "none").upper(),
+        )
+        for row in rows
+    )
+    heads = ("capture", "from", "then", "#attempts", "#seconds", "what became of it", "verdict")
+    colours: tuple[Colour | None, ...] = tuple(row.light or "red" for row in rows)
+    return Table(heads=heads, rows=cells, colours=colours)
+
+
+def _surfaces(rows: Sequence[BatchRow]) -> Iterator[Section]:
+    """Each surface with its verdict; a click opens its page."""
+    for light in _ORDER[1:]:
+        figures = tuple(
+            Illustration(
+                image=row.thumbnail,
+                caption=f"{row.name}: {row.told}",
+                address=f"{quote(row.name)}/report.html",
+            )
+            for row in rows
+            if row.light == light and row.thumbnail is not None
+        )
+        if figures:
+            blocks: tuple[Block, ...] = (
+                Text(words="Click a picture for the page of its case.", note=True),
+                Columns(figures=figures),
+            )
+            yield Section(title=light.capitalize(), blocks=blocks)
