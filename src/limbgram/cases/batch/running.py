@@ -12,7 +12,7 @@ import os
 import queue
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from limbgram.cases.batch.attempt import Outcome, Plan, attempt
@@ -122,6 +122,8 @@ class BatchRun:
             before = self._outcomes.get(name)
             if outcome.state == "cancelled" and before is not None:
                 outcome = before  # it died before; that is what is known of it
+            elif before is not None:
+                outcome = replace(outcome, seconds=before.seconds + outcome.seconds)
             self._outcomes[name] = outcome
         self._tell({
             "event": "ended",

@@ -8,9 +8,11 @@ Fails   PhotoError: no zip, damaged, with a password, with names that leave the 
         or with more in it than a walk round a limb has. CaseError: the disk has no room for it.
 """
 
+import lzma
 import shutil
 import stat
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -24,6 +26,14 @@ _SMALL_BYTES = 100_000
 """Files below may grow as they like: lists and settings shrink much."""
 _LONGEST_PART = 200
 _PIECE_BYTES = 1 << 20
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    NotImplementedError,
+    EOFError,
+    zlib.error,
+    lzma.LZMAError,
+)
 _LEFT_OUT = ("__MACOSX",)
 
 
@@ -49,12 +59,20 @@ def unpack(source: Path, folder: Path) -> Path:
             _require_room(source, folder, members)
             for member in members:
                 _unpack_one(archive, member, folder)
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError) as error:
-        raise PhotoError(
-            f"{source} cannot be unpacked: {error}. It is damaged or was not copied whole: make "
-            "it again, or unpack it yourself into a folder."
-        ) from error
+    except _DAMAGED as error:
+        raise _damaged(source, error) from error
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise _damaged(source, error) from error  # bzip2 says so
     return folder
+
+
+def _damaged(source: Path, error: Exception) -> PhotoError:
+    return PhotoError(
+        f"{source} cannot be unpacked: {error}. It is damaged or was not copied whole: make it "
+        "again, or unpack it yourself into a folder."
+    )
 
 
 def _members(source: Path, archive: zipfile.ZipFile) -> list[_Member]:
@@ -115,9 +133,10 @@ def _require_reasonable(source: Path, members: list[zipfile.ZipInfo]) -> None:
     )
     if len(members) > _MOST_FILES or whole > _MOST_BYTES or bomb:
         raise PhotoError(
-            f"{source} would unpack to {len(members)} files of {whole / 1e6:,.0f} MB from "
-            f"{source.stat().st_size / 1e6:,.1f} MB, which no walk round a limb has. Nothing was "
-            "unpacked. If it is meant all the same, unpack it yourself into a folder."
+            f"{source} has {source.stat().st_size / 1e6:,.1f} MB and would take "
+            f"{whole / 1e6:,.0f} MB unpacked ({len(members):,} in all), which no walk round a "
+            "limb does. Nothing was unpacked. If it is meant all the same, unpack it yourself "
+            "into a folder."
         )
 
 

@@ -1,0 +1,210 @@
+"""Nothing that becomes of one capture stops another, and each outcome is told as it was."""
+
+import csv
+import json
+import sys
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from limbgram.cases.batch import attempt as attempting
+from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome, worst_of
+from limbgram.cases.batch.finding import Capture
+from limbgram.cases.batch.memory import MemoryGate
+from limbgram.cases.batch.running import BatchOptions, BatchRun, _share
+from limbgram.cases.batch.stopping import Stopping
+from limbgram.cases.batch.table import write_table
+from limbgram.cases.order import Job
+from limbgram.cases.supervision import Event, Supervision
+from limbgram.core.errors import Cancelled, OptionsError
+
+CHILD = """
+import json, os, sys, time, pathlib
+job = json.loads(sys.stdin.readline())
+case = pathlib.Path(job["case"]["path"])
+what = (pathlib.Path(job["sources"][0]["path"]) / "what.txt").read_text()
+tries = case / "tries"
+count = len(tries.read_text()) if tries.exists() else 0
+tries.write_text("x" * (count + 1))
+def send(**event):
+    print(json.dumps(event), flush=True)
+send(event="progress", stage="place", done=1, total=3)
+if what.startswith("die") and count < int(what[3:]):
+    os.kill(os.getpid(), 9)
+if what == "refuse":
+    send(event="refused", kind="ScaleError", message="No board.")
+    sys.exit(4)
+if what == "bug":
+    send(event="bug", traceback="Traceback: here")
+    sys.exit(1)
+if what == "wait":
+    sys.stdin.read()
+    send(event="refused", kind="Cancelled", message="Stopped.")
+    sys.exit(130)
+light = what if what in ("red", "amber") else "green"
+(case / "summary.json").write_text(json.dumps(
+    {"verdict": {"light": light, "headline": light.upper() + ": 0.1 mm", "reasons": []}}))
+send(event="finished", answer={
+    "is": "Answer", "summary": {"path": str(case / "summary.json")}, "light": light})
+"""
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Do a batch of captures whose process does what their file says."""
+    script = tmp_path / "child.py"
+    script.write_text(CHILD, "utf-8")
+    supervised = partial(Supervision, command=(sys.executable, str(script)), grace_s=2.0)
+    monkeypatch.setattr(attempting, "Supervision", supervised)
+
+    def plan(name: str, what: str) -> Plan:
+        folder = tmp_path / "in" / name
+        folder.mkdir(parents=True)
+        (folder / "what.txt").write_text(what)
+        (folder / "a.jpg").write_bytes(b"\xff\xd8\xff")
+        capture = Capture(name=name, path=folder, kind="folder")
+        return Plan(capture=capture, job=Job(case=tmp_path / "out" / name, sources=()))
+
+    def do(whats: dict[str, str], listener: Callable[[Event], None], **more: Any) -> BatchRun:
+        plans = [plan(name, what) for name, what in whats.items()]
+        (tmp_path / "out").mkdir()
+        options = BatchOptions(**{"at_once": 2, **more})
+        return BatchRun(plans, tmp_path / "out", options, listener)
+
+    return do
+
+
+def states(outcomes: tuple[Outcome, ...]) -> dict[str, tuple[str, int, int]]:
+    return {one.name: (one.state, one.exit_code, one.attempts) for one in outcomes}
+
+
+def test_every_outcome_is_told_and_none_stops_another(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    events: list[Event] = []
+    whats = {"a": "refuse", "b": "bug", "c": "green", "d": "die9", "e": "red", "f": "die1"}
+    batch = run(whats, events.append)
+    outcomes = batch.wait()
+    assert states(outcomes) == {
+        "a": ("refused", 4, 1),
+        "b": ("failed", 1, 1),
+        "c": ("finished", 0, 1),
+        "d": ("died", 6, 3),
+        "e": ("finished", 7, 1),
+        "f": ("finished", 0, 2),
+    }
+    assert (tmp_path / "out" / "d" / "tries").read_text() == "xxx"
+    assert "Traceback: here" in outcomes[1].message
+    ends = [event["capture"] for event in events if event["event"] == "ended"]
+    assert sorted(ends) == ["a", "b", "c", "d", "d", "d", "e", "f", "f"]
+    again = [event["capture"] for event in events if event.get("again")]
+    assert sorted(again) == ["d", "d", "f"]
+
+    table = write_table(outcomes, tmp_path / "out", ("A note.",), stopped=False)
+    assert table.exit_code == 1
+    assert table.line == "6 captures: 2 green, 1 red, 3 without a result."
+    rows = list(csv.DictReader((tmp_path / "out" / "batch.csv").open()))
+    assert [row["verdict"] for row in rows] == ["", "", "green", "", "red", "green"]
+    kept = json.loads((tmp_path / "out" / "batch.json").read_text())
+    assert [one["exit_code"] for one in kept["captures"]] == [4, 1, 0, 6, 7, 0]
+    page = (tmp_path / "out" / "batch.html").read_text("utf-8")
+    assert "No board." in page
+    assert "A note." in page
+
+
+def test_stopping_ends_all_and_begins_no_other(run: Callable[..., BatchRun]) -> None:
+    begun = threading.Event()
+    whats = {"a": "green", "b": "wait", "c": "green", "d": "green"}
+    batch = run(whats, lambda event: begun.set() if event.get("capture") == "b" else None,
+                at_once=1)  # fmt: skip
+
+    def stop() -> None:
+        begun.wait(20)
+        time.sleep(0.3)
+        batch.stopping.ask()
+
+    threading.Thread(target=stop).start()
+    assert states(batch.wait()) == {
+        "a": ("finished", 0, 1),
+        "b": ("cancelled", 130, 1),
+        "c": ("cancelled", 130, 1),
+        "d": ("cancelled", 130, 1),
+    }
+
+
+def test_settings_that_are_wrong_are_the_fault_of_one_capture(tmp_path: Path) -> None:
+    capture = Capture(name="a", path=tmp_path, kind="folder")
+    job = Job(case=tmp_path / "out" / "a", sources=())
+    plan = Plan(capture=capture, job=job, refusal=OptionsError("No such camera."))
+    outcomes = BatchRun([plan], tmp_path / "out", BatchOptions(), lambda _: None).wait()
+    assert states(outcomes) == {"a": ("refused", 2, 1)}
+    assert outcomes[0].message == "No such camera."
+
+
+def test_a_fault_in_a_thread_of_ours_is_not_lost(
+    run: Callable[..., BatchRun], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch = run({"a": "green"}, lambda _: None)
+
+    def broken(*_: object) -> float:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(attempting, "need_mb", broken)
+    with pytest.raises(ZeroDivisionError):
+        batch.wait()
+
+
+def test_memory_is_shared_by_those_at_work() -> None:
+    gate, stopping, order = MemoryGate(1000.0), Stopping(), list[str]()
+
+    def work(name: str, needed_mb: float) -> None:
+        with gate.hold(needed_mb, stopping):
+            order.append(name)
+
+    with gate.hold(600.0, stopping):
+        small = threading.Thread(target=work, args=("small", 300.0))
+        large = threading.Thread(target=work, args=("large", 5000.0))
+        small.start()
+        small.join()
+        large.start()
+        time.sleep(0.05)
+        assert order == ["small"]
+    large.join(5)
+    assert order == ["small", "large"]
+    stopping.ask()
+    with gate.hold(600.0, stopping), pytest.raises(Cancelled), gate.hold(600.0, stopping):
+        pass
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "sched_getaffinity"), reason="Linux alone")
+def test_processors_are_shared_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 2, 4, 6, 8})
+    assert [sorted(_share(slot, 2)) for slot in range(2)] == [[0, 2], [4, 6, 8]]
+    assert [sorted(_share(slot, 6)) for slot in range(6)] == [[0], [2], [4], [6], [8], [0]]
+
+
+def test_the_exit_code_is_that_of_the_worst() -> None:
+    assert worst_of([]) == 0
+    assert worst_of([0, 7, 0]) == 7
+    assert worst_of([7, 4, 0]) == 4
+    assert worst_of([7, 4, 3, 6]) == 6
+    assert worst_of([1, 6, 130]) == 130
+
+
+def test_a_table_cell_is_no_formula(tmp_path: Path) -> None:
+    step = StepOutcome(name="align", state="refused", message="No place.", exit_code=4)
+    outcome = Outcome(
+        name="=cmd()", source="x", state="finished", light="amber", headline="AMBER",
+        exit_code=4, steps=(step,),
+    )  # fmt: skip
+    table = write_table([outcome], tmp_path, (), stopped=True)
+    row = next(csv.DictReader((tmp_path / "batch.csv").open()))
+    assert row["capture"] == "'=cmd()"
+    assert row["steps_failed"] == "align"
+    assert "align: No place." in row["message"]
+    assert "a step after the surface failed" in table.line
