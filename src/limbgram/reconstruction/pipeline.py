@@ -205,7 +205,9 @@ def reconstruct(
         depths = above_floors(depths, metric, placing.poses)
     cloud = run(fuse, photos, metric, depths, region, options.fusion)
     del depths  # the largest product, and nobody asks for it any more
-    wrapped = wrap(cloud, options.surface, run)
+    # an object that was turned over shows all its sides, and Ball Pivoting stops at sharp edges
+    surface = PoissonOptions() if placing.poses.sides else options.surface
+    wrapped = wrap(cloud, surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
 
     def finest(coarse: Mesh, number: int) -> Resolution:

@@ -271,7 +271,8 @@ def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
     return (
         f"The object was turned over: {' and '.join(names)} show it in two poses. They were joined "
         "by what lies on the object alone; floor, board and room of each pose were left out, and "
-        "the board sets the scale in the pose whose photos show it more often.",
+        "the board sets the scale in the pose whose photos show it more often. The surface was "
+        "made as a closed one, by the Poisson method.",
     )
 
 

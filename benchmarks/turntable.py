@@ -1,0 +1,174 @@
+"""Limbs that turn before a still camera, and casts that are turned over, against the exact truth.
+
+    python benchmarks/turntable.py -o benchmarks/results/turntable.json [--seeds 3] [--only NAME]
+
+Every capture is made by the project's generator, small, and run through the command line; the
+results are written after each, and a run goes on where an earlier one ended. `right` is a surface
+within its own stated error, `refused` says what to do, and `wrong` must not be.
+"""
+
+import argparse
+import json
+import shutil
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from captures import JUDGED, LIMBGRAM, accuracy, machine, timed
+from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
+
+SMALL = CaptureOptions(
+    photos=16,
+    width_px=900,
+    height_px=600,
+    distance_mm=1500.0,
+    calibration_photos=0,
+    mesh_step_mm=1.5,
+    samples=2,
+)
+SPARSE = 0.12
+"""Share of the sock that sparse paint hides."""
+SWAY_MM = 6.0
+CASES: dict[str, CaptureOptions] = {
+    "sparse paint before a patterned screen": replace(SMALL, turning=Turning(), coverage=SPARSE),
+    "patterned strips nearer than the limb": replace(SMALL, turning=Turning(before=True)),
+    "patient on a stool who sways": replace(
+        SMALL, turning=Turning(sway_mm=SWAY_MM, before=True), coverage=0.3
+    ),
+    "board that stands still": replace(SMALL, turning=Turning(board_turns=False)),
+    "cast turned over": replace(SMALL, turning=TurnedOver(), photos=32),
+    "cast turned over, sparse paint": replace(
+        SMALL, turning=TurnedOver(), photos=32, coverage=SPARSE
+    ),
+    "walk round, nothing stands still": SMALL,
+}
+FIRST_SEED = 71
+WITHIN = 3.0
+"""A surface is wrong if its error is more than this many times the error that it states, and no red
+light warns of it."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", nargs="*", help="these cases alone")
+    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
+    chosen = parser.parse_args()
+    found: dict[str, Any] = {"runs": []}
+    if chosen.out.exists():
+        found = json.loads(chosen.out.read_text("utf-8"))
+    found["machine"] = machine()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = chosen.keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        camera = calibrated(folder)
+        for seed in range(FIRST_SEED, FIRST_SEED + chosen.seeds):
+            for name in chosen.only or CASES:
+                if any((run["case"], run["seed"]) == (name, seed) for run in found["runs"]):
+                    continue
+                found["runs"].append(one(name, seed, camera, folder))
+                chosen.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+                chosen.out.with_suffix(".md").write_text(table(found), "utf-8")
+                sys.stderr.write(f"{name}, seed {seed}: {found['runs'][-1]['outcome']}\n")
+
+
+def calibrated(folder: Path) -> Path:
+    """The camera file of all captures: they have one lens."""
+    camera, source = folder / "camera.json", folder / "calibration"
+    if not camera.exists():
+        if not source.exists():
+            make_capture(source, replace(SMALL, seed=1, photos=3, calibration_photos=12))
+        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
+        timed([LIMBGRAM, "calibrate", str(source / "calibration"), *board])
+    return camera
+
+
+def one(name: str, seed: int, camera: Path, folder: Path) -> dict[str, Any]:
+    """Make a capture, reconstruct it, compare it with its truth."""
+    label = f"{list(CASES).index(name)}-{seed}"
+    source, case = folder / label, folder / f"{label}-case"
+    if not source.exists():
+        make_capture(source, replace(CASES[name], seed=seed))
+    shutil.rmtree(case, ignore_errors=True)
+    command = [LIMBGRAM, "reconstruct", str(source / "images"), "--camera", str(camera)]
+    run = timed([*command, "-o", str(case), "--json"])
+    told: dict[str, Any] = {"case": name, "seed": seed, "photos": CASES[name].photos, "run": run}
+    if run["exit_code"] not in JUDGED:
+        return told | {"outcome": "refused", "said": run["message"]}
+    summary = json.loads((case / "summary.json").read_text("utf-8"))
+    judged = accuracy(case, source)
+    truth, stated = judged["truth"], stated_rms_mm(judged)
+    honest = truth["rms_mm"] < WITHIN * stated or judged["light"] == "red"
+    return told | {
+        "outcome": "right" if honest else "wrong",
+        "light": judged["light"],
+        "headline": judged["headline"],
+        "placed": summary["scene"]["placed"],
+        "notes": summary["scene"]["notes"],
+        "rms_mm": truth["rms_mm"],
+        "p95_mm": truth["p95_mm"],
+        "stated_rms_mm": stated,
+        "scale_error": truth["scale_error"],
+        "volume_error": truth["volume_error"],
+        "open_edges": summary["mesh"]["open_edges"],
+        "filled_share": summary["mesh"]["filled_share"],
+        "bodies": max(1, len(summary["parts"])),
+    }
+
+
+def stated_rms_mm(judged: dict[str, Any]) -> float:
+    (row,) = (one for one in judged["criteria"] if one["key"] == "surface_rms")
+    return float(row["value"])
+
+
+def table(found: dict[str, Any]) -> str:
+    """The runs as a table."""
+    at = found["machine"]
+    versions = ", ".join(f"{name} {one}" for name, one in at["versions"].items())
+    heads = (
+        "capture", "seed", "outcome", "verdict", "placed", "RMS mm", "95 % mm", "stated RMS mm",
+        "scale", "open edges", "filled", "bodies", "CPU s",
+    )  # fmt: skip
+    lines = [
+        "# turntable",
+        "",
+        f"{at['processor']}, {at['cores']} cores, {at['memory_gb']:.0f} GB; {at['system']}; Python "
+        f"{at['python']}; commit {at['commit'][:12]}; {versions}",
+        "",
+        f"| {' | '.join(heads)} |",
+        f"|{' --- |' * len(heads)}",
+    ]
+    for run in found["runs"]:
+        cells = [run["case"], str(run["seed"]), run["outcome"]]
+        if run["outcome"] == "refused":
+            cells += [""] * 9
+        else:
+            cells += [
+                run["light"], f"{run['placed']} of {run['photos']}", f"{run['rms_mm']:.3f}",
+                f"{run['p95_mm']:.3f}", f"{run['stated_rms_mm']:.3f}",
+                f"{run['scale_error']:+.3%}", str(run["open_edges"]),
+                f"{run['filled_share']:.1%}", str(run["bodies"]),
+            ]  # fmt: skip
+        lines.append(f"| {' | '.join([*cells, format(run['run']['cpu_s'], '.0f')])} |")
+    refusals = [run for run in found["runs"] if run["outcome"] == "refused"]
+    if refusals:
+        lines += ["", "## What was refused", ""]
+        lines += [f"- {one['case']}, seed {one['seed']}: {_words(one['said'])}" for one in refusals]
+    return "\n".join(lines) + "\n"
+
+
+def _words(said: str) -> str:
+    """The refusal of what was printed: its longest line."""
+    try:
+        return str(json.loads(said)["error"])
+    except (ValueError, KeyError, TypeError):
+        return max(said.splitlines(), key=len, default="").strip()
+
+
+if __name__ == "__main__":
+    main()
