@@ -626,7 +626,7 @@ def _shown(
             relative_sigma=float(np.nan_to_num(metric.scale.relative_sigma)),
         ),
     )
-    return _Shown(proxy, prediction, _coverage_of(proxy, prediction, metric.scale.unit == "mm"))
+    return _Shown(proxy, prediction, coverage_of(proxy, prediction, metric.scale.unit == "mm"))
 
 
 def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
@@ -634,7 +634,8 @@ def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, 
     return (view.project(proxy.mesh.vertices_mm) + 0.5) / ratio - 0.5
 
 
-def _coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Coverage:
+def coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Coverage:
+    """A prediction as it is told: cell by cell, by regions, and in all."""
     sigma_mm = prediction.sigma_mm if in_mm else np.full(len(proxy.mesh), np.nan)
     regions = _regions(proxy, prediction, sigma_mm)
     known = proxy.by_row(proxy.known)

@@ -14,10 +14,12 @@ Method  `measuring` takes up to six photos a vertex, the most frontal ones; the 
         slope   root mean square of the grey slope, grey levels a pixel: the paint
         The form follows `measuring` (uncertainty.py): noise by the plate, whose length is counted
         in pixels; lost detail, which grows faster than the pixel. The numbers are a fit to 18
-        captures: docs/method/prediction.md. What all vertices share (scale) is added.
+        captures: docs/method/prediction.md. What all vertices share (scale) is added. Where the
+        triangles that a mesh may have are larger than the pixels ask for, they take their place.
 Fails   never: a cell that fewer than two photos see has no sigma.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,8 +28,10 @@ from jaxtyping import Bool, Float64, Int64
 
 from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.lens import View
+from limbgram.reconstruction.choices import MOST_TRIANGLES
 from limbgram.reconstruction.measuring.rounds import MatchingOptions
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
+from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
 
 SHARE_OF_PIXEL = 0.067
 USUAL_PIXEL_MM, FINE_POWER = 0.4, 0.13
@@ -140,7 +144,8 @@ def predict(
     pixel_mm = np.where(chosen, pixels, np.inf).min(axis=1)
     edge_px = np.where(chosen, showing.edge_px, 0.0).sum(axis=1) / least[:, 0]
     slope2 = np.where(chosen, showing.slope**2, 0.0).sum(axis=1) / least[:, 0]
-    sigma_mm = sigma_of(pixel_mm, edge_px, count, spread, np.sqrt(slope2))
+    coarse = np.maximum(_mesh_pixel_mm(proxy) / pixel_mm, 1.0)
+    sigma_mm = sigma_of(pixel_mm * coarse, edge_px / coarse, count, spread, np.sqrt(slope2))
     shared2 = (OFFSET_PX * pixel_mm) ** 2
     shared2 = shared2 + (showing.relative_sigma * np.linalg.norm(cells - proxy.middle, axis=1)) ** 2
     measured = count >= 2
@@ -150,6 +155,12 @@ def predict(
         pixel_mm=np.where(count > 0, pixel_mm, np.nan),
         sigma_mm=np.where(measured, np.sqrt(sigma_mm**2 + shared2), np.nan),
     )
+
+
+def _mesh_pixel_mm(proxy: LimbProxy) -> float:
+    """The pixel that the finest mesh allowed can follow: finer ones are measured no better."""
+    face_mm2 = float(proxy.area_mm2[proxy.known].sum()) / MOST_TRIANGLES
+    return math.sqrt(4 / math.sqrt(3) * face_mm2) / PIPELINE.edge_px
 
 
 def sigma_of(

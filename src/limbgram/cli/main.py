@@ -67,6 +67,10 @@ COMMANDS = {
         "check:check_command",
         "Say within a minute whether a capture is good, or which photos to add and from where.",
     ),
+    "plan": (
+        "plan:plan_command",
+        "Say how to photograph a limb: photos, heights, distance, aperture, size of the paint.",
+    ),
     "frames": (
         "frames:frames_command",
         "Take the sharp, well-spread frames out of a video, and say why each was taken or not.",

@@ -94,6 +94,10 @@ class PlacementError(LimbgramError):
     """The photos cannot be joined to one scene."""
 
 
+class PlanError(LimbgramError):
+    """A capture as asked cannot reach what is asked of it."""
+
+
 class ScaleError(LimbgramError):
     """There is no scale, or the known lengths contradict each other."""
 

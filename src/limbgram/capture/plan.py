@@ -1,0 +1,463 @@
+"""Plan: how a limb is photographed so that its surface becomes as sure as is asked.
+
+In      the sigma that is asked for, the camera, the distance, the limb's rough form.
+Out     a CapturePlan: photos on each ring, how high, aperture and focus, size of the paint's marks,
+        and the sigma and coverage that follow.
+Method  Rings of photos round a plain limb are tried, the fewest photos first; what they give is
+        told by the formula that also checks captures (`prediction`). The aperture is the one at
+        which defocus and diffraction together blur least: a disc of diameter c blurs like a
+        Gaussian of c / 4, an Airy pattern like one of 0.42 wavelength N (Zhang et al. 2007). Focus
+        lies at the harmonic mean of the nearest and the farthest place that a photo measures.
+Fails   PlanError: the limb does not fit into the picture, or no number of photos reaches the sigma;
+        it says what would.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float64
+
+from limbgram.capture.coach import Coverage, coverage_of
+from limbgram.capture.prediction import FINE_POWER, Prediction, Showing, cosines_of, predict
+from limbgram.capture.proxy import LimbProxy, tube
+from limbgram.capture.stands import Stand, height_words
+from limbgram.core.errors import OptionsError, PlanError
+from limbgram.core.geometry.lens import Camera
+from limbgram.core.interval import COVER, HOLDS
+from limbgram.formats.sheets.sock import SPECKLE_PX
+
+_RINGS_DEG = ((25.0,), (15.0, 45.0), (10.0, 35.0, 60.0))
+"""Heights of one, two and three rings."""
+_SHARES = ((1.0,), (0.6, 0.4), (0.45, 0.33, 0.22))
+"""Of the photos, on each of them: the lowest ring joins all, high ones see the end."""
+_STOPS = tuple(float(2 ** (k / 6)) for k in range(6, 61))
+"""Thirds of a stop from 1.4 to 32, exactly."""
+_WAVELENGTH_MM = 0.00055
+_DISC, _AIRY = 0.25, 0.42
+_SQUARELY = math.cos(math.radians(65.0))
+
+
+class LimbForm(Enum):
+    """Rough forms of limbs, standing with the distal end up."""
+
+    LOWER_LEG = "lower-leg"
+    THIGH = "thigh"
+    FOREARM = "forearm"
+
+
+_FORMS = {
+    LimbForm.LOWER_LEG: ((57.0, 54.0, 51.0, 44.0, 38.0), 230.0, 40.0),
+    LimbForm.THIGH: ((78.0, 73.0, 66.0, 60.0, 52.0), 200.0, 50.0),
+    LimbForm.FOREARM: ((48.0, 45.0, 40.0, 34.0, 30.0), 200.0, 25.0),
+}
+"""Radii from below upwards, length of the side, height of the rounded end, mm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedCamera:
+    """A camera, and the size of its sensor where that is known."""
+
+    camera: Camera
+    sensor_width_mm: float | None = None
+    aperture: float | None = None
+    """Where it cannot be chosen, as in a phone."""
+
+    @classmethod
+    def of(
+        cls,
+        focal_mm: float,
+        sensor_width_mm: float,
+        width_px: int,
+        height_px: int,
+        aperture: float | None = None,
+    ) -> "PlannedCamera":
+        """From what a data sheet tells."""
+        if min(focal_mm, sensor_width_mm) <= 0 or min(width_px, height_px) < 100:
+            raise OptionsError(
+                "Focal length and sensor width are lengths in mm, and a picture has 100 px a side "
+                "or more. Take them from the camera's data sheet."
+            )
+        focal_px = focal_mm / sensor_width_mm * width_px
+        camera = Camera(
+            width_px=width_px,
+            height_px=height_px,
+            fx=focal_px,
+            fy=focal_px,
+            cx=(width_px - 1) / 2,
+            cy=(height_px - 1) / 2,
+        )
+        return cls(camera=camera, sensor_width_mm=sensor_width_mm, aperture=aperture)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanOptions:
+    """What a plan keeps to."""
+
+    share: float = 0.9
+    """Share of the measured surface that must be as sure as asked."""
+    covered: float = 0.97
+    """Share of the limb that three photos or more must see squarely, so that one may fail."""
+    most_photos: int = 48
+    fewest_a_ring: int = 8
+    widest_gap_deg: float = 30.0
+    """Between neighbours on the lowest ring, which joins all photos: 12 or more."""
+    sharp_px: float = 0.6
+    """Width of edges that a good lens and a still hand leave, defocus and diffraction apart:
+    0.5 to 0.8 px in the photos of docs/method/prediction.md."""
+    slope: float = 18.0
+    """Of the grey levels, a pixel, that dense paint shows: 13 to 30 there."""
+    room: float = 1.15
+    """The picture's side over the limb's, so that the limb never leaves it."""
+
+
+DEFAULTS = PlanOptions()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedRing:
+    """Photos at one height, evenly spread round the limb."""
+
+    photos: int
+    elevation_deg: float
+    above_middle_mm: float
+    """Height of the camera above the limb's middle."""
+    level_distance_mm: float
+    """From the limb's axis, along the floor."""
+    azimuths_deg: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapturePlan:
+    """What to do, and what it will give."""
+
+    asked_sigma_mm: float
+    photos: int
+    rings: tuple[PlannedRing, ...]
+    distance_mm: float
+    """From the camera to the limb's middle."""
+    portrait: bool
+    """Whether the camera is held upright."""
+    pixel_mm: float
+    """What a pixel shows of the limb's middle."""
+    aperture: float | None
+    """F-number; None where the sensor's size is not known."""
+    focus_mm: float
+    """Distance to focus at, and to stay focused at."""
+    depth_mm: tuple[float, float]
+    """Nearest and farthest place that a photo measures."""
+    blur_px: float
+    """Of the worst place: lens, hand, defocus and diffraction."""
+    paint_mm: float
+    """Width of a typical mark on the sock, and of the gaps between marks."""
+    sigma_mm: float
+    """Expected: the asked share of the surface is surer."""
+    sigma_middle_mm: float
+    """Expected: half of the surface is surer."""
+    coverage: Coverage
+    notes: tuple[str, ...]
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The plan as a photographer reads it."""
+        rings = f"{len(self.rings)} ring{'s' if len(self.rings) > 1 else ''}"
+        said = [
+            f"{self.photos} photos in {rings}, "
+            f"{self.distance_mm:.0f} mm from the limb's middle: expected ±"
+            f"{COVER * self.sigma_mm:.2f} mm or better on nine tenths of it ({HOLDS}), sigma "
+            f"{self.sigma_mm:.3f} mm where {self.asked_sigma_mm:g} is asked; "
+            f"{self.coverage.measured:.0%} of it seen by two photos or more."
+        ]
+        for number, ring in enumerate(self.rings, start=1):
+            said.append(
+                f"  Ring {number}: {ring.photos} photos, {360 / ring.photos:.0f} degrees apart, "
+                f"{height_words(ring.elevation_deg)}: {abs(ring.above_middle_mm):.0f} mm "
+                f"{'above' if ring.above_middle_mm >= 0 else 'below'} the limb's middle, "
+                f"{ring.level_distance_mm:.0f} mm from its axis."
+            )
+        held = "upright" if self.portrait else "level"
+        said.append(f"  Hold the camera {held}; a pixel shows {self.pixel_mm:.2f} mm.")
+        near, far = self.depth_mm
+        sharp = f"  Focus at {self.focus_mm:.0f} mm and lock it; sharp from {near:.0f} to {far:.0f}"
+        if self.aperture is not None:
+            sharp = f"  Aperture f/{self.aperture:.2g}. " + sharp.strip()
+        said.append(f"{sharp} mm.")
+        said.append(f"  Paint marks and gaps of about {self.paint_mm:.1f} mm all over the sock.")
+        return (*said, *(f"  {note}" for note in self.notes))
+
+
+def form_of(limb: LimbForm) -> LimbProxy:
+    """The proxy of a usual limb."""
+    radii, length_mm, end_mm = _FORMS[limb]
+    return tube(np.linspace(0, length_mm, len(radii)), np.array(radii), end_mm)
+
+
+def plain_limb(diameter_mm: float, length_mm: float) -> LimbProxy:
+    """A limb of one thickness with a rounded end."""
+    if not 20 <= diameter_mm <= 600 or not 20 <= length_mm <= 1500:
+        raise OptionsError("A limb is 20 to 600 mm thick and 20 to 1500 mm long.")
+    end_mm = min(0.7 * diameter_mm / 2, 0.4 * length_mm)
+    radii = np.full(3, diameter_mm / 2)
+    return tube(np.linspace(0, length_mm - end_mm, 3), radii, end_mm)
+
+
+def plan_capture(
+    sigma_mm: float,
+    camera: PlannedCamera,
+    limb: LimbProxy,
+    distance_mm: float | None = None,
+    options: PlanOptions = DEFAULTS,
+) -> CapturePlan:
+    """The fewest photos that reach a sigma.
+
+    Args:
+        distance_mm: From the limb's middle; the nearest at which the limb fits where none is given.
+    """
+    if not 0 < sigma_mm <= 5:
+        raise OptionsError("A sigma is larger than 0 and at most 5 mm.")
+    fits_mm, portrait = _nearest_mm(camera.camera, limb, options)
+    given = distance_mm is not None
+    distance_mm = fits_mm if distance_mm is None else distance_mm
+    if distance_mm < fits_mm:
+        shown_mm = max(camera.camera.width_px, camera.camera.height_px) / camera.camera.fx
+        raise PlanError(
+            f"The limb does not fit into the picture: from {distance_mm:.0f} mm it shows "
+            f"{shown_mm * distance_mm:.0f} mm along its longer side, and the limb needs "
+            f"{shown_mm * fits_mm:.0f}. Step back to {math.ceil(fits_mm / 10) * 10} mm, or take a "
+            "shorter lens."
+        )
+    held = _upright(camera.camera) if portrait else camera.camera
+    best: tuple[float, int] | None = None
+    for stands, rings in _candidates(distance_mm, options):
+        sharpness = _sharpness(stands, held, camera, limb, options)
+        views = [one.view(held, limb.middle, 0.0) for one in stands]
+        showing = Showing.alike(len(limb.mesh), len(views), sharpness.blur_px, options.slope)
+        prediction = predict(limb, views, showing)
+        reached_mm = _quantile_mm(limb, prediction, options.share)
+        if prediction.share(prediction.squarely >= 3, limb) < options.covered:
+            continue
+        if best is None or reached_mm < best[0]:
+            best = reached_mm, len(stands)
+        if reached_mm <= sigma_mm:
+            return _told(
+                sigma_mm, camera, limb, distance_mm, portrait, rings, sharpness, prediction, options
+            )
+    raise _beyond(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Sharpness:
+    """How the lens is set, and how sharp the worst place becomes."""
+
+    aperture: float | None
+    focus_mm: float
+    depth_mm: tuple[float, float]
+    blur_px: float
+    defocus_px: float = field(default=0.0)
+
+
+def _nearest_mm(camera: Camera, limb: LimbProxy, options: PlanOptions) -> tuple[float, bool]:
+    """The nearest distance at which the limb fits, and whether upright pictures do it."""
+    long_mm = options.room * limb.length + limb.radius
+    wide_mm = options.room * 2 * limb.radius
+    sides = camera.width_px / camera.fx, camera.height_px / camera.fy
+    level = max(wide_mm / sides[0], long_mm / sides[1]) + limb.radius
+    upright = max(wide_mm / sides[1], long_mm / sides[0]) + limb.radius
+    return min(level, upright), upright < level
+
+
+def _upright(camera: Camera) -> Camera:
+    """The camera turned by a quarter."""
+    return replace(
+        camera,
+        width_px=camera.height_px,
+        height_px=camera.width_px,
+        fx=camera.fy,
+        fy=camera.fx,
+        cx=camera.cy,
+        cy=camera.width_px - 1 - camera.cx,
+        p1=0.0,
+        p2=0.0,
+        skew=0.0,
+    )
+
+
+def _candidates(
+    distance_mm: float, options: PlanOptions
+) -> list[tuple[list[Stand], tuple[PlannedRing, ...]]]:
+    """Rings of photos, fewest photos first, then fewest rings."""
+    least = math.ceil(360 / options.widest_gap_deg)
+    found: list[tuple[list[Stand], tuple[PlannedRing, ...]]] = []
+    for total in range(least, options.most_photos + 1):
+        for heights_deg, shares in zip(_RINGS_DEG, _SHARES):
+            counts = [round(share * total) for share in shares]
+            counts[0] += total - sum(counts)
+            if counts[0] < least or min(counts) < min(options.fewest_a_ring, counts[0]):
+                continue
+            rings = tuple(
+                _ring(count, height_deg, number, distance_mm)
+                for number, (count, height_deg) in enumerate(zip(counts, heights_deg))
+            )
+            stands = [
+                Stand(azimuth_deg=turn, elevation_deg=ring.elevation_deg, distance=distance_mm)
+                for ring in rings
+                for turn in ring.azimuths_deg
+            ]
+            found.append((stands, rings))
+    return found
+
+
+def _ring(count: int, elevation_deg: float, number: int, distance_mm: float) -> PlannedRing:
+    """Every second ring stands in the gaps of the one below."""
+    start = 0.5 * (number % 2)
+    rise = math.radians(elevation_deg)
+    return PlannedRing(
+        photos=count,
+        elevation_deg=elevation_deg,
+        above_middle_mm=distance_mm * math.sin(rise),
+        level_distance_mm=distance_mm * math.cos(rise),
+        azimuths_deg=tuple((k + start) * 360.0 / count for k in range(count)),
+    )
+
+
+def _sharpness(
+    stands: list[Stand],
+    held: Camera,
+    planned: PlannedCamera,
+    limb: LimbProxy,
+    options: PlanOptions,
+) -> _Sharpness:
+    """Aperture and focus for all that these photos measure."""
+    views = [one.view(held, limb.middle, 0.0) for one in stands]
+    seen = cosines_of(limb, views) >= _SQUARELY
+    depths = np.stack(
+        [view.camera_from_world.apply(limb.mesh.vertices_mm)[:, 2] for view in views], axis=1
+    )
+    near, far = float(depths[seen].min()), float(depths[seen].max())
+    focus = 2 * near * far / (near + far)
+    if planned.sensor_width_mm is None:
+        return _Sharpness(
+            aperture=None, focus_mm=focus, depth_mm=(near, far), blur_px=options.sharp_px
+        )
+    longer = max(held.width_px, held.height_px)
+    pitch_mm = planned.sensor_width_mm / longer
+    focal_mm = held.fx * pitch_mm * focus / (focus + held.fx * pitch_mm)
+    stops = _STOPS if planned.aperture is None else (planned.aperture,)
+    blurs = [
+        (_blur_px(stop, focal_mm, pitch_mm, near, far, focus, options.sharp_px), stop)
+        for stop in stops
+    ]
+    blur_px, stop = min(blurs)
+    disc = _defocus_px(stop, focal_mm, pitch_mm, near, far, focus)
+    return _Sharpness(
+        aperture=stop, focus_mm=focus, depth_mm=(near, far), blur_px=blur_px, defocus_px=disc
+    )
+
+
+def _blur_px(
+    stop: float,
+    focal_mm: float,
+    pitch_mm: float,
+    near: float,
+    far: float,
+    focus: float,
+    sharp_px: float,
+) -> float:
+    """Of the worst place, as the sigma of a Gaussian."""
+    magnified = focal_mm / (focus - focal_mm)
+    airy_px = _AIRY * _WAVELENGTH_MM * stop * (1 + magnified) / pitch_mm
+    disc_px = _defocus_px(stop, focal_mm, pitch_mm, near, far, focus)
+    return math.sqrt(sharp_px**2 + airy_px**2 + disc_px**2)
+
+
+def _defocus_px(
+    stop: float, focal_mm: float, pitch_mm: float, near: float, far: float, focus: float
+) -> float:
+    """Thin lens: a point at z is a disc of f^2 |z - s| / (N z (s - f))."""
+    widest = max(abs(z - focus) / z for z in (near, far))
+    return _DISC * focal_mm**2 * widest / (stop * (focus - focal_mm)) / pitch_mm
+
+
+def _quantile_mm(limb: LimbProxy, prediction: Prediction, share: float) -> float:
+    """Sigma below which this share of the measured surface lies; infinite where none is."""
+    sigma: Float64[np.ndarray, " n"] = prediction.sigma_mm
+    measured = limb.known & np.isfinite(sigma)
+    if not measured.any():
+        return math.inf
+    order = np.argsort(sigma[measured], kind="stable")
+    area = np.cumsum(limb.area_mm2[measured][order])
+    at = min(int(np.searchsorted(area, share * area[-1])), len(order) - 1)
+    return float(sigma[measured][order][at])
+
+
+def _told(
+    asked_mm: float,
+    camera: PlannedCamera,
+    limb: LimbProxy,
+    distance_mm: float,
+    portrait: bool,
+    rings: tuple[PlannedRing, ...],
+    sharpness: _Sharpness,
+    prediction: Prediction,
+    options: PlanOptions,
+) -> CapturePlan:
+    pixel_mm = distance_mm / camera.camera.fx
+    notes: list[str] = []
+    if sharpness.aperture is None:
+        notes.append("For the aperture give --sensor, the sensor's width in mm.")
+    elif sharpness.defocus_px > options.sharp_px:
+        notes.append(
+            f"The limb is deeper than the lens is sharp: its nearest and farthest places are "
+            f"blurred by {sharpness.defocus_px:.1f} px. Step back or take a shorter lens; the "
+            "expected sigma counts this."
+        )
+    return CapturePlan(
+        asked_sigma_mm=asked_mm,
+        photos=sum(ring.photos for ring in rings),
+        rings=rings,
+        distance_mm=distance_mm,
+        portrait=portrait,
+        pixel_mm=pixel_mm,
+        aperture=sharpness.aperture,
+        focus_mm=sharpness.focus_mm,
+        depth_mm=sharpness.depth_mm,
+        blur_px=sharpness.blur_px,
+        paint_mm=SPECKLE_PX * pixel_mm,
+        sigma_mm=_quantile_mm(limb, prediction, options.share),
+        sigma_middle_mm=prediction.middle_sigma_mm(limb),
+        coverage=coverage_of(limb, prediction, in_mm=True),
+        notes=tuple(notes),
+    )
+
+
+def _beyond(
+    asked_mm: float,
+    best: tuple[float, int] | None,
+    distance_mm: float,
+    fits_mm: float,
+    given: bool,
+    camera: PlannedCamera,
+    options: PlanOptions,
+) -> PlanError:
+    """Why it cannot be reached, and what would reach it."""
+    if best is None:
+        return PlanError(
+            f"No {options.most_photos} photos from {distance_mm:.0f} mm see {options.covered:.0%} "
+            "of this limb squarely. Step back, so that more of it is seen at a time."
+        )
+    reached_mm, photos = best
+    nearer_mm = distance_mm * (asked_mm / reached_mm) ** (1 / (1 + FINE_POWER))
+    said = (
+        f"A sigma of {asked_mm:g} mm cannot be reached from {distance_mm:.0f} mm with this camera: "
+        f"{photos} photos would give {reached_mm:.3f} mm. "
+    )
+    if given and nearer_mm >= fits_mm:
+        return PlanError(said + f"Come as near as {nearer_mm:.0f} mm.")
+    factor = distance_mm / nearer_mm
+    size = camera.camera.width_px * camera.camera.height_px / 1e6
+    return PlanError(
+        said + f"The limb fills the picture already at {fits_mm:.0f} mm, so coming nearer does not "
+        f"help alone: take a camera of {size * factor**2:.0f} megapixels instead of {size:.0f}, or "
+        "ask for less."
+    )
