@@ -1412,8 +1412,18 @@ export interface components {
          * @description With what the photos are checked.
          */
         AskCheck: {
-            /** @description The scale board in the scene; null looks for none. */
-            board?: components["schemas"]["BoardSpec"] | null;
+            /**
+             * @description The scale board in the scene; null looks for none.
+             * @default {
+             *       "kind": "charuco",
+             *       "columns": 7,
+             *       "rows": 5,
+             *       "square_mm": 30,
+             *       "marker_mm": 22,
+             *       "dictionary": "4X4_50"
+             *     }
+             */
+            board: components["schemas"]["BoardSpec"] | null;
             /**
              * Cameras
              * @description Ids of cameras.
@@ -2051,8 +2061,18 @@ export interface components {
          * @description What is decided about a run.
          */
         JobOptions: {
-            /** @description The scale board in the scene; null looks for none. */
-            board?: components["schemas"]["BoardSpec"] | null;
+            /**
+             * @description The scale board in the scene; null looks for none.
+             * @default {
+             *       "kind": "charuco",
+             *       "columns": 7,
+             *       "rows": 5,
+             *       "square_mm": 30,
+             *       "marker_mm": 22,
+             *       "dictionary": "4X4_50"
+             *     }
+             */
+            board: components["schemas"]["BoardSpec"] | null;
             /**
              * Cameras
              * @description Ids of calibrated cameras.
@@ -2496,14 +2516,34 @@ export interface components {
              * @default
              */
             signed_by: string;
-            aop?: components["schemas"]["AopSettings"];
+            /**
+             * @default {
+             *       "spokes": 120,
+             *       "spacing_mm": 2,
+             *       "distal_slices": 0,
+             *       "profile": "mm",
+             *       "axis": "limb",
+             *       "line_end": "lf"
+             *     }
+             */
+            aop: components["schemas"]["AopSettings"];
             /**
              * Sections Mm
              * @description Of a DXF.
              * @default 10
              */
             sections_mm: number;
-            carver?: components["schemas"]["CarverSettings"];
+            /**
+             * @default {
+             *       "tool_diameter_mm": 12,
+             *       "tool_reach_mm": 120,
+             *       "scallop_mm": 0.05,
+             *       "feed_mm_min": 3000,
+             *       "dialect": "linuxcnc",
+             *       "winding": "unwind"
+             *     }
+             */
+            carver: components["schemas"]["CarverSettings"];
         };
         /**
          * Parameter

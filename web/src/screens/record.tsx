@@ -1,4 +1,54 @@
+/** Record: what is kept and signed. The sheets as they are printed, and the reports of the capture. */
+import { useSignal } from "@preact/signals";
+
+import { ROOT } from "../api/client";
+import { Icon } from "../design/icons";
+import { Segments } from "../design/parts";
+import { t } from "../texts";
 import type { RoomProps } from "./room";
-export function RecordScreen(_: RoomProps) {
-  return <main id="content" />;
+
+type Sheet = "record" | "report" | "accuracy";
+
+export function RecordScreen({ room }: RoomProps) {
+  const sheet = useSignal<Sheet>("record");
+  const base = `${ROOT}/cases/${room.id}`;
+  const source = { record: `${base}/record.html`, report: `${base}/report/report`, accuracy: `${base}/report/accuracy` }[sheet.value];
+  return (
+    <div class="work">
+      <main class="record-main" id="content" tabIndex={-1}>
+        <div class="row-head">
+          <h1>{t(`record.${sheet.value}`)}</h1>
+          <span class="grow" />
+          <Segments label={t("step.record")} value={sheet.value} options={(["record", "report", "accuracy"] as const).map((value) => ({ value, text: t(`record.${value}`) }))} onChange={(value) => (sheet.value = value)} />
+        </div>
+        <iframe key={source} class="sheet" src={source} title={t(`record.${sheet.value}`)} />
+      </main>
+      <aside class="pane" aria-label={t("step.record")}>
+        <div class="scroll">
+          <section>
+            <h2>{t("record.title")}</h2>
+            <p class="soft">{t("record.how")}</p>
+          </section>
+          <section>
+            <h3>{t("record.kept")}</h3>
+            <ul class="earlier">
+              {room.info.steps.map((step) => (
+                <li key={step.name}>
+                  <span>{t(`step.${step.name}`)}</span>
+                  <span class="faint small">{step.state === "done" ? <Icon name="tick" small /> : ""}</span>
+                </li>
+              ))}
+            </ul>
+          </section>
+        </div>
+        <div class="next">
+          <a class="btn go big" href={`${base}/record.pdf`} target="_blank" rel="noreferrer">
+            <Icon name="print" />
+            {t("record.pdf")}
+          </a>
+          <p class="small faint">{t("record.pdf.how")}</p>
+        </div>
+      </aside>
+    </div>
+  );
 }

@@ -1,4 +1,741 @@
+/**
+ * Rectify: what changes, by how much? Regions are drawn and depths dragged on the limb; the recipe is
+ * the list of what can be undone.
+ *
+ * While a hand drags, this page shows its own preview. After release the server tries the edit, and
+ * what is shown then is what will be made. Kept edits stand in the recipe, which the server replays.
+ */
+import { useSignal } from "@preact/signals";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import { Vector3 } from "three";
+
+import { type Schemas, Refused, api, bytesOf, taken } from "../api/client";
+import { changedBy, decodeBlocks } from "../api/blocks";
+import { Icon, type IconName } from "../design/icons";
+import { Button, Notice, NumberField, Segments, Switch } from "../design/parts";
+import { Refusal } from "../design/refusal";
+import { type Neighbours, type Shares, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../geometry/edit";
+import { signed, widthFor } from "../geometry/scales";
+import { cut, heightsOf } from "../geometry/section";
+import { type Vec3, apply, vec3 } from "../geometry/vectors";
+import { useAct, useAsked } from "../state/asked";
+import { go, href } from "../state/route";
+import { fetchDifferences } from "../state/shapes";
+import { type TextKey, t, tOr } from "../texts";
+import type { Line, Mark } from "../viewer/overlay";
+import { Stage, type Shown } from "../viewer/stage";
+import type { Hit, Mode, SurfaceData } from "../viewer/surface";
+import type { Tool, Viewer } from "../viewer/viewer";
+import { OtherEdit } from "./other-edit";
+import { useLimb } from "./limb";
 import type { RoomProps } from "./room";
-export function RectifyScreen(_: RoomProps) {
-  return <main id="content" />;
+
+type ToolName = "place" | "region" | "brush" | "levels" | "trimline" | "other";
+type Ledgered = Schemas["Ledgered"];
+
+/** An edit that is open: drawn and dragged, not kept. */
+interface Draft {
+  readonly kind: "load" | "relieve";
+  readonly depth_mm: number;
+  readonly falloff_mm: number;
+  readonly flat_mm: number;
+  /** A landmark's name, or a place in the mesh's frame. */
+  readonly at: string | Vec3 | null;
+  readonly within: readonly Vec3[];
+  readonly anchor: Vec3;
+  readonly normal: Vec3;
+  readonly seed: number;
+  readonly accept: readonly string[];
+}
+
+const SNAP_MM = 0.5;
+const ASK_BEYOND_MM = 8;
+const MOST_POINTS = 48;
+const CLOSE_PX = 14;
+const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
+  { name: "place", icon: "place" },
+  { name: "region", icon: "region" },
+  { name: "brush", icon: "brush" },
+  { name: "levels", icon: "levels" },
+  { name: "trimline", icon: "trimline" },
+  { name: "other", icon: "template" },
+];
+
+export function RectifyScreen({ room }: RoomProps) {
+  const { limb, asked } = useLimb(room, "rectified");
+  const path = { params: { path: { case_id: room.id } } };
+  const mode = useSignal<Mode>("difference");
+  const level = useSignal<number | null>(null);
+  const tool = useSignal<ToolName>("region");
+  const draft = useSignal<Draft | null>(null);
+  const drawing = useSignal<readonly Vector3[]>([]);
+  const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["Line"] | null } | null>(null);
+  const trimline = useSignal<readonly Vector3[]>([]);
+  const size = useSignal(14);
+  const waits = useSignal(false);
+  const refused = useSignal<Refused | null>(null);
+  const asksDepth = useSignal(false);
+  const chosenRow = useSignal<number | null>(null);
+  const act = useAct();
+  const viewer = useRef<Viewer | null>(null);
+  const turn = useRef(0);
+
+  const ledgered = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe/ledger", path)), [room.id, room.news.work]);
+  const differences = useAsked(() => fetchDifferences(room.id), [room.id, limb?.fetched.tag]);
+  const book = ledgered.value.value;
+  const base = limb?.fetched.data ?? null;
+  const near = useMemo<Neighbours | null>(() => (base ? neighboursOf(base.positions.length / 3, base.indices) : null), [base]);
+  const baseDifferences = useMemo(() => {
+    const values = differences.value.value;
+    const count = base ? base.positions.length / 3 : 0;
+    return values && values.length === count ? values : new Float32Array(count);
+  }, [differences.value.value, base]);
+  const d = draft.value;
+  const shares = useMemo<Shares | null>(() => {
+    if (!d || !base || !near) return null;
+    return d.within.length ? sharesInRegion(base.positions, near, d.within, d.seed, d.falloff_mm) : sharesAtPlace(base.positions, near, d.seed, d.anchor, d.flat_mm, d.falloff_mm);
+  }, [d?.within, d?.anchor, d?.falloff_mm, d?.flat_mm, d?.seed, base, near]);
+  const areas = useMemo(() => (base && shares ? areasOf(base, shares) : null), [base, shares]);
+
+  const shown = useMemo<Shown | null>(() => {
+    if (!limb) return null;
+    const values = trial.value?.values ?? baseDifferences;
+    return { surface: trial.value?.surface ?? limb.fetched.data, frame: limb.frame, aligned: limb.reply.aligned, difference: { values, wider: widest(values) } };
+  }, [limb, trial.value, baseDifferences]);
+
+  const sign = d?.kind === "load" ? -1 : 1;
+
+  /** Move the surface on this page only, while the hand drags. */
+  const previewHere = (next: Draft) => {
+    const v = viewer.current;
+    if (!v?.surface || !base || !shares) return;
+    if (v.surface.data !== base) return;
+    const way = next.kind === "load" ? -1 : 1;
+    const { vertices, shares: part } = shares;
+    const moved = new Float32Array(3 * vertices.length);
+    const values = baseDifferences.slice();
+    const normals = baseNormals.current?.data === base ? baseNormals.current.normals : (baseNormals.current = { data: base, normals: v.surface.normals.slice() }).normals;
+    for (let i = 0; i < vertices.length; i++) {
+      const by = way * next.depth_mm * part[i];
+      const k = 3 * vertices[i];
+      for (let c = 0; c < 3; c++) moved[3 * i + c] = base.positions[k + c] + by * normals[k + c];
+      values[vertices[i]] += by;
+    }
+    v.surface.move(vertices, moved);
+    v.surface.showDifference(values, widest(values));
+    v.draw();
+  };
+  const baseNormals = useRef<{ data: SurfaceData; normals: Float32Array } | null>(null);
+
+  /** Ask the server what the edit would do; its answer takes the place of this page's preview. */
+  const tryOut = async (next: Draft) => {
+    const mine = ++turn.current;
+    waits.value = true;
+    refused.value = null;
+    try {
+      const { bytes } = await bytesOf(`/cases/${room.id}/recipe/preview`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(edit(next)) });
+      if (mine !== turn.current || !limb || !base) return;
+      const blocks = decodeBlocks(bytes);
+      const surface = changedBy(base, blocks);
+      trial.value = { surface, values: trialDifferences(surface, base), line: (blocks.header.line as Schemas["Line"] | null) ?? null };
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      if (mine === turn.current) {
+        refused.value = error;
+        trial.value = null;
+      }
+    } finally {
+      if (mine === turn.current) waits.value = false;
+    }
+  };
+  const baseSurface = useRef<Viewer["surface"]>(null);
+  const trialDifferences = (surface: SurfaceData, from: SurfaceData): Float32Array => {
+    const count = surface.positions.length / 3;
+    const values = new Float32Array(count);
+    const old = from.positions.length / 3;
+    const s = baseSurface.current?.data === from ? baseSurface.current : null;
+    const p = new Vector3();
+    for (let i = 0; i < count; i++) {
+      const k = 3 * i;
+      const same = i < old && surface.positions[k] === from.positions[k] && surface.positions[k + 1] === from.positions[k + 1] && surface.positions[k + 2] === from.positions[k + 2];
+      if (same) values[i] = baseDifferences[i];
+      else if (s) {
+        const found = s.signedDistance(p.set(surface.positions[k], surface.positions[k + 1], surface.positions[k + 2]));
+        values[i] = (baseDifferences[found.vertex] ?? 0) + found.signed_mm;
+      }
+    }
+    return values;
+  };
+
+  const open = (next: Draft) => {
+    const v = viewer.current;
+    if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
+    draft.value = next;
+    trial.value = null;
+    drawing.value = [];
+    level.value = limb ? Math.round(apply(limb.frame, next.anchor)[2]) : null;
+    void tryOut(next);
+  };
+  const change = (part: Partial<Draft>) => {
+    if (!draft.value) return;
+    const next = { ...draft.value, ...part };
+    draft.value = next;
+    void tryOut(next);
+  };
+  const drop = () => {
+    turn.current++;
+    draft.value = null;
+    trial.value = null;
+    drawing.value = [];
+    trimline.value = [];
+    refused.value = null;
+    waits.value = false;
+    const v = viewer.current;
+    if (v?.surface && base && v.surface.data === base) {
+      v.surface.restore();
+      v.surface.showDifference(baseDifferences, widest(baseDifferences));
+      v.draw();
+    }
+  };
+  const edit = (one: Draft) => ({
+    kind: one.kind,
+    parameters: {
+      depth_mm: one.depth_mm,
+      falloff_mm: one.falloff_mm,
+      ...(one.within.length ? { within: one.within.map((p) => [...p]), positions_in: "mesh" } : { at: typeof one.at === "string" ? one.at : [...(one.at ?? one.anchor)], flat_mm: one.flat_mm, ...(typeof one.at === "string" ? {} : { positions_in: "mesh" }) }),
+    },
+    accept: [...one.accept],
+  });
+  /** Any change of the recipe: the ledger comes back, then the shape. */
+  const recipe = (call: () => Promise<Ledgered>) =>
+    act.run(async () => {
+      ledgered.value.value = await call();
+      drop();
+      await asked.again();
+      await room.again();
+    });
+  const add = (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/edits", { ...path, body })));
+  const keep = () => {
+    const now = draft.value;
+    if (now) void add(edit(now));
+  };
+  const undo = () => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/undo", path)));
+  const redo = () => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/redo", path)));
+
+  useEffect(() => {
+    const key = (event: KeyboardEvent) => {
+      const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
+      if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z" && !typing) {
+        event.preventDefault();
+        void (event.shiftKey ? redo() : undo());
+      } else if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "y" && !typing) {
+        event.preventDefault();
+        void redo();
+      } else if (event.key === "Escape") drop();
+      else if (event.key === "Enter" && draft.value && !typing && !(event.target instanceof HTMLButtonElement)) keep();
+      else if (event.key === "[" && !typing) size.value = Math.max(4, size.value - 1);
+      else if (event.key === "]" && !typing) size.value = Math.min(60, size.value + 1);
+    };
+    addEventListener("keydown", key);
+    return () => removeEventListener("keydown", key);
+  });
+
+  const latest = useRef({ open, limb, draft });
+  latest.current = { open, limb, draft };
+  const hands = useMemo<Tool | null>(() => {
+    const what = tool.value;
+    if (what === "levels" || what === "other") return null;
+    let path_: { point: Vector3; x: number; y: number; hit: Hit }[] = [];
+    const fresh = (hit: Hit, part: Partial<Draft>): Draft => ({
+      kind: latest.current.draft.value?.kind ?? "load",
+      depth_mm: 2,
+      falloff_mm: size.value,
+      flat_mm: 0,
+      at: null,
+      within: [],
+      anchor: [hit.point.x, hit.point.y, hit.point.z],
+      normal: [hit.normal.x, hit.normal.y, hit.normal.z],
+      seed: hit.vertex,
+      accept: [],
+      ...part,
+    });
+    return {
+      press(hit, event) {
+        path_ = [{ point: hit.point, x: event.clientX, y: event.clientY, hit }];
+        return true;
+      },
+      slide(hit, event) {
+        if (!hit || what === "place" || what === "trimline") return;
+        const last = path_[path_.length - 1];
+        if (Math.hypot(event.clientX - last.x, event.clientY - last.y) < 5) return;
+        path_.push({ point: hit.point, x: event.clientX, y: event.clientY, hit });
+        drawing.value = path_.map((one) => one.point);
+      },
+      release(hit) {
+        const first = path_[0];
+        if (!first) return;
+        if (what === "place") {
+          const one = hit ?? first.hit;
+          const named = (latest.current.limb?.reply.places ?? []).find((p) => Math.hypot(p.position_mm[0] - one.point.x, p.position_mm[1] - one.point.y, p.position_mm[2] - one.point.z) < 6);
+          const anchor: Vec3 = named ? vec3(named.position_mm) : [one.point.x, one.point.y, one.point.z];
+          latest.current.open(fresh(one, { at: named?.name ?? anchor, anchor }));
+        } else if (what === "trimline") {
+          const v = viewer.current;
+          const line = trimline.value;
+          const start = line[0];
+          if (v?.surface && start && line.length > 3) {
+            const p = v.toScreen(v.surface.toShown(start));
+            const box = v.canvas.getBoundingClientRect();
+            if (Math.hypot(p.x + box.left - first.x, p.y + box.top - first.y) < CLOSE_PX) return;
+          }
+          trimline.value = [...line, first.point];
+        } else {
+          const v = viewer.current;
+          const points = path_.length < 8 ? [] : path_;
+          if (!points.length || !v) {
+            // Single clicks give the corners of a region, one after the other; the first closes it.
+            if (what === "brush") {
+              latest.current.open(fresh(first.hit, { at: [first.point.x, first.point.y, first.point.z], falloff_mm: size.value }));
+              return;
+            }
+            const corners = corner.current;
+            const start = corners[0];
+            if (start && corners.length > 2 && Math.hypot(start.x - first.x, start.y - first.y) < CLOSE_PX) {
+              corner.current = [];
+              closeRegion(corners, fresh);
+            } else {
+              corner.current = [...corners, first];
+              drawing.value = corner.current.map((one) => one.point);
+            }
+            return;
+          }
+          if (what === "brush") strokeRegion(v, points, fresh);
+          else closeRegion(points, fresh);
+        }
+      },
+      cancel() {
+        path_ = [];
+        drawing.value = [];
+      },
+    };
+  }, [tool.value]);
+  const corner = useRef<{ point: Vector3; x: number; y: number; hit: Hit }[]>([]);
+
+  function closeRegion(points: readonly { point: Vector3; hit: Hit }[], fresh: (hit: Hit, part: Partial<Draft>) => Draft): void {
+    const step = Math.max(1, Math.ceil(points.length / MOST_POINTS));
+    const line = points.filter((_, i) => i % step === 0).map((one): Vec3 => [one.point.x, one.point.y, one.point.z]);
+    const inside = middleOf(line);
+    if (!inside) {
+      drawing.value = [];
+      return;
+    }
+    latest.current.open(fresh(points[0].hit, { within: line, ...inside, falloff_mm: Math.max(4, Math.min(size.value, inside.reach * 0.8)) }));
+  }
+
+  /** A stroke becomes the region round it, half its size wide on each side. */
+  function strokeRegion(v: Viewer, points: readonly { x: number; y: number; hit: Hit; point: Vector3 }[], fresh: (hit: Hit, part: Partial<Draft>) => Draft): void {
+    const half = size.value / v.mmPerPixel();
+    const side = (way: number) =>
+      points.map((p, i) => {
+        const a = points[Math.max(0, i - 2)];
+        const b = points[Math.min(points.length - 1, i + 2)];
+        const far = Math.hypot(b.x - a.x, b.y - a.y) || 1;
+        return [p.x - (way * half * (b.y - a.y)) / far, p.y + (way * half * (b.x - a.x)) / far] as const;
+      });
+    const outline = [...side(1), ...side(-1).reverse()];
+    const hits = outline.map(([x, y]) => v.hitAt(x, y)).filter((one): one is Hit => one !== null);
+    if (hits.length < 6) return;
+    closeRegion(
+      hits.map((hit) => ({ point: hit.point, hit })),
+      fresh,
+    );
+  }
+
+  /** A vertex inside a closed line, with its normal. */
+  function middleOf(line: readonly Vec3[]): { anchor: Vec3; normal: Vec3; seed: number; reach: number } | null {
+    const v = viewer.current;
+    if (!v?.surface || line.length < 4 || !base) return null;
+    const area = ring(line);
+    let seed = -1;
+    let deepest = 0;
+    let least = Infinity;
+    for (let i = 0; i < base.positions.length; i += 3) {
+      const gap = Math.hypot(base.positions[i] - area.centre[0], base.positions[i + 1] - area.centre[1], base.positions[i + 2] - area.centre[2]);
+      if (gap < least && area.isInside([base.positions[i], base.positions[i + 1], base.positions[i + 2]])) [seed, least] = [i / 3, gap];
+    }
+    if (seed < 0) return null;
+    const anchor: Vec3 = [base.positions[3 * seed], base.positions[3 * seed + 1], base.positions[3 * seed + 2]];
+    deepest = area.distance(anchor);
+    return { anchor, normal: [v.surface.normals[3 * seed], v.surface.normals[3 * seed + 1], v.surface.normals[3 * seed + 2]], seed, reach: deepest };
+  }
+
+  const onHandle = (depth_mm: number, done: boolean, fine: boolean) => {
+    const now = draft.value;
+    const v = viewer.current;
+    if (!now || !v) return;
+    // The handle goes along the normal: outwards builds up, inwards carves in.
+    const outward = depth_mm;
+    const size_ = fine ? Math.abs(outward) : Math.round(Math.abs(outward) / SNAP_MM) * SNAP_MM;
+    const next: Draft = { ...now, kind: outward < 0 ? "load" : "relieve", depth_mm: Number(size_.toFixed(2)) };
+    if (trial.value) {
+      turn.current++;
+      trial.value = null;
+    }
+    draft.value = next;
+    previewHere(next);
+    if (!done) return;
+    if (next.depth_mm === 0) drop();
+    else if (next.depth_mm > ASK_BEYOND_MM && now.depth_mm <= ASK_BEYOND_MM) {
+      asksDepth.value = true;
+      void tryOut(next);
+    } else void tryOut(next);
+  };
+  // After the trial is taken away the base stands on the stage again: it is moved once it is there.
+  useEffect(() => {
+    if (draft.value && !trial.value && !waits.value && !refused.value) previewHere(draft.value);
+  }, [trial.value]);
+
+  const girthHere = useMemo(() => {
+    if (!limb || level.value === null || !base) return null;
+    const surface = trial.value?.surface ?? base;
+    const now = cut(surface.positions, surface.indices, heightsOf(surface.positions, limb.frame), level.value, limb.frame).tape_mm;
+    const was = trial.value ? cut(base.positions, base.indices, heightsOf(base.positions, limb.frame), level.value, limb.frame).tape_mm : now;
+    return Number.isFinite(now) ? { now, change: now - was } : null;
+  }, [limb, level.value, trial.value, base]);
+  const line = trial.value?.line ?? null;
+  const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
+  const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
+
+  const drawn: Line[] = [
+    ...(d?.within.length ? [{ points: d.within.map((p) => new Vector3(...p)), closed: true, look: "region" as const }] : []),
+    ...(drawing.value.length > 0 ? [{ points: drawing.value, closed: false, look: "draft" as const, knots: corner.current.length > 0 }] : []),
+    ...(trimline.value.length ? [{ points: trimline.value, closed: trimline.value.length > 2, look: "trimline" as const, knots: true }] : []),
+  ];
+  const marks: Mark[] = (limb?.reply.places ?? []).map((one) => ({ name: one.name, label: tOr(`place.${one.name}`, one.name), point: new Vector3(...vec3(one.position_mm)), state: d?.at === one.name ? "chosen" : "set" }));
+
+  return (
+    <div class="work">
+      <Stage
+        shown={shown}
+        label={t("stage.rectify")}
+        mode={mode}
+        modes={["surface", "difference", "sure"]}
+        level={level}
+        marks={marks}
+        lines={drawn}
+        handle={d ? { point: new Vector3(...d.anchor), normal: new Vector3(...d.normal), depth_mm: sign * d.depth_mm } : null}
+        onHandle={onHandle}
+        tool={d ? null : hands}
+        onReady={(made) => (viewer.current = made)}
+        keys={d ? t("rectify.keys.open") : t(`rectify.keys.${tool.value}` as TextKey)}
+        tools={
+          <div class="tools" role="toolbar" aria-label={t("rectify.tools")}>
+            {TOOLS.map((one) => (
+              <button
+                key={one.name}
+                type="button"
+                class={`tool ${tool.value === one.name ? "on" : ""}`}
+                aria-pressed={tool.value === one.name}
+                onClick={() => {
+                  drop();
+                  corner.current = [];
+                  tool.value = one.name;
+                }}
+              >
+                <Icon name={one.icon} />
+                {t(`tool.${one.name}` as TextKey)}
+              </button>
+            ))}
+          </div>
+        }
+      >
+        {d && (
+          <div class="hint-card at-handle" role="status">
+            <b class={`big ${sign < 0 ? "neg" : "pos"}`}>{signed(sign * d.depth_mm)} mm</b> <span class="soft">{t(sign < 0 ? "carved" : "built")}</span>
+            {girthHere && level.value !== null && (
+              <>
+                <br />
+                <span class="soft">{t("girth.at", level.value.toFixed(0))}</span> <b>{girthHere.now.toFixed(1)}</b> <span class={girthHere.change < 0 ? "neg" : "pos"}>({signed(girthHere.change)})</span>
+              </>
+            )}
+          </div>
+        )}
+        {asked.refused.value && (
+          <div class="stage-note">
+            <Refusal refused={asked.refused.value} />
+          </div>
+        )}
+      </Stage>
+      <aside class="pane" aria-label={t("step.rectify")}>
+        <div class="scroll">
+          {d && (
+            <section class="edit">
+              <div class="row-head">
+                <h2>{t(d.kind === "load" ? "load.head" : "relief.head")}</h2>
+                <span class="grow" />
+                <Segments label={t("load.or.relief")} value={d.kind} options={[{ value: "load", text: t("load") }, { value: "relieve", text: t("relief") }]} onChange={(kind) => change({ kind })} />
+              </div>
+              <div class="row2">
+                <NumberField label={t(d.kind === "load" ? "depth.in" : "depth.out")} unit="mm" step={0.1} decimals={2} min={0.1} max={60} value={d.depth_mm} onChange={(depth_mm) => change({ depth_mm })} />
+                <NumberField label={t("soft.edge")} unit="mm" step={1} decimals={1} min={1} max={200} value={d.falloff_mm} onChange={(falloff_mm) => change({ falloff_mm })} />
+                {!d.within.length && <NumberField label={t("flat")} unit="mm" step={1} decimals={1} min={0} max={100} value={d.flat_mm} onChange={(flat_mm) => change({ flat_mm })} />}
+              </div>
+              <div class={`eff ${waits.value ? "waits" : ""}`}>
+                {level.value !== null && girthHere && (
+                  <span>
+                    {t("girth.at", level.value.toFixed(0))} <b class={girthHere.change < 0 ? "neg" : "pos"}>{signed(girthHere.change)} mm</b>
+                  </span>
+                )}
+                {volume !== null && (
+                  <span>
+                    {t("volume")} <b class={volume < 0 ? "neg" : "pos"}>{signed(volume)} mL</b>
+                  </span>
+                )}
+              </div>
+              {line?.concerns.map((one) => <Notice key={one.what} tone="amber" title={one.what} />)}
+              <Refusal
+                refused={refused.value}
+                action={
+                  word ? (
+                    <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>
+                  ) : undefined
+                }
+              />
+              {asksDepth.value && (
+                <Notice tone="amber" title={t("deep", d.depth_mm.toFixed(1))} action={<Button onClick={() => (asksDepth.value = false)}>{t("is.meant")}</Button>} />
+              )}
+              <div class="acts">
+                <Button go class="grow" off={refused.value ? t("refused.first") : null} onClick={keep}>
+                  {t("keep.edit")}
+                </Button>
+                <Button onClick={drop}>{t("drop.edit")}</Button>
+              </div>
+            </section>
+          )}
+          {!d && trimline.value.length > 0 && (
+            <section class="edit">
+              <h2>{t("tool.trimline")}</h2>
+              <p class="soft small-note">{t("trimline.points", trimline.value.length)}</p>
+              <div class="acts">
+                <Button go class="grow" off={trimline.value.length < 4 && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: trimline.value.map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
+                  {t("trimline.cut")}
+                </Button>
+                <Button onClick={drop}>{t("drop.edit")}</Button>
+              </div>
+            </section>
+          )}
+          {!d && (tool.value === "region" || tool.value === "brush" || tool.value === "place") && trimline.value.length === 0 && (
+            <section class="small-note">
+              <p class="soft">{t(`rectify.how.${tool.value}` as TextKey)}</p>
+              <div class="row2">
+                <NumberField label={t(tool.value === "brush" ? "brush.size" : "soft.edge")} unit="mm" step={1} decimals={0} min={4} max={60} value={size.value} onChange={(value) => (size.value = value)} />
+                {tool.value === "place" && (limb?.reply.places.length ?? 0) > 0 && (
+                  <label class="number">
+                    <span class="label-line">{t("at.place")}</span>
+                    <span class="field">
+                      <select
+                        value=""
+                        onChange={(event) => {
+                          const one = limb?.reply.places.find((p) => p.name === event.currentTarget.value);
+                          const v = viewer.current;
+                          if (!one || !base || !v?.surface) return;
+                          const seed = nearest(base, vec3(one.position_mm));
+                          const n = v.surface.normals;
+                          open({ kind: "load", depth_mm: 2, falloff_mm: size.value, flat_mm: 0, at: one.name, within: [], anchor: vec3(one.position_mm), normal: [n[3 * seed], n[3 * seed + 1], n[3 * seed + 2]], seed, accept: [] });
+                        }}
+                      >
+                        <option value="">{t("choose")}</option>
+                        {limb?.reply.places.map((one) => (
+                          <option key={one.name} value={one.name}>
+                            {tOr(`place.${one.name}`, one.name)}
+                          </option>
+                        ))}
+                      </select>
+                    </span>
+                  </label>
+                )}
+              </div>
+            </section>
+          )}
+          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : "sock"} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={act.busy.value} onKeep={(body) => void add(body)} />}
+          <Refusal refused={act.refused.value ?? ledgered.refused.value} />
+          {book && <RecipeList book={book} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void recipe(() => taken(api.PATCH("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } }, body })))} onRemove={(number) => void recipe(() => taken(api.DELETE("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } } })))} />}
+          {book?.refusal && <Refusal refused={new Refused("", book.refusal, 422)} />}
+          {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={line} level={level.value} onLevel={(h) => (level.value = h)} />}
+        </div>
+        <div class="next">
+          <Button go={!d} big off={d ? t("rectify.open") : null} trailing={d ? undefined : "next"} onClick={() => go(href.step(room.id, "send"))}>
+            {d ? t("rectify.open") : t("rectify.next")}
+          </Button>
+        </div>
+      </aside>
+    </div>
+  );
+}
+
+function widest(values: Float32Array): number {
+  let most = 0;
+  for (const v of values) if (Math.abs(v) > most) most = Math.abs(v);
+  return widthFor(most);
+}
+
+function nearest(data: SurfaceData, p: Vec3): number {
+  let best = 0;
+  let least = Infinity;
+  for (let i = 0; i < data.positions.length; i += 3) {
+    const gap = (data.positions[i] - p[0]) ** 2 + (data.positions[i + 1] - p[1]) ** 2 + (data.positions[i + 2] - p[2]) ** 2;
+    if (gap < least) [best, least] = [i / 3, gap];
+  }
+  return best;
+}
+
+/** Sum of share times area over the vertices moved, mm2: times depth it is the volume of the edit. */
+function areasOf(data: SurfaceData, { vertices, shares }: Shares): number {
+  const share = new Map<number, number>();
+  vertices.forEach((v, i) => share.set(v, shares[i]));
+  let sum = 0;
+  const at = data.positions;
+  for (let f = 0; f < data.indices.length; f += 3) {
+    const [a, b, c] = [data.indices[f], data.indices[f + 1], data.indices[f + 2]];
+    const part = (share.get(a) ?? 0) + (share.get(b) ?? 0) + (share.get(c) ?? 0);
+    if (!part) continue;
+    const u = [0, 1, 2].map((k) => at[3 * b + k] - at[3 * a + k]);
+    const v = [0, 1, 2].map((k) => at[3 * c + k] - at[3 * a + k]);
+    sum += (part / 6) * Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+  }
+  return sum;
+}
+
+type EditReply = Schemas["EditReply"];
+
+/** What an edit is called, where it works, and its number to change later. */
+function wordsOf(one: EditReply): { title: string; where: string; amount: string; field: string | null } {
+  const p = one.parameters as Record<string, unknown>;
+  const depth = Number(p.depth_mm);
+  const title = one.kind === "load" ? t("load") : one.kind === "relieve" ? t("relief") : tOr(`edit.${one.kind}`, one.kind);
+  const within = Array.isArray(p.within) && p.within.length > 0;
+  const where = within ? t("drawn.region") : typeof p.at === "string" ? tOr(`place.${p.at}`, p.at) : p.at ? t("a.point") : one.text.replace(/^\S+\s*/, "").slice(0, 40);
+  if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
+  const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
+  return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
+}
+
+function RecipeList({ book, chosen, onChoose, onUndo, onRedo, onChange, onRemove }: { book: Ledgered; chosen: number | null; onChoose: (number: number | null) => void; onUndo: () => void; onRedo: () => void; onChange: (number: number, body: Schemas["EditChange"]) => void; onRemove: (number: number) => void }) {
+  const lines = book.ledger?.lines ?? [];
+  const { edits, can_undo, can_redo } = book.recipe;
+  return (
+    <section class="recipe">
+      <div class="row-head">
+        <h2>{t("recipe")}</h2>
+        <span class="grow" />
+        <span class="small faint ml">mL</span>
+        <Button bare icon="undo" class="icon-only" label={t("undo")} off={can_undo ? null : t("nothing.undo")} onClick={onUndo} />
+        <Button bare icon="redo" class="icon-only" label={t("redo")} off={can_redo ? null : t("nothing.redo")} onClick={onRedo} />
+      </div>
+      {edits.length === 0 && <p class="soft small-note">{t("recipe.empty")}</p>}
+      <ol class="edits">
+        {edits.map((one) => {
+          const words = wordsOf(one);
+          const line = lines.find((l) => l.number === one.number);
+          const change = line ? line.after.volume_ml - line.before.volume_ml : null;
+          return (
+            <li
+              key={one.number}
+              class={`ed ${one.on ? "" : "offd"} ${chosen === one.number ? "on" : ""}`}
+              draggable
+              onDragStart={(event) => event.dataTransfer?.setData("text/plain", String(one.number))}
+              onDragOver={(event) => event.preventDefault()}
+              onDrop={(event) => {
+                event.preventDefault();
+                const from = Number(event.dataTransfer?.getData("text/plain"));
+                if (from && from !== one.number) onChange(from, { number: one.number });
+              }}
+            >
+              <button
+                type="button"
+                class="grip"
+                aria-label={t("recipe.move", one.number)}
+                onKeyDown={(event) => {
+                  const by = event.key === "ArrowUp" ? -1 : event.key === "ArrowDown" ? 1 : 0;
+                  const to = one.number + by;
+                  if (!by || to < 1 || to > edits.length) return;
+                  event.preventDefault();
+                  onChange(one.number, { number: to });
+                }}
+              >
+                <Icon name="grip" small />
+              </button>
+              <Switch on={one.on} label={`${one.number} ${words.title}`} onChange={(on) => onChange(one.number, { on })} />
+              <button type="button" class="ed-name" aria-expanded={chosen === one.number} onClick={() => onChoose(chosen === one.number ? null : one.number)}>
+                {one.number}&ensp;{words.title}
+                <em>{words.where}</em>
+              </button>
+              <span class="num">{words.amount}</span>
+              <span class={`num ${change === null ? "" : change < -0.05 ? "neg" : change > 0.05 ? "pos" : ""}`}>{one.on ? (change === null ? "" : signed(change)) : t("off").toLowerCase()}</span>
+              {chosen === one.number && (
+                <div class="ed-more">
+                  {words.field && <NumberField label={t("depth")} unit="mm" step={0.1} decimals={2} min={0.1} max={60} value={Number((one.parameters as Record<string, unknown>).depth_mm)} onChange={(depth_mm) => onChange(one.number, { parameters: { ...(one.parameters as Record<string, never>), depth_mm } as never })} />}
+                  <p class="small faint">{one.text}</p>
+                  {line?.told.map((told) => (
+                    <p key={told} class="small faint">
+                      {told}
+                    </p>
+                  ))}
+                  <Button onClick={() => onRemove(one.number)}>{t("recipe.remove")}</Button>
+                </div>
+              )}
+            </li>
+          );
+        })}
+      </ol>
+    </section>
+  );
+}
+
+function LedgerTable({ ledger, line, level, onLevel }: { ledger: NonNullable<Ledgered["ledger"]>; line: Schemas["Line"] | null; level: number | null; onLevel: (height_mm: number) => void }) {
+  const first = ledger.lines[0];
+  const last = ledger.lines[ledger.lines.length - 1];
+  const now = line?.after ?? last.after;
+  const before = line?.before ?? last.before;
+  const all = now.volume_ml - first.before.volume_ml;
+  const share = (100 * all) / first.before.volume_ml;
+  return (
+    <section class="ledger">
+      <div class="row-head">
+        <h2>{t("ledger")}</h2>
+        <span class="grow" />
+        <span class="small soft">
+          {t("ledger.all")} <b>{signed(all)} mL</b>, {signed(share)} %
+        </span>
+      </div>
+      <table class="led">
+        <thead>
+          <tr>
+            <th class="num">{t("th.height")}</th>
+            <th class="num">{t("th.scan")}</th>
+            <th class="num">{t("th.now")}</th>
+            <th class="num">{t("th.change")}</th>
+            <th class="num">{t("th.this")}</th>
+          </tr>
+        </thead>
+        <tbody>
+          {[...ledger.levels_mm.keys()].reverse().map((i) => {
+            const h = ledger.levels_mm[i];
+            const [scan, here, was] = [first.before.girths_mm[i], now.girths_mm[i], before.girths_mm[i]];
+            const change = scan !== null && here !== null ? here - scan : null;
+            const mine = was !== null && here !== null ? here - was : null;
+            return (
+              <tr key={h} class={`pick ${level !== null && Math.abs(level - h) < 8 ? "on" : ""}`} tabIndex={0} onClick={() => onLevel(h)} onFocus={() => onLevel(h)}>
+                <td class="num">{h.toFixed(0)}</td>
+                <td class="num soft">{scan?.toFixed(1) ?? "–"}</td>
+                <td class="num">{here?.toFixed(1) ?? "–"}</td>
+                <td class={`num ${(change ?? 0) < -0.05 ? "neg" : (change ?? 0) > 0.05 ? "pos" : ""}`}>{change === null ? "–" : signed(change)}</td>
+                <td class="num soft">{mine === null ? "–" : signed(mine)}</td>
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+    </section>
+  );
 }

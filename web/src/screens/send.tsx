@@ -1,4 +1,256 @@
+/**
+ * Send: right side, right file? The file is written and read back by the server; two checks are made
+ * by a person: the side, asked without a guess, and the picture against the patient.
+ */
+import { useSignal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useId } from "preact/hooks";
+
+import { ROOT, type Schemas, api, taken } from "../api/client";
+import { Icon } from "../design/icons";
+import { Button, Chip, Notice, NumberField } from "../design/parts";
+import { Refusal } from "../design/refusal";
+import { signed } from "../geometry/scales";
+import { useAct, useAsked } from "../state/asked";
+import { go, href } from "../state/route";
+import { expert } from "../state/settings";
+import { type TextKey, bytes, t, when } from "../texts";
 import type { RoomProps } from "./room";
-export function SendScreen(_: RoomProps) {
-  return <main id="content" />;
+
+type Kind = Schemas["NewExport"]["kind"];
+type Side = "left" | "right";
+
+const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
+const MORE: readonly Kind[] = ["ply", "obj", "glb"];
+
+export function SendScreen({ room }: RoomProps) {
+  const path = { params: { path: { case_id: room.id } } };
+  const kind = useSignal<Kind>("aop");
+  const side = useSignal<Side | null>(null);
+  const held = useSignal(false);
+  const signer = useSignal("");
+  const more = useSignal(false);
+  const spokes = useSignal(120);
+  const spacing = useSignal(2);
+  const distal = useSignal(0);
+  const sections = useSignal(10);
+  const tool = useSignal(12);
+  const written = useSignal<Schemas["HandedOver"] | null>(null);
+  const act = useAct();
+  const before = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/exports", path)), [room.id, room.news.work]);
+  const known = room.info.side;
+  const red = room.info.verdict?.light === "red";
+  const other = side.value !== null && (known === "left" || known === "right") && known !== side.value;
+  const torso = room.info.kind === "torso";
+
+  const write = (next: { kind?: Kind; side?: Side | null } = {}) => {
+    const chosen = { kind: next.kind ?? kind.value, side: next.side === undefined ? side.value : next.side };
+    kind.value = chosen.kind;
+    side.value = chosen.side;
+    held.value = false;
+    written.value = null;
+    const contradicts = chosen.side !== null && (known === "left" || known === "right") && known !== chosen.side;
+    if ((!chosen.side && !torso) || contradicts || (red && !signer.value.trim())) return;
+    void act.run(async () => {
+      const made = await taken(
+        api.POST("/api/v1/cases/{case_id}/exports", {
+          ...path,
+          body: {
+            kind: chosen.kind,
+            side: torso ? "none" : (chosen.side as Side),
+            signed_by: signer.value.trim(),
+            sections_mm: sections.value,
+            aop: { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value, profile: "mm", axis: "limb", line_end: "lf" },
+            carver: { tool_diameter_mm: tool.value, tool_reach_mm: 120, blank_diameter_mm: null, scallop_mm: 0.05, feed_mm_min: 3000, dialect: "linuxcnc", winding: "unwind" },
+          },
+        }),
+      );
+      if (kind.value === made.kind) written.value = made;
+      await before.again();
+    });
+  };
+  const w = written.value;
+  const off = act.busy.value ? t("send.writing") : !side.value && !torso ? t("send.off.side") : other ? t("send.off.contradiction") : red && !signer.value.trim() ? t("send.off.red") : !w ? t("send.off.none") : !held.value ? t("send.off.picture") : null;
+  const option = (one: Kind) => (
+    <label key={one} class={`opt ${kind.value === one ? "on" : ""}`}>
+      <input type="radio" name="kind" checked={kind.value === one} onChange={() => write({ kind: one })} />
+      <b>{t(`file.${one}` as TextKey)}</b>
+      <small>{t(`file.${one}.for` as TextKey)}</small>
+    </label>
+  );
+  return (
+    <div class="work">
+      <main class="send-main" id="content" tabIndex={-1}>
+        <div>
+          <h1>{t("send.title")}</h1>
+          <p class="soft">{t("send.how")}</p>
+        </div>
+        <Card step={1} done title={t("send.what")}>
+          <div class="opts">{FIRST.map(option)}</div>
+          {more.value || MORE.includes(kind.value) ? <div class="opts">{MORE.map(option)}</div> : (
+            <button type="button" class="linkish" onClick={() => (more.value = true)}>
+              {t("send.more")}
+            </button>
+          )}
+          {(kind.value === "aop" || kind.value === "dxf" || kind.value === "gcode") && (
+            <div class="own-board">
+              {kind.value === "aop" && <NumberField label={t("send.spokes")} unit="" step={10} decimals={0} min={8} max={3600} value={spokes.value} onChange={(v) => ((spokes.value = v), write())} />}
+              {kind.value === "aop" && <NumberField label={t("send.spacing")} unit="mm" step={0.5} decimals={2} min={0.1} max={50} value={spacing.value} onChange={(v) => ((spacing.value = v), write())} />}
+              {kind.value === "aop" && <NumberField label={t("send.distal")} unit="" step={2} decimals={0} min={0} max={100} value={distal.value} onChange={(v) => ((distal.value = v), write())} />}
+              {kind.value === "dxf" && <NumberField label={t("send.sections")} unit="mm" step={5} decimals={1} min={0.5} max={200} value={sections.value} onChange={(v) => ((sections.value = v), write())} />}
+              {kind.value === "gcode" && <NumberField label={t("send.tool")} unit="mm" step={1} decimals={1} min={1} max={60} value={tool.value} onChange={(v) => ((tool.value = v), write())} />}
+            </div>
+          )}
+        </Card>
+        {!torso && (
+          <Card step={2} done={side.value !== null && !other} title={t("send.side")} aside={t("send.side.look")}>
+            <div class="gate" role="radiogroup" aria-label={t("send.side")}>
+              {(["right", "left"] as const).map((one) => (
+                <button key={one} type="button" role="radio" aria-checked={side.value === one} class={`lr ${one} ${side.value === one ? "on" : ""}`} onClick={() => write({ side: one })}>
+                  <b aria-hidden="true">{t(one === "left" ? "side.L" : "side.R")}</b>
+                  <span>
+                    {t(`side.${one}`)}
+                    {side.value === one && <small>{known === one ? t("send.agrees") : known ? t("send.contradicts") : ""}</small>}
+                  </span>
+                  {side.value === one && <Icon name={other ? "warn" : "tick"} />}
+                </button>
+              ))}
+            </div>
+            {other && <Notice tone="red" title={t("send.contradiction")}>{t("send.contradiction.do")}</Notice>}
+          </Card>
+        )}
+        {red && (
+          <Card step={2} done={signer.value.trim() !== ""} title={t("send.red")} aside={t("send.red.why")}>
+            <span class="field wide">
+              <input aria-label={t("send.red.who")} placeholder={t("send.red.who")} maxLength={300} value={signer.value} onChange={(event) => ((signer.value = event.currentTarget.value), write())} />
+            </span>
+          </Card>
+        )}
+        <Card step={3} done={held.value} title={t("send.picture")} aside={t("send.picture.from")}>
+          {act.busy.value && (
+            <p class="soft" role="status">
+              {t("send.writing")}
+            </p>
+          )}
+          <Refusal refused={act.refused.value} />
+          {w ? (
+            <>
+              <img class="mirror" src={`${ROOT}/cases/${room.id}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`} alt={t("send.picture.alt", w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "")} />
+              <label class={`tick ${held.value ? "on" : ""}`}>
+                <input type="checkbox" checked={held.value} onChange={(event) => (held.value = event.currentTarget.checked)} />
+                {t("send.picture.tick")}
+              </label>
+            </>
+          ) : (
+            !act.busy.value && <p class="soft">{t("send.picture.later")}</p>
+          )}
+        </Card>
+      </main>
+      <aside class="pane" aria-label={t("send.file")}>
+        <div class="scroll">
+          <section>
+            <h3>{t("send.file")}</h3>
+            <p class="file-name">{w?.name ?? "–"}</p>
+            <p class="small faint">{w ? `${bytes(w.bytes)}, ${w.unit}. ${t("send.noname")}` : t("send.file.later")}</p>
+          </section>
+          {w && (
+            <section>
+              <div class="row-head">
+                <h2>{t("send.readback")}</h2>
+                <span class="grow" />
+                <Chip tone={w.doubt ? "amber" : "green"}>{t("send.agrees.chip")}</Chip>
+              </div>
+              <table class="kv">
+                <tbody>
+                  <Fact name={t("send.fact.side")} value={w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "–"} />
+                  <Fact name={t("send.fact.unit")} value={w.unit} />
+                  {known_(w.surface_within_mm) && <Fact name={t("send.fact.surface")} value={t("send.within", (w.surface_within_mm ?? 0).toFixed(2))} />}
+                  {known_(w.girth_change_mm) && <Fact name={t("send.fact.girths")} value={t("send.most", signed(w.girth_change_mm ?? 0, 2))} />}
+                  {known_(w.volume_change) && <Fact name={t("volume")} value={`${signed(100 * (w.volume_change ?? 0), 2)} %`} />}
+                  {known_(w.minutes) && <Fact name={t("send.fact.minutes")} value={`${(w.minutes ?? 0).toFixed(0)} min`} />}
+                  <Fact name={t("recipe")} value={t("state.edits", w.recipe_edits)} />
+                </tbody>
+              </table>
+              <ul class="findings small-note soft">
+                {w.lines.map((one) => (
+                  <li key={one}>{one}</li>
+                ))}
+              </ul>
+              {expert.value && <p class="mono">sha256 {w.sha256}</p>}
+            </section>
+          )}
+          {w?.notes.map((one) => (
+            <section key={one}>
+              <Notice tone="amber" title={one} />
+            </section>
+          ))}
+          {w?.doubt && (
+            <section>
+              <Notice tone="red" title={w.doubt} />
+            </section>
+          )}
+          <section>
+            <h2>{t("send.before")}</h2>
+            <p class="soft small-note">{t("send.before.how")}</p>
+          </section>
+          {(before.value.value ?? []).length > 0 && (
+            <section>
+              <h3>{t("send.earlier")}</h3>
+              <ul class="earlier">
+                {(before.value.value ?? []).slice(0, 8).map((one) => (
+                  <li key={one.name + one.made}>
+                    <span>{one.name}</span>
+                    <span class="faint small">{when(one.made)}</span>
+                  </li>
+                ))}
+              </ul>
+            </section>
+          )}
+        </div>
+        <div class="next">
+          {off || !w ? (
+            <Button go big off={off ?? t("send.off.none")}>
+              {t("send.save")}
+            </Button>
+          ) : (
+            <a class="btn go big" id="save-file" href={`${ROOT}/cases/${room.id}/exports/${encodeURIComponent(w.name)}`} download={w.name}>
+              {t("send.save")}
+            </a>
+          )}
+          <p class="small soft">{off ?? <button type="button" class="linkish" onClick={() => go(href.step(room.id, "record"))}>{t("send.next")}</button>}</p>
+        </div>
+      </aside>
+    </div>
+  );
 }
+
+const known_ = (value: number | null | undefined): boolean => value !== null && value !== undefined;
+
+function Fact({ name, value }: { name: string; value: string }) {
+  return (
+    <tr>
+      <td>{name}</td>
+      <td>
+        <span class="g ok-mark">
+          <Icon name="ok" small />
+        </span>
+        {value}
+      </td>
+    </tr>
+  );
+}
+
+function Card({ step, done, title, aside, children }: { step: number; done: boolean; title: string; aside?: string; children: ComponentChildren }) {
+  const id = useId();
+  return (
+    <section class="card gate-card" aria-labelledby={id}>
+      <header>
+        <span class={`n ${done ? "ok" : "on"}`}>{done ? <Icon name="tick" small /> : step}</span>
+        <h2 id={id}>{title}</h2>
+        {aside && <span class="soft">{aside}</span>}
+      </header>
+      {children}
+    </section>
+  );
+}
+

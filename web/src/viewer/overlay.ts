@@ -301,9 +301,9 @@ export class Overlay {
       const seen = this.viewer.isSeen(shown, 2);
       const [x, y] = this.screen(shown);
       const group = el("g", { class: `place ${mark.state} ${seen ? "" : "unseen-place"}`, "data-place": mark.name }, this.places);
-      if (seen) {
+      if (seen && mark.label) {
         const left = x < middle;
-        const lx = left ? x - Math.max(30, Math.min(70, x - box.left + 34)) : x + Math.max(30, Math.min(70, box.right - x + 34));
+        const lx = left ? Math.min(x - 30, box.left - 14) : Math.max(x + 30, box.right + 14);
         let ly = y - 22;
         while (taken.some((one) => one.left === left && Math.abs(one.y - ly) < 17)) ly += 17;
         taken.push({ left, y: ly });

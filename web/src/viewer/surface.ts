@@ -139,8 +139,10 @@ export class Surface {
   readonly mesh: Mesh;
   readonly data: SurfaceData;
   private readonly material: ShaderMaterial;
+  private readonly tree: MeshBVH;
   private readonly shown_from_mesh = new Matrix4();
   private readonly mesh_from_shown = new Matrix4();
+  private readonly near = { point: new Vector3(), distance: 0, faceIndex: 0 };
   private normalsStale = false;
   private treeStale = false;
 
@@ -161,7 +163,8 @@ export class Surface {
     g.setAttribute("sigma", new BufferAttribute(sigma, 1));
     g.setAttribute("filled", new BufferAttribute(filled, 1));
     g.setAttribute("difference", new BufferAttribute(new Float32Array(count), 1));
-    g.boundsTree = new MeshBVH(g, { indirect: true });
+    this.tree = new MeshBVH(g, { indirect: true });
+    g.boundsTree = this.tree;
     g.computeVertexNormals();
     g.computeBoundingSphere();
     this.material = new ShaderMaterial({
@@ -221,6 +224,27 @@ export class Surface {
     this.material.uniforms.wider.value = wider;
   }
 
+  /** All vertices where the data has them. */
+  restore(): void {
+    const attribute = this.geometry.attributes.position as BufferAttribute;
+    (attribute.array as Float32Array).set(this.data.positions);
+    attribute.needsUpdate = true;
+    this.normalsStale = true;
+    this.treeStale = true;
+  }
+
+  /** The nearest place of the surface to a point, both in the mesh's frame; its distance is signed, outward positive. */
+  signedDistance(point: Vector3): { signed_mm: number; vertex: number } {
+    const found = this.tree.closestPointToPoint(point, this.near);
+    if (!found) return { signed_mm: 0, vertex: 0 };
+    const face = 3 * found.faceIndex;
+    const vertex = this.data.indices[face];
+    const away = point.clone().sub(found.point);
+    const n = this.normals;
+    const out = away.x * n[3 * vertex] + away.y * n[3 * vertex + 1] + away.z * n[3 * vertex + 2];
+    return { signed_mm: Math.sign(out) * found.distance, vertex };
+  }
+
   /** Other places for some vertices; normals round them follow. */
   move(vertices: Uint32Array, positions: Float32Array): void {
     const attribute = this.geometry.attributes.position as BufferAttribute;
@@ -241,7 +265,7 @@ export class Surface {
 
   hit(ray: Raycaster): Hit | null {
     if (this.treeStale) {
-      this.geometry.boundsTree?.refit();
+      this.tree.refit();
       this.treeStale = false;
     }
     ray.firstHitOnly = true;

@@ -63,6 +63,7 @@ const CLICK_PX = 4;
 const TOUCH_CLICK_PX = 10;
 const FIELD_DEG = 24;
 const REST_MS = 160;
+const KEPT = 2;
 
 export class Viewer {
   readonly canvas = document.createElement("canvas");
@@ -72,6 +73,8 @@ export class Viewer {
   onHover: ((hit: Hit | null, event: PointerEvent) => void) | null = null;
   onFrame: (() => void) | null = null;
 
+  /** Surfaces shown last: going back to one costs nothing. */
+  private kept: Surface[] = [];
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly perspective = new PerspectiveCamera(FIELD_DEG, 1, 10, 10_000);
@@ -105,11 +108,12 @@ export class Viewer {
   }
 
   show(data: SurfaceData, shown_from_mesh: Rigid = IDENTITY, keepView = false): Surface {
-    if (this.surface) {
-      this.scene.remove(this.surface.group);
-      this.surface.dispose();
-    }
-    this.surface = new Surface(data);
+    if (this.surface) this.scene.remove(this.surface.group);
+    const known = this.kept.find((one) => one.data === data);
+    this.kept = this.kept.filter((one) => one !== known);
+    this.surface = known ?? new Surface(data);
+    this.kept.push(this.surface);
+    for (const old of this.kept.splice(0, Math.max(0, this.kept.length - KEPT))) old.dispose();
     this.surface.place(shown_from_mesh);
     this.surface.inParallel(this.isParallel);
     this.scene.add(this.surface.group);
@@ -257,10 +261,9 @@ export class Viewer {
     };
   }
 
-  /** A picture of the limb as it is seen now. */
-  picture(): string {
+  /** Draw at once, so that the canvas can be read in the same step. */
+  drawNow(): void {
     this.render();
-    return this.canvas.toDataURL("image/png");
   }
 
   draw(): void {
@@ -274,7 +277,7 @@ export class Viewer {
     this.listeners.abort();
     this.watch.disconnect();
     this.controls.dispose();
-    this.surface?.dispose();
+    for (const one of this.kept) one.dispose();
     this.renderer.dispose();
     this.canvas.remove();
   }
