@@ -11,6 +11,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import MAGENTA, Paint, SockSpot, places_mm, scattered_spots
+from limbgram.synthetic.props.stickers import SockSticker, sticker_places_mm
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
 from limbgram.synthetic.turning import TurnedOver, Turning
@@ -32,6 +33,7 @@ __all__ = [
     "Relief",
     "Shadow",
     "SockSpot",
+    "SockSticker",
     "SurfacePoints",
     "Truth",
     "TurnedOver",
@@ -40,5 +42,6 @@ __all__ = [
     "places_mm",
     "scattered_spots",
     "stage_truth",
+    "sticker_places_mm",
     "surface_points",
 ]

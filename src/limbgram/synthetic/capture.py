@@ -33,6 +33,7 @@ from limbgram.synthetic.props.room import (
     make_stand,
     moved_panel,
 )
+from limbgram.synthetic.props.stickers import stick
 from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
@@ -151,6 +152,7 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         options.spots,
         pixel_mm,
     )
+    stick(skin, truth.limb, options.stickers)
     room = make_room(options.seed, under_stand=True)
     if isinstance(options.turning, Turning):
         camera, screens = truth.in_room(0).centre_in_world, options.turning

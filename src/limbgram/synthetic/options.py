@@ -10,6 +10,7 @@ from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.gauges import Gauge
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
+from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
 from limbgram.synthetic.turning import TurnedOver, Turning
@@ -29,6 +30,8 @@ class CaptureOptions:
     """Share of the sock that paint hides."""
     spots: tuple[SockSpot, ...] = ()
     """Marks of one plain colour over the paint; their places stand in the truth's notes."""
+    stickers: tuple[SockSticker, ...] = ()
+    """Coded marks stuck over the paint; their places stand in the truth's notes."""
     lighting: Lighting = field(default_factory=Lighting)
     """Light on the limb; the calibration board has the usual one."""
     relief: Relief = field(default_factory=Relief)
@@ -104,6 +107,12 @@ class CaptureOptions:
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)
             and all(2 <= one.diameter_mm <= 30 for one in self.spots),
             "spots lie 0 to 1 round and 0.05 to 0.95 up the limb, 2 to 30 mm wide",
+        )
+        _require(
+            all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.stickers)
+            and all(6 <= one.side_mm <= 40 and 0 <= one.mark_id <= 586 for one in self.stickers),
+            "stickers lie 0 to 1 round and 0.05 to 0.95 up the limb, 6 to 40 mm wide, and are "
+            "numbered 0 to 586",
         )
         _require(500 <= self.distance_mm <= 2500, "the room allows 500 to 2500 mm of distance")
         _require(min(self.noise, self.blur_px, self.shake_px) >= 0, "noise and blur are 0 or more")

@@ -18,6 +18,7 @@ from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
+from limbgram.synthetic.props.stickers import sticker_places_mm
 from limbgram.synthetic.truth import Truth
 from limbgram.synthetic.turning import TurnedOver, Turning
 
@@ -169,6 +170,12 @@ def _notes(
                 "diameter_mm": spot.diameter_mm,
             }
             for spot, place in zip(options.spots, places_mm(limb, options.spots), strict=True)
+        ],
+        "stickers": [
+            {"mark_id": one.mark_id, "place_mm": place.tolist(), "side_mm": one.side_mm}
+            for one, place in zip(
+                options.stickers, sticker_places_mm(limb, options.stickers), strict=True
+            )
         ],
         "turntable": isinstance(options.turning, Turning),
         **_movement(options),
