@@ -6,12 +6,14 @@
 Sheets are rasterised by pdfium and every mark and ruler is measured; marks are rendered flat and on
 a cylinder of 50 mm and measured by our edge fit and by OpenCV's own refinement; the generator
 photographs one limb in dabs of paint, in the printed pattern and in a plain sock, and whole runs
-are compared with the truth. `--only` replaces one part of an earlier result. The pictures of
-docs/clinic/kit.md are made of the same sheets and photos.
+are compared with the truth; stickers on a limb go all the way to named landmarks. `--only` replaces
+one part of an earlier result. The pictures of docs/clinic/kit.md are made of
+the same sheets and photos.
 """
 
 import argparse
 import json
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable
@@ -24,27 +26,32 @@ import numpy as np
 import pypdfium2
 from PIL import Image
 
-from captures import machine, one_set
+from captures import LIMBGRAM, machine, one_set, read_poses
+from limbgram.cases.scoring import LEAST_PHOTOS, read_truth_mesh
 from limbgram.core.errors import LimbgramError
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.formats.reading import read_limb
 from limbgram.formats.sheets.kinds import KINDS, SheetOptions
 from limbgram.formats.sheets.page import PageName, Sheet
 from limbgram.reconstruction.features.detection import detect
 from limbgram.reconstruction.matching.matching import match
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.targets.marks import marks_in
+from limbgram.report.alignment import Truth as Surface
+from limbgram.report.alignment import by_surface, measured_samples
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.marking import MarkShot, photograph_mark
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.paint import Paint
+from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.truth import Truth, stage_truth
 from tables import made_on
 
 Result = dict[str, Any]
 DPI = 300
-PARTS = ("sheets", "corners", "sock", "pictures")
+PARTS = ("sheets", "corners", "sock", "stickers", "pictures")
 GUIDE = Path(__file__).resolve().parents[1] / "docs" / "clinic"
 CAMERA = Camera(
     width_px=1500,
@@ -72,6 +79,12 @@ SHOTS = {
 }
 SOCKS = {"dabs": Paint.DABS, "print": Paint.PRINT, "plain": Paint.NONE}
 SEED = 57
+STUCK = tuple(
+    SockSticker(mark_id=40 + k, around=around, height=height, twist_deg=25.0 * k)
+    for k, (around, height) in enumerate(
+        [(0.1, 0.35), (0.35, 0.5), (0.6, 0.3), (0.85, 0.6), (0.2, 0.75)]
+    )
+)
 _RIGHT_PX = 2.0
 _NEAR_MM = 15.0
 
@@ -96,6 +109,8 @@ def main() -> None:
                 results[part] = corners(chosen.shots)
             elif part == "sock":
                 results[part] = socks(folder, chosen.photos)
+            elif part == "stickers":
+                results[part] = stickers(folder, chosen.photos)
             else:
                 pictures(folder)
             chosen.out.write_text(json.dumps(results, indent=1) + "\n")
@@ -316,6 +331,63 @@ def _run(result: Result) -> Result:
     }
 
 
+def stickers(folder: Path, photos: int) -> Result:
+    """Named stickers as landmarks, against their true places on the limb."""
+    options = CaptureOptions(
+        photos=photos, width_px=1200, height_px=800, distance_mm=1200.0, seed=44,
+        calibration_photos=12, stickers=STUCK,
+    )  # fmt: skip
+    source, case = folder / "stickers", folder / "stickers_case"
+    if not source.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        make_capture(source, options)
+    found = {} if case.exists() else _run(one_set(source, case, None))
+    surface = case / "case" / "deliverables" / "surface.ply"
+    names = {str(one.mark_id): f"sticker {one.mark_id}" for one in STUCK}
+    file = folder / "names.json"
+    file.write_text(json.dumps(names))
+    align = [LIMBGRAM, "align", str(surface), "--photos", str(case / "case")]
+    align += ["--stickers", str(file), "--side", "left", "--anterior=+y"]
+    done = subprocess.run(align, capture_output=True, text=True, check=False)
+    if done.returncode:
+        return found | {"exit_code": done.returncode, "message": done.stderr[-400:]}
+    ours = read_poses(case / "case" / "deliverables" / "poses.json")
+    theirs = read_poses(source / "truth" / "cameras.json")
+    shared = sorted(ours.keys() & theirs.keys())
+    by_cameras = fit_similarity(
+        np.array([ours[name].centre for name in shared]),
+        np.array([theirs[name].centre for name in shared]),
+        with_scale=False,
+    )
+    limb = read_limb(surface)
+    vertices, faces = read_truth_mesh(source / "truth" / "mesh.ply")
+    truth = Surface(
+        vertices_mm=vertices["xyz"].astype(float),
+        faces=faces,
+        seen=(vertices["ncam"] >= LEAST_PHOTOS) & (vertices["cap"] == 0),
+        centres_mm=np.zeros((0, 3)),
+    )
+    # A landmark is a place on the limb: the limb is laid on its truth, not the cameras on theirs.
+    start = Rigid(by_cameras.rotation, by_cameras.translation)
+    points = limb.mesh.vertices_mm[measured_samples(limb.mesh)]
+    truth_from_world = by_surface(points, truth, start).truth_from_world
+    marks = {one.name: one.position_mm for one in limb.landmarks}
+    notes = json.loads((source / "truth" / "notes.json").read_text())["stickers"]
+    off = {
+        names[str(one["mark_id"])]: round(
+            float(
+                np.linalg.norm(
+                    truth_from_world.apply(marks[names[str(one["mark_id"])]][None])[0]
+                    - one["place_mm"]
+                )
+            ),
+            4,
+        )
+        for one in notes
+    }
+    return found | {"photos": photos, "off_mm": off, "worst_mm": max(off.values())}
+
+
 def pictures(folder: Path) -> None:
     """All sheets side by side, and one limb in each sock where its photos are kept."""
     high, wide = 420, 420
@@ -376,6 +448,12 @@ def _page(results: Result) -> str:
                 ("", *results["sock"]),
                 [(key, *(one.get(key) for one in results["sock"].values())) for key in keys],
             )
+        )
+    if "stickers" in results and "off_mm" in results["stickers"]:
+        off = results["stickers"]["off_mm"]
+        parts.append(
+            "Named stickers of 16 mm on a limb, from photos to landmarks, mm from their true "
+            "places:\n\n" + _table(tuple(off), [tuple(off.values())])
         )
     return "\n\n".join(parts) + "\n"
 

@@ -139,9 +139,8 @@ def _taped(options: CaptureOptions) -> list[Result]:
                 x, y = view.project(place)[0] + rng.normal(0, _PICK_PX, 2)
                 picks[end].append({"photo": view.name, "x_px": float(x), "y_px": float(y)})
     length = float(apart[first, second] + rng.normal(0, _TAPE_MM))
-    return [
-        {"label": "taped", "length_mm": round(length, 1), "first": picks[0], "second": picks[1]}
-    ]
+    ends = {"first": picks[0], "second": picks[1]}
+    return [{"label": "taped", "length_mm": round(length, 1), "length_sigma_mm": _TAPE_MM, **ends}]
 
 
 def _one(source: Path, case: Path, words: list[str]) -> Result:

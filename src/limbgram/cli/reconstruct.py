@@ -56,7 +56,10 @@ def reconstruct_command(
     no_board: Annotated[bool, typer.Option("--no-board", help="Look for no scale board.")] = False,
     known_distance: Annotated[
         list[Path] | None,
-        typer.Option(help="JSON file of known distances between points picked in the photos."),
+        typer.Option(
+            help="JSON file of known distances between points picked in the photos; "
+            "length_sigma_mm beside length_mm says how surely a tape read it, such as 0.5."
+        ),
     ] = None,
     marks: Annotated[
         list[Path] | None,

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.acceptance import setup_section
+from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.blocks import Banner, Block, Illustration, Link, Report, Section, Table, Text
 from limbgram.report.parts import PartSummary, area_of, place_of
 from limbgram.report.pictures import Pictures
@@ -26,6 +27,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
             *parts_section(summary.parts, summary.unit),
+            *_without_camera_file(summary.self_calibration),
             *setup_section(summary.setups),
             *(
                 Section(title=one.title, blocks=(Illustration(image=one, caption=one.caption),))
@@ -43,6 +45,11 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
             ),
         ),
     )
+
+
+def _without_camera_file(found: SelfCalibration | None) -> Iterator[Section]:
+    if found is not None:
+        yield Section(title="Camera without a file", blocks=(Text(words=found.sentence),))
 
 
 _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="accuracy.html")

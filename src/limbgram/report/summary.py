@@ -25,6 +25,7 @@ from limbgram.reconstruction.pipeline import Reconstruction
 from limbgram.reconstruction.scale.metric import Scale
 from limbgram.report.accuracy.assessment import Assessment
 from limbgram.report.accuracy.judgement import Light
+from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.parts import PartSummary, part_summaries
@@ -177,6 +178,8 @@ class Summary:
     mesh: MeshSummary
     parts: tuple[PartSummary, ...]
     stages: tuple[StageSummary, ...]
+    self_calibration: SelfCalibration | None = None
+    """What missing camera files cost."""
     setups: tuple[SetupCited, ...] = ()
     """Acceptance tests of the kit."""
 
@@ -247,6 +250,7 @@ def summarise(
             StageSummary(**asdict(timing), reused=name in reused)
             for name, timing in zip(_kept_names(timings), timings, strict=True)
         ),
+        self_calibration=assessed.self_calibration,
         setups=assessed.setups,
     )
 

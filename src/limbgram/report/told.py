@@ -28,6 +28,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         *part_lines(summary.parts, summary.unit),
         *summary.scene.notes,
         *summary.resolution.notes,
+        *(() if summary.self_calibration is None else (summary.self_calibration.sentence,)),
         *(f"{one.sentence} {one.remark}".rstrip() for one in summary.setups),
     )
 

@@ -151,12 +151,13 @@ def _length(distance: KnownDistance, first: _End, second: _End, *, check: bool) 
     between = second.point_in_world - first.point_in_world
     measured = float(np.linalg.norm(between))
     direction = between / max(measured, 1e-300)
+    of_length = distance.length_sigma_mm / distance.length_mm
     variance = float(direction @ (first.covariance + second.covariance) @ direction)
     return RulerLength(
         label=distance.label,
         known_mm=distance.length_mm,
         measured=measured,
-        sigma=float(np.sqrt(variance)),
+        sigma=float(np.hypot(np.sqrt(variance), measured * of_length)),
         role="check" if check else "control",
     )
 

@@ -25,6 +25,8 @@ class KnownDistance:
     second: tuple[Pick, ...]
     sigma_px: float | None = None
     """Standard deviation of one coordinate, of ends that were measured; None: picked by hand."""
+    length_sigma_mm: float = 0.0
+    """Standard deviation of the length itself: 0.5 to 1 mm of one that a tape read."""
     ends: tuple[str, str] = ("its first end", "its second end")
     """What the ends are called."""
 
@@ -32,6 +34,11 @@ class KnownDistance:
         if not 0 < self.length_mm < 1e5:
             raise OptionsError(
                 f"{self.label}: {self.length_mm:g} mm is no length. Give millimetres above 0."
+            )
+        if not 0 <= self.length_sigma_mm < self.length_mm:
+            raise OptionsError(
+                f"{self.label}: a length of {self.length_mm:g} mm cannot be uncertain by "
+                f"{self.length_sigma_mm:g} mm. Give its standard deviation, such as 0.5 for a tape."
             )
 
 

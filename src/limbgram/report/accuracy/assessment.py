@@ -36,6 +36,7 @@ from limbgram.report.accuracy.judgement import (
     worst,
 )
 from limbgram.report.accuracy.limits import Finding, findings
+from limbgram.report.accuracy.selfcalibration import SelfCalibration, self_calibration
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.intended_use import OF_SCANS
 
@@ -56,6 +57,8 @@ class Assessment:
     criteria: tuple[Criterion, ...]
     findings: tuple[Finding, ...]
     figures: Figures
+    self_calibration: SelfCalibration | None = None
+    """What missing camera files cost."""
     setups: tuple[SetupCited, ...] = ()
     """Acceptance tests of the kit."""
     off_mm: Float64[np.ndarray, " n"] | None = None
@@ -74,6 +77,7 @@ class Assessment:
             "intended_use": OF_SCANS,
             "criteria": tree_of(self.criteria),
             "findings": tree_of(self.findings),
+            "self_calibration": tree_of(self.self_calibration),
             "setups": tree_of(self.setups),
             **tree_of(self.figures),
             "glossary": glossary_tree(),
@@ -97,7 +101,8 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         truth=None if compared is None else compared.figures,
         expected=expectation(surface, lengths, network),
     )
-    judged = criteria(figures, evidence.setups)
+    uncalibrated = self_calibration(figures.cameras, figures.expected, evidence.unit)
+    judged = criteria(figures, evidence.setups, uncalibrated)
     return Assessment(
         case=evidence.name,
         unit=evidence.unit,
@@ -105,8 +110,9 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         headline=headline(figures, judged),
         reasons=tuple(one.sentence for one in reasons(judged)),
         criteria=judged,
-        findings=findings(figures, evidence.setups),
+        findings=findings(figures, evidence.setups, uncalibrated),
         figures=figures,
+        self_calibration=uncalibrated,
         setups=evidence.setups,
         off_mm=None if compared is None else compared.off_mm,
     )

@@ -25,6 +25,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
     TruthFigures,
 )
+from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
 Light = Literal["green", "amber", "red"]
 _ORDER: tuple[Light, ...] = ("green", "amber", "red")
@@ -99,6 +100,8 @@ of 350 mm, three plies of sock: no error of reading."""
 FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
 """Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
 counts, such as inches taken for centimetres."""
+LENS_FOUND = _Limit("lens_found", "Camera without a file: its part of the error", "mm", 0.3)
+"""Half of what the surface may be wrong by; never red by itself: the surface's limits hold it."""
 SETUP = _Limit("setup", "Acceptance tests that the kit failed", "", 0.0)
 """Never red by itself: the error that it found shows in a length or not at all in this capture."""
 MEAN = _Limit("surface_mean", "Surface: mean signed distance", "mm", 0.10, 0.25)
@@ -147,8 +150,12 @@ def _budget(parts_mm: dict[str, float]) -> tuple[BudgetPart, ...]:
     return tuple(BudgetPart(part=part, sigma_mm=sigma_mm) for part, sigma_mm in parts_mm.items())
 
 
-def criteria(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Criterion, ...]:
-    """Every figure that has a limit, judged, and the acceptance tests of the kit."""
+def criteria(
+    figures: Figures,
+    setups: Sequence[SetupCited] = (),
+    uncalibrated: SelfCalibration | None = None,
+) -> tuple[Criterion, ...]:
+    """Every figure that has a limit, judged; a lens without a file, the tests of the kit."""
     truth = figures.truth
     surface = _expected(figures) if truth is None else _against_truth(truth)
     return (
@@ -157,6 +164,7 @@ def criteria(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Crite
         *surface,
         *_completeness(figures),
         *_cameras(figures),
+        *_uncalibrated(figures, uncalibrated),
         *of_kit(setups),
     )
 
@@ -288,6 +296,12 @@ def _taped(tape: TapedLength, source: str) -> Criterion:
         else "a known distance was probably mistyped: measure it again"
     )
     return replace(judged, sentence=f"{said}: {cause}, and tape again.")
+
+
+def _uncalibrated(figures: Figures, found: SelfCalibration | None) -> Iterator[Criterion]:
+    """Never green where nobody can say what a lens without a file costs, or where it costs much."""
+    if found is not None and figures.lengths.unit == "mm":
+        yield LENS_FOUND.judge(COVER * found.sigma_mm, found.sentence)
 
 
 def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:

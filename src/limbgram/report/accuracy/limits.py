@@ -14,6 +14,7 @@ from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evaluation import UNNAMED
 from limbgram.report.accuracy.figures import Figures
 from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE
+from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
 Gravity = Literal["serious", "worth doing", "note"]
 _ORDER: tuple[Gravity, ...] = ("serious", "worth doing", "note")
@@ -36,6 +37,9 @@ _OPEN = 0.05
 _LEFT_OUT = 0.02
 _CHECK_OFF = 0.001
 _TAPE_SIGMAS = 2.0
+_CALIBRATE = (
+    "Photograph the calibration board at the same zoom and focus, then run `limbgram calibrate`."
+)
 
 
 @dataclass(frozen=True)
@@ -47,10 +51,16 @@ class Finding:
     remedy: str
 
 
-def findings(figures: Figures, setups: Sequence[SetupCited] = ()) -> tuple[Finding, ...]:
+def findings(
+    figures: Figures,
+    setups: Sequence[SetupCited] = (),
+    uncalibrated: SelfCalibration | None = None,
+) -> tuple[Finding, ...]:
     """What limits this result and how to better it, the gravest first."""
     rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
+    if uncalibrated is not None:
+        found.append(Finding("serious", uncalibrated.sentence, _CALIBRATE))
     found += [
         Finding("serious" if one.outcome == "fail" else "worth doing", one.sentence, one.remark)
         for one in setups
@@ -221,14 +231,6 @@ def _geometry(figures: Figures) -> Iterator[Finding]:
 def _lens(figures: Figures) -> Iterator[Finding]:
     for camera, lens in zip(figures.residuals.by_camera, figures.cameras, strict=True):
         name = lens.name
-        if lens.source == "exif":
-            yield Finding(
-                "serious",
-                f"{name} was not calibrated: its lens was guessed from EXIF and refined on the "
-                "limb itself.",
-                "Photograph the calibration board at the same zoom and focus, then run "
-                "`limbgram calibrate`.",
-            )
         limit_px = max(_SYSTEMATIC_PX, _SYSTEMATIC_SIGMAS * figures.network.sigma0_robust_px)
         if camera.systematic_px > limit_px:
             yield Finding(

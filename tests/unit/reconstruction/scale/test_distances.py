@@ -68,6 +68,17 @@ def test_sigma_follows_the_picks(capture) -> None:
     assert 5e-4 < coarse < 2e-3
 
 
+def test_a_tape_adds_its_own_doubt(capture) -> None:
+    exact = both(capture)[0]
+    taped = replace(exact, length_mm=120.0, length_sigma_mm=0.6)
+    sigmas = [
+        to_millimetres(capture.scene, None, [one]).scale.relative_sigma for one in (exact, taped)
+    ]
+    assert sigmas[1] == pytest.approx(np.hypot(sigmas[0], 0.6 / 120.0), rel=1e-3)
+    with pytest.raises(OptionsError, match="cannot be uncertain"):
+        replace(exact, length_sigma_mm=500.0)
+
+
 def test_a_wrong_pick_is_named(capture) -> None:
     first, second = both(capture, photos=(0, 2, 4, 10))
     off = replace(first.first[2], x_px=first.first[2].x_px + 30)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from limbgram.core.interval import Interval, plus_minus
 from limbgram.core.mesh.mesh import Part, Relation, Repairs
 from limbgram.reconstruction.measuring import uncertainty as sources
 from limbgram.reconstruction.scale.given import TapedGirth
@@ -150,6 +151,34 @@ def test_advice_names_what_is_wrong_and_nothing_else(with_sigmas: Evidence) -> N
     camera = replace(with_sigmas.cameras.calibrations[0], source="exif")
     guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(camera,)))
     assert any("EXIF" in one.what for one in assess(guessed).findings)
+
+
+def without_camera_file(evidence: Evidence) -> Evidence:
+    camera = replace(evidence.cameras.calibrations[0], source="exif")
+    return replace(evidence, cameras=replace(evidence.cameras, calibrations=(camera,)))
+
+
+def test_a_missing_camera_file_is_told_in_millimetres(with_sigmas: Evidence) -> None:
+    assert assess(with_sigmas).self_calibration is None
+    guessed = assess(without_camera_file(with_sigmas))
+    found = guessed.self_calibration
+    assert found is not None
+    share = next(one for one in guessed.figures.expected.budget if one.part == sources.CAMERAS)
+    assert found.sigma_mm == share.sigma_mm > 0
+    assert f"costs {plus_minus(Interval.of_sigma(found.sigma_mm), 3)} mm" in found.sentence
+    (judged,) = (one for one in guessed.criteria if one.key == "lens_found")
+    assert judged.value == pytest.approx(1.96 * found.sigma_mm)
+    assert judged.light == ("green" if judged.value <= 0.3 else "amber")
+
+
+def test_a_lens_of_which_nobody_knows_the_cost_is_never_green(with_sigmas: Evidence) -> None:
+    bare = replace(with_sigmas, mesh=replace(with_sigmas.mesh, sigma_mm=None, shared_mm=None))
+    guessed = assess(without_camera_file(bare))
+    assert guessed.self_calibration is not None
+    assert "not known" in guessed.self_calibration.sentence
+    (judged,) = (one for one in guessed.criteria if one.key == "lens_found")
+    assert judged.light == "amber"
+    assert guessed.light != "green"
 
 
 def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: bool) -> Evidence:
