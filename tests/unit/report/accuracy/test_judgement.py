@@ -160,11 +160,16 @@ def without_camera_file(evidence: Evidence) -> Evidence:
 
 def test_a_missing_camera_file_is_told_in_millimetres(with_sigmas: Evidence) -> None:
     assert assess(with_sigmas).self_calibration is None
-    guessed = assess(without_camera_file(with_sigmas))
+    mesh = with_sigmas.mesh
+    assert mesh.shared_mm is not None
+    shared_mm = np.column_stack([mesh.shared_mm, np.full(len(mesh), 0.02, np.float32)])
+    told = (*mesh.shared_sources, sources.CAMERAS)
+    mesh = replace(mesh, shared_mm=shared_mm, shared_sources=told)
+    guessed = assess(without_camera_file(replace(with_sigmas, mesh=mesh)))
     found = guessed.self_calibration
     assert found is not None
     share = next(one for one in guessed.figures.expected.budget if one.part == sources.CAMERAS)
-    assert found.sigma_mm == share.sigma_mm > 0
+    assert found.sigma_mm == share.sigma_mm == pytest.approx(0.02, rel=0.01)
     assert f"costs {plus_minus(Interval.of_sigma(found.sigma_mm), 3)} mm" in found.sentence
     (judged,) = (one for one in guessed.criteria if one.key == "lens_found")
     assert judged.value == pytest.approx(1.96 * found.sigma_mm)
