@@ -1,19 +1,21 @@
 """Cameras: calibrations that the clinic keeps, made of board photos, with age and certificate."""
 
 import threading
-from dataclasses import replace
+from dataclasses import replace as otherwise
 from datetime import UTC, datetime
 from pathlib import Path as FilePath
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Path
+from fastapi import APIRouter, Body, Header, Path, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
 from limbgram.app.boards import BoardSpec
 from limbgram.app.clinic import Clinic, ClinicHere
-from limbgram.app.replies import PICTURE, missing
+from limbgram.app.photos import NameHere, Photos, Sent, photos_reply, receive, received_of
+from limbgram.app.replies import BYTES, PICTURE, missing
 from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
+from limbgram.cases.intake import checked_name
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
 
@@ -70,7 +72,7 @@ def read_camera(clinic: ClinicHere, camera_id: CameraId) -> CameraReply:
 def rename_camera(clinic: ClinicHere, camera_id: CameraId, given: NewCamera) -> CameraReply:
     """Call a camera something else."""
     camera = _cameras(clinic).camera(camera_id)
-    camera.relabel(replace(camera.label, name=given.name))
+    camera.relabel(otherwise(camera.label, name=given.name))
     return _reply(clinic, camera)
 
 
@@ -86,7 +88,7 @@ def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) 
     camera, board = _cameras(clinic).camera(camera_id), given.board()
     if camera.label.state == "calibrating":
         raise CaseError("This camera is being calibrated already. Wait until that has ended.")
-    camera.relabel(replace(camera.label, state="calibrating", message=""))
+    camera.relabel(otherwise(camera.label, state="calibrating", message=""))
 
     def work() -> None:
         try:
@@ -98,6 +100,42 @@ def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) 
 
     threading.Thread(target=work, name="calibrate", daemon=True).start()
     return _reply(clinic, camera)
+
+
+@router.get("/cameras/{camera_id}/photos")
+def list_board_photos(clinic: ClinicHere, camera_id: CameraId) -> Photos:
+    """Photos of the board that are here."""
+    camera = _cameras(clinic).camera(camera_id)
+    return photos_reply(received_of(clinic.intake_of(camera.received)))
+
+
+@router.put("/cameras/{camera_id}/photos/{name}", openapi_extra=BYTES)
+async def put_board_photo(
+    clinic: ClinicHere,
+    camera_id: CameraId,
+    name: NameHere,
+    request: Request,
+    content_range: Annotated[str | None, Header()] = None,
+    replace: bool = False,
+) -> Sent:
+    """Send a photo of the board; as those of a case."""
+    camera = _cameras(clinic).camera(camera_id)
+    return await receive(
+        clinic.intake_of(camera.received),
+        name,
+        request,
+        content_range,
+        replace=replace,
+        on_change=lambda: clinic.news.tell("cameras", camera_id),
+    )
+
+
+@router.delete("/cameras/{camera_id}/photos/{name}", status_code=204)
+def delete_board_photo(clinic: ClinicHere, camera_id: CameraId, name: NameHere) -> None:
+    """Take a photo of the board away."""
+    camera = _cameras(clinic).camera(camera_id)
+    if not clinic.intake_of(camera.received).remove(checked_name(name)):
+        raise missing("There is no such photo.")
 
 
 @router.put("/cameras/{camera_id}/file")

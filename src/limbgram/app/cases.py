@@ -1,6 +1,7 @@
 """Cases: the list, and making, naming, archiving, clearing and deleting one."""
 
 import shutil
+import threading
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,9 @@ from limbgram.app.replies import PICTURE, missing
 from limbgram.cases.bench import Bench
 from limbgram.cases.record import read_verdict
 from limbgram.cases.running import read_job_file
+from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, ShelvedCase, last_change
+from limbgram.core.run import Run
 from limbgram.workbench.limb import Kind, Side
 
 router = APIRouter(tags=["cases"])
@@ -145,6 +148,25 @@ def list_cases(
 def new_case(clinic: ClinicHere, given: NewCase) -> Case:
     """Begin a case under a random id."""
     made = clinic.shelf.new_case(given.kind, given.side, given.note)
+    clinic.news.tell(made.case_id, "case")
+    return case_reply(clinic, made)
+
+
+@router.post("/cases/sample", status_code=202)
+def new_sample(clinic: ClinicHere) -> Case:
+    """Begin a sample case: the program photographs a limb that never was, in half a minute.
+
+    Its photos arrive one after the other, and a calibrated camera with them; then ask for its shape
+    as for any other.
+    """
+    made = begin_sample(clinic.shelf)
+
+    def work() -> None:
+        fill_sample(clinic.shelf, made, Run())
+        clinic.news.tell(made.case_id, "photos")
+        clinic.news.tell("cameras", made.case_id)
+
+    threading.Thread(target=work, name="sample", daemon=True).start()
     clinic.news.tell(made.case_id, "case")
     return case_reply(clinic, made)
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.blocks import encode_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
-from limbgram.app.replies import BINARY
+from limbgram.app.replies import BINARY, BYTES
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import OptionsError
@@ -61,14 +61,7 @@ def list_shapes(bench: BenchHere) -> list[ShapeName]:
 
 @router.put(
     "/cases/{case_id}/shapes/{name}",
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
-            },
-        }
-    },
+    openapi_extra=BYTES,
 )
 async def put_shape(
     bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)], request: Request

@@ -3,6 +3,7 @@
 import asyncio
 import io
 import re
+from collections.abc import Callable
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
@@ -12,7 +13,7 @@ from PIL import Image, ImageOps
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import CaseHere, ClinicHere
-from limbgram.app.replies import PICTURE, missing
+from limbgram.app.replies import BYTES, PICTURE, missing
 from limbgram.cases.intake import (
     MOST_FILES,
     MOST_PHOTO_BYTES,
@@ -73,25 +74,13 @@ class Sent(BaseModel):
 @router.get("/cases/{case_id}/photos")
 def list_photos(clinic: ClinicHere, case: CaseHere) -> Photos:
     """What is here, and how much of what is still arriving."""
-    found = photos_of(clinic.intake(case), case)
-    return Photos(
-        photos=found,
-        here=sum(one.state != "arriving" for one in found),
-        bytes=sum(one.bytes for one in found),
-    )
+    return photos_reply(photos_of(clinic.intake(case), case))
 
 
 @router.put(
     "/cases/{case_id}/photos/{name}",
     status_code=200,
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
-            },
-        }
-    },
+    openapi_extra=BYTES,
 )
 async def put_photo(
     clinic: ClinicHere,
@@ -111,39 +100,13 @@ async def put_photo(
     number in its header; its pixels are the same. If the line breaks, ask for the list: it says how
     many bytes are here; go on from there with Content-Range.
     """
-    name = checked_name(name)
-    intake = clinic.intake(case)
-    start, end, total = _range(content_range)
-    length = request.headers.get("content-length", "")
-    if total is None and length.isdecimal() and content_range is None:
-        total = int(length)
-    stream = await asyncio.to_thread(intake.begin, name, start, total)
-    here = start
-    most = limit_of(name) if end is None else end + 1
-    pending = bytearray()
-    with stream:
-        async for piece in request.stream():
-            here += len(piece)
-            if here > most:
-                raise OptionsError(f"{name} is longer than was announced, or than is taken.")
-            pending += piece
-            if len(pending) >= _PIECE:
-                await asyncio.to_thread(stream.write, bytes(pending))
-                pending.clear()
-        await asyncio.to_thread(stream.write, bytes(pending))
-    clinic.news.tell(case.case_id, "photos")
-    whole = content_range is None or (total is not None and here >= total)
-    if not whole:
-        return Sent(whole=False, new=True, bytes=here)
-    if total is not None and here < total:
-        return Sent(whole=False, new=True, bytes=here)
-    ended = await asyncio.to_thread(_finished, intake, name, replace)
-    clinic.news.tell(case.case_id, "photos")
-    return Sent(
-        whole=True,
-        new=any(new for _, new in ended),
-        bytes=here,
-        photos=[_photo(one) for one, _ in ended],
+    return await receive(
+        clinic.intake(case),
+        name,
+        request,
+        content_range,
+        replace=replace,
+        on_change=lambda: clinic.news.tell(case.case_id, "photos"),
     )
 
 
@@ -180,17 +143,74 @@ def read_file(case: CaseHere, name: NameHere) -> FileResponse:
     return FileResponse(path, filename=path.name, media_type="application/octet-stream")
 
 
+async def receive(
+    intake: Intake,
+    name: str,
+    request: Request,
+    content_range: str | None,
+    *,
+    replace: bool,
+    on_change: Callable[[], None],
+) -> Sent:
+    """Take in what a request sends: a whole file, or a piece of it."""
+    name = checked_name(name)
+    start, end, total = _range(content_range)
+    length = request.headers.get("content-length", "")
+    if total is None and length.isdecimal() and content_range is None:
+        total = int(length)
+    stream = await asyncio.to_thread(intake.begin, name, start, total)
+    here = start
+    most = limit_of(name) if end is None else end + 1
+    pending = bytearray()
+    with stream:
+        async for piece in request.stream():
+            here += len(piece)
+            if here > most:
+                raise OptionsError(f"{name} is longer than was announced, or than is taken.")
+            pending += piece
+            if len(pending) >= _PIECE:
+                await asyncio.to_thread(stream.write, bytes(pending))
+                pending.clear()
+        await asyncio.to_thread(stream.write, bytes(pending))
+    on_change()
+    whole = content_range is None if total is None else here >= total
+    if not whole:
+        return Sent(whole=False, new=True, bytes=here)
+    ended = await asyncio.to_thread(_finished, intake, name, replace)
+    on_change()
+    return Sent(
+        whole=True,
+        new=any(new for _, new in ended),
+        bytes=here,
+        photos=[_photo(one) for one, _ in ended],
+    )
+
+
 def photos_of(intake: Intake, case: ShelvedCase) -> list[Photo]:
     """What was sent, and the photos of a case that was made by the command line."""
+    found = received_of(intake)
+    if not found and case.folder.photos.is_dir():
+        given = sorted(one for one in case.folder.photos.iterdir() if one.is_file())
+        found = [Photo(name=one.name, state="here", bytes=one.stat().st_size) for one in given]
+    return found
+
+
+def received_of(intake: Intake) -> list[Photo]:
+    """What was sent, whole or in part."""
     found = [_photo(one) for one in intake.received()]
     found += [
         Photo(name=one.name, state="arriving", bytes=one.bytes, total=one.total)
         for one in intake.arriving()
     ]
-    if not found and case.folder.photos.is_dir():
-        given = sorted(one for one in case.folder.photos.iterdir() if one.is_file())
-        found = [Photo(name=one.name, state="here", bytes=one.stat().st_size) for one in given]
     return found
+
+
+def photos_reply(found: list[Photo]) -> Photos:
+    return Photos(
+        photos=found,
+        here=sum(one.state != "arriving" for one in found),
+        bytes=sum(one.bytes for one in found),
+    )
 
 
 def photo_file(case: ShelvedCase, name: str) -> FilePath:

@@ -34,6 +34,13 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 }
 """What every route may answer beside its own."""
 
+BYTES: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
+"""What a route takes that reads the request as it comes."""
 PICTURE: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/*": {"schema": {"type": "string", "format": "binary"}}}}
 }
