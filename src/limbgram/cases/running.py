@@ -24,7 +24,7 @@ from typing import Any, Literal, cast
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Job, plain_tree, read_job
 from limbgram.cases.record import write_json
-from limbgram.cases.supervision import Event, JobBug, Supervision
+from limbgram.cases.supervision import COMMAND, Event, JobBug, Supervision
 from limbgram.core.errors import Cancelled, CaseError, LimbgramError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
@@ -35,7 +35,8 @@ GRACE_S = 1.5
 """Between the wish to cancel and the end of the process."""
 _SCHEMA = "limbgram-job/1"
 _LARGEST = 4_000_000
-_SAVE_EVERY_S = 5.0
+_STOPPED = "It was cancelled. What is finished is kept: started again, it goes on from there."
+_SAVE_EVERY_S = 2.0
 _SPREAD = (0.7, 1.6)
 """Time left is told from so much of the likely time to so much of it."""
 _REMEMBERED = 8
@@ -131,8 +132,10 @@ class RunningJob:
     _stage_since: float = 0.0
     _saved: float = 0.0
 
-    def start(self, job: Job) -> None:
-        self._supervision = Supervision(job, self._hear, grace_s=GRACE_S, slack_s=0.0)
+    def start(self, job: Job, command: tuple[str, ...]) -> None:
+        self._supervision = Supervision(
+            job, self._hear, command=command, grace_s=GRACE_S, slack_s=0.0
+        )
         self._since = self._stage_since = time.monotonic()
         self._save()
         self._thread = threading.Thread(target=self._wait, name="job", daemon=True)
@@ -199,7 +202,7 @@ class RunningJob:
             answer = supervision.wait()
             self._end("finished", light=answer.light)
         except Cancelled as error:
-            self._end("cancelled", message=str(error), kind="Cancelled")
+            self._end("cancelled", message=_STOPPED, kind=type(error).__name__)
         except JobBug as bug:
             text = (
                 "The program met a fault of its own. What is finished is kept: start it again. If "
@@ -281,6 +284,8 @@ class Runner:
     """What stages took in earlier runs on this machine."""
     on_change: Callable[[str], None]
     """Called with the name of the case's folder."""
+    command: tuple[str, ...] = COMMAND
+    """That starts a job's process."""
     _jobs: dict[Path, RunningJob] = field(default_factory=dict[Path, RunningJob])
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -326,7 +331,7 @@ class Runner:
                 usual_known=own,
             )
             self._jobs[case.root] = started
-            started.start(job)
+            started.start(job, self.command)
         return started
 
     def close(self) -> None:

@@ -25,6 +25,8 @@ from limbgram.core.run import NEUTRAL_FOLDER
 Event = dict[str, Any]
 GRACE_S = 20.0
 """Time that a step gets to end before the process is ended."""
+COMMAND = (sys.executable, "-P", "-m", "limbgram.cases.start")
+"""With -P the current folder, which may hold anything, is not searched for modules."""
 _POLL_S = 0.2
 _ENDED: Event = {"event": "ended"}
 _MEMORY = {"GLIBC_TUNABLES": "glibc.malloc.arena_max=1:glibc.malloc.hugetlb=1"}
@@ -52,8 +54,7 @@ class Supervision:
 
     job: Job
     listener: Callable[[Event], None]
-    command: tuple[str, ...] = (sys.executable, "-P", "-m", "limbgram.cases.start")
-    """With -P the current folder, which may hold anything, is not searched for modules."""
+    command: tuple[str, ...] = COMMAND
     grace_s: float = GRACE_S
     slack_s: float = 2.0
     """Beyond the grace: a process that ends itself then gets so long."""

@@ -1,0 +1,57 @@
+"""The list of cases: ids, labels, room on the disk, and going for good."""
+
+import re
+
+from fastapi.testclient import TestClient
+
+from limbgram.app.clinic import Clinic
+from limbgram.cases.shelf import ID_PATTERN
+
+API = "/api/v1"
+
+
+def test_a_case_has_a_random_id_and_says_what_comes_next(client: TestClient) -> None:
+    made = [client.post(f"{API}/cases", json={"kind": "transtibial", "side": "right"}).json()]
+    made.append(client.post(f"{API}/cases", json={}).json())
+    assert all(re.fullmatch(ID_PATTERN, one["id"]) for one in made)
+    assert made[0]["id"] != made[1]["id"]
+    assert (made[0]["state"], made[0]["next"]) == ("empty", "capture")
+    locked = {step["name"] for step in made[0]["steps"] if step["state"] == "locked"}
+    assert locked == {"result", "align", "measure", "rectify", "send", "record"}
+
+
+def test_the_list_is_what_the_folders_are(client: TestClient, clinic: Clinic) -> None:
+    first = client.post(f"{API}/cases", json={"note": "second fitting"}).json()["id"]
+    second = client.post(f"{API}/cases", json={}).json()["id"]
+    assert {one["id"] for one in client.get(f"{API}/cases").json()["cases"]} == {first, second}
+    (clinic.shelf.root / second).rename(clinic.shelf.root.parent / "elsewhere")
+    assert [one["id"] for one in client.get(f"{API}/cases").json()["cases"]] == [first]
+    (clinic.shelf.root.parent / "elsewhere").rename(clinic.shelf.root / "ABC-234")
+    found = client.get(f"{API}/cases?find=fitting").json()["cases"]
+    assert [one["id"] for one in found] == [first]
+    assert len(client.get(f"{API}/cases").json()["cases"]) == 2
+
+
+def test_a_label_is_changed_in_part_and_archived(client: TestClient) -> None:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={"side": "left"}).json()["id"]
+    changed = client.patch(case, json={"note": "cast", "archived": True}).json()
+    assert (changed["side"], changed["note"], changed["archived"]) == ("left", "cast", True)
+    assert client.get(f"{API}/cases?archived=false").json()["cases"] == []
+    assert client.patch(case, json={"side": None}).json()["side"] is None
+    assert client.patch(case, json={"note": "two\nlines"}).status_code == 422
+
+
+def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic: Clinic) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    folder = clinic.shelf.root / case_id
+    (folder / "received").mkdir()
+    (folder / "received" / "a.jpg").write_bytes(bytes(1000))
+    (folder / "stages" / "detect").mkdir(parents=True)
+    (folder / "stages" / "detect" / "arrays.npz").write_bytes(bytes(5000))
+    held = {one["what"]: one for one in client.get(f"{API}/cases/{case_id}/contents").json()}
+    assert held["photos"] == {"what": "photos", "files": 1, "bytes": 1000}
+    assert client.post(f"{API}/cases/{case_id}/clear").json() == {"bytes": 5000}
+    assert (folder / "received" / "a.jpg").is_file()
+    assert client.delete(f"{API}/cases/{case_id}").status_code == 204
+    assert client.get(f"{API}/cases/{case_id}").status_code == 404
+    assert not list(clinic.shelf.root.rglob("a.jpg"))

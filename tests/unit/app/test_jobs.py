@@ -1,0 +1,154 @@
+"""Jobs over HTTP: rest, cancelling, what survives, and what is told meanwhile."""
+
+import io
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from PIL import Image
+
+from limbgram.app.clinic import Clinic
+from limbgram.cases.running import mark_interrupted, read_job_file
+from limbgram.cases.shelf import Shelf
+
+API = "/api/v1"
+SLOW = """
+import json, os, sys, threading, time
+def say(**event): print(json.dumps(event), flush=True)
+threading.Thread(target=lambda: (sys.stdin.read(), os._exit(130)), daemon=True).start()
+say(event="progress", stage="read photos", done=1, total=1)
+for k in range(1000):
+    say(event="progress", stage="detect", done=k, total=1000)
+    time.sleep(0.02)
+"""
+DEAF = """
+import json, time
+print(json.dumps({"event": "progress", "stage": "detect", "done": 0, "total": 9}), flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture
+def case(client: TestClient) -> str:
+    """A case with a photo."""
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    made = io.BytesIO()
+    Image.new("RGB", (40, 30)).save(made, "PNG")
+    client.put(f"{case}/photos/a.png", content=made.getvalue())
+    return case
+
+
+def started(client: TestClient, clinic: Clinic, case: str, body: str) -> dict[str, Any]:
+    clinic.runner.command = (sys.executable, "-c", body)
+    reply = client.post(f"{case}/job", json={"board": None, "unscaled": True})
+    assert reply.status_code == 202
+    return wait(client, case, lambda job: job["stages"][2]["state"] == "running")
+
+
+def wait(client: TestClient, case: str, until: Any) -> dict[str, Any]:
+    for _ in range(300):
+        job: dict[str, Any] = client.get(f"{case}/job").json()
+        if until(job):
+            return job
+        time.sleep(0.02)
+    raise AssertionError(job)
+
+
+def test_a_run_tells_its_stages_and_how_long_it_may_take(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    job = started(client, clinic, case, SLOW)
+    named = [stage["name"] for stage in job["stages"]]
+    assert named.index("detect") == 2
+    assert job["stages"][0]["state"] == "done"
+    assert job["stages"][5]["state"] == "waiting"
+    assert job["stage"] == 3
+    assert job["left"]["least_s"] <= job["left"]["most_s"]
+    assert client.get(case).json()["state"] == "computing"
+    assert client.post(f"{case}/job", json={}).status_code == 409
+    client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="that system cannot hold a process")
+def test_a_run_rests_without_counting_time_and_goes_on(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    started(client, clinic, case, SLOW)
+    held = client.post(f"{case}/job/pause").json()
+    assert held["state"] == "held"
+    steps = client.get(f"{case}/job").json()["stages"][2]["done"]
+    time.sleep(0.4)
+    resting = client.get(f"{case}/job").json()
+    assert resting["elapsed_s"] == pytest.approx(held["elapsed_s"], abs=1e-6)
+    assert resting["stages"][2]["done"] - steps < 5, "it goes on working"
+    assert client.post(f"{case}/job/resume").json()["state"] == "running"
+    wait(client, case, lambda job: job["stages"][2]["done"] > steps + 10)
+    client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.parametrize("body", [SLOW, DEAF], ids=["listens", "does not listen"])
+def test_cancelling_takes_two_seconds_at_most(
+    client: TestClient, clinic: Clinic, case: str, body: str
+) -> None:
+    started(client, clinic, case, body)
+    began = time.monotonic()
+    client.post(f"{case}/job/cancel")
+    job = wait(client, case, lambda job: job["state"] != "running")
+    assert time.monotonic() - began < 2.5
+    assert job["state"] == "cancelled"
+    assert "kept" in job["message"]
+    assert client.get(case).json()["state"] == "cancelled"
+
+
+def test_elapsed_time_goes_on_where_a_run_is_taken_up_again(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    started(client, clinic, case, SLOW)
+    time.sleep(0.3)
+    client.post(f"{case}/job/cancel")
+    before = wait(client, case, lambda job: job["state"] == "cancelled")["elapsed_s"]
+    assert before > 0.3
+    client.post(f"{case}/job/resume")
+    assert client.get(f"{case}/job").json()["elapsed_s"] >= before
+    client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are told by /proc")
+def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    started(client, clinic, case, DEAF + "# limbgram.cases.start")
+    shelved = clinic.shelf.case(case.rpartition("/")[2])
+    kept = read_job_file(shelved.folder)
+    assert kept is not None
+    assert kept.state == "running"
+    mark_interrupted(Shelf(clinic.shelf.root).case(shelved.case_id).folder)
+    again = read_job_file(shelved.folder)
+    assert again is not None
+    assert again.state == "interrupted"
+    assert "Nothing is lost" in again.message
+    client.post(f"{case}/job/cancel")
+
+
+def test_a_refusal_is_told_word_by_word(client: TestClient, clinic: Clinic, case: str) -> None:
+    refusal = {"event": "refused", "kind": "ScaleError", "message": "The board is in no photo."}
+    clinic.runner.command = (
+        sys.executable, "-c", f"print({json.dumps(json.dumps(refusal))}); raise SystemExit(4)",
+    )  # fmt: skip
+    client.post(f"{case}/job", json={"board": None, "unscaled": True})
+    job = wait(client, case, lambda job: job["state"] != "running")
+    assert (job["state"], job["kind"]) == ("refused", "ScaleError")
+    assert job["message"] == "The board is in no photo."
+    assert client.get(case).json()["state"] == "refused"
+
+
+def test_nothing_to_do_is_refused(client: TestClient) -> None:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    assert client.get(f"{case}/job").json()["state"] == "none"
+    for act in ("pause", "resume", "cancel"):
+        assert client.post(f"{case}/job/{act}").status_code == 409
+    assert client.post(f"{case}/job", json={}).status_code == 409

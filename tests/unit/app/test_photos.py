@@ -1,0 +1,180 @@
+"""Photos that come in over HTTP: whole, in pieces, in zips; and what is taken out of them."""
+
+import hashlib
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+from PIL import Image
+
+from limbgram.app.clinic import Clinic
+
+API = "/api/v1"
+
+
+def jpeg(seed: int = 0, exif: Image.Exif | None = None) -> bytes:
+    pixels = np.random.default_rng(seed).integers(0, 255, (60, 80, 3), np.uint8)
+    made = io.BytesIO()
+    Image.fromarray(pixels).save(made, "JPEG", exif=exif or Image.Exif(), quality=90)
+    return made.getvalue()
+
+
+@pytest.fixture
+def photos(client: TestClient) -> str:
+    """Where the photos of a new case are."""
+    case = client.post(f"{API}/cases", json={"side": "left"}).json()
+    return f"{API}/cases/{case['id']}/photos"
+
+
+def test_a_photo_is_here_with_the_hash_of_what_was_sent(client: TestClient, photos: str) -> None:
+    content = jpeg()
+    sent = client.put(f"{photos}/IMG_1.jpg", content=content).json()
+    assert sent["whole"]
+    assert sent["new"]
+    assert sent["photos"][0]["sha256"] == hashlib.sha256(content).hexdigest()
+    listed = client.get(photos).json()
+    assert [one["name"] for one in listed["photos"]] == ["IMG_1.jpg"]
+    assert (listed["photos"][0]["width_px"], listed["photos"][0]["height_px"]) == (80, 60)
+
+
+def test_the_same_photo_again_does_no_harm_and_another_is_refused(
+    client: TestClient, photos: str
+) -> None:
+    client.put(f"{photos}/IMG_1.jpg", content=jpeg(1))
+    again = client.put(f"{photos}/IMG_1.jpg", content=jpeg(1))
+    assert again.status_code == 200
+    assert not again.json()["new"]
+    other = client.put(f"{photos}/IMG_1.jpg", content=jpeg(2))
+    assert other.status_code == 409
+    assert "rename" in other.json()["message"]
+    kept = client.get(photos).json()["photos"][0]["sha256"]
+    assert kept == hashlib.sha256(jpeg(1)).hexdigest()
+    replaced = client.put(f"{photos}/IMG_1.jpg?replace=true", content=jpeg(2)).json()
+    assert replaced["photos"][0]["sha256"] == hashlib.sha256(jpeg(2)).hexdigest()
+
+
+def test_an_upload_that_broke_goes_on_from_what_is_here(client: TestClient, photos: str) -> None:
+    content = jpeg(3)
+    cut, total = len(content) // 3, len(content)
+    first = client.put(
+        f"{photos}/IMG_1.jpg",
+        content=content[:cut],
+        headers={"content-range": f"bytes 0-{cut - 1}/{total}"},
+    ).json()
+    assert first == {"whole": False, "new": True, "bytes": cut, "photos": []}
+    listed = client.get(photos).json()["photos"][0]
+    assert (listed["state"], listed["bytes"], listed["total"]) == ("arriving", cut, total)
+    too_far = client.put(
+        f"{photos}/IMG_1.jpg",
+        content=content[cut + 10 :],
+        headers={"content-range": f"bytes {cut + 10}-{total - 1}/{total}"},
+    )
+    assert too_far.status_code == 422
+    assert f"from byte {cut}" in too_far.json()["message"]
+    rest = client.put(
+        f"{photos}/IMG_1.jpg",
+        content=content[cut:],
+        headers={"content-range": f"bytes {cut}-{total - 1}/{total}"},
+    ).json()
+    assert rest["whole"]
+    assert rest["photos"][0]["sha256"] == hashlib.sha256(content).hexdigest()
+
+
+def test_place_name_and_serial_number_are_gone_and_the_pixels_are_the_same(
+    client: TestClient, photos: str
+) -> None:
+    exif = Image.Exif()
+    exif[0x010E] = "Mrs Somebody, left leg"
+    exif[0x0110] = "A camera"
+    exif[0x0112] = 6
+    exif.get_ifd(0x8769).update({0xA431: "SERIAL-4711", 0x920A: 5.9, 0x927C: b"maker SERIAL-4711"})
+    exif.get_ifd(0x8825).update({1: "N", 2: (48.0, 8.0, 14.2), 3: "E", 4: (11.0, 34.0, 32.0)})
+    content = jpeg(4, exif)
+    assert b"SERIAL-4711" in content
+    sent = client.put(f"{photos}/IMG_1.jpg", content=content).json()["photos"][0]
+    assert {"place", "serial number", "description", "maker's note"} <= set(sent["removed"])
+    kept = client.get(f"{photos}/IMG_1.jpg/file").content
+    for told in (b"SERIAL-4711", b"Somebody"):
+        assert told not in kept
+    before, after = Image.open(io.BytesIO(content)), Image.open(io.BytesIO(kept))
+    assert np.array_equal(np.asarray(before), np.asarray(after))
+    left = after.getexif()
+    assert dict(left.get_ifd(0x8825)) == {}
+    assert left[0x0110] == "A camera"
+    assert left[0x0112] == 6
+    assert float(left.get_ifd(0x8769)[0x920A]) == pytest.approx(5.9)
+    body = left.get_ifd(0x8769)[0xA431]
+    other = jpeg(5, exif)
+    client.put(f"{photos}/IMG_2.jpg", content=other)
+    again = Image.open(io.BytesIO(client.get(f"{photos}/IMG_2.jpg/file").content)).getexif()
+    assert again.get_ifd(0x8769)[0xA431] == body, "the body must still be known from others"
+
+
+def test_a_zip_brings_its_photos_and_nothing_else(
+    client: TestClient, clinic: Clinic, photos: str
+) -> None:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        archive.writestr("walk/IMG_1.jpg", jpeg(1))
+        archive.writestr("../../IMG_2.jpg", jpeg(2))
+        archive.writestr("walk/notes.txt", "no photo")
+        archive.writestr("__MACOSX/._IMG_1.jpg", b"no photo")
+    sent = client.put(f"{photos}/walk.zip", content=made.getvalue()).json()
+    assert [one["name"] for one in sent["photos"]] == ["IMG_1.jpg", "IMG_2.jpg"]
+    names = {file.name for file in clinic.shelf.root.parent.rglob("*.jpg")}
+    assert names == {"IMG_1.jpg", "IMG_2.jpg"}
+    assert {one["state"] for one in client.get(photos).json()["photos"]} == {"here"}
+
+
+def test_a_zip_that_would_fill_the_disk_is_refused(client: TestClient, photos: str) -> None:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("IMG_1.jpg", bytes(40_000_000))
+    refused = client.put(f"{photos}/bomb.zip", content=made.getvalue())
+    assert refused.status_code == 422
+    assert client.get(photos).json()["photos"] == []
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["notes.txt", "..jpg", ".hidden.jpg", "a%5Cb.jpg", "con.jpg", "a%00.jpg", "x" * 130 + ".jpg"],
+)
+def test_names_that_can_be_no_photo_are_refused(
+    client: TestClient, clinic: Clinic, photos: str, name: str
+) -> None:
+    refused = client.put(f"{photos}/{name}", content=jpeg())
+    assert refused.status_code == 422
+    assert not list(clinic.shelf.root.rglob("*.jpg"))
+
+
+def test_more_than_was_announced_or_is_taken_is_refused(client: TestClient, photos: str) -> None:
+    content = jpeg()
+    longer = client.put(
+        f"{photos}/IMG_1.jpg", content=content, headers={"content-range": "bytes 0-9/10"}
+    )
+    assert longer.status_code == 422
+    large = client.put(
+        f"{photos}/IMG_2.jpg", content=b"x", headers={"content-range": "bytes 0-0/400000000"}
+    )
+    assert large.status_code == 422
+    assert "300 MB" in large.json()["message"]
+
+
+def test_what_cannot_be_opened_is_named(client: TestClient, photos: str) -> None:
+    sent = client.put(f"{photos}/IMG_1.jpg", content=b"no picture at all").json()
+    assert sent["photos"][0]["state"] == "unusable"
+    assert sent["photos"][0]["problem"]
+
+
+def test_a_picture_is_turned_for_people_and_not_for_measuring(
+    client: TestClient, photos: str
+) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = 6
+    client.put(f"{photos}/IMG_1.jpg", content=jpeg(1, exif))
+    shown = Image.open(io.BytesIO(client.get(f"{photos}/IMG_1.jpg/picture?width=40").content))
+    assert shown.size == (40, 53)
+    stored = client.get(f"{photos}/IMG_1.jpg/picture?width=40&upright=false").content
+    assert Image.open(io.BytesIO(stored)).size == (40, 30)

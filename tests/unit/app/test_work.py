@@ -1,0 +1,235 @@
+"""Work on a shape over HTTP: what is made is what the command line makes of it, to the byte."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+from typer.testing import CliRunner
+
+from limbgram.app.blocks import decode_blocks
+from limbgram.app.clinic import Clinic
+from limbgram.cli.main import app as command_line
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.ply import write_ply
+from limbgram.synthetic.options import SMALL
+from limbgram.synthetic.truth import stage_truth
+
+API = "/api/v1"
+LOAD = {"at": "tibial tubercle", "depth_mm": 3.0, "falloff_mm": 20.0}
+
+
+@pytest.fixture(scope="session")
+def limb() -> Mesh:
+    return stage_truth(SMALL).limb.mesh
+
+
+@pytest.fixture
+def case(client: TestClient, clinic: Clinic, limb: Mesh) -> str:
+    """A case with a surface, as a run delivers it."""
+    case_id = client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"]
+    folder = clinic.shelf.root / case_id / "deliverables"
+    folder.mkdir()
+    write_ply(limb, folder / "surface.ply", "mm")
+    return f"{API}/cases/{case_id}"
+
+
+@pytest.fixture
+def aligned(client: TestClient, case: str, limb: Mesh) -> str:
+    """The same with a place and axes."""
+    front = limb.vertices_mm[np.argmax(limb.vertices_mm[:, 1])]
+    place = {"position_mm": front.tolist()}
+    assert client.put(f"{case}/limb/places/tibial tubercle", json=place).status_code == 200
+    axes = {"side": "left", "kind": "transtibial", "axis": [0, 0, 1], "anterior": [0, 1, 0]}
+    assert client.post(f"{case}/limb/align", json=axes).status_code == 200
+    return case
+
+
+def typed(*words: str | Path) -> Any:
+    """What the command line replies."""
+    done = CliRunner().invoke(command_line, [*map(str, words), "--json"])
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+def surface(client: TestClient, case: str, of: str) -> dict[str, np.ndarray]:
+    return decode_blocks(client.get(f"{case}/surface?of={of}").content)[1]
+
+
+def test_the_surface_comes_as_it_is_and_once(client: TestClient, case: str, limb: Mesh) -> None:
+    answer = client.get(f"{case}/surface")
+    header, blocks = decode_blocks(answer.content)
+    assert header["vertices"] == len(limb)
+    np.testing.assert_array_equal(blocks["indices"], limb.faces)
+    np.testing.assert_allclose(blocks["positions"], limb.vertices_mm, atol=1e-4)
+    length = np.linalg.norm(blocks["normals"], axis=1)
+    np.testing.assert_allclose(length, 1, atol=1e-5)
+    again = client.get(f"{case}/surface", headers={"if-none-match": answer.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+
+
+def test_places_are_glued_to_the_surface_and_known_in_the_limb(
+    client: TestClient, aligned: str
+) -> None:
+    known = client.get(f"{aligned}/limb").json()
+    assert (known["aligned"], known["side"], known["kind"]) == (True, "left", "transtibial")
+    place = known["places"][0]
+    assert place["in_limb_mm"][1] > 20
+    off = np.array(place["position_mm"]) + np.array([0.0, 3.0, 0.0])
+    moved = client.put(f"{aligned}/limb/places/tibial tubercle", json={"position_mm": off.tolist()})
+    again = np.array(moved.json()["places"][0]["position_mm"])
+    assert np.linalg.norm(again - off) < 3.1
+    far = {"position_mm": [0.0, 900.0, 0.0]}
+    refused = client.put(f"{aligned}/limb/places/tibial tubercle", json=far)
+    assert refused.status_code == 422
+    assert "from the surface" in refused.json()["message"]
+
+
+def test_a_preview_is_what_is_kept_afterwards(client: TestClient, aligned: str) -> None:
+    before = surface(client, aligned, "rectified")
+    tried = client.post(f"{aligned}/recipe/preview", json={"kind": "load", "parameters": LOAD})
+    header, blocks = decode_blocks(tried.content)
+    assert client.get(f"{aligned}/recipe").json()["edits"] == []
+    kept = client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD}).json()
+    assert kept["recipe"]["tag"] == header["tag"]
+    after = surface(client, aligned, "rectified")
+    positions = np.zeros((header["vertices"], 3), np.float32)
+    positions[: len(before["positions"])] = before["positions"]
+    positions[blocks["changed"]] = blocks["positions"]
+    np.testing.assert_array_equal(positions, after["positions"])
+    faces = np.zeros((header["faces"], 3), np.uint32)
+    faces[: len(before["indices"])] = before["indices"]
+    faces[blocks["faces_changed"]] = blocks["indices"]
+    np.testing.assert_array_equal(faces, after["indices"])
+    far = decode_blocks(client.get(f"{aligned}/surface/differences").content)[1]["signed_mm"]
+    assert far.min() == pytest.approx(-3.0, abs=0.05)
+    assert kept["ledger"]["lines"][0]["displacement"]["largest_mm"] == pytest.approx(-3.0, abs=0.05)
+
+
+def test_undo_goes_back_over_every_gesture(client: TestClient, aligned: str) -> None:
+    edits = f"{aligned}/recipe/edits"
+    client.post(edits, json={"kind": "load", "parameters": LOAD})
+    client.post(edits, json={"kind": "smoothing", "parameters": {"passes": 2}})
+    client.patch(f"{edits}/1", json={"on": False})
+    client.patch(f"{edits}/2", json={"number": 1})
+    client.patch(f"{edits}/1", json={"parameters": {"passes": 3}})
+    client.delete(f"{edits}/2")
+
+    def told() -> list[str]:
+        found = client.get(f"{aligned}/recipe").json()["edits"]
+        return [f"{one['kind']}{'' if one['on'] else ' off'}" for one in found]
+
+    history = [told()]
+    while client.get(f"{aligned}/recipe").json()["can_undo"]:
+        client.post(f"{aligned}/recipe/undo")
+        history.append(told())
+    assert history == [
+        ["smoothing"],
+        ["smoothing", "load off"],
+        ["smoothing", "load off"],
+        ["load off", "smoothing"],
+        ["load", "smoothing"],
+        ["load"],
+        [],
+    ]
+    for _ in range(6):
+        client.post(f"{aligned}/recipe/redo")
+    assert told() == ["smoothing"]
+    assert client.post(f"{aligned}/recipe/redo").status_code == 422
+
+
+def test_an_edit_that_is_refused_changes_nothing(client: TestClient, aligned: str) -> None:
+    deep = {**LOAD, "depth_mm": 25.0}
+    refused = client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": deep})
+    assert refused.status_code == 422
+    assert "depth" in refused.json()["message"]
+    assert client.get(f"{aligned}/recipe").json()["edits"] == []
+    unknown = client.post(f"{aligned}/recipe/edits", json={"kind": "dent", "parameters": {}})
+    assert unknown.status_code == 422
+    assert client.patch(f"{aligned}/recipe/edits/1", json={"on": False}).status_code == 422
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "dxf", "aop"])
+def test_exported_bytes_are_those_of_the_command_line(
+    client: TestClient, clinic: Clinic, aligned: str, tmp_path: Path, kind: str
+) -> None:
+    client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
+    client.post(f"{aligned}/recipe/edits", json={"kind": "smoothing", "parameters": {"passes": 2}})
+    made = client.post(f"{aligned}/exports", json={"kind": kind, "side": "left"})
+    assert made.status_code == 201, made.text
+    name = made.json()["name"]
+    got = client.get(f"{aligned}/exports/{name}").content
+    work = clinic.shelf.root / aligned.rpartition("/")[2] / "work"
+    rectified, wanted = tmp_path / "rectified.ply", tmp_path / name
+    typed("edit", "apply", work / "surface.ply", work / "recipe.toml", "-o", rectified)
+    typed("export", rectified, "--to", kind, "-o", wanted, "--side", "left")
+    assert got == wanted.read_bytes()
+    assert client.get(f"{aligned}/exports/{name}/mirror").content.startswith(b"\x89PNG")
+
+
+def test_another_side_is_not_handed_over(client: TestClient, aligned: str) -> None:
+    refused = client.post(f"{aligned}/exports", json={"kind": "stl", "side": "right"})
+    assert refused.status_code == 422
+    assert "side" in refused.json()["message"]
+    assert client.get(f"{aligned}/exports").json() == []
+    assert client.post(f"{aligned}/exports", json={"kind": "stl"}).status_code == 422
+
+
+def test_measures_are_those_of_the_command_line_with_the_tape_beside(
+    client: TestClient, clinic: Clinic, aligned: str
+) -> None:
+    tape = [{"height_mm": 100.0, "girth_mm": 150.0}, {"height_mm": 4000.0, "girth_mm": 300.0}]
+    client.put(f"{aligned}/tape", json=tape)
+    found = client.post(f"{aligned}/measures", json={"heights_mm": [60, 100]}).json()
+    scan = clinic.shelf.root / aligned.rpartition("/")[2] / "work" / "surface.ply"
+    wanted = typed("measure", scan, "--height", "60", "--height", "100")["levels"]
+    for got, row in zip(found["levels"], wanted, strict=True):
+        assert got["tape_mm"]["value"] == row["tape_mm"]["value"]
+        assert got["contour_mm"]["value"] == row["contour_mm"]["value"]
+    near, beyond = found["tape"]
+    assert near["conflict"]
+    assert near["difference_mm"] == near["measured_mm"]["value"] - 150.0
+    assert beyond["measured_mm"] is None
+    assert beyond["reason"]
+    ring = client.get(f"{aligned}/surface/section?height_mm=100").json()["rings"][0]
+    assert ring["length_mm"] == pytest.approx(found["levels"][1]["contour_mm"]["value"], rel=2e-3)
+
+
+def test_work_stays_where_the_case_is_computed_again(
+    client: TestClient, clinic: Clinic, aligned: str, limb: Mesh
+) -> None:
+    folder = clinic.shelf.root / aligned.rpartition("/")[2] / "deliverables"
+    higher = limb.with_vertices(limb.vertices_mm + np.array([0.0, 0.0, 0.5]))
+    write_ply(higher, folder / "surface.ply", "mm")
+    known = client.get(f"{aligned}/limb").json()
+    assert known["stale"]
+    assert [one["name"] for one in known["places"]] == ["tibial tubercle"]
+    steps = {one["name"]: one["state"] for one in client.get(aligned).json()["steps"]}
+    assert steps["align"] == "check"
+    fresh = client.post(f"{aligned}/limb/refresh").json()
+    assert not fresh["stale"]
+    assert [one["name"] for one in fresh["places"]] == ["tibial tubercle"]
+    assert not fresh["aligned"]
+
+
+def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned: str) -> None:
+    client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
+    told = client.post(f"{aligned}/compare", json={}).json()
+    assert "3.0 mm" in told["verdict"]
+    blocks = decode_blocks(client.post(f"{aligned}/compare/differences", json={}).content)[1]
+    assert np.nanmin(blocks["signed_mm"]) == pytest.approx(-3.0, abs=0.1)
+
+
+def test_a_shape_of_elsewhere_is_read_before_it_is_kept(
+    client: TestClient, aligned: str, limb: Mesh, tmp_path: Path
+) -> None:
+    path = write_ply(limb, tmp_path / "other.ply", "mm")
+    sent = client.put(f"{aligned}/shapes/other.ply", content=path.read_bytes())
+    assert sent.status_code == 200
+    assert client.post(f"{aligned}/compare", json={"shape": "other.ply"}).status_code == 200
+    bad = client.put(f"{aligned}/shapes/bad.ply", content=b"ply of nothing")
+    assert bad.status_code == 422
+    assert [one["name"] for one in client.get(f"{aligned}/shapes").json()] == ["other.ply"]
+    assert client.post(f"{aligned}/compare", json={"shape": "bad.ply"}).status_code == 404
