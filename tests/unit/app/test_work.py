@@ -18,7 +18,7 @@ from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 
 API = "/api/v1"
-LOAD = {"at": "tibial tubercle", "depth_mm": 3.0, "falloff_mm": 20.0}
+LOAD = {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 20.0}
 
 
 @pytest.fixture(scope="session")
@@ -39,10 +39,11 @@ def case(client: TestClient, clinic: Clinic, limb: Mesh) -> str:
 @pytest.fixture
 def aligned(client: TestClient, case: str, limb: Mesh) -> str:
     """The same with a place and axes."""
-    front = limb.vertices_mm[np.argmax(limb.vertices_mm[:, 1])]
+    middle = np.abs(limb.vertices_mm[:, 2] - limb.vertices_mm[:, 2].mean()) < 2
+    front = limb.vertices_mm[middle][np.argmax(limb.vertices_mm[middle, 1])]
     place = {"position_mm": front.tolist()}
-    assert client.put(f"{case}/limb/places/tibial tubercle", json=place).status_code == 200
-    axes = {"side": "left", "kind": "transtibial", "axis": [0, 0, 1], "anterior": [0, 1, 0]}
+    assert client.put(f"{case}/limb/places/patellar tendon", json=place).status_code == 200
+    axes = {"side": "left", "kind": "transtibial", "proximal": [0, 0, 1], "anterior": [0, 1, 0]}
     assert client.post(f"{case}/limb/align", json=axes).status_code == 200
     return case
 
@@ -78,11 +79,11 @@ def test_places_are_glued_to_the_surface_and_known_in_the_limb(
     place = known["places"][0]
     assert place["in_limb_mm"][1] > 20
     off = np.array(place["position_mm"]) + np.array([0.0, 3.0, 0.0])
-    moved = client.put(f"{aligned}/limb/places/tibial tubercle", json={"position_mm": off.tolist()})
+    moved = client.put(f"{aligned}/limb/places/patellar tendon", json={"position_mm": off.tolist()})
     again = np.array(moved.json()["places"][0]["position_mm"])
     assert np.linalg.norm(again - off) < 3.1
     far = {"position_mm": [0.0, 900.0, 0.0]}
-    refused = client.put(f"{aligned}/limb/places/tibial tubercle", json=far)
+    refused = client.put(f"{aligned}/limb/places/patellar tendon", json=far)
     assert refused.status_code == 422
     assert "from the surface" in refused.json()["message"]
 
@@ -205,17 +206,18 @@ def test_work_stays_where_the_case_is_computed_again(
     write_ply(higher, folder / "surface.ply", "mm")
     known = client.get(f"{aligned}/limb").json()
     assert known["stale"]
-    assert [one["name"] for one in known["places"]] == ["tibial tubercle"]
+    assert [one["name"] for one in known["places"]] == ["patellar tendon"]
     steps = {one["name"]: one["state"] for one in client.get(aligned).json()["steps"]}
     assert steps["align"] == "check"
     fresh = client.post(f"{aligned}/limb/refresh").json()
     assert not fresh["stale"]
-    assert [one["name"] for one in fresh["places"]] == ["tibial tubercle"]
+    assert [one["name"] for one in fresh["places"]] == ["patellar tendon"]
     assert not fresh["aligned"]
 
 
 def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned: str) -> None:
-    client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
+    edit = {"kind": "load", "parameters": LOAD}
+    assert client.post(f"{aligned}/recipe/edits", json=edit).status_code == 201
     told = client.post(f"{aligned}/compare", json={}).json()
     assert "3.0 mm" in told["verdict"]
     blocks = decode_blocks(client.post(f"{aligned}/compare/differences", json={}).content)[1]
