@@ -1,5 +1,6 @@
 /**
- * Every text of the client, English and German side by side. `{0}` and so on stand for what is put in.
+ * Every text of the client, English and German side by side. `{0}` and so on stand for what is put in;
+ * `{0:photo|photos}` is the first word where that is 1.
  *
  * Sentences of one fact; numbers with their unit after a non-breaking space; no "please". A third
  * language is a third entry in each row and its name in LANGUAGES; the type check names what lacks one.
@@ -77,11 +78,11 @@ const TEXTS = {
   "step.record": ["Record", "Protokoll"],
   "step.needs": ["Needs {0} first", "Braucht zuerst {0}"],
   "step.check": ["to check", "zu prüfen"],
-  "state.photos": ["{0} photos", "{0} Fotos"],
-  "state.places": ["{0} places", "{0} Stellen"],
-  "state.front": ["{0} places, front set", "{0} Stellen, vorne gesetzt"],
-  "state.edits": ["{0} edits", "{0} Änderungen"],
-  "state.girths": ["{0} girths", "{0} Umfänge"],
+  "state.photos": ["{0} {0:photo|photos}", "{0} {0:Foto|Fotos}"],
+  "state.places": ["{0} {0:place|places}", "{0} {0:Stelle|Stellen}"],
+  "state.front": ["{0} {0:place|places}, front set", "{0} {0:Stelle|Stellen}, vorne gesetzt"],
+  "state.edits": ["{0} {0:edit|edits}", "{0} {0:Änderung|Änderungen}"],
+  "state.girths": ["{0} {0:girth|girths}", "{0} {0:Umfang|Umfänge}"],
 
   // Cases
   "cases.all": ["All {0}", "Alle {0}"],
@@ -100,7 +101,7 @@ const TEXTS = {
   "cases.th.disk": ["On disk", "Platz"],
   "cases.th.more": ["More", "Mehr"],
   "cases.step.of": ["Step {0} of 7: {1}", "Schritt {0} von 7: {1}"],
-  "cases.disk": ["{0} used by {1} cases, {2} free", "{0} von {1} Fällen belegt, {2} frei"],
+  "cases.disk": ["{0} used by {1} {1:case|cases}, {2} free", "{0} von {1} Fällen belegt, {2} frei"],
   "cases.clearable": ["{0} can be cleared; photos, results and records stay.", "{0} können geräumt werden; Fotos, Ergebnisse und Protokolle bleiben."],
   "cases.see": ["See what goes", "Zeigen, was geht"],
   "cases.empty": ["No case yet", "Noch kein Fall"],
@@ -195,7 +196,7 @@ const TEXTS = {
   "capture.choose": ["Choose files", "Dateien wählen"],
   "capture.phone": ["From a phone", "Vom Telefon"],
   "capture.of": ["{0} of {1} photos are here", "{0} von {1} Fotos sind hier"],
-  "capture.here": ["{0} photos are here", "{0} Fotos sind hier"],
+  "capture.here": ["{0} {0:photo is|photos are} here", "{0} Fotos sind hier"],
   "capture.bytes": ["{0}, each checked. Pixels stay unchanged; place, names and serial numbers are taken out.", "{0}, jedes geprüft. Pixel unverändert; Ort, Namen und Seriennummern werden entfernt."],
   "capture.bytes.of": ["{0} of {1}, each checked.", "{0} von {1}, jedes geprüft."],
   "capture.begin": ["Put the photos of the walk-round here.", "Die Fotos des Rundgangs hierher."],
@@ -351,7 +352,7 @@ const TEXTS = {
   "expert.vertices": ["vertices", "Ecken"],
   "expert.triangles": ["triangles", "Dreiecke"],
   "expert.report": ["The capture's report", "Bericht der Aufnahme"],
-  "state.files": ["{0} files", "{0} Dateien"],
+  "state.files": ["{0} {0:file|files}", "{0} {0:Datei|Dateien}"],
   "state.tapes": ["{0} by tape", "{0} mit Band"],
 
   // Cameras
@@ -496,8 +497,9 @@ const TEXTS = {
   "place.greater trochanter": ["greater trochanter", "großer Rollhügel"],
   "place.ischial tuberosity": ["ischial tuberosity", "Sitzbein"],
   // Measure
+  "measure.busy": ["Measuring every level.", "Misst jede Höhe."],
   "measure.title": ["Girths, and what the tape reads", "Umfänge und das Bandmaß"],
-  "measure.conflicts": ["{0} readings disagree", "{0} Werte widersprechen"],
+  "measure.conflicts": ["{0} {0:reading disagrees|readings disagree}", "{0} Werte widersprechen"],
   "measure.agrees": ["The tape agrees", "Das Bandmaß stimmt überein"],
   "measure.tapes": ["{0} by tape", "{0} mit Band"],
   "measure.conflict": ["At {0} mm: tape {1}, surface {2} mm ({3}).", "Auf {0} mm: Band {1}, Fläche {2} mm ({3})."],
@@ -688,7 +690,10 @@ export function setLanguage(next: Language): void {
 export function t(key: TextKey, ...put: readonly (string | number)[]): string {
   const row: readonly string[] = TEXTS[key];
   const text = row[language.value === "de" ? 1 : 0];
-  return put.length ? text.replace(/\{(\d)\}/g, (_, k: string) => String(put[Number(k)] ?? "")) : text;
+  if (!put.length) return text;
+  return text
+    .replace(/\{(\d):([^|}]*)\|([^}]*)\}/g, (_, k: string, one: string, many: string) => (Number(put[Number(k)]) === 1 ? one : many))
+    .replace(/\{(\d)\}/g, (_, k: string) => String(put[Number(k)] ?? ""));
 }
 
 /** A key made at run time, where there is a text for it; else what was given. */

@@ -7,13 +7,18 @@ import { Notice } from "./parts";
 
 export function Refusal({ refused, action }: { refused: Refused | null; action?: ComponentChildren }) {
   if (!refused) return null;
-  const [what, rest] = parted(refused.message);
+  const [what, rest] = parted(withoutNumbers(refused.message));
   return (
     <Notice tone="red" title={what} action={action}>
       {rest && <p>{rest}</p>}
       {expert.value && <p class="mono">{refused.kind}</p>}
     </Notice>
   );
+}
+
+/** A refused edit without its list of coordinates, which no one reads: "Edit 3 (load: ...): why" keeps why. */
+export function withoutNumbers(message: string): string {
+  return message.replace(/^Edit \d+ \([\s\S]*?\): /, "");
 }
 
 /** The first sentence, and the others. */

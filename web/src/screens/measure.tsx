@@ -99,6 +99,11 @@ export function MeasureScreen({ room }: RoomProps) {
             <p class="here" role="status">
               {level.value !== null && here && Number.isFinite(here.tape_mm) && t("measure.here", level.value.toFixed(0), here.tape_mm.toFixed(1), here.contour_mm.toFixed(1))}
             </p>
+            {aligned && !found && measures.busy.value && (
+              <p class="soft small-note" role="status">
+                {t("measure.busy")}
+              </p>
+            )}
             <Refusal refused={act.refused.value ?? measures.refused.value} />
             {!aligned && limb && (
               <Notice

@@ -17,7 +17,7 @@ import { Refusal } from "../design/refusal";
 import { type Neighbours, type Shares, neighboursOf, ring, sharesAtPlace, sharesInRegion } from "../geometry/edit";
 import { signed, widthFor } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
-import { type Vec3, apply, vec3 } from "../geometry/vectors";
+import { type Vec3, apply, distance, vec3 } from "../geometry/vectors";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { fetchDifferences } from "../state/shapes";
@@ -52,6 +52,7 @@ const SNAP_MM = 0.5;
 const ASK_BEYOND_MM = 8;
 const MOST_POINTS = 48;
 const CLOSE_PX = 14;
+const APART_MM = 1;
 const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
   { name: "place", icon: "place" },
   { name: "region", icon: "region" },
@@ -154,6 +155,8 @@ export function RectifyScreen({ room }: RoomProps) {
     const values = new Float32Array(count);
     const old = from.positions.length / 3;
     const s = baseSurface.current?.data === from ? baseSurface.current : null;
+    // What this page moved for its own preview goes back: distances count from the shape as it is.
+    s?.restore();
     const p = new Vector3();
     for (let i = 0; i < count; i++) {
       const k = 3 * i;
@@ -240,8 +243,9 @@ export function RectifyScreen({ room }: RoomProps) {
     return () => removeEventListener("keydown", key);
   });
 
-  const latest = useRef({ open, limb, draft });
-  latest.current = { open, limb, draft };
+  // The tool is made once a kind; what it calls is that of the latest render.
+  const latest = useRef({ open, limb, draft, closeRegion, strokeRegion });
+  latest.current = { open, limb, draft, closeRegion, strokeRegion };
   const hands = useMemo<Tool | null>(() => {
     const what = tool.value;
     if (what === "levels" || what === "other") return null;
@@ -302,15 +306,15 @@ export function RectifyScreen({ room }: RoomProps) {
             const start = corners[0];
             if (start && corners.length > 2 && Math.hypot(start.x - first.x, start.y - first.y) < CLOSE_PX) {
               corner.current = [];
-              closeRegion(corners, fresh);
+              latest.current.closeRegion(corners, fresh);
             } else {
               corner.current = [...corners, first];
               drawing.value = corner.current.map((one) => one.point);
             }
             return;
           }
-          if (what === "brush") strokeRegion(v, points, fresh);
-          else closeRegion(points, fresh);
+          if (what === "brush") latest.current.strokeRegion(v, points, fresh);
+          else latest.current.closeRegion(points, fresh);
         }
       },
       cancel() {
@@ -323,7 +327,7 @@ export function RectifyScreen({ room }: RoomProps) {
 
   function closeRegion(points: readonly { point: Vector3; hit: Hit }[], fresh: (hit: Hit, part: Partial<Draft>) => Draft): void {
     const step = Math.max(1, Math.ceil(points.length / MOST_POINTS));
-    const line = points.filter((_, i) => i % step === 0).map((one): Vec3 => [one.point.x, one.point.y, one.point.z]);
+    const line = apart(points.filter((_, i) => i % step === 0).map((one): Vec3 => [one.point.x, one.point.y, one.point.z]));
     const inside = middleOf(line);
     if (!inside) {
       drawing.value = [];
@@ -390,10 +394,10 @@ export function RectifyScreen({ room }: RoomProps) {
       void tryOut(next);
     } else void tryOut(next);
   };
-  // After the trial is taken away the base stands on the stage again: it is moved once it is there.
+  // Until the server has answered, and after its answer was taken away, the base is moved here.
   useEffect(() => {
-    if (draft.value && !trial.value && !waits.value && !refused.value) previewHere(draft.value);
-  }, [trial.value]);
+    if (draft.value && !trial.value) previewHere(draft.value);
+  }, [trial.value, shares]);
 
   const girthHere = useMemo(() => {
     if (!limb || level.value === null || !base) return null;
@@ -571,6 +575,14 @@ export function RectifyScreen({ room }: RoomProps) {
       </aside>
     </div>
   );
+}
+
+/** A line without points that lie on their neighbour; a hand closes a line where it began. */
+function apart(line: readonly Vec3[]): Vec3[] {
+  const kept: Vec3[] = [];
+  for (const p of line) if (!kept.length || distance(kept[kept.length - 1], p) > APART_MM) kept.push(p);
+  while (kept.length > 1 && distance(kept[0], kept[kept.length - 1]) <= APART_MM) kept.pop();
+  return kept;
 }
 
 function widest(values: Float32Array): number {

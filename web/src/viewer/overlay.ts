@@ -258,7 +258,7 @@ export class Overlay {
     const perMm = (bottom - top) / (high - low);
     const yOf = (h: number) => bottom - (h - low) * perMm;
     this.heightAt = (y) => low + (bottom - y) / perMm;
-    const x = Math.max(120, Math.min(width - 150, box.right + 110));
+    const x = Math.max(120, Math.min(width - 150, box.right + 128));
     this.ticks.replaceChildren();
     el("line", { x1: x, x2: x, y1: yOf(low), y2: yOf(high) }, this.ticks);
     const every = perMm > 1.4 ? 10 : perMm > 0.7 ? 20 : 50;

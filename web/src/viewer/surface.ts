@@ -235,6 +235,8 @@ export class Surface {
 
   /** The nearest place of the surface to a point, both in the mesh's frame; its distance is signed, outward positive. */
   signedDistance(point: Vector3): { signed_mm: number; vertex: number } {
+    this.settle();
+    this.refit();
     const found = this.tree.closestPointToPoint(point, this.near);
     if (!found) return { signed_mm: 0, vertex: 0 };
     const face = 3 * found.faceIndex;
@@ -264,10 +266,7 @@ export class Surface {
   }
 
   hit(ray: Raycaster): Hit | null {
-    if (this.treeStale) {
-      this.tree.refit();
-      this.treeStale = false;
-    }
+    this.refit();
     ray.firstHitOnly = true;
     const found = ray.intersectObject(this.mesh, false)[0];
     if (!found?.face) return null;
@@ -281,6 +280,12 @@ export class Surface {
       if (d < least) [vertex, least] = [c, d];
     }
     return { face: found.faceIndex ?? 0, point, normal: found.face.normal.clone(), vertex, shown: found.point };
+  }
+
+  private refit(): void {
+    if (!this.treeStale) return;
+    this.tree.refit();
+    this.treeStale = false;
   }
 
   toShown(point: Vector3): Vector3 {
