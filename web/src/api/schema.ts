@@ -76,6 +76,29 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cases/sample": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * New Sample
+         * @description Begin a sample case: the program photographs a limb that never was, in half a minute.
+         *
+         *     Its photos arrive one after the other, and a calibrated camera with them; then ask for its shape
+         *     as for any other.
+         */
+        post: operations["new_sample"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}": {
         parameters: {
             query?: never;
@@ -1187,6 +1210,50 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cameras/{camera_id}/photos": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Board Photos
+         * @description Photos of the board that are here.
+         */
+        get: operations["list_board_photos"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cameras/{camera_id}/photos/{name}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Put Board Photo
+         * @description Send a photo of the board; as those of a case.
+         */
+        put: operations["put_board_photo"];
+        post?: never;
+        /**
+         * Delete Board Photo
+         * @description Take a photo of the board away.
+         */
+        delete: operations["delete_board_photo"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cameras/{camera_id}/file": {
         parameters: {
             query?: never;
@@ -1656,6 +1723,12 @@ export interface components {
             largest_gap_deg: number;
             /** Board Photos */
             board_photos: number | null;
+            coverage?: components["schemas"]["Coverage"] | null;
+            /**
+             * Notes
+             * @default []
+             */
+            notes: string[];
         };
         /**
          * CarverSettings
@@ -1861,6 +1934,8 @@ export interface components {
             features_per_cm2: number;
             /** Azimuth Deg */
             azimuth_deg: number;
+            /** Elevation Deg */
+            elevation_deg: number;
             /** Counts */
             counts: boolean;
             /** Remarks */
@@ -1894,6 +1969,53 @@ export interface components {
             word: string;
             /** Accepted */
             accepted: boolean;
+        };
+        /**
+         * Coverage
+         * @description What the photos that count will measure, on the limb's proxy, cell by cell.
+         *
+         *     Rows from below upwards, the last ones on the upper end; columns counter-clockwise, azimuth 0
+         *     first. None stands for what is not measured, or is no part of the limb.
+         */
+        Coverage: {
+            /** Rows */
+            rows: number;
+            /** Side Rows */
+            side_rows: number;
+            /** Columns */
+            columns: number;
+            /** Photos */
+            photos: (number | null)[][];
+            /** Sigma Mm */
+            sigma_mm: (number | null)[][];
+            /** Length */
+            length: number;
+            /** Radius */
+            radius: number;
+            /** Measured */
+            measured: number;
+            /** Well */
+            well: number;
+            /** Sigma Middle Mm */
+            sigma_middle_mm: number;
+            /** Regions */
+            regions: components["schemas"]["CoveredRegion"][];
+            /** Weakest */
+            weakest: string;
+        };
+        /**
+         * CoveredRegion
+         * @description A part of the limb: a third of its height, and the side that faces an hour; or its end.
+         */
+        CoveredRegion: {
+            /** Name */
+            name: string;
+            /** Photos */
+            photos: number;
+            /** Unseen */
+            unseen: number;
+            /** Sigma Mm */
+            sigma_mm: number;
         };
         /**
          * Displacement
@@ -2199,6 +2321,11 @@ export interface components {
             /** Sigma Px */
             sigma_px?: number | null;
             /**
+             * Length Sigma Mm
+             * @default 0
+             */
+            length_sigma_mm: number;
+            /**
              * Ends
              * @default [
              *       "its first end",
@@ -2439,11 +2566,13 @@ export interface components {
             count: number;
             /** Azimuths Deg */
             azimuths_deg: number[];
+            /** Elevations Deg */
+            elevations_deg: number[];
             /** Between */
             between: [
                 string,
                 string
-            ];
+            ] | null;
             /** Words */
             words: string;
         };
@@ -3502,6 +3631,71 @@ export interface operations {
         responses: {
             /** @description Successful Response */
             201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Case"];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    new_sample: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            202: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8151,6 +8345,220 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["CameraReply"];
                 };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    list_board_photos: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the camera. */
+                camera_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Photos"];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    put_board_photo: {
+        parameters: {
+            query?: {
+                replace?: boolean;
+            };
+            header?: {
+                "content-range"?: string | null;
+            };
+            path: {
+                /** @description Id of the camera. */
+                camera_id: string;
+                /** @description The file's own name. */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Sent"];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    delete_board_photo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the camera. */
+                camera_id: string;
+                /** @description The file's own name. */
+                name: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Nobody is signed in. */
             401: {
