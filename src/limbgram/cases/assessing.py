@@ -62,11 +62,13 @@ def kept_evidence(case: CaseFolder) -> Evidence:
             finished with.
     """
     keys = _keys_of_finished(case)
-    board, tapes = keys.get("find_board"), keys.get("hold_tapes")
+    # of a turning object only the board that keeps one place beside it counts
+    board = "board_of_object" if "board_of_object" in keys else "find_board"
+    tapes = keys.get("hold_tapes")
     return Evidence(
         photos=_read(case, keys, "read_photos", PhotoSet),
         cameras=_read(case, keys, "cameras_for", Cameras),
-        detections=None if board is None else _read(case, keys, "find_board", BoardDetections),
+        detections=_read(case, keys, board, BoardDetections) if board in keys else None,
         metric=_read(case, keys, "to_millimetres", MetricScene),
         mesh=_read(case, keys, "measure", Mesh),
         tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),

@@ -40,6 +40,7 @@ from limbgram.reconstruction.poses import (
     Poses,
     PosesOptions,
     above_floors,
+    board_of_object,
     find_poses,
     may_be_turned_over,
     refuse_apart,
@@ -48,9 +49,8 @@ from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
-from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.taping import TapeWitnesses, hold_tapes
-from limbgram.reconstruction.surface.parts import PartOptions, tell_parts
+from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
 from limbgram.reconstruction.surface.repair import RepairOptions, repair
@@ -189,8 +189,8 @@ def reconstruct(
     found = None if board is None else run(find_board, photos, board, options.targets)
     placing = place_photos(photos, cameras, options, run, found)
     scene = placing.scene
-    if found is not None:
-        found = placing.poses.one_board(without_still_board(found, placing.still))
+    if found is not None and (placing.still.groups or placing.poses.sides):
+        found = run(board_of_object, found, placing.still, placing.poses)
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
@@ -209,6 +209,8 @@ def reconstruct(
     surface = PoissonOptions() if placing.poses.sides else options.surface
     wrapped = wrap(cloud, surface, run)
     parts = run(tell_parts, wrapped, cloud, metric.scene.views, options.parts)
+    if parts.sides_of_a_wall:
+        parts = _wall_in_one(parts, cloud, metric, options.parts, run)
 
     def finest(coarse: Mesh, number: int) -> Resolution:
         return resolution_for(
@@ -364,6 +366,18 @@ def _lacking(scene: Scene) -> str:
     if min(one.points for one in scene.verdicts) < _FIRM_POINTS:
         return "a photo with few points"
     return ""
+
+
+def _wall_in_one(
+    torn: Parts, cloud: Cloud, metric: MetricScene, options: PartOptions, run: Run
+) -> Parts:
+    """Both sides of a wall as one body where a closed surface joins them, else as they are.
+
+    Ball Pivoting stops at the rim of a pot, which is narrower than its balls.
+    """
+    wrapped = run(poisson, cloud, PoissonOptions())
+    whole = run(tell_parts, wrapped, cloud, metric.scene.views, options)
+    return whole if whole.joins(torn) else torn
 
 
 def _if_it_can_be(part: Part, measured: Callable[[int], Mesh]) -> OtherPart:

@@ -37,9 +37,11 @@ from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.matching.matching import Matches
+from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 from limbgram.reconstruction.twoview.pairs import Pairs, some_of
@@ -168,6 +170,11 @@ def find_poses(
 def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
     """Whether a scene looks as if the object or the room were in it twice."""
     return any(True for _ in _suspected(scene, detections))
+
+
+def board_of_object(detections: BoardDetections, still: Still, poses: Poses) -> BoardDetections:
+    """The board where it keeps one place beside the object: only there it tells the scale."""
+    return poses.one_board(without_still_board(detections, still))
 
 
 def refuse_apart(poses: Poses, scene: Scene) -> None:

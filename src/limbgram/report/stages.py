@@ -16,6 +16,7 @@ _STAGES = {
     "place roughly": "Place the photos",
     "follow points": "Points at full size",
     "find board": "Find the board",
+    "board of object": "The board beside the object",
     "find marks": "Find the marks",
     "to millimetres": "Scale",
     "find region": "Find the limb",

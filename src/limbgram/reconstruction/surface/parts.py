@@ -39,6 +39,9 @@ _MIDDLE_SHARE = 0.25
 """A photo looks at its middle: weights fall as a Gaussian of this part of its shorter side."""
 _WALL_SHARE = 0.1
 """Two sides of one wall lie nearer to each other than this part of the larger one's size."""
+_WHOLE_WALL = 0.9
+"""A surface that joins two sides of a wall has at least this part of their area: a pot on a sheet
+has 0.98, and what is missing of it are the crumbs of its rim."""
 _OPPOSITE_COSINE = -0.5
 _MOST_OF_IT = 0.5
 _GOES_ON_COSINE = 0.7
@@ -98,6 +101,19 @@ class Parts:
         torn = sum(part.area_mm2 for part in self.others if part.relation == "torn off")
         left_out = self.crumb_area_mm2 + torn
         return left_out / (left_out + areas[self.chosen])
+
+    @property
+    def sides_of_a_wall(self) -> bool:
+        """Whether two sides of one wall are two bodies, and nobody chose one of them."""
+        return not self.given and any(part.relation == "other side" for part in self.parts)
+
+    def joins(self, torn: "Parts") -> bool:
+        """Whether the meant part here is all that was meant there, with the other side of it."""
+        area = {part.number: part.area_mm2 for part in self.parts}[self.chosen]
+        wall = sum(
+            part.area_mm2 for part in torn.parts if part.relation in ("chosen", "other side")
+        )
+        return area > _WHOLE_WALL * wall
 
 
 def tell_parts(

@@ -13,6 +13,7 @@ from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.mesh.topology import boundary_loops, face_components
 from limbgram.reconstruction.surface.parts import PartOptions, Parts, tell_parts
 from limbgram.reconstruction.surface.pivoting import pivot
+from limbgram.reconstruction.surface.poisson import poisson
 from limbgram.reconstruction.surface.repair import repair
 
 MakeCloud = Callable[..., Cloud]
@@ -79,6 +80,35 @@ def test_both_sides_of_a_wall_are_kept_and_neither_lacks_the_other(pot: Cloud) -
     assert mesh.repairs.island_share == 0.0
     assert [part.number for part in mesh.repairs.others] == [2]
     assert from_axis_mm(mesh).min() > OUTER_MM - 1
+
+
+def rim(make_cloud: MakeCloud) -> Cloud:
+    """The top of the wall, which joins its sides."""
+    rings = [
+        tube(make_cloud, radius, HIGH_MM - 0.5, HIGH_MM)
+        for radius in np.arange(INNER_MM + 0.5, OUTER_MM, 0.8)
+    ]
+    points = np.concatenate([one.points_mm for one in rings])
+    up = np.zeros_like(points)
+    up[:, 2] = 1.0
+    return make_cloud(points, up, 0.03)
+
+
+def test_a_closed_surface_joins_the_sides_of_a_wall_whose_rim_is_seen(
+    pot: Cloud, make_cloud: MakeCloud
+) -> None:
+    torn = parts_of(pot)
+    assert torn.sides_of_a_wall
+    assert not parts_of(pot, PartOptions(chosen=2)).sides_of_a_wall
+    unseen = tell_parts(poisson(pot), pot)
+    assert not unseen.joins(torn)
+    seen = joined(pot, seen_by(rim(make_cloud), 6))
+    whole = tell_parts(poisson(seen), seen)
+    assert whole.joins(torn)
+    assert not whole.sides_of_a_wall
+    walls = sum(part.area_mm2 for part in torn.parts)
+    top = np.pi * (OUTER_MM**2 - INNER_MM**2)
+    assert whole.parts[0].area_mm2 == pytest.approx(walls + top, rel=0.05)
 
 
 def test_each_part_is_made_whole_by_its_number(pot: Cloud) -> None:
