@@ -3,7 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,7 +19,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
-from limbgram.cases.batch.attempt import Plan
+from limbgram.cases.batch.attempt import Outcome, Plan
 from limbgram.cases.batch.finding import Capture, find_captures, loose_photos
 from limbgram.cases.batch.running import BatchOptions, BatchRun
 from limbgram.cases.batch.settings import (
@@ -35,7 +35,13 @@ from limbgram.cases.batch.settings import (
     several,
 )
 from limbgram.cases.batch.steps import steps_of
-from limbgram.cases.batch.table import NAMES, write_table
+from limbgram.cases.batch.table import (
+    NAMES,
+    BatchTable,
+    earlier_outcomes,
+    table_of,
+    write_table,
+)
 from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event
@@ -79,6 +85,14 @@ def batch_command(
     only: Annotated[
         list[str] | None, typer.Option(help="Only the capture of this name. Repeat it.")
     ] = None,
+    part: Annotated[
+        str | None,
+        typer.Option(
+            help="Of N jobs that share the work, such as those of a cluster's queue, job K: K/N. "
+            "It does every Nth capture and writes no table; run the batch once more for that.",
+            show_default=False,
+        ),
+    ] = None,
     at_once: Annotated[
         int | None,
         typer.Option(
@@ -120,7 +134,8 @@ def batch_command(
             "limbgram batch CAPTURES -o CASES."
         )
     batch, base = _batch(folder, settings)
-    captures = _chosen(find_captures(folder, batch, cases), only, batch)
+    found = find_captures(folder, batch, cases)
+    captures = _part(_chosen(found, only, batch), part)
     plans = tuple(_plan(capture, batch, base, cases) for capture in captures)
     notes = _notes(folder)
     if dry_run:
@@ -130,10 +145,21 @@ def batch_command(
         memory_mb=None if memory is None else 1024 * memory,
         attempts=attempts,
     )
-    with locked(CaseFolder(cases)), _display(as_json) as screen:
-        run = BatchRun(plans, cases.absolute(), options, screen.show)
+    cases = cases.absolute()
+    shared = nullcontext() if part is not None else locked(CaseFolder(cases))
+    with shared, _display(as_json) as screen:
+        run = BatchRun(plans, cases, options, screen.show)
         outcomes = run.wait()
-        table = write_table(outcomes, cases.absolute(), notes, stopped=run.stopping.asked)
+        stopped = run.stopping.asked
+        if part is not None:
+            return _reply(outcomes, table_of(outcomes, cases, notes, stopped=stopped), stopped)
+        told = {**earlier_outcomes(cases), **{one.name: one for one in outcomes}}
+        shown = [told[one.name] for one in found if one.name in told]
+        return _reply(shown, write_table(shown, cases, notes, stopped=stopped), stopped)
+
+
+def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Reply:
+    """How many went well, and what is wrong with the others."""
     faults = [f"  {one.name}: {one.state}: {one.message}" for one in outcomes if not one.done] + [
         f"  {one.name}: {step.name}: {step.message}"
         for one in outcomes
@@ -145,11 +171,10 @@ def batch_command(
         table.line,
         *faults[:_SHOWN_AT_MOST],
         *([f"  and {more} more in the table"] if more > 0 else []),
-        *notes,
-        f"Look at it: {cases / NAMES[2]}",
-        f"The table: {cases / NAMES[1]}",
+        *table.content["notes"],
+        *(f"Written: {path}" for path in table.written),
     )
-    code = Cancelled.exit_code if run.stopping.asked else table.exit_code
+    code = Cancelled.exit_code if stopped else table.exit_code
     return Reply(lines, table.content, exit_code=code)
 
 
@@ -181,6 +206,24 @@ def _chosen(
     if taken:
         raise OptionsError(f"{', '.join(taken)} is the name of our own table. Rename the capture.")
     return tuple(one for one in captures if only is None or one.name in only)
+
+
+def _part(captures: tuple[Capture, ...], part: str | None) -> tuple[Capture, ...]:
+    """The captures of one of several jobs.
+
+    Raises:
+        OptionsError: the part is none.
+    """
+    if part is None:
+        return captures
+    number, slash, count = part.partition("/")
+    numbers = (number.strip(), count.strip())
+    if not slash or not all(one.isdecimal() and len(one) < 8 for one in numbers):
+        raise OptionsError(f"--part {part!r} is none. Write the first of forty jobs as 1/40.")
+    first, every = int(numbers[0]), int(numbers[1])
+    if not 1 <= first <= every:
+        raise OptionsError(f"--part {part!r}: the number must lie between 1 and {every}.")
+    return captures[first - 1 :: every]
 
 
 def _plan(capture: Capture, batch: Batch, base: Path, cases: Path) -> Plan:

@@ -71,6 +71,8 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
 
 def counted(rows: Sequence[BatchRow]) -> str:
     """How many of each verdict there are, in a sentence."""
+    if not rows:
+        return "No captures."
     lights = Counter(row.light or "" for row in rows)
     words = (("green", "green"), ("amber", "amber"), ("red", "red"), ("", "without a result"))
     told = [f"{lights[light]} {word}" for light, word in words if lights[light]]

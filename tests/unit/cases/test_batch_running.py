@@ -13,12 +13,13 @@ from typing import Any
 import pytest
 
 from limbgram.cases.batch import attempt as attempting
-from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome, worst_of
+from limbgram.cases.batch.attempt import Outcome, Plan, StepOutcome, WrittenFile, worst_of
 from limbgram.cases.batch.finding import Capture
 from limbgram.cases.batch.memory import MemoryGate
 from limbgram.cases.batch.running import BatchOptions, BatchRun, _share
 from limbgram.cases.batch.stopping import Stopping
-from limbgram.cases.batch.table import write_table
+from limbgram.cases.batch.table import earlier_outcomes, write_table
+from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event, Supervision
 from limbgram.core.errors import Cancelled, OptionsError
@@ -208,3 +209,41 @@ def test_a_table_cell_is_no_formula(tmp_path: Path) -> None:
     assert row["steps_failed"] == "align"
     assert "align: No place." in row["message"]
     assert "a step after the surface failed" in table.line
+
+
+def test_a_capture_that_another_batch_works_on_is_left_to_it(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    batch = run({"a": "green"}, lambda _: None)
+    with locked(CaseFolder(tmp_path / "out" / "a" / "batch")):
+        outcomes = batch.wait()
+    assert states(outcomes) == {"a": ("refused", 3, 1)}
+    assert "Another run is working" in outcomes[0].message
+
+
+def test_a_process_that_outlives_its_batch_is_waited_for(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    batch = run({"a": "green"}, lambda _: None)
+    held, left = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        with locked(CaseFolder(tmp_path / "out" / "a")):
+            held.set()
+            left.wait(1.0)
+
+    threading.Thread(target=hold).start()
+    held.wait(5)
+    began = time.monotonic()
+    assert states(batch.wait()) == {"a": ("finished", 0, 1)}
+    assert time.monotonic() - began > 0.8
+
+
+def test_the_table_of_a_part_is_completed_by_what_was_told_before(tmp_path: Path) -> None:
+    assert earlier_outcomes(tmp_path) == {}
+    step = StepOutcome(name="align", state="done", files=(WrittenFile(path="a", sha256="b"),))
+    before = Outcome(name="a", source="a", state="finished", light="green", steps=(step,))
+    write_table([before], tmp_path, (), stopped=False)
+    assert earlier_outcomes(tmp_path) == {"a": before}
+    (tmp_path / "batch.json").write_text("{")
+    assert earlier_outcomes(tmp_path) == {}

@@ -26,10 +26,10 @@ from limbgram.cases.batch.stopping import Stopping
 from limbgram.cases.batch.zips import unpack
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import code_version, file_sha256
-from limbgram.cases.folder import CaseFolder, incoming
+from limbgram.cases.folder import CaseFolder, incoming, locked
 from limbgram.cases.order import Job, plain_tree
 from limbgram.cases.record import read_record, write_json
-from limbgram.cases.supervision import Event, JobBug, JobDied, Supervision
+from limbgram.cases.supervision import GRACE_S, Event, JobBug, JobDied, Supervision
 from limbgram.core.errors import (
     RED_EXIT_CODE,
     Cancelled,
@@ -52,6 +52,8 @@ _SCHEMA = "limbgram-batch-case/1"
 _LARGEST_BYTES = 16_000_000
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
 _UNPACKED = ".unpacked"
+_PATIENCE_S = GRACE_S + 10.0
+_STEP_S = 0.2
 _BY_HAND = "The limb file was changed by hand since, and is kept as it is."
 
 
@@ -160,7 +162,14 @@ def attempt(
         name=plan.capture.name, source=plan.capture.path.name, state="refused", attempts=number
     )
     try:
-        outcome = _done(plan, cases, base, listener, stopping, gate)
+        stopping.check()
+        if plan.refusal is not None:
+            raise plan.refusal
+        with locked(_own_folder(CaseFolder(plan.job.case))):
+            try:
+                outcome = _done(plan, cases, base, listener, stopping, gate)
+            finally:
+                shutil.rmtree(_unpacked(plan, cases), ignore_errors=True)
     except Cancelled as error:
         outcome = _ended(base, "cancelled", error)
     except JobDied as error:
@@ -180,9 +189,6 @@ def attempt(
         if error.errno is None:
             raise
         outcome = _ended(base, "refused", CaseError(disk_advice(error)))
-    finally:
-        if not stopping.asked:
-            shutil.rmtree(_unpacked(plan, cases), ignore_errors=True)
     return replace(outcome, seconds=round(time.monotonic() - began, 2))
 
 
@@ -206,9 +212,6 @@ def _done(
     stopping: Stopping,
     gate: MemoryGate,
 ) -> Outcome:
-    stopping.check()
-    if plan.refusal is not None:
-        raise plan.refusal
     case = CaseFolder(plan.job.case)
     key = _key(plan)
     kept = _kept(case)
@@ -217,6 +220,7 @@ def _done(
         return _judged(base, case, steps, "unchanged")
     job = replace(plan.job, sources=_sources(plan, cases))
     with gate.hold(need_mb(job.sources), stopping):
+        _wait_until_free(case, stopping)
         supervision = Supervision(job, listener)
         with stopping.calling(supervision.stop):
             supervision.wait()
@@ -224,6 +228,24 @@ def _done(
     whole = all(step.state in ("done", "kept") for step in steps)
     _keep(case, _Done(key=key if whole else "", steps=steps))
     return _judged(base, case, steps, "finished")
+
+
+def _wait_until_free(case: CaseFolder, stopping: Stopping) -> None:
+    """Until a process of an earlier batch that was killed itself has ended, at its next step.
+
+    Raises:
+        CaseError: somebody else goes on working in the case.
+    """
+    deadline = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            with locked(case):
+                return
+        except CaseError:
+            if time.monotonic() > deadline:
+                raise
+            stopping.check()
+            time.sleep(_STEP_S)
 
 
 def _sources(plan: Plan, cases: Path) -> tuple[Path, ...]:
@@ -355,7 +377,7 @@ def _after(
             yield replace(broken, name=step.name, message=message, files=(), key="")
             continue
         listener({"event": "progress", "stage": f"then {step.name}", "done": 0, "total": 0})
-        out = case.root / "batch" / step.name
+        out = _own_folder(case).root / step.name
         edited = out / surface.name.replace("surface", "rectified")
         places = Places(surface=surface, shape=shape, edited=edited, case=case.root, out=out)
         outcome = _step(step, places, case, earlier.get(step.name), stopping)
@@ -434,8 +456,13 @@ def _files(step: Step, places: Places, case: CaseFolder) -> tuple[WrittenFile, .
     )
 
 
+def _own_folder(case: CaseFolder) -> CaseFolder:
+    """Where a batch keeps its own files of a case; its lock keeps two batches apart."""
+    return CaseFolder(case.root / "batch")
+
+
 def _place(case: CaseFolder) -> Path:
-    return case.root / "batch" / "done.json"
+    return _own_folder(case).root / "done.json"
 
 
 def _kept(case: CaseFolder) -> _Done:
@@ -451,5 +478,4 @@ def _kept(case: CaseFolder) -> _Done:
 
 
 def _keep(case: CaseFolder, done: _Done) -> None:
-    _place(case).parent.mkdir(parents=True, exist_ok=True)
     write_json(_place(case), tree_of(done))

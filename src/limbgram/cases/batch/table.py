@@ -6,7 +6,7 @@ Out     CASES/batch.json (limbgram-batch/1), CASES/batch.csv, CASES/batch.html
 import csv
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,9 @@ from PIL import Image
 
 from limbgram.cases.batch.attempt import Outcome, thumbnail_of, worst_of
 from limbgram.cases.record import write_json
-from limbgram.core.files import write_bytes
-from limbgram.core.typed import tree_of
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.report.batch import BatchRow, batch_report, counted
 from limbgram.report.drawings.drawing import Picture
 from limbgram.report.html import html_of
@@ -31,26 +32,48 @@ _STATES = {
     "failed": "fault of the program",
     "cancelled": "stopped",
 }
+_LARGEST_BYTES = 256_000_000
 NAMES = ("batch.json", "batch.csv", "batch.html")
 
 
 @dataclass(frozen=True)
 class BatchTable:
-    """The outcomes of a batch, and where they are written."""
+    """The outcomes of a batch, and where they were written."""
 
     content: dict[str, Any]
     line: str
     """How many went well."""
     exit_code: int
-    written: tuple[Path, ...]
+    written: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kept:
+    """What is read of an earlier table."""
+
+    schema: str
+    captures: tuple[Outcome, ...]
 
 
 def write_table(
     outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
 ) -> BatchTable:
     """Write the three files, each whole or not at all."""
+    cases.mkdir(parents=True, exist_ok=True)
+    table = table_of(outcomes, cases, notes, stopped=stopped)
+    rows = [_row(one, cases, pictured=True) for one in outcomes]
+    places = tuple(cases / name for name in NAMES)
+    write_json(places[0], table.content)
+    write_bytes(places[1], _csv(outcomes).encode())
+    write_bytes(places[2], html_of(batch_report(rows, notes, stopped=stopped)).encode())
+    return replace(table, written=places)
+
+
+def table_of(
+    outcomes: Sequence[Outcome], cases: Path, notes: Sequence[str], *, stopped: bool
+) -> BatchTable:
+    """The table without its files."""
     code = worst_of([one.exit_code for one in outcomes])
-    rows = [_row(one, cases) for one in outcomes]
     content = {
         "schema": _SCHEMA,
         "exit_code": code,
@@ -58,14 +81,21 @@ def write_table(
         "notes": list(notes),
         "captures": [tree_of(one) | {"case": one.name} for one in outcomes],
     }
-    places = tuple(cases / name for name in NAMES)
-    write_json(places[0], content)
-    write_bytes(places[1], _csv(outcomes).encode())
-    write_bytes(places[2], html_of(batch_report(rows, notes, stopped=stopped)).encode())
-    return BatchTable(content, counted(rows), code, places)
+    return BatchTable(content, counted([_row(one, cases) for one in outcomes]), code)
 
 
-def _row(outcome: Outcome, cases: Path) -> BatchRow:
+def earlier_outcomes(cases: Path) -> dict[str, Outcome]:
+    """What the last table says, by capture; nothing where there is none that can be read."""
+    place = cases / NAMES[0]
+    try:
+        tree = json_of(read_content(place, _LARGEST_BYTES, CaseError))
+        kept = value_of(tree, _Kept, "", Strictness(pass_over_unknown=True))
+    except (CaseError, ValueError):
+        return {}
+    return {one.name: one for one in kept.captures} if kept.schema == _SCHEMA else {}
+
+
+def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
     return BatchRow(
         name=outcome.name,
         source=outcome.source,
@@ -76,7 +106,9 @@ def _row(outcome: Outcome, cases: Path) -> BatchRow:
         faults=tuple(f"{one.name}: {one.message}" for one in outcome.steps if one.exit_code),
         attempts=outcome.attempts,
         seconds=outcome.seconds,
-        thumbnail=_thumbnail(cases / outcome.name, outcome.name) if outcome.done else None,
+        thumbnail=_thumbnail(cases / outcome.name, outcome.name)
+        if pictured and outcome.done
+        else None,
     )
 
 
