@@ -1,8 +1,8 @@
 """Batch: a folder of captures, good and bad, done by one command while its processes are killed.
 
 One small synthetic capture is made; its copies lack another photo each, half of them are zips.
-Beside them lie captures that cannot be done: one photo, text named as photos, a zip bomb, a zip that
-leaves its folder, settings with a slip. The folder is done once undisturbed, and once while
+Beside them lie captures that cannot be done: one photo, text named as photos, a zip bomb, a zip
+that leaves its folder, settings with a slip. The folder is done once undisturbed, and once while
 processes are killed at random moments (SIGKILL: a worker, or the command itself, which is then
 started again). Whatever has a result must hold the same bytes both times and as
 `limbgram reconstruct` makes them alone; whatever has none must say why. Then the command runs once
