@@ -2,6 +2,8 @@
 where."""
 
 import io
+import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,11 +11,15 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import check_sources
+from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
+from limbgram.cli.main import app
+from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run
+from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.report.drawings.coverage import coverage_picture
 from limbgram.synthetic import CaptureOptions, make_capture
@@ -32,11 +38,14 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     return make_capture(tmp_path_factory.mktemp("check") / "capture", options)
 
 
-def checked(capture: Capture, photos: list[Path]) -> CaptureCheck:
+def lens_of(capture: Capture) -> Calibration:
     covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
     camera = capture.truth.views[0].camera
-    lens = Calibration(camera=camera, covariance=covariance, source="board")
-    return check_sources(photos, [lens], parse_board(DEFAULT_BOARD), Run())
+    return Calibration(camera=camera, covariance=covariance, source="board")
+
+
+def checked(capture: Capture, photos: list[Path]) -> CaptureCheck:
+    return check_sources(photos, [lens_of(capture)], parse_board(DEFAULT_BOARD), Run())
 
 
 def true_azimuths_deg(capture: Capture) -> np.ndarray:
@@ -127,3 +136,44 @@ def test_without_the_board_it_is_said(capture: Capture) -> None:
     )
     assert not found.go
     assert any("board" in text.lower() for text in found.findings)
+
+
+def test_a_capture_that_grows_is_told_the_same_and_known_photos_cost_nothing(
+    capture: Capture, tmp_path: Path
+) -> None:
+    whole = checked(capture, list(capture.photos))
+    with CaptureWatch([lens_of(capture)], parse_board(DEFAULT_BOARD)) as watch:
+        shutil.copy(capture.photos[0], tmp_path)
+        with pytest.raises(PhotoError, match="1 readable photos so far"):
+            watch.check([tmp_path])
+        for photo in capture.photos[1:11]:
+            shutil.copy(photo, tmp_path)
+        (tmp_path / "notes.txt").write_text("not a photo")
+        part = watch.check([tmp_path])
+        assert not part.go
+        assert len(part.photos) == 11
+        for photo in capture.photos[11:]:
+            shutil.copy(photo, tmp_path)
+        found = watch.check([tmp_path])
+        again = Run()
+        assert watch.check([tmp_path], again) == found
+        stages = {one.stage for one in again.timings}
+        assert not stages & {"read photos", "reduce photos", "detect", "match pairs", "verify"}
+    assert found.go
+    assert [one.name for one in found.photos] == [one.name for one in whole.photos]
+    assert found.coverage is not None
+    assert whole.coverage is not None
+    expected = whole.coverage.sigma_middle_mm
+    assert found.coverage.sigma_middle_mm == pytest.approx(expected, rel=0.05)
+    turns = [one.azimuth_deg for one in found.photos]
+    np.testing.assert_allclose(turns, [one.azimuth_deg for one in whole.photos], atol=0.5)
+
+
+def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
+    camera = tmp_path / "camera.json"
+    write_camera(camera, lens_of(capture))
+    asked = ["check", str(capture.folder / "images"), "--camera", str(camera), "--watch"]
+    said = CliRunner().invoke(app, [*asked, "--json", "--picture", str(tmp_path / "ring.png")])
+    assert said.exit_code == 0, said.output
+    assert json.loads(said.stdout)["go"]
+    assert (tmp_path / "ring.png").stat().st_size > 10_000

@@ -184,6 +184,8 @@ class Coverage:
     photos: tuple[tuple[int | None, ...], ...]
     """Photos that show the cell squarely enough, six at most."""
     sigma_mm: tuple[tuple[float | None, ...], ...]
+    places: tuple[tuple[tuple[float, float, float], ...], ...]
+    """Middles of the cells in the scene."""
     length: float
     """Of the limb along its axis, in the scene's unit."""
     radius: float
@@ -653,6 +655,10 @@ def coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Covera
         sigma_mm=tuple(
             tuple(float(s) if there and np.isfinite(s) else None for s, there in zip(row, own))
             for row, own in zip(sigmas, known)
+        ),
+        places=tuple(
+            tuple((float(x), float(y), float(z)) for x, y, z in row)
+            for row in proxy.mesh.vertices_mm[:-1].reshape(proxy.rows, COLUMNS, 3)
         ),
         length=proxy.length,
         radius=proxy.radius,

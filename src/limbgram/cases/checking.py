@@ -1,20 +1,32 @@
-"""Checking a capture where its photos lie: small copies are made, used and removed."""
+"""Checking a capture where its photos lie: small copies are made, used and removed.
+
+A CaptureWatch keeps them, and all that is known of each photo, for as long as photos come: another
+photo costs the work on that photo, and the placing of all.
+"""
 
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import TracebackType
+from typing import Self
 
 import cv2
 import numpy as np
 
-from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, check_capture
+from limbgram.capture.coach import DEFAULTS, CaptureCheck, CheckOptions, Coach, check_capture
 from limbgram.cases.frames import take_frames
+from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
-from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.photos.reading import (
+    PhotoOptions,
+    grouped,
+    natural_order,
+    read_photos,
+)
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 
@@ -44,6 +56,103 @@ def check_sources(
         photos = run(read_photos, named)
         small = run(reduce_photos, photos, folder)
         return check_capture(photos, small, calibrations, board, options, run)
+
+
+_Stamp = tuple[int, int]
+"""Size and time of a file: what tells that it is the one that was read."""
+
+
+class CaptureWatch:
+    """Checks a capture while it grows. Use it in a `with`: what it keeps is removed at the end."""
+
+    def __init__(
+        self,
+        calibrations: Sequence[Calibration],
+        board: Board | None,
+        options: CheckOptions = DEFAULTS,
+    ) -> None:
+        self._coach = Coach(calibrations, board, options)
+        self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
+        self._read: dict[Path, tuple[_Stamp, Photo | None, Photo | None]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._scratch.cleanup()
+
+    def check(self, sources: Sequence[Path], run: Run | None = None) -> CaptureCheck:
+        """Check the photos in these files and folders as they are now.
+
+        Raises:
+            PhotoError: a source does not exist, or fewer than two photos are readable.
+        """
+        run = run or Run()
+        stamps = stamps_of(sources)
+        self._read = {file: own for file, own in self._read.items() if stamps.get(file) == own[0]}
+        new = [file for file in stamps if file not in self._read]
+        if new:
+            self._take_in(new, stamps, run)
+        pairs = self._pairs()
+        if len(pairs) < 2:
+            raise PhotoError(
+                f"{len(pairs)} readable photos so far; 2 are needed for a check. Go on taking "
+                "photos."
+            )
+        photos = grouped([photo for photo, _ in pairs], ())
+        small = grouped([copy for _, copy in pairs], ())
+        return self._coach.check(photos, small, run)
+
+    def _take_in(self, new: Sequence[Path], stamps: dict[Path, _Stamp], run: Run) -> None:
+        """Read new files, and make their small copies."""
+        known: dict[Path, Photo] = {}
+        copies: dict[Path, Photo] = {}
+        try:
+            photos = run(read_photos, new, PhotoOptions(min_photos=1))
+        except PhotoError:  # none of them is a photo
+            photos = None
+        if photos is not None:
+            folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
+            small = run(reduce_photos, photos, folder)
+            for photo, copy in zip(photos.photos, small.photos):
+                known[photo.path], copies[photo.path] = photo, copy
+        for file in new:
+            self._read[file] = (stamps[file], known.get(file), copies.get(file))
+
+    def _pairs(self) -> list[tuple[Photo, Photo]]:
+        """Photos with their small copies, in order, each content once."""
+        found: dict[str, tuple[Photo, Photo]] = {}
+        for file in sorted(self._read, key=natural_order):
+            _, photo, copy = self._read[file]
+            if photo is not None and copy is not None:
+                found.setdefault(photo.sha256, (photo, copy))
+        return list(found.values())
+
+
+def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
+    """The files that lie there now, each with what changes when it is written again.
+
+    Raises:
+        PhotoError: a source does not exist.
+    """
+    found: dict[Path, _Stamp] = {}
+    for source in sources:
+        if not source.exists():
+            raise PhotoError(f"{source} does not exist. Check the path of the photos.")
+        inside = source.is_dir()
+        for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
+            if file.is_file() and not (inside and file.name.startswith(".")):
+                about = file.stat()
+                found[file] = (about.st_size, about.st_mtime_ns)
+    return found
 
 
 def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:

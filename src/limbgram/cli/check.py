@@ -1,20 +1,29 @@
 """`limbgram check`: is a capture good, or which photos are missing."""
 
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from limbgram.cases.checking import check_sources
+from limbgram.capture.coach import CaptureCheck
+from limbgram.cases.checking import CaptureWatch, check_sources, stamps_of
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
-from limbgram.cli.progress import display
+from limbgram.cli.progress import Display, display
 from limbgram.cli.replies import Reply, answered
-from limbgram.core.errors import printable
+from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.video import is_video
+from limbgram.reconstruction.targets.board import Board
 from limbgram.report.drawings.coverage import coverage_picture
+
+_POLL_S = 0.5
+"""Between two looks at a folder; a file that changes between them is still being written."""
 
 
 @answered
@@ -40,6 +49,10 @@ def check_command(
             "expected interval on the unrolled limb."
         ),
     ] = None,
+    watch: Annotated[
+        bool,
+        typer.Option("--watch", help="Stay and check again whenever a photo comes, until GO."),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Say within a minute whether a capture is good, or which photos to add and from where.
@@ -50,20 +63,55 @@ def check_command(
     stand, seen from above with the first photo at 12, and by the height of the camera.
     """
     calibrations = tuple(read_camera(file) for file in camera or ())
+    scale = None if no_board else parse_board(board or DEFAULT_BOARD)
     with display(as_json) as screen:
-        found = check_sources(
-            photos,
-            calibrations,
-            None if no_board else parse_board(board or DEFAULT_BOARD),
-            Run(listener=screen.listen),
-        )
-    notes = [f"  {one.name}: {text}" for one in found.photos for text in one.remarks]
-    lines = (
-        found.headline,
-        *(f"  {text}" for text in (*found.findings[1:], *found.notes)),
-        *notes,
-    )
+        if watch:
+            found = _watched(photos, calibrations, scale, picture, screen)
+        else:
+            run = Run(listener=screen.listen)
+            found = check_sources(photos, calibrations, scale, run)
+    lines = _lines(found)
     if picture is not None:
         write_bytes(picture, coverage_picture(found).tobytes())
         lines = (*lines, f"Picture: {printable(str(picture))}")
     return Reply(lines, tree_of(found), "green" if found.go else "red")
+
+
+def _lines(found: CaptureCheck) -> tuple[str, ...]:
+    notes = [f"  {one.name}: {text}" for one in found.photos for text in one.remarks]
+    return (
+        found.headline,
+        *(f"  {text}" for text in (*found.findings[1:], *found.notes)),
+        *notes,
+    )
+
+
+def _watched(
+    sources: Sequence[Path],
+    calibrations: Sequence[Calibration],
+    board: Board | None,
+    picture: Path | None,
+    screen: Display,
+) -> CaptureCheck:
+    """The first GO; answers before it are shown as they come."""
+    if any(is_video(source) for source in sources):
+        raise OptionsError("--watch waits for photos. Check a video without it.")
+    checked: Mapping[Path, tuple[int, int]] | None = None
+    with CaptureWatch(calibrations, board) as watch:
+        while True:
+            there = stamps_of(sources)
+            time.sleep(_POLL_S)
+            if there == checked or there != stamps_of(sources):
+                continue  # nothing new, or a file is still being written
+            checked = there
+            try:
+                found = watch.check(sources, Run(listener=screen.listen))
+            except PhotoError as waiting:
+                screen.say(str(waiting))
+                continue
+            if found.go:
+                return found
+            for line in _lines(found):
+                screen.say(printable(line))
+            if picture is not None:
+                write_bytes(picture, coverage_picture(found).tobytes())

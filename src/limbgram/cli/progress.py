@@ -44,7 +44,7 @@ class Display:
             case {"event": "progress", "stage": str(stage), "done": int(done), "total": int(total)}:
                 self._progress(stage, done, total)
             case {"event": "stopping", "stage": str(stage)}:
-                self._say(f"Stopping after this step of '{stage_title(stage)}' ...")
+                self.say(f"Stopping after this step of '{stage_title(stage)}' ...")
             case {"event": "finished" | "refused" | "bug"}:
                 self.close()
             case _:
@@ -77,9 +77,10 @@ class Display:
             self.bars.stop_task(self._task)
             self._task = None
         else:
-            self._say(f"{stage_title(self._stage):<28}{time.monotonic() - self._since:7.1f} s")
+            self.say(f"{stage_title(self._stage):<28}{time.monotonic() - self._since:7.1f} s")
 
-    def _say(self, line: str) -> None:
+    def say(self, line: str) -> None:
+        """Show a line above the bar."""
         self.bars.console.print(line, markup=False)
 
 

@@ -140,11 +140,11 @@ def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
             files[source] = None
         else:
             raise PhotoError(f"{source} does not exist. Check the path of the photos.")
-    candidates = sifted(sorted(files, key=_natural))
+    candidates = sifted(sorted(files, key=natural_order))
     return list(candidates.pictures), [*set_aside, *candidates.set_aside]
 
 
-def _natural(path: Path) -> tuple[list[tuple[int, int, str]], str]:
+def natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
     """IMG_9 before IMG_10."""
     parts = re.split(r"(\d+)", path.name)
     return [

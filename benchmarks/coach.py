@@ -1,0 +1,307 @@
+"""The coach against what came of it: expected sigma, coverage and GO, on captures not tuned on.
+
+    python benchmarks/coach.py --keep FOLDER --first 8000 -o benchmarks/results/coach.json
+
+Every seed draws a limb, its paint, relief, walk round, lens, distance, noise and blur, and of every
+third capture some neighbouring photos are left out. `check` and `plan` say what to expect; then the
+photos are reconstructed by the command line and the sigma and the surface compared, in all and cell
+by cell of the check's proxy. What lies in FOLDER is not made again. OUT.md is written beside
+OUT.json. `--timing PHOTOS CAMERA` checks a folder of photos once whole and once photo by photo, and
+keeps the seconds.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from captures import machine, timed
+from limbgram.capture.coach import CaptureCheck
+from limbgram.capture.plan import DEFAULTS as PLAN
+from limbgram.capture.plan import LimbForm, form_of
+from limbgram.capture.prediction import Showing, predict
+from limbgram.capture.stands import Stand
+from limbgram.cases.checking import CaptureWatch, check_sources
+from limbgram.cases.store import read_product
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.run import Run
+from limbgram.formats.camera import read_camera
+from limbgram.synthetic.capture import make_capture
+from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.photographer import Lens, camera_of
+from limbgram.synthetic.props.board import SCALE_BOARD
+from limbgram.synthetic.props.limb import LimbKind, Relief
+from limbgram.synthetic.props.paint import Paint
+from tables import made_on, table
+
+Result = dict[str, Any]
+LIMBGRAM = str(Path(sys.executable).with_name("limbgram"))
+FORMS = {
+    LimbKind.TRANSTIBIAL: LimbForm.LOWER_LEG,
+    LimbKind.TRANSFEMORAL: LimbForm.THIGH,
+    LimbKind.BULBOUS: LimbForm.LOWER_LEG,
+}
+HEIGHTS_DEG = (28.0, 50.0, 40.0)
+"""Of the generator's rings, from the lowest."""
+NEAR_MM = 15.0
+"""A cell with no surface within this has none."""
+WITHIN = 0.3
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--first", type=int, default=7000, help="first seed")
+    parser.add_argument("--count", type=int, default=18)
+    parser.add_argument("--keep", type=Path, help="keep captures and cases here")
+    parser.add_argument("--timing", nargs=2, metavar=("PHOTOS", "CAMERA"), type=Path)
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    chosen = parser.parse_args()
+    results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+    results |= {"machine": machine()}
+    captures: Result = results.setdefault("captures", {})
+    with tempfile.TemporaryDirectory() as scratch:
+        if chosen.timing:
+            results["timing"] = timing(*chosen.timing)
+            write(results, chosen.out)
+            return
+        for seed in range(chosen.first, chosen.first + chosen.count):
+            captures[str(seed)] = one(seed, (chosen.keep or Path(scratch)) / str(seed))
+            sys.stderr.write(f"{seed}: {json.dumps(captures[str(seed)])[:300]}\n")
+            write(results, chosen.out)
+
+
+def options_of(seed: int) -> CaptureOptions:
+    """A small capture drawn by its seed."""
+    random = np.random.default_rng((seed, 1400))
+    photos = int(random.integers(9, 21))
+    rings = 2 if photos >= 15 and random.random() < 0.6 else 1
+    distance_mm, field_mm = float(random.uniform(600, 1800)), float(random.uniform(400, 520))
+    width_px = int(random.integers(600, 1150))
+    focal_mm = round(distance_mm * Lens().sensor_width_mm * 2 / 3 / field_mm, 1)
+    return CaptureOptions(
+        kind=list(LimbKind)[int(random.integers(3))],
+        seed=seed,
+        paint=Paint.PRINT if random.random() < 0.3 else Paint.DABS,
+        coverage=float(random.uniform(0.3, 0.65)),
+        photos=photos,
+        rings=rings,
+        distance_mm=distance_mm,
+        width_px=width_px,
+        height_px=width_px * 2 // 3,
+        lens=Lens(focal_mm=focal_mm, name=f"{focal_mm:g} mm"),
+        calibration_photos=8,
+        noise=float(random.uniform(0.5, 3)),
+        blur_px=float(random.uniform(0.35, 0.9)),
+        jpeg_quality=int(random.integers(86, 97)),
+        relief=Relief(rms_mm=float(random.uniform(0.12, 0.28))),
+        mesh_step_mm=1.0,
+        samples=3,
+    )
+
+
+def one(seed: int, folder: Path) -> Result:
+    """One capture: what was expected, and what came."""
+    options = options_of(seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / "capture").exists():
+        make_capture(folder / "capture", options)
+    camera = folder / "camera.json"
+    if not camera.exists():
+        boards = str(folder / "capture" / "calibration")
+        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
+        subprocess.run([LIMBGRAM, "calibrate", boards, *board], check=False, capture_output=True)
+    photos = kept_photos(seed, folder / "capture" / "images")
+    start = time.perf_counter()
+    check = check_sources(photos, [read_camera(camera)], SCALE_BOARD.board, Run())
+    result: Result = {
+        "limb": options.kind.value,
+        "paint": options.paint.value,
+        "photos": len(photos),
+        "left_out": options.photos - len(photos),
+        "rings": options.rings,
+        "go": check.go,
+        "headline": check.headline,
+        "check_s": round(time.perf_counter() - start, 1),
+        "plan_sigma_mm": planned_sigma_mm(options) if len(photos) == options.photos else None,
+    }
+    run = folder / "run.json"
+    if not run.exists():
+        command = [LIMBGRAM, "reconstruct", *map(str, photos), "--camera", str(camera)]
+        run.write_text(json.dumps(timed([*command, "-o", str(folder / "case"), "--json"])))
+    result["exit_code"] = json.loads(run.read_text())["exit_code"]
+    if result["exit_code"] in (0, 7) and check.coverage is not None:
+        result |= compared(check, surface_of(folder / "case"))
+    return result
+
+
+def kept_photos(seed: int, folder: Path) -> list[Path]:
+    """Of every third capture some neighbours are left out."""
+    photos = sorted(folder.iterdir())
+    if seed % 3 != 2:
+        return photos
+    random = np.random.default_rng((seed, 5))
+    count, first = int(random.integers(2, 6)), int(random.integers(len(photos)))
+    left = {photos[(first + k) % len(photos)] for k in range(count)}
+    return [photo for photo in photos if photo not in left]
+
+
+def planned_sigma_mm(options: CaptureOptions) -> float:
+    """By the plan's formula and forms: rings as the photographer means to walk them."""
+    limb = form_of(FORMS[options.kind])
+    camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
+    shares = np.array([1.0, 0.6, 0.6])[: options.rings]
+    counts = np.rint(shares / shares.sum() * options.photos).astype(int)
+    views = [
+        Stand(
+            azimuth_deg=360.0 * k / count, elevation_deg=height, distance=options.distance_mm
+        ).view(camera, limb.middle, 0.0)
+        for count, height in zip(counts, HEIGHTS_DEG)
+        for k in range(count)
+    ]
+    showing = Showing.alike(len(limb.mesh), len(views), PLAN.sharp_px, PLAN.slope)
+    return predict(limb, views, showing).middle_sigma_mm(limb)
+
+
+def surface_of(case: Path) -> Mesh:
+    folder = case / "stages" / "measure"
+    key = json.loads((folder / "stage.json").read_text())["key"]
+    found, _ = read_product(folder, key, Mesh, case)
+    assert isinstance(found, Mesh)
+    return found
+
+
+def compared(check: CaptureCheck, mesh: Mesh) -> Result:
+    """Expected over obtained: half of the surface, and the cells of the check's proxy."""
+    coverage = check.coverage
+    assert coverage is not None
+    assert mesh.sigma_mm is not None
+    sigma, area = mesh.sigma_mm.astype(float), mesh.vertex_areas_mm2()
+    measured = np.isfinite(sigma)
+    order = np.argsort(sigma[measured])
+    summed = np.cumsum(area[measured][order])
+    obtained = float(sigma[measured][order][np.searchsorted(summed, summed[-1] / 2)])
+    places = np.array(coverage.places).reshape(-1, 3)
+    expected = numbers(coverage.sigma_mm)
+    seen = numbers(coverage.photos)
+    far, found = KDTree(mesh.vertices_mm).query(places, k=60)
+    near = np.asarray(found)
+    there = (far[:, 0] < NEAR_MM) & (measured[near].mean(axis=1) > 0.5)
+    own = np.array(
+        [np.median(sigma[k][measured[k]]) if ok else np.nan for k, ok in zip(near, there)]
+    )
+    known = np.isfinite(seen)
+    both = known & there & np.isfinite(expected)
+    return {
+        "expected_sigma_mm": coverage.sigma_middle_mm,
+        "sigma_mm": obtained,
+        "cells": int(both.sum()),
+        "cells_within": float(np.mean(np.abs(expected[both] / own[both] - 1) <= WITHIN)),
+        "expected_measured": float(np.mean(seen[known] >= 2)),
+        "measured": float(np.mean(there[known])),
+    }
+
+
+def numbers(rows: Sequence[Sequence[float | int | None]]) -> np.ndarray:
+    flat = [value for row in rows for value in row]
+    return np.array([math.nan if value is None else float(value) for value in flat])
+
+
+def timing(photos: Path, camera: Path) -> Result:
+    """Seconds of a whole check, and of each photo that comes to a folder."""
+    lens = [read_camera(camera)]
+    files = sorted(photos.iterdir())
+    start = time.perf_counter()
+    check = check_sources(files, lens, SCALE_BOARD.board, Run())
+    whole_s = time.perf_counter() - start
+    each: list[float] = []
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        with CaptureWatch(lens, SCALE_BOARD.board) as watch:
+            for number, file in enumerate(files, start=1):
+                (folder / file.name).symlink_to(file.resolve())
+                start = time.perf_counter()
+                if number >= 2:
+                    watch.check([folder], Run())
+                    each.append(round(time.perf_counter() - start, 1))
+    return {
+        "photos": len(files),
+        "headline": check.headline,
+        "whole_s": round(whole_s, 1),
+        "each_s": each,
+    }
+
+
+def write(results: Result, out: Path) -> None:
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(results, indent=1) + "\n")
+    out.with_suffix(".md").write_text(page(results))
+
+
+def page(results: Result) -> str:
+    lines: list[Result] = list(results["captures"].values())
+    done = [line for line in lines if "sigma_mm" in line]
+    planned = [line for line in done if line["plan_sigma_mm"] is not None]
+
+    def within(part: Sequence[Result], name: str, limit: float = WITHIN) -> str:
+        held = sum(abs(line[name] / line["sigma_mm"] - 1) <= limit for line in part)
+        return f"{held} of {len(part)}"
+
+    cells = sum(line["cells"] for line in done)
+    inside = sum(line["cells_within"] * line["cells"] for line in done)
+    went = [line for line in lines if line["go"]]
+    bad = [line for line in went if line["exit_code"] != 0]
+    whole = [line for line in lines if line["exit_code"] == 0 and line["left_out"] == 0]
+    held_back = [line for line in whole if not line["go"]]
+    said = [
+        "# What the coach expects, and what came",
+        made_on(results["machine"]),
+        f"{len(lines)} captures, {len(done)} reconstructed. Expected sigma of half the surface "
+        f"within 30 %: check {within(done, 'expected_sigma_mm')}, plan "
+        f"{within(planned, 'plan_sigma_mm')}; of {cells} cells {inside / max(cells, 1):.0%}.",
+        f"GO said {len(went)} times; {len(bad)} of these were red or refused afterwards. "
+        f"{len(whole)} captures with all their photos became green or amber; {len(held_back)} of "
+        "these were held back.",
+    ]
+    heads = ("seed", "limb", "paint", "photos", "left out", "answer", "came", "sigma mm", "check",
+             "plan", "cells", "seen expected", "measured", "s")  # fmt: skip
+    rows: list[list[str]] = []
+    for seed, line in sorted(results["captures"].items()):
+        came = {0: "good", 7: "red"}.get(line["exit_code"], "refused")
+        row = [seed, line["limb"], line["paint"], str(line["photos"]), str(line["left_out"])]
+        row += ["GO" if line["go"] else "not yet", came]
+        if "sigma_mm" in line:
+            plan = line["plan_sigma_mm"]
+            row += [
+                f"{line['sigma_mm']:.4f}",
+                f"{line['expected_sigma_mm'] / line['sigma_mm']:.2f}",
+                "" if plan is None else f"{plan / line['sigma_mm']:.2f}",
+                f"{line['cells_within']:.0%}",
+                f"{line['expected_measured']:.1%}",
+                f"{line['measured']:.1%}",
+            ]
+        else:
+            row += [""] * 6
+        rows.append([*row, f"{line['check_s']:.0f}"])
+    said.append(table(heads, rows))
+    if "timing" in results:
+        time_s = results["timing"]
+        said.append(
+            f"A whole check of {time_s['photos']} photos took {time_s['whole_s']} s; photo by "
+            f"photo {', '.join(map(str, time_s['each_s']))} s."
+        )
+    return "\n\n".join(said) + "\n"
+
+
+if __name__ == "__main__":
+    main()
