@@ -280,13 +280,15 @@ class Coach:
                 f"The scale board is found in {board_photos} photos; {options.min_board_photos} "
                 "are needed. Lay it flat beside the limb and take photos that show all of it."
             )
+        found = True
         try:
             limb = _limb_of(metric)
         except RegionError as refusal:
             findings.append(str(refusal))
-            limb = metric.scene.points_in_world
+            limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
-        return _answer(photos, small, metric, limb, looked_at, findings, board_photos, options)
+        seen = _Seen(photos, small, metric, limb, looked_at, found)
+        return _answer(seen, findings, board_photos, options)
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new ones are looked for."""
@@ -330,36 +332,33 @@ def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:
 
 
 def _answer(
-    photos: PhotoSet,
-    small: PhotoSet,
-    metric: MetricScene,
-    limb: Points3,
-    looked_at: Sequence["_LookedAt"],
-    findings: list[str],
-    board_photos: int | None,
-    options: CheckOptions,
+    seen: "_Seen", findings: list[str], board_photos: int | None, options: CheckOptions
 ) -> CaptureCheck:
     """All that was found, as one answer."""
-    fault = common_fault([one.photo for one in looked_at if one.placed], options.quality)
+    scene = seen.metric.scene
+    fault = common_fault([one.photo for one in seen.looked_at if one.placed], options.quality)
     if fault is not None:
         findings.append(fault)
-    checked, missing = _judged(photos, looked_at, metric.scene, limb, options)
+    checked, missing = _judged(seen.photos, seen.looked_at, scene, seen.limb, options)
     gap_deg = max(_gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
     findings += [one.words for one in missing]
-    ring = metric.scene.ring
+    ring = scene.ring
     if not missing and ring is not None and not ring.closed:
         findings.append(
             f"Neighbouring photos share few points: {ring.weakest_bridge} join the two sides of "
             "the weakest place. Paint the sock more densely there, or take more photos between."
         )
-    shown = _shown(small, metric, limb, looked_at, checked)
-    asked, said, notes = _asked_for(shown, metric, checked, missing, options)
-    findings += said
+    shown = _shown(seen, checked) if seen.found else None
+    asked: tuple[MissingPhotos, ...] = ()
+    notes: tuple[str, ...] = ()
+    if shown is not None:
+        asked, said, notes = _asked_for(shown, seen.metric, checked, missing, options)
+        findings += said
     placed = sum(one.placed for one in checked)
     facts = f"{placed} of {len(checked)} photos placed, largest gap {gap_deg:.0f} degrees"
     if board_photos is not None:
         facts += f", board in {board_photos}"
-    if math.isfinite(shown.coverage.sigma_middle_mm):
+    if shown is not None and math.isfinite(shown.coverage.sigma_middle_mm):
         expected = Interval.of_sigma(shown.coverage.sigma_middle_mm)
         facts += f"; expected ±{expected.above:.2f} mm ({HOLDS})"
     return CaptureCheck(
@@ -370,7 +369,7 @@ def _answer(
         missing=(*missing, *asked),
         largest_gap_deg=float(gap_deg),
         board_photos=board_photos,
-        coverage=shown.coverage,
+        coverage=None if shown is None else shown.coverage,
         notes=notes,
     )
 
@@ -383,6 +382,19 @@ class _LookedAt:
     placed: bool
     features_per_cm2: float
     slopes: "_Slopes | None" = None
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What an answer is made of."""
+
+    photos: PhotoSet
+    small: PhotoSet
+    metric: MetricScene
+    limb: Points3
+    looked_at: Sequence[_LookedAt]
+    found: bool
+    """Whether these points are the limb; otherwise they are all there are."""
 
 
 @dataclass(frozen=True)
@@ -599,16 +611,10 @@ class _Shown:
     coverage: Coverage
 
 
-def _shown(
-    small: PhotoSet,
-    metric: MetricScene,
-    limb: Points3,
-    looked_at: Sequence[_LookedAt],
-    checked: Sequence[CheckedPhoto],
-) -> _Shown:
+def _shown(seen: _Seen, checked: Sequence[CheckedPhoto]) -> _Shown:
     """Photos and expected sigma of every cell, by the photos that count."""
-    scene = metric.scene
-    proxy = proxy_of(limb, scene.view(scene.placed[0]).centre_in_world)
+    scene, small, looked_at = seen.metric.scene, seen.small, seen.looked_at
+    proxy = proxy_of(seen.limb, scene.view(scene.placed[0]).centre_in_world)
     counted = [idx for idx, one in enumerate(checked) if one.counts]
     views = [scene.view(idx) for idx in counted]
     ratio = np.array(
@@ -625,10 +631,11 @@ def _shown(
             pixel_ratio=ratio,
             edge_px=np.nan_to_num(np.array([checked[idx].edge_px for idx in counted])),
             slope=np.stack(slopes, axis=1) if slopes else np.zeros((len(proxy.mesh), 0)),
-            relative_sigma=float(np.nan_to_num(metric.scale.relative_sigma)),
+            relative_sigma=float(np.nan_to_num(seen.metric.scale.relative_sigma)),
         ),
     )
-    return _Shown(proxy, prediction, coverage_of(proxy, prediction, metric.scale.unit == "mm"))
+    in_mm = seen.metric.scale.unit == "mm"
+    return _Shown(proxy, prediction, coverage_of(proxy, prediction, in_mm))
 
 
 def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
