@@ -169,6 +169,25 @@ def test_a_loose_body_is_no_part_of_the_record_and_told() -> None:
     assert added.startswith("1 loose body apart from the limb")
 
 
+@pytest.mark.parametrize(("outcome", "gravity"), [("pass", "mild"), ("fail", "serious")])
+def test_the_test_of_the_kit_is_cited(outcome: str, gravity: str) -> None:
+    setup = {
+        "certificate": "abcdef01",
+        "camera": "Cam",
+        "artefact": "Ball bar 12",
+        "outcome": outcome,
+        "made": "2026-03-31",
+        "months": 2,
+        "valid_months": 12,
+        "sentence": "So the kit did on Ball bar 12.",
+        "remark": "",
+    }
+    tree = record_of(source(cylinder()), case=case(setups=[setup])).tree
+    assert tree["case"]["setups"][0]["outcome"] == outcome
+    (found,) = (one for one in tree["findings"] if "Ball bar 12" in one["what"])
+    assert found["gravity"] == gravity
+
+
 def test_what_is_not_sure_stands_first() -> None:
     mesh = cylinder().mesh
     filled = replace(mesh, filled=np.arange(len(mesh)) < 100)
