@@ -24,7 +24,13 @@ from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.cli.progress import display
 from limbgram.cli.reconstruct import run_job
 from limbgram.cli.replies import Reply, answered
-from limbgram.core.errors import RED_EXIT_CODE, UNDECIDED_EXIT_CODE, OptionsError
+from limbgram.core.errors import (
+    RED_EXIT_CODE,
+    UNDECIDED_EXIT_CODE,
+    Cancelled,
+    LimbgramError,
+    OptionsError,
+)
 from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import tree_of
@@ -182,7 +188,12 @@ def _finished(capture: Path, job: Job, as_json: bool) -> CaseFolder:
     """The capture, if it is a finished case, or the case that the job makes of its photos."""
     if (capture / "case.json").is_file():
         return CaseFolder(capture)
-    run_job(job, as_json)
+    try:
+        run_job(job, as_json)
+    except Cancelled:
+        raise
+    except LimbgramError as error:
+        raise type(error)(f"The capture {capture} gave no surface. {error}") from error
     return CaseFolder(job.case)
 
 
