@@ -3,11 +3,20 @@
 from .capture.coach import (
     CaptureCheck as CaptureCheck,
     CheckOptions as CheckOptions,
+    Coverage as Coverage,
     check_capture as check_capture,
+)
+from .capture.plan import (
+    CapturePlan as CapturePlan,
+    LimbForm as LimbForm,
+    PlannedCamera as PlannedCamera,
+    form_of as form_of,
+    plain_limb as plain_limb,
+    plan_capture as plan_capture,
 )
 from .cases.accuracy import evidence_of as evidence_of
 from .cases.assessing import assess_case as assess_case
-from .cases.checking import check_sources as check_sources
+from .cases.checking import CaptureWatch as CaptureWatch, check_sources as check_sources
 from .cases.folder import CaseFolder as CaseFolder
 from .cases.frames import take_frames as take_frames
 from .core.errors import Cancelled as Cancelled, LimbgramError as LimbgramError
