@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from limbgram.capture.certificate import SetupCited
+from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evaluation import UNNAMED
 from limbgram.report.accuracy.figures import Figures
-from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE
+from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE, LENS_FOUND
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
 Gravity = Literal["serious", "worth doing", "note"]
@@ -60,7 +61,9 @@ def findings(
     rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
     if uncalibrated is not None:
-        found.append(Finding("serious", uncalibrated.sentence, _CALIBRATE))
+        little = COVER * uncalibrated.sigma_mm <= LENS_FOUND.green  # not so where it is not known
+        gravity: Gravity = "worth doing" if little else "serious"
+        found.append(Finding(gravity, uncalibrated.sentence, _CALIBRATE))
     found += [
         Finding("serious" if one.outcome == "fail" else "worth doing", one.sentence, one.remark)
         for one in setups

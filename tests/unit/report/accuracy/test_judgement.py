@@ -173,7 +173,9 @@ def test_a_missing_camera_file_is_told_in_millimetres(with_sigmas: Evidence) -> 
     assert f"costs {plus_minus(Interval.of_sigma(found.sigma_mm), 3)} mm" in found.sentence
     (judged,) = (one for one in guessed.criteria if one.key == "lens_found")
     assert judged.value == pytest.approx(1.96 * found.sigma_mm)
-    assert judged.light == ("green" if judged.value <= 0.3 else "amber")
+    assert judged.light == "green"
+    (told,) = (one for one in guessed.findings if one.what == found.sentence)
+    assert told.gravity == "worth doing"
 
 
 def test_a_lens_of_which_nobody_knows_the_cost_is_never_green(with_sigmas: Evidence) -> None:
@@ -184,6 +186,8 @@ def test_a_lens_of_which_nobody_knows_the_cost_is_never_green(with_sigmas: Evide
     (judged,) = (one for one in guessed.criteria if one.key == "lens_found")
     assert judged.light == "amber"
     assert guessed.light != "green"
+    (told,) = (one for one in guessed.findings if one.what == guessed.self_calibration.sentence)
+    assert told.gravity == "serious"
 
 
 def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: bool) -> Evidence:
