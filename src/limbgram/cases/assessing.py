@@ -62,9 +62,10 @@ def kept_evidence(case: CaseFolder) -> Evidence:
             finished with.
     """
     keys = _keys_of_finished(case)
-    # of a turning object only the board that keeps one place beside it counts
-    board = "board_of_object" if "board_of_object" in keys else "find_board"
     tapes = keys.get("hold_tapes")
+    # where object and surroundings moved apart, the board counts only where it kept its place
+    boards = ("still_board", "board_of_object", "find_board")
+    board = next((one for one in boards if one in keys), "find_board")
     return Evidence(
         photos=_read(case, keys, "read_photos", PhotoSet),
         cameras=_read(case, keys, "cameras_for", Cameras),

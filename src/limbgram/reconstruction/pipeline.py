@@ -9,6 +9,7 @@ Fails   with the refusal of the stage that cannot go on.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,10 +31,17 @@ from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
 from limbgram.reconstruction.matching.still import Still, StillOptions, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
+from limbgram.reconstruction.movement import (
+    LookOptions,
+    find_bending,
+    find_movement,
+    limb_matches,
+    still_board,
+)
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
@@ -105,6 +113,8 @@ class PipelineOptions:
     """How an object that was turned over is told."""
     targets: TargetOptions = field(default_factory=TargetOptions)
     marks: MarkOptions = field(default_factory=MarkOptions)
+    movement: LookOptions = field(default_factory=LookOptions)
+    """How it is found that the limb moved."""
     scale: ScaleOptions = field(default_factory=ScaleOptions)
     region: RegionOptions = field(default_factory=RegionOptions)
     dense: DenseOptions = field(default_factory=DenseOptions)
@@ -128,6 +138,8 @@ _ENOUGH_REDUCED = 1800
 _WORTH_REDUCING = 2.0
 """Only photos this many times the size of reduced ones are reduced. At 0.5 MP 0.972 instead of
 0.983 of a limb came out (14 photos, seed 11)."""
+_MOST_OF_THEM = 0.8
+"""Share of the placed photos that the limb alone must place as well where it moved."""
 _FIRM_POINTS = 60
 """Points in each photo from which placing by reduced photos is trusted."""
 
@@ -188,9 +200,10 @@ def reconstruct(
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
     placing = place_photos(photos, cameras, options, run, found)
-    scene = placing.scene
     if found is not None and (placing.still.groups or placing.poses.sides):
         found = run(board_of_object, found, placing.still, placing.poses)
+    placing, found = by_the_limb(photos, cameras, placing, found, options, run)
+    scene = placing.scene
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
@@ -270,6 +283,8 @@ class Placing:
     scene: Scene
     still: Still
     poses: Poses = field(default_factory=Poses)
+    followed: bool = False
+    """Whether points of reduced photos were followed at full size."""
 
 
 def place_photos(
@@ -322,7 +337,71 @@ def _by_reduced(
         scene = run(follow_points, photos, rough, cameras, following)
     except (MatchingError, PlacementError):
         return "too few matches"
-    return _lacking(scene) or Placing(features, matches, pairs, scene, still)
+    return _lacking(scene) or Placing(features, matches, pairs, scene, still, followed=True)
+
+
+class Settled(NamedTuple):
+    """Photos placed by what holds still, and the board's corners as if it had."""
+
+    placing: Placing
+    found: BoardDetections | None
+
+
+def by_the_limb(
+    photos: PhotoSet,
+    cameras: Cameras,
+    placing: Placing,
+    found: BoardDetections | None,
+    options: PipelineOptions,
+    run: Run,
+) -> Settled:
+    """The photos placed by the limb alone where it moved; otherwise as they are.
+
+    An object that was turned before a still camera, or turned over, moved on purpose.
+    """
+    if placing.still.groups or placing.poses.sides:
+        return Settled(placing, found)
+
+    features, matches = placing.features, placing.matches  # those beside the limb too
+    look = options.movement
+
+    def told(one: Placing, movement: Movement) -> Placing:
+        bent = run(find_bending, photos, features, matches, one.scene, cameras, look).movement
+        return replace(one, scene=replace(one.scene, movement=movement, bending=bent))
+
+    seen = run(find_movement, photos, features, matches, placing.scene, cameras, look).movement
+    alone = _by_limb_alone(photos, cameras, placing, options, run) if seen.moved else None
+    if alone is None:
+        return Settled(told(placing, seen), found)
+    again = run(find_movement, photos, features, matches, alone.scene, cameras, look)
+    if not again.movement.moved:
+        return Settled(told(placing, seen), found)
+    alone = told(alone, replace(again.movement, alone=True))
+    if found is not None:
+        found = run(still_board, found, alone.scene, again)
+    return Settled(alone, found)
+
+
+def _by_limb_alone(
+    photos: PhotoSet, cameras: Cameras, placing: Placing, options: PipelineOptions, run: Run
+) -> Placing | None:
+    """The same photos by the matches on the limb; None where these do not place them."""
+    matches = limb_matches(photos, placing.features, placing.matches, placing.scene)
+    features, before = placing.features, placing.scene
+    try:
+        pairs = run(verify, photos, matches, cameras, options.twoview)
+        if placing.followed:
+            rough = run(place_roughly, photos, features, pairs, cameras, options.mapping)
+            following = replace(options.following, mapping=options.mapping)
+            scene = run(follow_points, photos, rough, cameras, following)
+        else:
+            scene = run(place, photos, features, pairs, cameras, options.mapping)
+    except (MatchingError, PlacementError):
+        return None
+    if len(scene.placed) < _MOST_OF_THEM * len(before.placed):
+        return None
+    scene = replace(scene, full_size=before.full_size)
+    return replace(placing, matches=matches, pairs=pairs, scene=scene)
 
 
 def _by_full_size(

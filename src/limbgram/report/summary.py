@@ -28,6 +28,7 @@ from limbgram.report.accuracy.judgement import Light
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
+from limbgram.report.movement import movement_remark
 from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
 
@@ -281,12 +282,18 @@ def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
 
 
 def _placing_notes(scene: Scene) -> tuple[str, ...]:
-    if not scene.full_size:
-        return ()
-    return (
-        "The photos were placed by feature points of their full size, which takes longer: reduced "
-        f"photos left {scene.full_size}.",
-    )
+    notes: list[str] = []
+    if scene.full_size:
+        notes.append(
+            "The photos were placed by feature points of their full size, which takes longer: "
+            f"reduced photos left {scene.full_size}."
+        )
+    if scene.movement is not None and scene.movement.alone:
+        notes.append(
+            "The limb moved, so the photos were placed by the points on the limb alone, and the "
+            "board counts only in photos that agree on where it lies, or as if all had kept still."
+        )
+    return tuple(notes)
 
 
 def _named(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, ...]:
@@ -391,6 +398,7 @@ def _scale(scale: Scale) -> ScaleSummary:
 
 def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
     remarked = _remarks(done.photos)
+    unit = "mm" if done.metric.scale.unit == "mm" else "scene units"
     return tuple(
         PhotoSummary(
             name=photo.name,
@@ -398,15 +406,21 @@ def _photos(done: Reconstruction) -> tuple[PhotoSummary, ...]:
             points=verdict.points,
             rms_px=verdict.rms_px,
             reason=verdict.reason,
-            remarks=(*remarked.get(photo.name, ()), *([verdict.remark] if verdict.remark else [])),
+            remarks=(
+                *remarked.get(photo.name, ()),
+                *([verdict.remark] if verdict.remark else []),
+                *movement_remark(done.metric.scene, number, unit),
+            ),
             features=len(keypoints),
             edge_width_px=photo.sharpness,
         )
-        for photo, verdict, keypoints in zip(
-            done.photos.photos,
-            done.metric.scene.verdicts,
-            done.features.keypoints,
-            strict=True,
+        for number, (photo, verdict, keypoints) in enumerate(
+            zip(
+                done.photos.photos,
+                done.metric.scene.verdicts,
+                done.features.keypoints,
+                strict=True,
+            )
         )
     )
 

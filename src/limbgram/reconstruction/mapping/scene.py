@@ -1,9 +1,10 @@
 """The scene: placed photos, sparse points, their observations, and a verdict for every photo."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Float64, Int32
+from jaxtyping import Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
@@ -50,6 +51,46 @@ class Ring:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Movement:
+    """How one body moved against another while the photos were taken; by photo."""
+
+    kind: Literal["still", "step", "drift", "restless", "unknown"]
+    """step: photos fall into groups within which all keeps still. drift: it moved evenly.
+    restless: every photo shows it elsewhere."""
+    group: Int64[np.ndarray, " n"]
+    """Photos of one number see both in the same place; -1 where that is not known."""
+    shift: Float64[np.ndarray, " n"]
+    """From the largest group, or from the middle where there are none, in scene units; NaN where
+    unknown."""
+    turn_deg: Float64[np.ndarray, " n"]
+    chance: float = 1.0
+    """That photos without movement look as much like it."""
+    reason: str = ""
+    """Why it is not known."""
+    alone: bool = False
+    """Whether the photos were placed by the points of what they aim at alone."""
+
+    @classmethod
+    def unknown(cls, photos: int, reason: str = "") -> "Movement":
+        nan = np.full(photos, np.nan)
+        return cls(
+            kind="unknown",
+            group=np.full(photos, -1, np.int64),
+            shift=nan,
+            turn_deg=nan.copy(),
+            reason=reason,
+        )
+
+    def scaled(self, factor: float) -> "Movement":
+        """The same in another unit."""
+        return replace(self, shift=factor * self.shift)
+
+    @property
+    def moved(self) -> bool:
+        return self.kind in ("step", "drift", "restless")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scene:
     """Placed photos and points in a world frame of arbitrary origin, orientation and SCALE."""
 
@@ -75,6 +116,10 @@ class Scene:
     ring: Ring | None = None
     full_size: str = ""
     """What keypoints of reduced photos left open, so that those of the full size were needed."""
+    movement: Movement | None = None
+    """Of what the photos aim at against its surroundings. None where nobody looked."""
+    bending: Movement | None = None
+    """Of one half of its length against the other."""
 
     @property
     def placed(self) -> tuple[int, ...]:
@@ -111,6 +156,8 @@ class Scene:
             ),
             points_in_world=new_from_world.apply(self.points_in_world),
             camera_covariance=self._moved_covariance(new_from_world),
+            movement=self.movement and self.movement.scaled(new_from_world.scale),
+            bending=self.bending and self.bending.scaled(new_from_world.scale),
         )
 
     def _moved_covariance(self, new_from_world: Similarity) -> Float64[np.ndarray, "u u"] | None:

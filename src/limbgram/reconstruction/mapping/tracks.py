@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
 from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
@@ -69,12 +70,19 @@ def with_all_tracks(
     scene: Scene, places_px: Sequence[Points2], pairs: Pairs, largest_px: float
 ) -> Scene:
     """The scene with its points made anew from all matches that obey its cameras."""
+    return with_tracks(scene, places_px, [pair.matches for pair in pairs.verified], largest_px)
+
+
+def with_tracks(
+    scene: Scene, places_px: Sequence[Points2], matches: Sequence[PairMatches], largest_px: float
+) -> Scene:
+    """The scene with its points made anew from matches, verified or not, that obey its cameras."""
     keypoints = _Keypoints.of(places_px)
     edges = np.concatenate(
         [
-            pair.matches.keypoint_idx[_obeying(scene, places_px, pair, largest_px)]
-            + keypoints.first_of[[pair.matches.first, pair.matches.second]]
-            for pair in pairs.verified
+            pair.keypoint_idx[_obeying(scene, places_px, pair, largest_px)]
+            + keypoints.first_of[[pair.first, pair.second]]
+            for pair in matches
         ]
     )
     graph = coo_array(
@@ -95,16 +103,16 @@ def with_all_tracks(
 
 
 def _obeying(
-    scene: Scene, places_px: Sequence[Points2], pair: VerifiedPair, largest_px: float
+    scene: Scene, places_px: Sequence[Points2], pair: PairMatches, largest_px: float
 ) -> Bool[np.ndarray, " m"]:
-    first, second = pair.matches.first, pair.matches.second
+    first, second = pair.first, pair.second
     if scene.camera_from_world[first] is None or scene.camera_from_world[second] is None:
-        return np.zeros(len(pair.matches), bool)
+        return np.zeros(len(pair), bool)
     views = scene.view(first), scene.view(second)
     pose = views[1].camera_from_world @ views[0].camera_from_world.inverse
     fundamental = fundamental_from_pose(pose, views[0].camera.matrix, views[1].camera.matrix)
-    xy_first = places_px[first][pair.matches.keypoint_idx[:, 0]]
-    xy_second = places_px[second][pair.matches.keypoint_idx[:, 1]]
+    xy_first = places_px[first][pair.keypoint_idx[:, 0]]
+    xy_second = places_px[second][pair.keypoint_idx[:, 1]]
     distance = sampson_px(
         fundamental,
         straightened(views[0].camera, xy_first),

@@ -24,6 +24,7 @@ from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
+from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.pairs import Pairs
 
 _DETECTOR_WEIGHT = 0.1
@@ -38,10 +39,15 @@ _CAUCHY_PX = 0.3
 
 def agreed_places(features: Features, pairs: Pairs) -> tuple[Points2, ...]:
     """Pixel positions of every photo's keypoints, moved to agree with all window matches."""
+    return agreed_by(features, [pair.matches for pair in pairs.verified])
+
+
+def agreed_by(features: Features, matches: Sequence[PairMatches]) -> tuple[Points2, ...]:
+    """The same by matches that nobody verified: wrong ones weigh little."""
     sizes = [len(keypoints) for keypoints in features.keypoints]
     first_of = np.concatenate([[0], np.cumsum(sizes)])
     places = [keypoints.xy_px.astype(float) for keypoints in features.keypoints]
-    if not pairs.verified:
+    if not matches:
         return tuple(places)
     whole = np.concatenate(places)
     spin = np.concatenate(
@@ -51,12 +57,9 @@ def agreed_places(features: Features, pairs: Pairs) -> tuple[Points2, ...]:
         ]
     )
     ends = np.concatenate(
-        [
-            pair.matches.keypoint_idx + first_of[[pair.matches.first, pair.matches.second]]
-            for pair in pairs.verified
-        ]
+        [pair.keypoint_idx + first_of[[pair.first, pair.second]] for pair in matches]
     ).astype(np.int64)
-    found = np.concatenate([pair.matches.xy_second_px for pair in pairs.verified])
+    found = np.concatenate([pair.xy_second_px for pair in matches])
     moves = (found - whole[ends[:, 1]]) @ np.array([1.0, 1.0j])
     shifts = _agree(ends, spin[ends[:, 1]] / spin[ends[:, 0]], moves, len(whole))
     whole += shifts.view(float).reshape(-1, 2)

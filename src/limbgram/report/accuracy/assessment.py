@@ -18,6 +18,7 @@ from limbgram.report.accuracy.evaluation import (
     camera_figures,
     image_figures,
     length_figures,
+    movement_figures,
     network_figures,
     pose_figures,
     residual_figures,
@@ -98,6 +99,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         poses=pose_figures(scene),
         surface=surface,
         images=images,
+        movement=movement_figures(evidence),
         truth=None if compared is None else compared.figures,
         expected=expectation(surface, lengths, network),
     )

@@ -52,6 +52,7 @@ from limbgram.report.accuracy.figures import (
     LengthFigures,
     LensFigures,
     LensParameter,
+    MovementFigures,
     NetworkFigures,
     Opening,
     OtherBody,
@@ -73,6 +74,13 @@ from limbgram.report.accuracy.figures import (
     Zone,
 )
 from limbgram.report.drawings.charts import image_scales
+from limbgram.report.movement import (
+    bending_sentence,
+    moved_mm,
+    moved_photos,
+    movement_remark,
+    movement_sentence,
+)
 
 _HEIGHTS = 30
 _DIRECTIONS = 60
@@ -205,6 +213,28 @@ _FLAT_SHARE = 0.5
 _MIDDLE_GREY = (20, 235)
 
 
+def movement_figures(evidence: Evidence) -> MovementFigures | None:
+    """What is known of movement; None where nobody looked, in cases of older versions."""
+    scene = evidence.metric.scene
+    movement = scene.movement
+    if movement is None:
+        return None
+    known = movement.kind != "unknown"
+    return MovementFigures(
+        kind=movement.kind,
+        sentence=movement_sentence(movement, scene.names, evidence.unit),
+        photos=moved_photos(movement, scene.names),
+        alone=movement.alone,
+        shift=moved_mm(movement),
+        turn_deg=float(np.nanmax(movement.turn_deg)) if known else math.nan,
+        chance=movement.chance if known else math.nan,
+        bending_sentence=""
+        if scene.bending is None
+        else bending_sentence(scene.bending, scene.names, evidence.unit),
+        bending=moved_mm(scene.bending),
+    )
+
+
 def image_figures(evidence: Evidence) -> ImageFigures:
     """What the photos are worth; NaN for the noise where their files are gone."""
     scene, photos = evidence.metric.scene, evidence.photos
@@ -214,7 +244,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
         said.setdefault(remark.name, []).append(remark.text)
     rows: list[PhotoFigures] = []
     stated: list[float] = []
-    for photo, verdict in zip(photos.photos, scene.verdicts, strict=True):
+    for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
         scale = scales.get(photo.name)
         if scale is not None and photo.exif.subject_m is not None:
             stated.append(scale.distance_mm / (1000 * photo.exif.subject_m))
@@ -223,7 +253,11 @@ def image_figures(evidence: Evidence) -> ImageFigures:
                 name=photo.name,
                 placed=verdict.placed,
                 reason=verdict.reason,
-                remarks=(*said.get(photo.name, ()), *([verdict.remark] if verdict.remark else [])),
+                remarks=(
+                    *said.get(photo.name, ()),
+                    *([verdict.remark] if verdict.remark else []),
+                    *movement_remark(scene, number, evidence.unit),
+                ),
                 points=verdict.points,
                 edge_width_px=photo.sharpness,
                 burnt_share=photo.burnt,

@@ -814,6 +814,47 @@ class ExpectedError:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MovementFigures:
+    """How the limb moved against its surroundings between the photos."""
+
+    kind: str
+    """still, step, drift, restless or unknown."""
+    sentence: str
+    photos: tuple[str, ...]
+    """Those that show it elsewhere than the largest group does."""
+    alone: bool
+    """Whether the photos were placed by the limb's own points alone."""
+    shift: float = field(
+        metadata=meaning(
+            "Movement of the limb",
+            LENGTH,
+            "Largest shift of the limb's middle against its surroundings between two photos; 0 "
+            "where chance explains what is seen.",
+        )
+    )
+    turn_deg: float = field(
+        metadata=meaning("Turn of the limb", "deg", "Largest turn that came with the shift.")
+    )
+    chance: float = field(
+        metadata=meaning(
+            "Chance of the movement",
+            "",
+            "That photos without any movement look as much like it (F test, corrected for all "
+            "that was tried).",
+        )
+    )
+    bending_sentence: str
+    bending: float = field(
+        metadata=meaning(
+            "Bending of the limb",
+            LENGTH,
+            "Largest shift of one half of the limb's length against the other, at the middle of "
+            "the first, between two photos; 0 where chance explains what is seen.",
+        )
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Figures:
     """All figures of an assessment."""
 
@@ -824,5 +865,6 @@ class Figures:
     poses: PoseFigures | None
     surface: SurfaceFigures
     images: ImageFigures
+    movement: MovementFigures | None
     truth: TruthFigures | None
     expected: ExpectedError

@@ -11,7 +11,17 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
 from limbgram.report.accuracy.figures import Figures
 
-_ORDER = ("expected", "truth", "surface", "lengths", "residuals", "network", "poses", "images")
+_ORDER = (
+    "expected",
+    "truth",
+    "surface",
+    "lengths",
+    "residuals",
+    "network",
+    "poses",
+    "images",
+    "movement",
+)
 """What most people ask for stands first."""
 
 

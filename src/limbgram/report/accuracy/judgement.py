@@ -97,6 +97,13 @@ _PATTERN_SIGMAS = 0.5
 TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
 """Of the tape: green within what 95 of 100 readings are. Four of them (6 mm) are 1.7 % of a girth
 of 350 mm, three plies of sock: no error of reading."""
+MOVED = _Limit("movement", "Movement of the limb", "mm", 0.0)
+"""Green only where none was found: its size says how far a rigid limb moved, not by how much its
+soft parts gave way. Where the limb alone places the photos it is never red by itself."""
+_MOVED_RED_MM = 1.0
+"""Where limb and surroundings place the photos together, a shift of half the photos goes into the
+surface by half, and girths are wrong by a ply of sock."""
+BENT = _Limit("bending", "Bending of the limb", "mm", 0.0, _MOVED_RED_MM)
 FOCUSED = _Limit("focused", "Scale against the distance in EXIF", "times", 1.5, 3.0)
 """Lenses tell their distance in coarse steps and from the sensor: only a clear contradiction
 counts, such as inches taken for centimetres."""
@@ -166,6 +173,7 @@ def criteria(
         *_cameras(figures),
         *_uncalibrated(figures, uncalibrated),
         *of_kit(setups),
+        *_movement(figures),
     )
 
 
@@ -338,6 +346,24 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
                 if pattern > limit_px
                 else f"The residuals of {name} follow no pattern over the picture.",
             )
+
+
+def _movement(figures: Figures) -> Iterator[Criterion]:
+    """Whether the limb kept still and kept its shape; nothing is said where that is not known."""
+    movement = figures.movement
+    if movement is None:
+        return
+    if math.isfinite(movement.shift):
+        sentence, limit = movement.sentence, MOVED
+        if movement.shift > 0.0 and movement.alone:
+            sentence += " The photos were placed by the points on the limb alone."
+        elif movement.shift > 0.0:
+            limit = replace(MOVED, red=_MOVED_RED_MM)
+            sentence += " Its own points do not place them. Take the photos again."
+        yield limit.judge(movement.shift, sentence)
+    if math.isfinite(movement.bending):
+        again = " No rigid surface fits all photos. Take them again." if movement.bending else ""
+        yield BENT.judge(movement.bending, movement.bending_sentence + again)
 
 
 def _expected(figures: Figures) -> tuple[Criterion, ...]:

@@ -58,7 +58,7 @@ def findings(
     uncalibrated: SelfCalibration | None = None,
 ) -> tuple[Finding, ...]:
     """What limits this result and how to better it, the gravest first."""
-    rules = (_scale, _surface, _photographs, _geometry, _lens, _largest_part)
+    rules = (_scale, _surface, _movement, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
     if uncalibrated is not None:
         little = COVER * uncalibrated.sigma_mm <= LENS_FOUND.green  # not so where it is not known
@@ -116,6 +116,22 @@ def _scale(figures: Figures) -> Iterator[Finding]:
             "worth doing",
             f"The scale board is seen in {board.photos} of {board.placed_photos} photos.",
             "Lay it closer to the limb, flat, so that most photos show the whole of it.",
+        )
+
+
+def _movement(figures: Figures) -> Iterator[Finding]:
+    movement = figures.movement
+    if movement is not None and movement.shift > 0.0:
+        yield Finding(
+            "worth doing" if movement.alone else "serious",
+            movement.sentence,
+            "Support the limb, take the photos in one quick walk, and let nobody touch the board.",
+        )
+    if movement is not None and movement.bending > 0.0:
+        yield Finding(
+            "serious",
+            movement.bending_sentence,
+            "Let the patient rest the limb so that no joint or muscle moves, and take them again.",
         )
 
 

@@ -71,6 +71,7 @@ def done(
         features=None, matches=None, pairs=None, scene=None, still=Still(), poses=Poses()
     )
     monkeypatch.setattr(pipeline, "place_photos", lambda *_: nothing)
+    monkeypatch.setattr(pipeline, "by_the_limb", lambda *_: (nothing, None))
     options = PipelineOptions(parts=PartOptions(chosen=chosen))
     return pipeline.reconstruct(Capture(sources=()), options, FromTheCloud(cloud, refused))
 

@@ -1,0 +1,318 @@
+"""Movement: did two bodies in the photos keep still against each other?
+
+In      two scenes of the same photos, each placed by the points of one body alone.
+Out     a Movement: by photo, how far the second body moved against the first, and how sure that is.
+Method  If both bodies held still, the photos' places by the one are the places by the other, in
+        another frame and size. What is left is a small turn and shift of every photo, in its own
+        frame, with the covariance of both adjustments. Not counted is the shift along the line of
+        sight (another focus or zoom looks the same), nor a turn and a shift across that all photos
+        of one camera share (an error of its lens looks the same). The rest is explained by steps
+        between the photos, in their order, or by an even drift: each must lessen the sum of squares
+        by more than chance does, by an F test with Bonferroni's correction for all that was tried;
+        the noise is that of the adjustments or of what no step explains, whichever is larger.
+        What neither explains is restlessness where the lenses are known, and unknown where not.
+Limits  Movement along a line that no photo
+        looks across is not seen; in a walk round the limb there is no such line.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from scipy import stats
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
+
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
+from limbgram.core.geometry.lens import POSE_SIZE
+from limbgram.reconstruction.mapping.scene import Movement, Scene
+
+_FEWEST_PHOTOS = 6
+_FEWEST_POINTS = 15
+_FEWEST_SHARED = 8
+"""Points that two photos must share to hang together."""
+_COUNTED = np.array([0, 1, 2, 3, 4])
+"""Turn about three axes and shift across; not the shift along the line of sight."""
+_MOVE = 6
+"""Numbers of a rigid motion."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovementOptions:
+    """What counts as movement."""
+
+    false_alarm: float = 1e-5
+    """Chance at which photos without any movement are said to show one."""
+    least_shift: float = 0.0003
+    """Least shift of a photo's group, as a share of the distance of the cameras: less is below what
+    the surface shows (0.45 mm from 1.5 m)."""
+
+
+DEFAULTS = MovementOptions()
+
+
+def joined_photos(scene: Scene) -> tuple[int, ...]:
+    """The largest set of photos that hang together by shared points, each with enough of them."""
+    seen = scene.observations
+    count = np.bincount(seen.photo_idx, minlength=len(scene.names))
+    sees = csr_array(
+        (np.ones(len(seen.photo_idx), np.int32), (seen.photo_idx, seen.point_idx)),
+        shape=(len(scene.names), len(scene.points_in_world)),
+    )
+    shared = (sees @ sees.T).toarray()
+    enough = count >= _FEWEST_POINTS
+    graph = (shared >= _FEWEST_SHARED) & enough[:, None] & enough[None]
+    label = connected_components(csr_array(graph), directed=False)[1]
+    sizes = np.bincount(label[enough], minlength=1) if enough.any() else np.zeros(1)
+    return tuple(np.flatnonzero(enough & (label == int(sizes.argmax()))).tolist())
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyMotion:
+    """A Movement, and by photo the motion itself."""
+
+    movement: Movement
+    middle: Vector3
+    """Of the first body, in its scene's world; motions turn about it."""
+    motions: Float64[np.ndarray, "n 6"]
+    """Turn (axis times angle, rad) and shift of the second body from its place in the photos that
+    the Movement refers to; nought where nothing is known. World frame and unit of the first."""
+
+    @classmethod
+    def unknown(cls, photos: int, reason: str) -> "BodyMotion":
+        none = Movement.unknown(photos, reason)
+        return cls(movement=none, middle=np.zeros(3), motions=np.zeros((photos, _MOVE)))
+
+    def moved(self, photo: int) -> Rigid:
+        """The motion of the second body in one photo."""
+        turn = Rigid.from_rotation_vector(self.motions[photo, :3], np.zeros(3))
+        shift = self.middle + self.motions[photo, 3:] - turn.apply(self.middle[None])[0]
+        return Rigid(turn.rotation, shift)
+
+
+def movement_between(
+    first: Scene, second: Scene, options: MovementOptions = DEFAULTS, *, lenses_known: bool = True
+) -> BodyMotion:
+    """How the second body moved against the first, at the middle of the first one's points.
+
+    Args:
+        lenses_known: Whether a board calibrated them all. What no course explains is then
+            movement; otherwise it may be the lens, which focuses anew for every photo.
+    """
+    photos = tuple(sorted({*first.placed} & {*second.placed}))
+    if len(photos) < _FEWEST_PHOTOS:
+        few = f"only {len(photos)} photos show enough of both"
+        return BodyMotion.unknown(len(first.names), few)
+    apart = _Apart.of(first, second, photos)
+    stepwise, drifting = _stepwise(apart, options), _drifting(apart, options)
+    found = drifting if drifting.told and drifting.criterion < stepwise.criterion else stepwise
+    if found.fit.unlikely < options.false_alarm:
+        if not lenses_known:
+            reason = "the lens is not known closely enough to tell"
+            return BodyMotion.unknown(len(first.names), reason)
+        found = _restless(apart)
+    return _told(apart, found, len(first.names), options)
+
+
+@dataclass(frozen=True)
+class _Apart:
+    """Turn and shift of every photo between the two bodies, in its own frame, whitened."""
+
+    photos: tuple[int, ...]
+    values: Float64[np.ndarray, "n 5"]
+    common: Float64[np.ndarray, "n 5 c"]
+    """What frame, size and lenses explain."""
+    moves: Float64[np.ndarray, "n 5 6"]
+    """What a motion of the second body (turn, shift, in the world) does to each photo."""
+    rough: Float64[np.ndarray, "n 6"]
+    """Turn and shift in the world, not whitened, of every photo by itself."""
+    middle: Vector3
+    distance: float
+
+    @classmethod
+    def of(cls, first: Scene, second: Scene, photos: tuple[int, ...]) -> "_Apart":
+        middle = np.median(first.points_in_world, axis=0)
+        first = first.moved(Similarity(1.0, np.eye(3), -middle))
+        there = np.array([first.view(k).centre_in_world for k in photos])
+        here = np.array([second.view(k).centre_in_world for k in photos])
+        second = second.moved(fit_similarity(here, there))
+        groups = sorted({first.camera_idx[k] for k in photos})
+        values, common, moves, rough = [], [], [], []
+        for k in photos:
+            one, other = (scene.view(k).camera_from_world for scene in (first, second))
+            covariance = _block(first, k) + _block(second, k)
+            turn = Rotation.from_matrix(other.rotation @ one.rotation.T).as_rotvec()
+            apart = np.concatenate([turn, other.translation - one.translation])
+            move = np.zeros((_MOVE, _MOVE))
+            move[:3, :3] = move[3:, 3:] = one.rotation
+            growth = np.concatenate([np.zeros(3), one.translation])[:, None]
+            lens = np.zeros((_MOVE, len(_COUNTED) * len(groups)))
+            place = len(_COUNTED) * groups.index(first.camera_idx[k])
+            lens[_COUNTED, place + np.arange(len(_COUNTED))] = 1.0
+            rough.append(move.T @ apart)
+            white = np.linalg.inv(np.linalg.cholesky(covariance[np.ix_(_COUNTED, _COUNTED)]))
+            values.append(white @ apart[_COUNTED])
+            common.append(white @ np.hstack([move, growth, lens])[_COUNTED])
+            moves.append(white @ move[_COUNTED])
+        return cls(
+            photos=photos,
+            values=np.array(values),
+            common=np.array(common),
+            moves=np.array(moves),
+            rough=np.array(rough),
+            middle=middle,
+            distance=float(np.median(np.linalg.norm(there - middle, axis=1))),
+        )
+
+    def fitted(self, courses: Float64[np.ndarray, "n m"]) -> "_Fit":
+        """With one motion for each course: how much of it each photo shows."""
+        count, size = len(self.photos), courses.shape[1]
+        more = np.einsum("nij,nm->nimj", self.moves, courses).reshape(count, 5, _MOVE * size)
+        design = np.concatenate([self.common, more], axis=2).reshape(5 * count, -1)
+        scale = np.linalg.norm(design, axis=0)
+        scale[scale == 0.0] = 1.0
+        solved, _, rank, _ = np.linalg.lstsq(design / scale, self.values.ravel(), rcond=1e-9)
+        off = self.values.ravel() - (design / scale) @ solved
+        motions = (solved / scale)[self.common.shape[2] :].reshape(size, _MOVE)
+        return _Fit(float(off @ off), 5 * count - int(rank), courses @ motions)
+
+
+def _block(scene: Scene, photo: int) -> Float64[np.ndarray, "6 6"]:
+    assert scene.camera_covariance is not None
+    start = POSE_SIZE * scene.placed.index(photo)
+    rows = slice(start, start + POSE_SIZE)
+    return scene.camera_covariance[rows, rows]
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Weighted sum of squares that is left, its degrees of freedom, and each photo's motion."""
+
+    left: float
+    freedom: int
+    motions: Float64[np.ndarray, "n 6"]
+
+    @property
+    def unlikely(self) -> float:
+        """Chance that noise of the adjustments alone leaves so much."""
+        return float(stats.chi2.sf(self.left, max(self.freedom, 1)))
+
+    @property
+    def noise(self) -> float:
+        """Variance in units of that of the adjustments; these are never too small."""
+        return max(1.0, self.left / max(self.freedom, 1))
+
+
+@dataclass(frozen=True)
+class _Course:
+    """How the second body moved from photo to photo."""
+
+    kind: Literal["still", "step", "drift", "restless"]
+    fit: _Fit
+    group: Int64[np.ndarray, " n"]
+    chance: float
+    """That photos without movement look as much like it."""
+
+    motions: int
+    """Motions that it is made of."""
+
+    @property
+    def told(self) -> bool:
+        return self.kind != "still"
+
+    @property
+    def criterion(self) -> float:
+        """Bayesian information criterion (Schwarz 1978); the lower, the better explained."""
+        return self.fit.left + _MOVE * self.motions * float(np.log(5 * len(self.group)))
+
+
+def _chance(before: _Fit, after: _Fit, tried: int) -> float:
+    """That noise alone lessens the sum of squares so much, by the best of what was tried."""
+    numbers = before.freedom - after.freedom
+    if numbers < 1 or after.freedom < 1:
+        return 1.0
+    ratio = (before.left - after.left) / numbers / after.noise
+    return min(1.0, tried * float(stats.f.sf(ratio, numbers, after.freedom)))
+
+
+def _stepwise(apart: _Apart, options: MovementOptions) -> _Course:
+    """Steps between photos, one by one, each where it explains most, while chance does not."""
+    count = len(apart.photos)
+    borders: list[int] = []
+    fit, chance = apart.fitted(np.zeros((count, 0))), 1.0
+    while True:
+        tried = [
+            (apart.fitted(_courses(count, sorted([*borders, at]))), at)
+            for at in range(1, count)
+            if at not in borders
+        ]
+        usable = [one for one in tried if one[0].freedom >= _MOVE]
+        if not usable:
+            break
+        best, at = min(usable, key=lambda one: one[0].left)
+        by_chance = _chance(fit, best, len(usable))
+        if by_chance > options.false_alarm:
+            break
+        chance = min(chance, by_chance)
+        borders.append(at)
+        fit = best
+    group = np.searchsorted(np.sort(np.array(borders, np.int64)), np.arange(count), side="right")
+    return _Course(
+        "step" if borders else "still", fit, group.astype(np.int64), chance, len(borders)
+    )
+
+
+def _courses(count: int, borders: list[int]) -> Float64[np.ndarray, "n m"]:
+    return (np.arange(count)[:, None] >= np.array(borders)[None]).astype(float)
+
+
+def _drifting(apart: _Apart, options: MovementOptions) -> _Course:
+    """An even movement from the first photo to the last."""
+    count = len(apart.photos)
+    still = apart.fitted(np.zeros((count, 0)))
+    even = np.array(apart.photos, float)[:, None]
+    fit = apart.fitted((even - even.mean()) / np.ptp(even))
+    chance = _chance(still, fit, 1)
+    told = chance <= options.false_alarm
+    return _Course("drift" if told else "still", fit, np.arange(count), chance, 1)
+
+
+def _restless(apart: _Apart) -> _Course:
+    """Every photo by itself."""
+    count = len(apart.photos)
+    still = apart.fitted(np.zeros((count, 0)))
+    own = _Fit(0.0, 0, apart.rough - np.median(apart.rough, axis=0))
+    return _Course("restless", own, np.arange(count), still.unlikely, count)
+
+
+def _told(apart: _Apart, course: _Course, photos: int, options: MovementOptions) -> BodyMotion:
+    """By photo, against the largest group; where there are no groups, against the middle."""
+    if course.kind == "step":
+        largest = int(np.bincount(course.group).argmax())
+        reference = course.fit.motions[int(np.flatnonzero(course.group == largest)[0])]
+    elif course.kind == "drift":
+        reference = course.fit.motions[len(apart.photos) // 2]
+    else:
+        reference = np.zeros(_MOVE)
+    off = course.fit.motions - reference
+    slight = np.linalg.norm(off[:, 3:], axis=1).max() < options.least_shift * apart.distance
+    told = np.array(apart.photos)
+    motions = np.zeros((photos, _MOVE))
+    nothing = Movement.unknown(photos)
+    group, shift, turn = nothing.group.copy(), nothing.shift.copy(), nothing.turn_deg.copy()
+    group[told], shift[told], turn[told] = 0, 0.0, 0.0
+    if course.told and not slight:
+        motions[told], group[told] = off, course.group
+        shift[told] = np.linalg.norm(off[:, 3:], axis=1)
+        turn[told] = np.degrees(np.linalg.norm(off[:, :3], axis=1))
+    movement = Movement(
+        kind="still" if slight else course.kind,
+        group=group,
+        shift=shift,
+        turn_deg=turn,
+        chance=course.chance,
+    )
+    return BodyMotion(movement=movement, middle=apart.middle, motions=motions)

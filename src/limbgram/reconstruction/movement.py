@@ -1,0 +1,332 @@
+"""Movement: did the limb keep still, and keep its shape, while the photos were taken?
+
+In      photos, their keypoints and all matches, the scene that they were placed in, cameras.
+Out     a BodyMotion: whether and how the surroundings moved, seen from the limb. Where they did,
+        the matches on the limb alone, and the board's corners as if nothing had moved.
+Method  The region of the limb, as the scene shows it, parts the keypoints of every photo into those
+        on the limb and those beside it. From the matches of each kind, also those that the scene
+        had no use for, the photos are placed anew, lenses held: once by the limb, once by the
+        surroundings. `mapping.movement` compares the two. So it does the two halves of the limb's
+        length: a limb that bends is no rigid body.
+Limits  What moves by more than some hundredths of the picture's width, a turntable, is no patient
+        who shifts: its matches are not looked at. Surroundings that show few points, and an object
+        that cannot be told from them, are said to be unknown.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int8
+
+from limbgram.core.errors import RegionError
+from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.triangulation import triangulate
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.dense.region import (
+    Footprint,
+    Region,
+    find_region,
+    footprint,
+)
+from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.movement import (
+    BodyMotion,
+    MovementOptions,
+    joined_photos,
+    movement_between,
+)
+from limbgram.reconstruction.mapping.ring import without_photos
+from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.tracks import with_tracks
+from limbgram.reconstruction.mapping.verdicts import agreed_by
+from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
+from limbgram.reconstruction.twoview.pairs import some_of
+
+_BOARD_PHOTOS = 4
+"""Photos of one group whose board sets the scale alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LookOptions:
+    """How movement is looked for."""
+
+    reach: float = 0.03
+    """How far from its place in the scene a match is still looked at, of the photo's width."""
+    track_px: float = 2.0
+    """The same once the photos were placed by one body."""
+    pair_matches: int = 150
+    """Most matches of a pair and kind."""
+    between: MovementOptions = field(default_factory=MovementOptions)
+    """Of the limb against its surroundings."""
+    halves: MovementOptions = field(
+        default_factory=lambda: MovementOptions(false_alarm=1e-8, least_shift=0.0007)
+    )
+    """Of its halves. Half a limb with sparse paint holds a photo weakly: a good capture of such a
+    one seemed to bend by 0.0005 of the distance, with a chance of 1e-6."""
+
+
+DEFAULTS = LookOptions()
+
+
+def find_movement(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    scene: Scene,
+    cameras: Cameras,
+    options: LookOptions = DEFAULTS,
+) -> BodyMotion:
+    """Whether limb and surroundings kept still against each other, and in which photos not."""
+    sides = _sides(photos, features, scene)
+    if isinstance(sides, str):
+        return BodyMotion.unknown(len(scene.names), sides)
+    limb = _Body("on the limb", _within(matches.pairs, sides, (_HALVES[0], _HALVES[1], _LIMB)))
+    room = _Body("beside the limb", _within(matches.pairs, sides, (_ROOM,)))
+    return _between(limb, room, features, scene, cameras, photos, options, options.between)
+
+
+def find_bending(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    scene: Scene,
+    cameras: Cameras,
+    options: LookOptions = DEFAULTS,
+) -> BodyMotion:
+    """Whether the two halves of the limb's length kept still against each other."""
+    sides = _sides(photos, features, scene)
+    if isinstance(sides, str):
+        return BodyMotion.unknown(len(scene.names), sides)
+    one, other = (
+        _Body("on one half of the limb", _within(matches.pairs, sides, (half,))) for half in _HALVES
+    )
+    return _between(one, other, features, scene, cameras, photos, options, options.halves)
+
+
+def limb_matches(photos: PhotoSet, features: Features, matches: Matches, scene: Scene) -> Matches:
+    """The matches of which no end lies beside the limb."""
+    sides = _sides(photos, features, scene)
+    if isinstance(sides, str):
+        return matches
+    kinds = (_HALVES[0], _HALVES[1], _LIMB)
+    return replace(matches, pairs=tuple(_within(matches.pairs, sides, kinds)))
+
+
+def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) -> BoardDetections:
+    """The board's corners as photos would show them if all had kept still.
+
+    The board lies in the surroundings: what moves these in a photo moves its corners too. Where
+    enough photos of one group show the board, theirs are taken as they are and no others; that is
+    0.07 px sure where corners that were moved are sure to 0.3 px (14 photos of 0.5 MP).
+    """
+    index = {scene.names[k]: k for k in scene.placed}
+    seen = [photo for photo in detections.photos if photo.name in index]
+    groups = found.movement.group[[index[photo.name] for photo in seen]]
+    if found.movement.kind == "step" and (groups >= 0).any():
+        largest = int(np.bincount(groups[groups >= 0]).argmax())
+        agreeing = [one for one, group in zip(seen, groups, strict=True) if group == largest]
+        if len(agreeing) >= _BOARD_PHOTOS:
+            return replace(detections, photos=tuple(agreeing))
+    return _carried(detections, seen, index, scene, found)
+
+
+def _carried(
+    detections: BoardDetections,
+    seen: list[PhotoCorners],
+    index: dict[str, int],
+    scene: Scene,
+    found: BodyMotion,
+) -> BoardDetections:
+    """The corners moved in every photo by what moved the surroundings in it."""
+    if not seen:
+        return detections
+    still = [scene.view(index[photo.name]) for photo in seen]
+    motions = [found.moved(index[photo.name]) for photo in seen]
+    moved = [
+        replace(view, camera_from_world=view.camera_from_world @ motion)
+        for view, motion in zip(still, motions, strict=True)
+    ]
+    ids = np.concatenate([photo.ids for photo in seen])
+    places = triangulate(
+        moved,
+        np.repeat(np.arange(len(seen), dtype=np.int32), [len(photo.ids) for photo in seen]),
+        ids,
+        np.concatenate([photo.xy_px for photo in seen]),
+        len(detections.corners_mm),
+    ).points_in_world
+    new: dict[str, PhotoCorners] = {}
+    for photo, here, there in zip(seen, still, moved, strict=True):
+        known = np.isfinite(places[photo.ids]).all(1)
+        corners = places[photo.ids[known]]
+        xy_px = photo.xy_px.copy()
+        xy_px[known] += here.project(corners) - there.project(corners)
+        new[photo.name] = replace(photo, xy_px=xy_px)
+    return replace(
+        detections, photos=tuple(new.get(photo.name, photo) for photo in detections.photos)
+    )
+
+
+_ROOM, _HALVES, _LIMB = 0, (1, 2), 3
+"""Where a keypoint lies: beside the limb, on one half of its length or the other, or where the
+picture may show either."""
+
+_Sides = tuple[Int8[np.ndarray, " k"] | None, ...]
+"""By photo and keypoint, where it lies; None where the photo was not placed."""
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Matches of one body, and what it is called."""
+
+    where: str
+    pairs: list[PairMatches]
+
+
+def _between(
+    first: _Body,
+    second: _Body,
+    features: Features,
+    scene: Scene,
+    cameras: Cameras,
+    photos: PhotoSet,
+    options: LookOptions,
+    counts: MovementOptions,
+) -> BodyMotion:
+    """Place the photos by each of both bodies alone, and compare."""
+    alone: list[Scene] = []
+    for body in (first, second):
+        some = _thinned(body.pairs, options.pair_matches)
+        placed = _placed_by(features, some, scene, cameras, photos, options)
+        if placed is None:
+            reason = f"too few points {body.where} join the photos"
+            return BodyMotion.unknown(len(scene.names), reason)
+        alone.append(_in_frame_of(scene, placed))
+    board = all(one.source == "board" for one in cameras.calibrations)
+    return movement_between(alone[0], alone[1], counts, lenses_known=board)
+
+
+def _sides(photos: PhotoSet, features: Features, scene: Scene) -> _Sides | str:
+    """Which keypoints lie where the photos show the limb's region, or why that is not known."""
+    metric = to_millimetres(scene)
+    try:
+        region = find_region(photos, metric)
+    except RegionError:
+        return "the limb cannot be told from its surroundings"
+    halves = _halved(region)
+    found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
+    for k in scene.placed:
+        view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
+        shown = [_shown(footprint(half, view), xy_px) for half in halves]
+        found[k] = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
+    return tuple(found)
+
+
+def _halved(region: Region) -> tuple[Region, Region]:
+    """The region cut in the middle of its length."""
+    cells = np.argwhere(region.occupied).astype(float)
+    centred = cells - cells.mean(0)
+    along = np.linalg.eigh(centred.T @ centred).eigenvectors[:, -1]
+    along = along * np.sign(along[np.argmax(np.abs(along))])
+    upper = np.zeros_like(region.occupied)
+    upper[region.occupied] = centred @ along > 0.0
+    return (
+        replace(region, occupied=region.occupied & ~upper),
+        replace(region, occupied=upper),
+    )
+
+
+def _shown(seen: Footprint, xy_px: Float32[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
+    """Which keypoints lie in a footprint."""
+    xy = np.rint(xy_px).astype(np.int64) - (seen.x0, seen.y0)
+    rows, columns = seen.mask.shape
+    inside = (xy >= 0).all(1) & (xy < (columns, rows)).all(1)
+    on = np.zeros(len(xy), bool)
+    on[inside] = seen.mask[xy[inside, 1], xy[inside, 0]]
+    return on
+
+
+def _within(
+    pairs: tuple[PairMatches, ...], sides: _Sides, kinds: tuple[int, ...]
+) -> list[PairMatches]:
+    """Matches of placed photos with both ends on one of these."""
+    found: list[PairMatches] = []
+    for pair in pairs:
+        first, second = sides[pair.first], sides[pair.second]
+        if first is None or second is None:
+            continue
+        ends = pair.keypoint_idx
+        keep = np.isin(first[ends[:, 0]], kinds) & np.isin(second[ends[:, 1]], kinds)
+        found.append(some_of(pair, keep))
+    return found
+
+
+def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
+    """At most so many of each pair, those of the keypoints that most pairs have."""
+    uses: dict[int, np.ndarray] = {}
+    for pair in pairs:
+        for side, photo in enumerate((pair.first, pair.second)):
+            here = np.bincount(pair.keypoint_idx[:, side])
+            before = uses.get(photo, np.zeros(0, np.int64))
+            total = np.zeros(max(len(here), len(before)), np.int64)
+            total[: len(here)] += here
+            total[: len(before)] += before
+            uses[photo] = total
+    thin: list[PairMatches] = []
+    for pair in pairs:
+        reach = uses[pair.first][pair.keypoint_idx[:, 0]]
+        reach = reach + uses[pair.second][pair.keypoint_idx[:, 1]]
+        keep = np.zeros(len(pair), bool)
+        keep[np.argsort(-reach, kind="stable")[:most]] = True
+        thin.append(some_of(pair, keep))
+    return thin
+
+
+def _placed_by(
+    features: Features,
+    pairs: list[PairMatches],
+    scene: Scene,
+    cameras: Cameras,
+    photos: PhotoSet,
+    options: LookOptions,
+) -> Scene | None:
+    """The photos placed by these matches alone, from where the scene has them; lenses held."""
+    if not any(len(pair) for pair in pairs):
+        return None
+    places_px = agreed_by(features, pairs)
+    width = max(photo.width_px for photo in photos.photos)
+    for reach_px in (options.reach * width, options.track_px):
+        scene = _retracked(scene, places_px, pairs, reach_px)
+        if len(scene.placed) < 2:
+            return None
+        adjusted = adjust(scene, _held(scene, cameras), rounds=2)
+        scene = replace(adjusted.scene, camera_covariance=adjusted.covariance)
+    return scene
+
+
+def _in_frame_of(scene: Scene, alone: Scene) -> Scene:
+    """A scene placed anew in the frame and size of the one it came from."""
+    photos = sorted({*scene.placed} & {*alone.placed})
+    there = np.array([scene.view(k).centre_in_world for k in photos])
+    here = np.array([alone.view(k).centre_in_world for k in photos])
+    return alone.moved(fit_similarity(here, there)) if len(photos) > 2 else alone
+
+
+def _retracked(
+    scene: Scene, places_px: tuple[Points2, ...], pairs: list[PairMatches], reach_px: float
+) -> Scene:
+    """New points from the matches, and only the photos that hang together by them."""
+    new = with_tracks(scene, places_px, pairs, reach_px)
+    return without_photos(new, {*new.placed} - {*joined_photos(new)})
+
+
+def _held(scene: Scene, cameras: Cameras) -> tuple[Calibration, ...]:
+    """The scene's lenses, not to be moved."""
+    return tuple(
+        replace(one, camera=camera, covariance=np.zeros_like(one.covariance))
+        for one, camera in zip(cameras.calibrations, scene.cameras, strict=True)
+    )

@@ -1,0 +1,182 @@
+"""Movement between two bodies: known motions are found, noise is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.mapping.movement import (
+    BodyMotion,
+    MovementOptions,
+    joined_photos,
+    movement_between,
+)
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+
+PHOTOS = 14
+DISTANCE = 1500.0
+SIGMAS = np.array([2e-4, 2e-4, 2e-4, 0.1, 0.1, 1.0])
+"""Of a photo's place by one body: turn in rad, shift in mm."""
+CAMERA = Camera(width_px=900, height_px=600, fx=2000, fy=2000, cx=450, cy=300)
+RING = [
+    Rigid.looking_at(
+        DISTANCE * np.array([np.cos(turn) * 0.9, np.sin(turn) * 0.9, 0.44]),
+        np.zeros(3),
+        np.array([0.0, 0.0, 1.0]),
+    )
+    for turn in np.linspace(0, 2 * np.pi, PHOTOS, endpoint=False)
+]
+
+
+def placed(poses: list[Rigid], rng: np.random.Generator, noise: float = 1.0) -> Scene:
+    """A scene of these poses, each off by its sigmas, with points round the origin."""
+    off = [noise * rng.normal(size=6) * SIGMAS for _ in poses]
+    moved = [
+        Rigid(
+            Rigid.from_rotation_vector(one[:3], np.zeros(3)).rotation @ pose.rotation,
+            pose.translation + one[3:],
+        )
+        for pose, one in zip(poses, off, strict=True)
+    ]
+    variances = np.concatenate([np.tile(SIGMAS**2, len(poses)), np.zeros(10)])
+    names = tuple(f"{k}.jpg" for k in range(len(poses)))
+    return Scene(
+        names=names,
+        cameras=(CAMERA,),
+        camera_idx=(0,) * len(poses),
+        camera_from_world=tuple(moved),
+        points_in_world=rng.normal(0, 60, (400, 3)),
+        observations=Observations(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 2))),
+        verdicts=tuple(
+            PhotoVerdict(name=name, placed=True, points=400, rms_px=0.1) for name in names
+        ),
+        camera_covariance=np.diag(variances),
+    )
+
+
+def seen(shifts: np.ndarray, seed: int, noise: float = 1.0, turn_deg: float = 0.0) -> BodyMotion:
+    """What is found where the surroundings shift so in each photo, in another frame and size."""
+    rng = np.random.default_rng(seed)
+    axis = np.array([0.6, 0.0, 0.8])
+    sizes = np.linalg.norm(shifts, axis=1, keepdims=True)
+    turns = np.radians(turn_deg) * sizes / max(float(sizes.max()), 1e-12)
+    room = [
+        pose @ Rigid.from_rotation_vector(turn * axis, shift)
+        for pose, turn, shift in zip(RING, turns, shifts, strict=True)
+    ]
+    frame = Similarity(
+        0.01, Rigid.from_rotation_vector(np.array([0.3, -0.2, 0.5]), np.zeros(3)).rotation,
+        np.array([3.0, -2.0, 1.0]),
+    )  # fmt: skip
+    return movement_between(placed(RING, rng, noise), placed(room, rng, noise).moved(frame))
+
+
+def step(size_mm: float, first: int = PHOTOS // 2) -> np.ndarray:
+    shifts = np.zeros((PHOTOS, 3))
+    shifts[first:] = size_mm * np.array([0.6, 0.64, 0.48])
+    return shifts
+
+
+def test_photos_without_movement_show_none() -> None:
+    kinds = [seen(np.zeros((PHOTOS, 3)), seed).movement.kind for seed in range(100)]
+    assert kinds == ["still"] * 100
+
+
+@pytest.mark.parametrize("size_mm", [2.0, 4.0, 8.0, 10.0])
+def test_a_step_is_found_where_it_is_and_as_large_as_it_is(size_mm: float) -> None:
+    for seed in range(5):
+        found = seen(step(size_mm), seed, turn_deg=0.3)
+        assert found.movement.kind == "step"
+        assert found.movement.group.tolist() == [0] * 7 + [1] * 7
+        assert found.movement.shift[:7].max() == 0.0
+        assert abs(found.movement.shift[7] - size_mm) < 0.5
+        assert found.movement.turn_deg[7] == pytest.approx(0.3, abs=0.05)
+        np.testing.assert_allclose(found.motions[7, 3:], step(size_mm)[7], atol=0.4)
+
+
+def test_a_step_early_in_the_walk_leaves_the_larger_group_in_place() -> None:
+    found = seen(step(8.0, first=3), 1).movement
+    assert found.group.tolist() == [0] * 3 + [1] * 11
+    assert found.shift[5] == 0.0
+    assert abs(found.shift[0] - 8.0) < 0.5
+
+
+def test_two_steps_are_told_apart() -> None:
+    shifts = step(6.0, first=4)
+    shifts[9:] += [-4.0, 5.0, 0.0]
+    assert seen(shifts, 2).movement.group.tolist() == [0] * 4 + [1] * 5 + [2] * 5
+
+
+def test_a_slow_drift_is_a_drift() -> None:
+    for seed in range(5):
+        shifts = np.linspace(0, 1, PHOTOS)[:, None] * np.array([6.0, 0.0, 0.8])
+        found = seen(shifts, seed).movement
+        assert found.kind == "drift"
+        assert abs(found.shift[0] + found.shift[-1] - np.hypot(6.0, 0.8)) < 0.7
+
+
+def test_a_limb_elsewhere_in_every_photo_is_restless() -> None:
+    rng = np.random.default_rng(8)
+    found = seen(rng.uniform(-4, 4, (PHOTOS, 3)), 3).movement
+    assert found.moved
+    assert 2.0 < found.shift.max() < 10.0
+
+
+def test_what_a_lens_that_is_not_known_may_cause_is_not_called_movement() -> None:
+    rng = np.random.default_rng(8)
+    first, shifts = np.random.default_rng(1), rng.uniform(-4, 4, (PHOTOS, 3))
+    room = [pose @ Rigid(np.eye(3), shift) for pose, shift in zip(RING, shifts, strict=True)]
+    found = movement_between(placed(RING, first), placed(room, first), lenses_known=False)
+    assert (found.movement.kind, found.movement.moved) == ("unknown", False)
+    assert "lens" in found.movement.reason
+
+
+def test_a_shift_of_every_photo_along_its_line_of_sight_is_another_focus() -> None:
+    rng = np.random.default_rng(4)
+    axial = rng.normal(0, 8, PHOTOS)
+    room = [
+        Rigid(pose.rotation, pose.translation + np.array([0.0, 0.0, far]))
+        for pose, far in zip(RING, axial, strict=True)
+    ]
+    found = movement_between(placed(RING, rng), placed(room, rng))
+    assert found.movement.kind == "still"
+
+
+def test_an_error_of_the_lens_that_all_photos_share_is_no_movement() -> None:
+    rng = np.random.default_rng(5)
+    skewed = Rigid.from_rotation_vector(np.array([0.004, -0.003, 0.002]), np.array([3.0, -2.0, 0]))
+    found = movement_between(placed(RING, rng), placed([skewed @ pose for pose in RING], rng))
+    assert found.movement.kind == "still"
+
+
+def test_movement_too_small_to_matter_is_none() -> None:
+    assert seen(step(0.3), 6, noise=0.01).movement.kind == "still"
+    found = movement_between(
+        placed(RING, np.random.default_rng(6), 0.01),
+        placed([pose @ Rigid(np.eye(3), s) for pose, s in zip(RING, step(1.5), strict=True)],
+               np.random.default_rng(7), 0.01),
+        MovementOptions(least_shift=0.0),
+    )  # fmt: skip
+    assert found.movement.kind == "step"
+
+
+def test_few_photos_tell_nothing() -> None:
+    scene = placed(RING[:5], np.random.default_rng(0))
+    found = movement_between(scene, scene).movement
+    assert (found.kind, found.reason) == ("unknown", "only 5 photos show enough of both")
+
+
+def test_a_motion_turns_about_the_middle() -> None:
+    found = seen(step(8.0), 1, turn_deg=2.0)
+    moved = found.moved(9).apply(found.middle[None])[0] - found.middle
+    np.testing.assert_allclose(moved, found.motions[9, 3:], atol=1e-9)
+
+
+def test_photos_hang_together_only_by_shared_points() -> None:
+    scene = placed(RING[:6], np.random.default_rng(0))
+    photo = np.repeat(np.arange(6, dtype=np.int32), 20)
+    point = np.concatenate([np.arange(20)] * 4 + [np.arange(50, 70)] * 2).astype(np.int32)
+    apart = replace(scene, observations=Observations(photo, point, np.zeros((120, 2))))
+    assert joined_photos(apart) == (0, 1, 2, 3)

@@ -1,0 +1,100 @@
+"""What is said of movement, and what light it gets: one sentence, everywhere the same."""
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from limbgram.reconstruction.mapping.scene import Movement
+from limbgram.report.accuracy.assessment import Assessment, assess
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.movement import moved_mm, movement_remark, movement_sentence
+
+
+def movement(
+    shifts: list[float], kind: Literal["still", "step", "drift", "restless"] = "step"
+) -> Movement:
+    shift = np.array(shifts)
+    return Movement(
+        kind=kind, group=(shift > 0).astype(np.int64), shift=shift, turn_deg=0.1 * shift
+    )
+
+
+def assessed(
+    evidence: Evidence, moved: Movement | None = None, bent: Movement | None = None
+) -> Assessment:
+    scene = replace(evidence.metric.scene, movement=moved, bending=bent)
+    return assess(replace(evidence, metric=replace(evidence.metric, scene=scene)))
+
+
+def shifts(evidence: Evidence, size_mm: float) -> list[float]:
+    count = len(evidence.metric.scene.names)
+    return [size_mm if k >= count / 2 else 0.0 for k in range(count)]
+
+
+def light_of(assessment: Assessment, key: str) -> str:
+    return next(one.light for one in assessment.criteria if one.key == key)
+
+
+def test_nothing_is_said_where_nobody_looked_or_nothing_is_known(with_sigmas: Evidence) -> None:
+    unknown = Movement.unknown(len(with_sigmas.metric.scene.names), "no points")
+    for found in (assessed(with_sigmas), assessed(with_sigmas, unknown, unknown)):
+        assert not {"movement", "bending"} & {one.key for one in found.criteria}
+        assert found.light == "green"
+
+
+def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
+    still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
+    found = assessed(with_sigmas, still, still)
+    assert (light_of(found, "movement"), light_of(found, "bending")) == ("green", "green")
+    assert found.light == "green"
+
+
+def test_a_limb_that_moved_is_amber_where_it_alone_places_the_photos(
+    with_sigmas: Evidence,
+) -> None:
+    moved = replace(movement(shifts(with_sigmas, 8.0)), alone=True)
+    found = assessed(with_sigmas, moved)
+    assert found.light == "amber"
+    assert "moved by up to 8.0 mm and turned by 0.8 degrees" in found.headline
+    assert "by the points on the limb alone" in found.headline
+    names = with_sigmas.metric.scene.names
+    assert names[-1] in found.headline
+    assert any("Support the limb" in one.remedy for one in found.findings)
+    assert found.tree["movement"]["photos"] == list(names[-len(names) // 2 :])
+
+
+def test_otherwise_it_is_red_from_a_millimetre(with_sigmas: Evidence) -> None:
+    for size_mm, light in ((0.9, "amber"), (1.1, "red")):
+        assert assessed(with_sigmas, movement(shifts(with_sigmas, size_mm))).light == light
+
+
+def test_a_limb_that_bent_is_never_green(with_sigmas: Evidence) -> None:
+    for size_mm, light in ((0.9, "amber"), (4.0, "red")):
+        still = movement(shifts(with_sigmas, 0.0), "still")
+        found = assessed(with_sigmas, still, movement(shifts(with_sigmas, size_mm)))
+        assert found.light == light
+        assert "The limb bent" in found.headline
+
+
+def test_a_drift_counts_from_end_to_end() -> None:
+    drift = movement([2.0, 1.0, 0.0, 1.0, 2.5], "drift")
+    assert moved_mm(drift) == 4.5
+    assert "by 4.5 mm in all" in movement_sentence(drift, list("abcde"), "mm")
+    assert math.isnan(moved_mm(None))
+
+
+def test_each_moved_photo_has_its_remark(with_sigmas: Evidence) -> None:
+    scene = replace(with_sigmas.metric.scene, movement=movement(shifts(with_sigmas, 8.0)))
+    assert movement_remark(scene, 0, "mm") == ()
+    last = len(scene.names) - 1
+    assert movement_remark(scene, last, "mm") == (
+        "the limb lies 8.0 mm from where most photos show it",
+    )
+
+
+def test_many_photos_are_counted_not_listed() -> None:
+    names = [f"{k}.jpg" for k in range(20)]
+    said = movement_sentence(movement([0.0] * 10 + [3.0] * 10), names, "mm")
+    assert said.endswith("in 10.jpg, 11.jpg, 12.jpg, 13.jpg, 14.jpg, 15.jpg and 4 more.")
