@@ -92,7 +92,7 @@ def main() -> None:
 def work(chosen: argparse.Namespace, folder: Path) -> None:
     """Everything that is not there yet, written after each."""
     known: dict[str, Any] = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
-    result = {"machine": machine(), "looks": {}, "surfaces": {}} | known
+    result = {"looks": {}, "surfaces": {}} | known | {"machine": machine()}
     camera_file = camera_of(folder)
     camera = read_camera(camera_file)
     end = time.monotonic() + 60 * chosen.minutes
