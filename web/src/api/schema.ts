@@ -1988,6 +1988,12 @@ export interface components {
             photos: (number | null)[][];
             /** Sigma Mm */
             sigma_mm: (number | null)[][];
+            /** Places */
+            places: [
+                number,
+                number,
+                number
+            ][][];
             /** Length */
             length: number;
             /** Radius */
