@@ -12,6 +12,7 @@ from limbgram.core.run import Run
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
 from limbgram.synthetic.props.paint import scattered_spots
 from limbgram.synthetic.turning import TurnedOver, Turning
 
@@ -24,6 +25,18 @@ class Turned(Enum):
     OVER = "over"
 
 
+class GaugeName(Enum):
+    """Gauges, as a user names them."""
+
+    BALL_BAR = "ball-bar"
+    CYLINDER = "cylinder"
+
+
+_GAUGES: dict[GaugeName, Gauge] = {
+    GaugeName.BALL_BAR: BallBar(),
+    GaugeName.CYLINDER: GaugeCylinder(),
+}
+_GAUGE_FROM_MM = 1400.0
 _SWAY_MM = 6.0
 """How far a patient on a stool leans to and fro."""
 
@@ -41,6 +54,13 @@ def make_capture_command(
     marks: Annotated[
         int, typer.Option(min=0, max=12, help="Round magenta marks painted at known places.")
     ] = 0,
+    gauge: Annotated[
+        GaugeName | None,
+        typer.Option(
+            help="A painted gauge instead of a limb, from 1.4 m; truth/artefact.json is its "
+            "artefact file for `limbgram verify-setup`."
+        ),
+    ] = None,
     movement: Annotated[
         MovementKind | None,
         typer.Option(help="What moves between the photos: the limb in a step, in a slow drift ..."),
@@ -68,6 +88,8 @@ def make_capture_command(
         coverage=coverage,
         spots=scattered_spots(marks),
         turning=_turning(turned),
+        gauge=None if gauge is None else _GAUGES[gauge],
+        distance_mm=CaptureOptions.distance_mm if gauge is None else _GAUGE_FROM_MM,
         movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
     )
     with display(as_json) as screen:

@@ -16,6 +16,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.typed import tree_of
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
+from limbgram.synthetic.props.gauges import calibrated_values
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
 from limbgram.synthetic.props.stickers import sticker_places_mm
@@ -35,6 +36,8 @@ def write_record(
     _write_json(folder / "cameras.json", _cameras(truth))
     _write_json(folder / "board.json", _boards(truth, options))
     _write_json(folder / "notes.json", _notes(truth, options, seen_by))
+    if options.gauge is not None:
+        _write_json(folder / "artefact.json", calibrated_values(options.gauge))
 
 
 def _write_mesh(

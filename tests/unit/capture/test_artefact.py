@@ -1,11 +1,13 @@
 """Artefact files: what is read, and what is refused with its place."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from limbgram.capture.artefact import read_artefact
 from limbgram.core.errors import CaseError
+from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder, calibrated_values
 
 GOOD = """
 format = "limbgram artefact"
@@ -63,6 +65,20 @@ def test_what_cannot_be_is_refused(tmp_path: Path, old: str, new: str, told: str
     assert old in GOOD
     with pytest.raises(CaseError, match=told):
         read_artefact(written(tmp_path, GOOD.replace(old, new)))
+
+
+@pytest.mark.parametrize("gauge", [BallBar(), GaugeCylinder(diameter_mm=80.0)])
+def test_a_rendered_gauge_has_its_own_artefact_file(tmp_path: Path, gauge: Gauge) -> None:
+    path = tmp_path / "artefact.json"
+    path.write_text(json.dumps(calibrated_values(gauge)))
+    found = read_artefact(path)
+    sizes = [one.diameter_mm for one in found.spheres] or [
+        found.cylinder.diameter_mm if found.cylinder is not None else 0.0
+    ]
+    assert set(sizes) == {gauge.diameter_mm}
+    assert [one.length_mm for one in found.lengths] == (
+        [gauge.spacing_mm] if isinstance(gauge, BallBar) else []
+    )
 
 
 def test_an_artefact_of_nothing_is_refused(tmp_path: Path) -> None:

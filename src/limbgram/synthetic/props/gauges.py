@@ -8,7 +8,7 @@ Frame   world: z up from the table, millimetres; the axis starts at (0, 0, base_
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float64
@@ -20,6 +20,8 @@ from limbgram.synthetic.props.limb import Limb, cut_rings, limb_of_grid
 
 _FINE_MM = 0.02
 _LOBES = 3
+_FACETS_MM = 0.01
+"""So far a triangle of 0.7 mm lies inside a sphere of 10 mm radius at most, and some more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,6 +106,17 @@ def middles_mm(gauge: BallBar, base_mm: float) -> tuple[Vector3, Vector3]:
         for height in (lower, lower + gauge.spacing_mm)
     )
     return first, second
+
+
+def calibrated_values(gauge: Gauge) -> dict[str, Any]:
+    """The gauge as an artefact file has it: exact, but for the facets that are rendered."""
+    known = {"uncertainty_mm": _FACETS_MM, "form_mm": gauge.form_mm + _FACETS_MM}
+    about = {"format": "limbgram artefact", "version": 1, "name": f"rendered {gauge.kind}"}
+    if isinstance(gauge, GaugeCylinder):
+        return {**about, "cylinder": {"name": "C", "diameter_mm": gauge.diameter_mm, **known}}
+    spheres = [{"name": name, "diameter_mm": gauge.diameter_mm, **known} for name in "AB"]
+    length = {"length_mm": gauge.spacing_mm, "uncertainty_mm": _FACETS_MM}
+    return {**about, "spheres": spheres, "lengths": [{"first": "A", "second": "B", **length}]}
 
 
 def _require_shape(form_mm: float, lean_deg: float, diameter_mm: float) -> None:
