@@ -3,7 +3,8 @@
     python benchmarks/guide.py
 
 walk.png: a walk round the limb, from above and as the phone saw it. mistakes.png: one photo as it
-should be, and spoiled in the ways that clinics know.
+should be, and spoiled in the ways that clinics know. check.png: what `limbgram check` draws of the
+walk when it was broken off.
 """
 
 import json
@@ -19,6 +20,7 @@ from matplotlib.axes import Axes
 from PIL import Image
 from scipy.spatial import ConvexHull
 
+from commands import done, run
 from limbgram.cases.scoring import read_truth_mesh
 from limbgram.synthetic.capture import make_capture
 from spoiled import blurred, overexposed
@@ -27,21 +29,27 @@ from sweep import phone
 CLINIC = Path(__file__).resolve().parents[1] / "docs" / "clinic"
 SEED, PHOTOS, MEGAPIXELS = 23, 24, 0.8
 FAR_MM = 1600.0
+RED = 7
+"""The exit code of a capture that is not complete."""
 INK, ACCENT, PAPER = "#16222A", "#0B6076", "#FFFFFF"
 
 
 def main() -> None:
     matplotlib.use("Agg")
     matplotlib.rcParams.update({"font.size": 9, "text.color": INK, "axes.edgecolor": INK})
-    near = replace(phone(PHOTOS, MEGAPIXELS, SEED).options, rings=2, calibration_photos=0)
+    near = replace(phone(PHOTOS, MEGAPIXELS, SEED).options, rings=2, calibration_photos=10)
     with tempfile.TemporaryDirectory() as folder:
         walk = make_capture(Path(folder) / "walk", near).folder
         far = make_capture(
-            Path(folder) / "far", replace(near, photos=3, rings=1, distance_mm=FAR_MM)
+            Path(folder) / "far",
+            replace(near, photos=3, rings=1, distance_mm=FAR_MM, calibration_photos=0),
         ).folder
-        bare = make_capture(Path(folder) / "bare", replace(near, photos=6, board=None)).folder
+        bare = make_capture(
+            Path(folder) / "bare", replace(near, photos=6, board=None, calibration_photos=0)
+        ).folder
         draw_walk(walk, CLINIC / "walk.png")
         draw_mistakes(walk, far, bare, CLINIC / "mistakes.png")
+        draw_check(walk, CLINIC / "check.png")
 
 
 def pictures(capture: Path) -> list[Image.Image]:
@@ -111,6 +119,18 @@ def draw_mistakes(walk: Path, far: Path, bare: Path, out: Path) -> None:
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.01, top=0.80, wspace=0.05)
     figure.savefig(out, dpi=110)
     plt.close(figure)
+
+
+def draw_check(walk: Path, out: Path) -> None:
+    """Of the first two thirds of the lower round."""
+    camera = walk / "camera.json"
+    done("calibrate", str(walk / "calibration"), "--board", "14x10", "--square", "10",
+         "-o", str(camera))  # fmt: skip
+    photos = [str(path) for path in sorted((walk / "images").iterdir())]
+    taken = photos[: PHOTOS // 3 + 2]
+    checked = run("check", *taken, "--camera", str(camera), "--picture", str(out))
+    if checked.returncode != RED:
+        raise SystemExit(f"a broken-off walk was not found out: {checked.stdout}{checked.stderr}")
 
 
 if __name__ == "__main__":
