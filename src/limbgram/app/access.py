@@ -11,6 +11,7 @@ Fails   401 without a session, 403 from another place.
 """
 
 import hmac
+import re
 import secrets
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
@@ -27,6 +28,9 @@ _SESSION_S = 12 * 3600.0
 """Without a request for so long, a session ends."""
 _LINK_S = 15 * 60.0
 """A start link is good for so long."""
+_MOST_BYTES = 8_000_000
+"""Of a request that is no file; files have limits of their own (`cases.intake`)."""
+_FILES = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
     "img-src 'self' data: blob:; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
@@ -148,8 +152,13 @@ class Guard:
                 "Nobody is signed in here. Open the app by the link that `limbgram app` shows; it "
                 "is good once.",
             )(scope, receive, _guarded(send))
-        else:
+        elif _FILES.fullmatch(path):
             await self.inner(scope, receive, _guarded(send))
+        elif _length(headers) > _MOST_BYTES:
+            told = "The request is larger than any that is answered. Send less at a time."
+            await refusal(413, "TooLarge", told)(scope, receive, _guarded(send))
+        else:
+            await self.inner(scope, _bounded(receive), _guarded(send))
 
 
 def session_in(cookies: str) -> str:
@@ -159,6 +168,24 @@ def session_in(cookies: str) -> str:
     except CookieError:
         return ""
     return "" if found is None else found.value
+
+
+def _length(headers: dict[str, str]) -> int:
+    told = headers.get("content-length", "0")
+    return int(told) if told.isdecimal() and len(told) < 16 else _MOST_BYTES + 1
+
+
+def _bounded(receive: Receive) -> Receive:
+    """A request that does not say its length is cut off where it becomes too long."""
+    came = 0
+
+    async def receive_bounded() -> Message:
+        nonlocal came
+        message = await receive()
+        came += len(message.get("body", b""))
+        return message if came <= _MOST_BYTES else {"type": "http.disconnect"}
+
+    return receive_bounded
 
 
 def _guarded(send: Send) -> Send:

@@ -6,6 +6,7 @@ from fastapi import HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from limbgram.core.errors import (
     CaseError,
@@ -70,7 +71,7 @@ def answer_refusal(_request: Request, error: Exception) -> JSONResponse:
 
 def answer_http(_request: Request, error: Exception) -> JSONResponse:
     """No such route, method or thing."""
-    assert isinstance(error, HTTPException)
+    assert isinstance(error, StarletteHTTPException)
     made = refusal(error.status_code, "HTTPException", str(error.detail))
     made.headers.update(error.headers or {})
     return made

@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 
-from fastapi import FastAPI, HTTPException
+from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from starlette.exceptions import HTTPException as StarletteHTTPException
@@ -94,7 +94,6 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
         app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
     app.include_router(session.start_router)
     app.add_exception_handler(LimbgramError, answer_refusal)
-    app.add_exception_handler(HTTPException, answer_http)
     app.add_exception_handler(StarletteHTTPException, answer_http)
     app.add_exception_handler(RequestValidationError, answer_invalid)
     app.add_exception_handler(LookupError, answer_missing)

@@ -102,3 +102,17 @@ def test_no_path_leads_out_of_its_folder(client: TestClient, clinic: Clinic, pat
     answer = client.get(path)
     assert "of somebody else" not in answer.text
     assert answer.status_code < 500
+
+
+def test_a_request_that_is_too_large_is_not_read(client: TestClient) -> None:
+    large = client.post(f"{API}/cases", content=bytes(9_000_000))
+    assert large.status_code == 413
+    unsaid = client.post(f"{API}/cases", content=(bytes(100_000) for _ in range(100)))
+    assert 400 <= unsaid.status_code < 500
+    assert client.get(f"{API}/cases").json()["cases"] == []
+
+
+def test_a_route_that_is_none_says_so(client: TestClient) -> None:
+    for answer in (client.get(f"{API}/nothing"), client.put(f"{API}/cases")):
+        assert answer.status_code in (404, 405)
+        assert answer.json()["message"]
