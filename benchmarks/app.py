@@ -1,0 +1,237 @@
+"""What the app costs: its start, edits over HTTP, and sixty photos sent at once.
+
+    python benchmarks/app.py [--photos 60] [--megabytes 8] [--repeats 5]
+
+Starts `limbgram app` as its own process and asks it as a browser does. Writes
+results/app.{json,md}. Edits are timed from the request to the last byte of the answer, on a
+synthetic limb of some 250,000 triangles: each is previewed with another depth each time, so that
+nothing is taken from what was done before, and then kept.
+"""
+
+import argparse
+import json
+import statistics
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+import numpy as np
+
+from captures import machine
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.ply import write_ply
+from limbgram.synthetic.options import SMALL
+from limbgram.synthetic.truth import stage_truth
+from limbgram.workbench.edits.fineness import refine_where
+from tables import made_on
+
+API = "/api/v1"
+RESULTS = Path(__file__).parent / "results" / "app.json"
+EDITS: dict[str, dict[str, Any]] = {
+    "load": {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 18.0},
+    "relieve": {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 18.0},
+    "reduction": {"heights_mm": [80, 200], "per_cent": [1.0, 3.0], "of": "girth"},
+    "offset": {"distance_mm": -1.0},
+    "smoothing": {"passes": 4},
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--photos", type=int, default=60)
+    parser.add_argument("--megabytes", type=float, default=8.0)
+    parser.add_argument("--repeats", type=int, default=5)
+    chosen = parser.parse_args()
+    limb = large_limb()
+    with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
+        results: dict[str, Any] = {"machine": machine(), "start_s": app.start_s}
+        results["upload"] = uploaded(app, chosen.photos, int(chosen.megabytes * 1e6))
+        results["triangles"] = len(limb.faces)
+        results["edits"] = edited(app, Path(scratch), limb, chosen.repeats)
+    RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    RESULTS.with_suffix(".md").write_text(table(results), encoding="utf-8")
+
+
+class App:
+    """The app as a process, and a client that is signed in."""
+
+    def __init__(self, folder: Path) -> None:
+        began = time.perf_counter()
+        self.process = subprocess.Popen(
+            ["limbgram", "app", "--cases", str(folder), "--no-browser", "--json"],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        link = json.loads(self.process.stdout.readline())["link"]
+        self.client = httpx.Client(base_url=link.partition("/start")[0], timeout=120)
+        self.client.get(link).raise_for_status()
+        self.client.get(f"{API}/cases").raise_for_status()
+        self.start_s = time.perf_counter() - began
+
+    def peak_mb(self) -> float:
+        told = Path(f"/proc/{self.process.pid}/status").read_text("ascii")
+        line = next(line for line in told.splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) / 1024
+
+
+@contextmanager
+def started(folder: Path) -> Iterator[App]:
+    app = App(folder)
+    try:
+        yield app
+    finally:
+        app.process.terminate()
+        app.process.wait(20)
+
+
+def large_limb() -> Mesh:
+    mesh = stage_truth(SMALL).limb.mesh
+    return refine_where(mesh, np.ones(len(mesh.faces), bool), 1.62)
+
+
+def uploaded(app: App, photos: int, size: int) -> dict[str, Any]:
+    """All photos at once over their own connections, and a ping meanwhile."""
+    case = f"{API}/cases/" + app.client.post(f"{API}/cases", json={}).json()["id"]
+    random = np.random.default_rng(1)
+    contents = [random.bytes(size) for _ in range(4)]
+    ended = threading.Event()
+    pings: list[float] = []
+
+    def ping() -> None:
+        with httpx.Client(base_url=app.client.base_url, cookies=app.client.cookies) as client:
+            while not ended.is_set():
+                began = time.perf_counter()
+                client.get(f"{API}/session").raise_for_status()
+                pings.append(time.perf_counter() - began)
+                time.sleep(0.02)
+
+    def send(number: int) -> bool:
+        with httpx.Client(
+            base_url=app.client.base_url, cookies=app.client.cookies, timeout=300
+        ) as client:
+            name = f"{case}/photos/IMG_{number:04d}.jpg"
+            return bool(client.put(name, content=contents[number % 4]).json()["whole"])
+
+    pinging = threading.Thread(target=ping)
+    pinging.start()
+    began = time.perf_counter()
+    with ThreadPoolExecutor(photos) as pool:
+        whole = sum(pool.map(send, range(photos)))
+    took = time.perf_counter() - began
+    ended.set()
+    pinging.join()
+    return {
+        "photos": photos,
+        "megabytes_each": size / 1e6,
+        "whole": whole,
+        "seconds": took,
+        "ping_median_ms": 1000 * statistics.median(pings),
+        "ping_p99_ms": 1000 * float(np.quantile(pings, 0.99)),
+        "pings": len(pings),
+        "peak_mb": app.peak_mb(),
+    }
+
+
+def edited(app: App, folder: Path, limb: Mesh, repeats: int) -> dict[str, Any]:
+    """Preview and keep each kind of edit."""
+    case_id = app.client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"]
+    case, delivered = f"{API}/cases/{case_id}", folder / case_id / "deliverables"
+    delivered.mkdir()
+    write_ply(limb, delivered / "surface.ply", "mm")
+    middle = np.abs(limb.vertices_mm[:, 2] - limb.vertices_mm[:, 2].mean()) < 2
+    front = limb.vertices_mm[middle][np.argmax(limb.vertices_mm[middle, 1])]
+    place = {"position_mm": front.tolist()}
+    app.client.put(f"{case}/limb/places/patellar tendon", json=place).raise_for_status()
+    axes = {"side": "left", "proximal": [0, 0, 1], "anterior": [0, 1, 0]}
+    app.client.post(f"{case}/limb/align", json=axes).raise_for_status()
+    warm = {"kind": "smoothing", "parameters": {"passes": 1}}
+    app.client.post(f"{case}/recipe/preview", json=warm).raise_for_status()
+    return {
+        kind: one_edit(app, case, kind, parameters, repeats) for kind, parameters in EDITS.items()
+    }
+
+
+def one_edit(
+    app: App, case: str, kind: str, parameters: dict[str, Any], repeats: int
+) -> dict[str, Any]:
+    previews: list[float] = []
+    kept: list[float] = []
+    failed: list[str] = []
+    size = 0
+    for number in range(repeats + 1):
+        asked = {"kind": kind, "parameters": varied(parameters, number)}
+        began = time.perf_counter()
+        answer = app.client.post(f"{case}/recipe/preview", json=asked)
+        middle = time.perf_counter()
+        keeping = app.client.post(f"{case}/recipe/edits", json=asked)
+        ended = time.perf_counter()
+        if answer.status_code != 200 or keeping.status_code != 201:
+            failed.append(keeping.json()["message"])
+            continue
+        size = len(answer.content)
+        app.client.post(f"{case}/recipe/undo")
+        if number:  # the first one may compile
+            previews.append(middle - began)
+            kept.append(ended - middle)
+    return {
+        "preview_ms": [round(1000 * one, 1) for one in previews],
+        "keep_ms": [round(1000 * one, 1) for one in kept],
+        "bytes": size,
+        "failed": failed,
+    }
+
+
+def varied(parameters: dict[str, Any], number: int) -> dict[str, Any]:
+    """The same edit, a little otherwise."""
+    changed = dict(parameters)
+    for name in ("depth_mm", "distance_mm"):
+        if name in changed:
+            changed[name] *= 1 + 0.01 * number
+    if "per_cent" in changed:
+        changed["per_cent"] = [one + 0.05 * number for one in changed["per_cent"]]
+    if "passes" in changed:
+        changed["passes"] += number
+    return changed
+
+
+def table(results: dict[str, Any]) -> str:
+    sent = results["upload"]
+    lines = [
+        "# app",
+        "",
+        made_on(results["machine"]),
+        "",
+        f"From the command to the first answered list of cases: {results['start_s']:.1f} s.",
+        "",
+        f"{sent['whole']} of {sent['photos']} photos of {sent['megabytes_each']:g} MB sent at once "
+        f"in {sent['seconds']:.1f} s; meanwhile a ping took {sent['ping_median_ms']:.0f} ms "
+        f"(median), {sent['ping_p99_ms']:.0f} ms (99 of 100, {sent['pings']} pings); most memory "
+        f"of the server {sent['peak_mb']:.0f} MB.",
+        "",
+        f"Edits on {results['triangles']:,} triangles, ms from request to answer, median and most:",
+        "",
+        "| edit | preview | keep | answer, kB | refused |",
+        "|---|---|---|---|---|",
+    ]
+    for kind, one in results["edits"].items():
+        cells = [
+            f"{statistics.median(times):.0f}, {max(times):.0f}" if times else "-"
+            for times in (one["preview_ms"], one["keep_ms"])
+        ]
+        lines.append(
+            f"| {kind} | {cells[0]} | {cells[1]} | {one['bytes'] / 1000:.0f} | "
+            f"{len(one['failed'])} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()
