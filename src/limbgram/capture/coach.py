@@ -769,7 +769,7 @@ def _for_places(
     missing: Sequence[MissingPhotos],
     options: CheckOptions,
 ) -> tuple[MissingPhotos, ...]:
-    """Photos that would show what too few show, one entry a height.
+    """Photos that would show what too few show, one entry each, from below upwards.
 
     Args:
         missing: Photos that are asked for already; what they will show is not asked for again.
@@ -796,16 +796,13 @@ def _for_places(
     by_height = sorted(stands, key=lambda one: (one.elevation_deg, one.azimuth_deg))
     return tuple(
         MissingPhotos(
-            count=len(own),
-            azimuths_deg=tuple(one.azimuth_deg for one in own),
-            elevations_deg=(elevation_deg,) * len(own),
+            count=1,
+            azimuths_deg=(one.azimuth_deg,),
+            elevations_deg=(one.elevation_deg,),
             between=None,
-            words=f"Add {len(own)}: {_grouped_words(own)}.",
+            words=f"Add 1 at {one.words}.",
         )
-        for elevation_deg, own in (
-            (height, list(group))
-            for height, group in groupby(by_height, key=lambda one: one.elevation_deg)
-        )
+        for one in by_height
     )
 
 

@@ -69,7 +69,7 @@ COMMANDS = {
     ),
     "plan": (
         "plan:plan_command",
-        "Say how to photograph a limb: photos, heights, distance, aperture, size of the paint.",
+        "Say how many photos, from how high and how far, at which aperture, how large to paint.",
     ),
     "frames": (
         "frames:frames_command",

@@ -61,7 +61,7 @@ def plan_command(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,  # noqa: ARG001
 ) -> Reply:
-    """Say how many photos, from how high and how far, at which aperture, and how large to paint.
+    """Say how many photos, from how high and how far, at which aperture, how large to paint.
 
     The fewest photos are looked for that reach the sigma all round, with the formula that
     `limbgram check` uses. What cannot be reached is refused with what would reach it.
