@@ -8,8 +8,8 @@ Method  Board, floor and room belong to one pose each, and the object to both. W
         of it keeps still, so each side is placed by all of its matches. The region of the object in
         each side's scene, above that side's own floor, parts the object's keypoints from the
         room's. What is left of the matches joins the two sides by the object alone.
-        Where the sides part: if the object joined photos of both in one scene, the board lies in
-        one place of it for the photos before, and in another for those after. If the room joined
+        Where the sides part: pairs of photos that the object joined across turn otherwise than the
+        board that both show, and the board lies in several places of the scene. If the room joined
         them, no point near the aim is seen by photos of both sides; then the object's regions must
         also be different bodies there, for two rounds at heights that share no points show it so.
         If the photos could not be placed in one scene, the weakest links between a photo and the
@@ -18,7 +18,7 @@ Fails   never: a capture that does not fall into two sides has none.
 Limits  Without a board, only a capture whose photos could not be placed in one scene is looked at.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import cv2
@@ -27,8 +27,13 @@ from jaxtyping import Bool, Float64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import PlacementError, RegionError, ScaleError
-from limbgram.core.geometry.arrays import Points3
-from limbgram.core.geometry.frames import Rigid, Similarity, fit_similarity
+from limbgram.core.geometry.arrays import Matrix3, Points3
+from limbgram.core.geometry.frames import (
+    Rigid,
+    Similarity,
+    angle_between_deg,
+    fit_similarity,
+)
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
@@ -44,7 +49,7 @@ from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
-from limbgram.reconstruction.twoview.pairs import Pairs, some_of
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair, some_of
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
@@ -53,6 +58,10 @@ _MOVED_SHARE = 0.04
 """How far photos put the board from one place, of the cameras' distance, where an object was turned
 over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
 0.01."""
+_ASTRAY_DEG = 20.0
+"""Turn of a pair against its board from which it contradicts it: a board seen flat from afar leaves
+its own tilt open by ten degrees and more."""
+_FEWEST_ASTRAY = 4
 _BESIDE = 3
 """Photos between the best place to part the photos by the board and the weak link that is meant."""
 _WEAKEST = 2
@@ -153,8 +162,10 @@ def find_poses(
 ) -> Poses:
     """The two sides of a capture whose object was turned over; none where it kept its pose."""
     count = len(photos.photos)
-    starts = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
-    for start in starts:
+    lenses = [cameras.calibrations[one.camera_idx].camera for one in photos.photos]
+    by_pairs = _where_pairs_leave_board(pairs, detections, lenses)
+    others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
+    for start in dict.fromkeys([*by_pairs, *others]):
         halves = tuple(range(start)), tuple(range(start, count))
         sides = [
             _side(half, photos, features, pairs, cameras, detections, options) for half in halves
@@ -245,6 +256,52 @@ def _inside(side: Side, photo: int, xy_px: np.ndarray) -> Bool[np.ndarray, " n"]
     inside = np.zeros(len(at), bool)
     inside[within] = seen.mask[at[within, 1], at[within, 0]]
     return inside
+
+
+def _where_pairs_leave_board(
+    pairs: Pairs, detections: BoardDetections | None, lenses: Sequence[Camera]
+) -> Iterator[int]:
+    """The photo that parts best the pairs that turn as the board does from those that do not.
+
+    Two photos of one pose turn against each other as the board shows. So do those of two poses that
+    the room joined; those that the object joined turn otherwise. No scene is needed for that.
+    """
+    if detections is None:
+        return
+    turns = {
+        one.photo_idx: pose.rotation
+        for one in detections.photos
+        if (pose := _camera_from_board(one, detections.corners_mm, lenses[one.photo_idx]))
+    }
+    astray = [one for one in pairs.verified if _turns_otherwise(one, turns)]
+    others = [one for one in pairs.verified if not _turns_otherwise(one, turns)]
+    starts = range(_FEWEST_PHOTOS, len(lenses) - _FEWEST_PHOTOS + 1)
+    if len(astray) < _FEWEST_ASTRAY or not starts:
+        return
+    apart = {start: len(_across(astray, start)) for start in starts}
+    most = max(apart.values())
+    if most >= _PLACED_SHARE * len(astray):
+        # between photos of one pose there are many matches, those of the object and of the room
+        joining = {
+            start: sum(len(one.matches) for one in _across(others, start))
+            for start in starts
+            if apart[start] == most
+        }
+        yield min(joining, key=lambda start: (joining[start], start))
+
+
+def _turns_otherwise(pair: VerifiedPair, turns: Mapping[int, Matrix3]) -> bool:
+    """Whether both photos of a pair show the board, and it turns otherwise than they do."""
+    ours, pose = pair.matches, pair.second_from_first
+    if pair.kind != "general" or pose is None or not {ours.first, ours.second} <= turns.keys():
+        return False
+    by_board = turns[ours.second] @ turns[ours.first].T
+    return angle_between_deg(by_board, pose.rotation) > _ASTRAY_DEG
+
+
+def _across(pairs: Sequence[VerifiedPair], start: int) -> list[VerifiedPair]:
+    """Pairs of a photo before `start` with one from it on."""
+    return [one for one in pairs if one.matches.first < start <= one.matches.second]
 
 
 def _weak_links(pairs: Pairs, count: int) -> Iterator[int]:
@@ -364,13 +421,14 @@ def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
     arms: list[np.ndarray] = []
     for one in detections.photos:
         pose = scene.camera_from_world[one.photo_idx]
-        if pose is None or len(one.ids) < _FEWEST_CORNERS:
+        if pose is None:
             continue
         camera = scene.cameras[scene.camera_idx[one.photo_idx]]
-        middle = _middle_from_camera(one, detections.corners_mm, camera)
-        if middle is not None:
+        board = _camera_from_board(one, detections.corners_mm, camera)
+        if board is not None:
             photos.append(one.photo_idx)
             centres.append(pose.centre)
+            middle = board.apply(detections.corners_mm.mean(0)[None])[0]
             arms.append(pose.rotation.T @ middle)
     order = np.argsort(photos)
     return _Boards(
@@ -380,18 +438,17 @@ def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
     )
 
 
-def _middle_from_camera(
-    shown: PhotoCorners, corners_mm: Points3, camera: Camera
-) -> Float64[np.ndarray, "3"] | None:
-    """The board's middle in the camera's frame, by the corners that the photo shows."""
+def _camera_from_board(shown: PhotoCorners, corners_mm: Points3, camera: Camera) -> Rigid | None:
+    """Where the board is, by the corners that the photo shows; None where they are too few."""
+    if len(shown.ids) < _FEWEST_CORNERS:
+        return None
     ideal = camera.normalize(shown.xy_px)
     found, turn, shift = cv2.solvePnP(
         corners_mm[shown.ids], ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
     )
     if not found:
         return None
-    pose = Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), np.ravel(shift))
-    return pose.apply(corners_mm.mean(0)[None])[0]
+    return Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), np.ravel(shift))
 
 
 def above_floors(
