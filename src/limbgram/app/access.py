@@ -127,6 +127,8 @@ class Guard:
 
     inner: Asgi
     access: Access
+    allows: Callable[[str, str], bool] = lambda _method, _path: True
+    """Of a method and a path, whether this door answers it at all."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -145,6 +147,9 @@ class Guard:
         session = session_in(headers.get("cookie", ""))
         if fault is not None:
             await refusal(403, "Elsewhere", fault)(scope, receive, _guarded(send))
+        elif not self.allows(scope["method"], path):
+            told = "This door takes photos of one case, and answers nothing else."
+            await refusal(403, "Elsewhere", told)(scope, receive, _guarded(send))
         elif in_api and path not in _OPEN_PATHS and not self.access.is_open(session):
             await refusal(
                 401,

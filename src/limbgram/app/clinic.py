@@ -14,6 +14,7 @@ from fastapi import Depends, Path, Request
 from limbgram.app.access import Access
 from limbgram.app.coaching import Coaches
 from limbgram.app.desk import Desk
+from limbgram.app.doors import Doors
 from limbgram.cases.bench import Bench
 from limbgram.cases.cameras import Cameras
 from limbgram.cases.intake import Intake, secret_of
@@ -58,6 +59,7 @@ class Clinic:
     desk: Desk = field(default_factory=Desk)
     runner: Runner = field(init=False)
     coaches: Coaches = field(init=False)
+    doors: Doors = field(default_factory=Doors)
     origin: Callable[[], str] = lambda: ""
     """Address of this server, for links."""
 
@@ -76,8 +78,13 @@ class Clinic:
 
     def close(self) -> None:
         """End what runs; what is finished is kept."""
+        self.doors.close_all()
         self.coaches.close()
         self.runner.close()
+
+    def access_of(self, request: Request) -> Access:
+        """Of the door through which a request came."""
+        return self.doors.access_at(request.headers.get("host", "").lower()) or self.access
 
     def intake(self, case: ShelvedCase) -> Intake:
         return self.intake_of(case.received)

@@ -1,22 +1,26 @@
 """Session: signing in by a start link, and what the client has to know of this program."""
 
+import re
 from importlib.metadata import version
 from typing import Annotated
 
-from fastapi import APIRouter, Cookie, Response
+from fastapi import APIRouter, Cookie, Request, Response
 from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 
 from limbgram.app.access import COOKIE
 from limbgram.app.clinic import ClinicHere
 from limbgram.app.replies import Refusal, refusal
+from limbgram.cases.shelf import ID_PATTERN
 from limbgram.core.run import machine_mb, worker_count
 
+_PHONE_PAGE = re.compile(f"phone/{ID_PATTERN.strip('^$')}")
 router = APIRouter(tags=["session"])
 start_router = APIRouter()
 
 _PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>limbgram</title>
-<meta http-equiv="refresh" content="0; url=/"></head><body><p><a href="/">Open limbgram</a></p>
+<meta http-equiv="refresh" content="0; url=PAGE"></head>
+<body><p><a href="PAGE">Open limbgram</a></p>
 </body></html>"""
 _REFUSED = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>limbgram</title>
 </head><body><h1>This link is not good any more</h1><p>A start link opens the app once, within 15
@@ -48,10 +52,11 @@ class Token(BaseModel):
 
 @router.get("/session")
 def read_session(
-    clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None
+    clinic: ClinicHere, request: Request, limbgram_session: Annotated[str | None, Cookie()] = None
 ) -> Session:
     """Say whether this browser is signed in; answers without a session."""
-    known = limbgram_session is not None and clinic.access.is_open(limbgram_session)
+    access = clinic.access_of(request)
+    known = limbgram_session is not None and access.is_open(limbgram_session)
     found = Session(open=known, version=version("limbgram"))
     if known:
         found.processors, found.memory_mb = worker_count(), machine_mb()
@@ -88,12 +93,13 @@ def new_link(clinic: ClinicHere) -> Link:
 
 
 @start_router.get("/start", include_in_schema=False)
-def start(clinic: ClinicHere, token: str = "") -> HTMLResponse:
-    """Open a session by a start link, and go on to the app."""
-    opened = clinic.access.open_session(token)
+def start(clinic: ClinicHere, request: Request, token: str = "", to: str = "") -> HTMLResponse:
+    """Open a session by a start link, and go on to the app, or to a phone's page."""
+    opened = clinic.access_of(request).open_session(token)
     if opened is None:
         return HTMLResponse(_REFUSED, status_code=401)
-    response = HTMLResponse(_PAGE)
+    page = f"/#/{to}" if _PHONE_PAGE.fullmatch(to) else "/"
+    response = HTMLResponse(_PAGE.replace("PAGE", page))
     _set(response, opened, secure=clinic.access.scheme == "https")
     return response
 

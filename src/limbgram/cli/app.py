@@ -34,7 +34,7 @@ def app_command(
     try:
         from limbgram.app.serving import ServeOptions, serve
     except ModuleNotFoundError as error:
-        if error.name not in ("fastapi", "uvicorn"):
+        if error.name not in ("fastapi", "segno", "uvicorn"):
             raise
         raise OptionsError(
             "The app needs libraries that are not installed. Install them by: "

@@ -1,0 +1,141 @@
+"""Doors: second listeners for photos, in the clinic's own network, open only while they are wanted.
+
+In      a case, the app's routes, the address of this machine in its network.
+Out     a door that answers for this case alone: the page, what is here, the coach's answer, and
+        photos that are sent. Nothing else can be read and nothing deleted.
+Method  It closes when it is told to, when the app ends, and after half an hour.
+Fails   OptionsError: this machine is in no network.
+"""
+
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import uvicorn
+
+from limbgram.app.access import Access, Asgi, Guard
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.core.errors import OptionsError
+
+_OPEN_S = 30 * 60.0
+_LOOK_S = 1.0
+
+
+@dataclass
+class Door:
+    """A listener of one case."""
+
+    case_id: str
+    access: Access
+    server: uvicorn.Server
+    origin: str
+    since: float = field(default_factory=time.monotonic)
+
+    @property
+    def closes_s(self) -> float:
+        return max(0.0, _OPEN_S - (time.monotonic() - self.since))
+
+    def close(self) -> None:
+        self.server.should_exit = True
+
+
+@dataclass
+class Doors:
+    """The doors that are open, one a case."""
+
+    _doors: dict[str, Door] = field(default_factory=dict[str, Door])
+
+    def of(self, case: ShelvedCase) -> Door | None:
+        door = self._doors.get(case.case_id)
+        if door is not None and (door.server.should_exit or not door.closes_s):
+            door.close()
+            del self._doors[case.case_id]
+            return None
+        return door
+
+    def open(self, case: ShelvedCase, inner: Asgi, address: Callable[[], str]) -> Door:
+        """Open a case's door.
+
+        Raises:
+            OptionsError: this machine is in no network.
+        """
+        known = self.of(case)
+        if known is not None:
+            return known
+        host = address()
+        listening = socket.create_server((host, 0), backlog=32)
+        at = f"{host}:{listening.getsockname()[1]}"
+        access = Access(frozenset({at}))
+        guard = Guard(inner, access, allows=_allowed(case.case_id))
+        config = uvicorn.Config(
+            guard, log_level="warning", access_log=False, server_header=False, lifespan="off"
+        )
+        server = uvicorn.Server(config)
+        door = Door(case.case_id, access, server, f"http://{at}")
+        self._doors[case.case_id] = door
+        threading.Thread(target=_serve, args=(door, listening), name="phone", daemon=True).start()
+        return door
+
+    def access_at(self, host: str) -> Access | None:
+        """Of the door that answers under this host and port."""
+        found = (one.access for one in self._doors.values() if host in one.access.hosts)
+        return next(found, None)
+
+    def close(self, case: ShelvedCase) -> None:
+        door = self._doors.pop(case.case_id, None)
+        if door is not None:
+            door.close()
+
+    def close_all(self) -> None:
+        for door in self._doors.values():
+            door.close()
+
+
+def own_address() -> str:
+    """This machine's address in its network; no packet is sent.
+
+    Raises:
+        OptionsError: it is in none.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        try:
+            asking.connect(("192.0.2.1", 9))  # an address for documentation (RFC 5737)
+            host: str = asking.getsockname()[0]
+        except OSError as error:
+            raise OptionsError(
+                "This machine is in no network, so a phone cannot reach it. Join the network of "
+                "the phone, or bring the photos by cable."
+            ) from error
+    return host
+
+
+def _allowed(case_id: str) -> Callable[[str, str], bool]:
+    """What a phone may ask, by method and path."""
+    root = f"/api/v1/cases/{re.escape(case_id)}"
+    reading = re.compile(rf"{root}(/photos|/photos/[^/]+/picture|/check|/events)?")
+    sending = re.compile(rf"{root}/photos/[^/]+")
+    checking = f"/api/v1/cases/{case_id}/check"
+
+    def allows(method: str, path: str) -> bool:
+        if not path.startswith("/api/") or path == "/api/v1/session":
+            return method in ("GET", "HEAD")
+        if method == "POST":
+            return path == checking
+        pattern = sending if method == "PUT" else reading
+        return method in ("GET", "PUT") and pattern.fullmatch(path) is not None
+
+    return allows
+
+
+def _serve(door: Door, listening: socket.socket) -> None:
+    def watch() -> None:
+        while door.closes_s and not door.server.should_exit:
+            time.sleep(_LOOK_S)
+        door.close()
+
+    threading.Thread(target=watch, name="phone-watch", daemon=True).start()
+    with listening:
+        door.server.run(sockets=[listening])

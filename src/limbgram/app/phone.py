@@ -1,0 +1,45 @@
+"""Phone: a link and a QR code with which a phone in the same network sends photos of one case.
+
+What passes is not encrypted; the reply says so.
+"""
+
+import segno
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.app.doors import own_address
+
+router = APIRouter(tags=["phone"])
+
+
+class Phone(BaseModel):
+    """The door for a phone."""
+
+    open: bool
+    url: str = Field(default="", description="To open on the phone; good once, within 15 minutes.")
+    qr_svg: str = Field(default="", description="The same to be photographed: an SVG picture.")
+    encrypted: bool = Field(default=False, description="Whether others in the network can listen.")
+    closes_s: float = Field(default=0.0, description="Until it closes by itself.")
+
+
+@router.get("/cases/{case_id}/phone")
+def read_phone(clinic: ClinicHere, case: CaseHere) -> Phone:
+    """Whether a phone can send photos of this case now."""
+    door = clinic.doors.of(case)
+    return Phone(open=False) if door is None else Phone(open=True, closes_s=door.closes_s)
+
+
+@router.post("/cases/{case_id}/phone", status_code=201)
+def open_phone(clinic: ClinicHere, case: CaseHere, request: Request) -> Phone:
+    """Open the door for a phone in the same network, and make a link and a QR code for it."""
+    door = clinic.doors.open(case, request.app, own_address)
+    url = f"{door.origin}/start?token={door.access.new_link_token()}&to=phone/{case.case_id}"
+    picture = segno.make(url, error="m").svg_inline(scale=4, border=2)
+    return Phone(open=True, url=url, qr_svg=picture, closes_s=door.closes_s)
+
+
+@router.delete("/cases/{case_id}/phone", status_code=204)
+def close_phone(clinic: ClinicHere, case: CaseHere) -> None:
+    """Close the door."""
+    clinic.doors.close(case)

@@ -1,0 +1,84 @@
+"""The door for a phone: photos of one case go in, and nothing else passes."""
+
+import io
+from collections.abc import Iterator
+
+import httpx
+import pytest
+from fastapi.testclient import TestClient
+from PIL import Image
+
+from limbgram.app import phone
+from limbgram.app.clinic import Clinic
+
+API = "/api/v1"
+
+
+@pytest.fixture
+def case(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setattr(phone, "own_address", lambda: "127.0.0.1")
+    return str(client.post(f"{API}/cases", json={}).json()["id"])
+
+
+@pytest.fixture
+def at_the_door(client: TestClient, case: str) -> Iterator[httpx.Client]:
+    """A phone that opened the link."""
+    opened = client.post(f"{API}/cases/{case}/phone").json()
+    assert opened["qr_svg"].startswith("<svg")
+    assert not opened["encrypted"]
+    with httpx.Client(base_url=opened["url"].partition("/start")[0], timeout=20) as browser:
+        page = browser.get(opened["url"])
+        assert page.status_code == 200
+        assert f"url=/#/phone/{case}" in page.text
+        yield browser
+    client.delete(f"{API}/cases/{case}/phone")
+
+
+def test_photos_go_in_by_the_phone(
+    client: TestClient, at_the_door: httpx.Client, case: str
+) -> None:
+    made = io.BytesIO()
+    Image.new("RGB", (40, 30)).save(made, "JPEG")
+    sent = at_the_door.put(f"{API}/cases/{case}/photos/a.jpg", content=made.getvalue())
+    assert sent.json()["whole"]
+    assert client.get(f"{API}/cases/{case}/photos").json()["here"] == 1
+    assert at_the_door.get(f"{API}/cases/{case}/photos").json()["here"] == 1
+
+
+def test_nothing_else_passes_the_door(
+    client: TestClient, at_the_door: httpx.Client, case: str
+) -> None:
+    other = client.post(f"{API}/cases", json={}).json()["id"]
+    refused = (
+        ("GET", f"{API}/cases"),
+        ("GET", f"{API}/cases/{other}"),
+        ("GET", f"{API}/cases/{other}/photos"),
+        ("PUT", f"{API}/cases/{other}/photos/a.jpg"),
+        ("DELETE", f"{API}/cases/{case}/photos/a.jpg"),
+        ("GET", f"{API}/cases/{case}/photos/a.jpg/file"),
+        ("DELETE", f"{API}/cases/{case}"),
+        ("PATCH", f"{API}/cases/{case}"),
+        ("GET", f"{API}/cases/{case}/surface"),
+        ("POST", f"{API}/cases/{case}/job"),
+        ("POST", f"{API}/session/links"),
+        ("GET", f"{API}/openapi.json"),
+    )
+    for method, path in refused:
+        assert at_the_door.request(method, path).status_code == 403, (method, path)
+
+
+def test_a_session_of_the_door_is_none_of_the_app(
+    client: TestClient, at_the_door: httpx.Client
+) -> None:
+    theirs = at_the_door.cookies["limbgram_session"]
+    client.cookies.clear()
+    client.cookies.set("limbgram_session", theirs)
+    assert client.get(f"{API}/cases").status_code == 401
+
+
+def test_the_door_closes(client: TestClient, clinic: Clinic, case: str) -> None:
+    opened = client.post(f"{API}/cases/{case}/phone").json()
+    assert client.get(f"{API}/cases/{case}/phone").json()["open"]
+    client.delete(f"{API}/cases/{case}/phone")
+    assert not client.get(f"{API}/cases/{case}/phone").json()["open"]
+    assert clinic.doors.access_at(opened["url"].split("/")[2]) is None
