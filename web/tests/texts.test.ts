@@ -3,6 +3,7 @@ import { beforeEach, expect, test, vi } from "vitest";
 beforeEach(() => {
   const kept = new Map<string, string>();
   vi.stubGlobal("localStorage", { getItem: (k: string) => kept.get(k) ?? null, setItem: (k: string, v: string) => kept.set(k, v) });
+  vi.stubGlobal("navigator", { language: "en" });
   vi.stubGlobal("document", { documentElement: { lang: "" } });
   vi.resetModules();
 });

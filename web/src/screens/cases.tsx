@@ -9,7 +9,6 @@ import { Button, Chip, Confirm, Empty, Notice, SideBadge } from "../design/parts
 import { Refusal } from "../design/refusal";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
-import { makeSample } from "../state/sample";
 import { bytes, t, tOr, when } from "../texts";
 
 type Case = Schemas["Case"];
@@ -40,7 +39,7 @@ export function CasesScreen() {
 
   const sample = () =>
     act.run(async () => {
-      const made = await makeSample();
+      const made = await taken(api.POST("/api/v1/cases/sample", {}));
       go(href.step(made.id, "capture"));
     });
   const clearAll = () =>

@@ -1,0 +1,118 @@
+"""Pictures of every page of the app, as a browser shows it, for the documentation and for eyes.
+
+Usage: python benchmarks/app_screens.py CASES CASE_ID -o FOLDER [--only result,send]
+
+CASES is a folder of cases of `limbgram app`, CASE_ID a case in it that is computed and aligned.
+Writes FOLDER/PAGE-SIZE.png at 1440 x 900, light and dark, at a tablet's and a phone's size.
+Needs Playwright and Chromium; WebGL is drawn by software, so this takes a minute or two.
+"""
+
+import argparse
+import io
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+SIZES = {
+    "desk": (1440, 900, "light"),
+    "dark": (1440, 900, "dark"),
+    "tablet": (1180, 820, "light"),
+    "phone": (390, 844, "light"),
+}
+PAGES = {
+    "cases": "cases",
+    "capture": "case/{case}/capture",
+    "result": "case/{case}/result",
+    "align": "case/{case}/align",
+    "measure": "case/{case}/measure",
+    "rectify": "case/{case}/rectify",
+    "send": "case/{case}/send",
+    "record": "case/{case}/record",
+    "cameras": "cameras",
+    "settings": "settings",
+}
+SETTLED = {
+    "capture": ".grid .ph",
+    "result": ".right-tools",
+    "align": ".right-tools",
+    "measure": ".tape-input",
+    "rectify": ".right-tools",
+    "record": "iframe.sheet",
+}
+COLOURS = 96
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("cases", type=Path)
+    parser.add_argument("case_id")
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--only", default=",".join(PAGES))
+    parser.add_argument("--sizes", default=",".join(SIZES))
+    parser.add_argument("--width", type=int, default=0, help="Reduce pictures to this width.")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    program, chromium = shutil.which("limbgram"), shutil.which("chromium")
+    if program is None or chromium is None:
+        sys.exit("The commands limbgram and chromium are needed.")
+    server = subprocess.Popen(
+        [program, "app", "--no-browser", "--json", "--cases", str(given.cases)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert server.stdout is not None
+    link = json.loads(server.stdout.readline())["link"]
+    origin = link.split("/start")[0]
+    try:
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(
+                executable_path=chromium, args=["--enable-unsafe-swiftshader", "--no-sandbox"]
+            )
+            first = browser.new_context()
+            first.new_page().goto(link)
+            state = first.storage_state()
+            for size in given.sizes.split(","):
+                width, height, scheme = SIZES[size]
+                context = browser.new_context(
+                    viewport={"width": width, "height": height},
+                    color_scheme=scheme,
+                    locale="en-GB",
+                    storage_state=state,
+                )
+                page = context.new_page()
+                for name in given.only.split(","):
+                    shoot(page, f"{origin}/#/{PAGES[name].format(case=given.case_id)}", name)
+                    save(page.screenshot(), given.out / f"{name}-{size}.png", given.width)
+                context.close()
+            browser.close()
+    finally:
+        server.terminate()
+
+
+def shoot(page: Page, address: str, name: str) -> None:
+    """Open a page and wait until it stands."""
+    page.goto(address)
+    if name in SETTLED:
+        page.locator(SETTLED[name]).first.wait_for(timeout=90_000)
+    if name == "send" and page.locator(".lr.left").count():
+        page.locator(".lr.left").click()
+        page.locator(".mirror, .notice.red").first.wait_for(timeout=90_000)
+    page.wait_for_timeout(2500)
+
+
+def save(content: bytes, path: Path, width: int) -> None:
+    """A small PNG: a page has few colours."""
+    picture = Image.open(io.BytesIO(content)).convert("RGB")
+    if 0 < width < picture.width:
+        height = round(picture.height * width / picture.width)
+        picture = picture.resize((width, height), Image.Resampling.LANCZOS)
+    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,228 @@
+"""The whole job by clicks alone, in a real browser: photos in, a checked shape and its file out.
+
+What a click picks is held against the place that is drawn there, at three sizes; the file that is
+saved against what the command line makes of the same scan and recipe; every page against axe.
+"""
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, sync_playwright
+
+pytestmark = pytest.mark.slow
+
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+NEAR_MM = 0.2
+COMPUTED_MS = 480_000
+
+
+@dataclass(frozen=True)
+class App:
+    """The app that runs, and where its cases lie."""
+
+    origin: str
+    cases: Path
+    page: Page
+
+
+@pytest.fixture(scope="session")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small capture with its truth."""
+    folder = tmp_path_factory.mktemp("capture") / "made"
+    command("make-capture", str(folder), "--photos", "12", "--width", "800", "--seed", "23")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    """The app in Chromium, signed in by its start link."""
+    cases = tmp_path_factory.mktemp("cases")
+    server = subprocess.Popen(
+        [program(), "app", "--no-browser", "--json", "--cases", str(cases)],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert server.stdout is not None
+        link: str = json.loads(server.stdout.readline())["link"]
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(
+                executable_path=shutil.which("chromium"),
+                args=["--enable-unsafe-swiftshader", "--no-sandbox"],
+            )
+            page = browser.new_page(viewport={"width": 1200, "height": 750}, locale="en-GB")
+            page.set_default_timeout(120_000)
+            page.goto(link)
+            page.get_by_role("heading", name="Cases").wait_for()
+            yield App(link.split("/start")[0], cases, page)
+            browser.close()
+    finally:
+        server.terminate()
+        server.wait(20)
+
+
+def test_photos_become_a_checked_file_by_clicks_alone(
+    app: App, capture: Path, tmp_path: Path
+) -> None:
+    page = app.page
+    camera = tmp_path / "camera.json"
+    command("calibrate", str(capture / "calibration"), "-o", str(camera))
+
+    # A calibrated camera is taken in.
+    page.goto(f"{app.origin}/#/cameras")
+    page.get_by_role("button", name="New camera").click()
+    page.get_by_label("Name of the camera").fill("Test camera")
+    page.get_by_role("button", name="Make the entry").click()
+    page.locator(".camera-card input[type=file]").set_input_files(camera)
+    page.locator(".camera-card .chip.green").wait_for()
+    no_serious_fault(app)
+
+    # A case, its photos, the run.
+    page.goto(f"{app.origin}/#/cases")
+    page.get_by_role("button", name="New case").first.click()
+    page.locator(".case-fields .choice", has_text="LEFT").click()
+    page.locator(".case-fields .choice", has_text="Transtibial").click()
+    page.get_by_role("button", name="Make the case").click()
+    photos = sorted((capture / "images").iterdir())
+    page.locator("#photo-files").set_input_files(photos)
+    page.get_by_role("heading", name=f"{len(photos)} photos are here").wait_for()
+    page.get_by_label("Camera", exact=True).select_option(index=1)
+    no_serious_fault(app)
+    page.get_by_role("button", name="Compute anyway").click()
+    page.locator(".confirm").get_by_role("button", name="Compute anyway").click()
+    page.get_by_role("button", name="Next: mark places to align").wait_for(timeout=COMPUTED_MS)
+    case_id = page.url.split("/case/")[1].split("/")[0]
+    no_serious_fault(app)
+
+    # Landmarks, picked where they are drawn at three sizes.
+    page.get_by_role("button", name="Next: mark places to align").click()
+    page.locator(".armed-note").wait_for()
+    page.locator(".overlay .bar path").wait_for(state="attached")
+    box = page.locator(".limb-canvas").bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.click(middle[0], middle[1] - 90)
+    page.locator(".places-list li.placed").first.wait_for()
+    for _ in range(3):
+        picked_again_lies_where_it_was(app, case_id)
+        page.mouse.move(middle[0], middle[1] - 60)
+        page.mouse.wheel(0, -240)
+        page.wait_for_timeout(600)
+    no_serious_fault(app)
+    page.get_by_role("button", name="Set front and axis").click()
+    page.get_by_text("Front set").wait_for()
+
+    # Measure, then an edit by drawing and dragging.
+    page.get_by_role("button", name="Next: measure").click()
+    page.locator(".tape-input").first.wait_for()
+    no_serious_fault(app)
+    page.get_by_role("button", name="Next: rectify").click()
+    page.locator(".tools").wait_for()
+    page.locator(".overlay .ruler .flag").wait_for(state="attached")
+    page.wait_for_timeout(1500)
+    draw_round(app, middle[0], middle[1] + 20, 45)
+    page.locator(".pane .edit .eff:not(.waits)").wait_for()
+    drag_handle(app, 20)
+    page.locator(".pane .edit .eff:not(.waits)").wait_for()
+    no_serious_fault(app)
+    page.locator(".pane .edit").get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".edits .ed").wait_for()
+    recipe = (app.cases / case_id / "work" / "recipe.toml").read_text("utf-8")
+    assert re.search(r"kind = \"(load|relieve)\"", recipe)
+
+    # The file, after the two checks.
+    page.get_by_role("button", name="Next: send").click()
+    page.locator(".opt", has_text="STL").click()
+    assert page.locator("#save-file").count() == 0
+    page.locator(".lr.left").click()
+    page.locator(".mirror").wait_for()
+    assert page.locator("#save-file").count() == 0
+    page.locator(".tick input").check()
+    no_serious_fault(app)
+    with page.expect_download() as saving:
+        page.locator("#save-file").click()
+    saved = Path(saving.value.path()).read_bytes()
+
+    # The same bytes as the command line's.
+    work = app.cases / case_id / "work"
+    scan = next(one for one in work.iterdir() if one.name in ("surface.ply", "surface-RED.ply"))
+    edited, stl = tmp_path / "edited.ply", tmp_path / "out.stl"
+    command("edit", "apply", str(scan), str(work / "recipe.toml"), "-o", str(edited))
+    command("export", str(edited), "--to", "stl", "--side", "left", "-o", str(stl))
+    assert saved == stl.read_bytes()
+
+
+def picked_again_lies_where_it_was(app: App, case_id: str) -> None:
+    """A place that is clicked where it is drawn stays where it is."""
+    page = app.page
+    before = place_of(app, case_id)
+    dot = page.locator(".overlay .place.chosen .dot, .overlay .place.set .dot").first
+    box = dot.bounding_box()
+    assert box is not None
+    with page.expect_response(lambda answer: "/limb/places/" in answer.url):
+        page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    off_mm = float(np.linalg.norm(place_of(app, case_id) - before))
+    assert off_mm < NEAR_MM, f"picked {off_mm:.3f} mm beside the place"
+
+
+def place_of(app: App, case_id: str) -> np.ndarray:
+    limb: dict[str, Any] = app.page.evaluate(
+        f"fetch('/api/v1/cases/{case_id}/limb').then((answer) => answer.json())"
+    )
+    return np.array(limb["places"][0]["position_mm"])
+
+
+def draw_round(app: App, x: float, y: float, radius: float) -> None:
+    mouse = app.page.mouse
+    mouse.move(x + radius, y)
+    mouse.down()
+    for k in range(1, 33):
+        angle = 2 * math.pi * k / 32
+        mouse.move(x + radius * math.cos(angle), y + radius * math.sin(angle))
+    mouse.up()
+
+
+def drag_handle(app: App, by_px: float) -> None:
+    """Pull the handle of the open edit a little farther in."""
+    page = app.page
+    box = page.locator(".knob .face-of-knob").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + by_px / 2, y + by_px / 2)
+    page.mouse.move(x + by_px, y + by_px)
+    page.mouse.up()
+
+
+def no_serious_fault(app: App) -> None:
+    """What axe finds on the page as it is now."""
+    app.page.evaluate(AXE.read_text("utf-8"))
+    found: list[dict[str, Any]] = app.page.evaluate("axe.run().then((found) => found.violations)")
+    serious = [
+        f"{one['id']}: {one['help']}: {one['nodes'][0]['html'][:200]}"
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    ]
+    assert not serious, json.dumps(serious, indent=1)
+
+
+def command(*arguments: str) -> None:
+    """Run the command line as a user would."""
+    subprocess.run([program(), *arguments], check=True, capture_output=True)
+
+
+def program() -> str:
+    """The command that users call, of the environment that the tests run in."""
+    found = shutil.which("limbgram")
+    assert found is not None, "the command limbgram is not on the path"
+    return found
