@@ -671,6 +671,7 @@ const TEXTS = {
   "record.kept": ["Done in this case", "In diesem Fall getan"],
   "record.pdf": ["Open the PDF", "PDF öffnen"],
   "record.pdf.how": ["Print it, sign it, put it in the patient's file.", "Drucken, unterschreiben, zur Akte."],
+  "panel": ["Details", "Einzelheiten"],
   "today": ["Today {0}", "Heute {0}"],
 } as const satisfies Record<string, readonly [string, string]>;
 

@@ -225,7 +225,8 @@ export function AlignScreen({ room }: RoomProps) {
         )}
       </Stage>
       <aside class="pane" aria-label={t("step.align")}>
-        <div class="scroll">
+        <h1 class="unseen">{t("step.align")}</h1>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <div class="row-head">
               <h2>{aligned ? t("align.set") : t("align.title")}</h2>

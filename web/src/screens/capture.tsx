@@ -164,7 +164,7 @@ export function CaptureScreen({ room }: RoomProps) {
           }} />
         </section>
         <aside class="pane">
-          <div class="scroll">
+          <div class="scroll" tabIndex={0} role="region" aria-label={t("dial.title")}>
             <section>
               <div class="row-head">
                 <h2>{t("dial.title")}</h2>
@@ -249,7 +249,7 @@ function Banner({ said, photos, busy, off, onCompute, act }: { said: Check | nul
         <Icon name={goes ? "tick" : tone === "amber" ? "warn" : "camera"} />
       </span>
       <div class="grow">
-        <b class="lead">{lead}</b>
+        <h1 class="lead">{lead}</h1>
         <span class="soft">{why}</span>
       </div>
       <Button go={goes || busy} off={busy ? null : (off ?? (act ? t("loading") : null))} onClick={onCompute}>

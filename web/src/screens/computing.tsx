@@ -77,7 +77,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
     <div class="work">
       <Arriving room={room} job={one} failed={failed} />
       <aside class="pane" aria-label={t("step.result")}>
-        <div class="scroll">
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <h1 class="job-head">
               {one.state === "running" ? t("job.running") : one.state === "held" ? t("job.held") : one.state === "finished" ? t("case.state.finished") : failed ? t("job.refused") : t("job.stopped", done, one.stages.length)}

@@ -79,7 +79,8 @@ export function MeasureScreen({ room }: RoomProps) {
         )}
       </Stage>
       <aside class="pane" aria-label={t("step.measure")}>
-        <div class="scroll">
+        <h1 class="unseen">{t("step.measure")}</h1>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <div class="row-head">
               <h2>{tape.length === 0 ? t("measure.title") : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees")}</h2>

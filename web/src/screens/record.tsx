@@ -24,7 +24,7 @@ export function RecordScreen({ room }: RoomProps) {
         <iframe key={source} class="sheet" src={source} title={t(`record.${sheet.value}`)} />
       </main>
       <aside class="pane" aria-label={t("step.record")}>
-        <div class="scroll">
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <h2>{t("record.title")}</h2>
             <p class="soft">{t("record.how")}</p>

@@ -471,7 +471,8 @@ export function RectifyScreen({ room }: RoomProps) {
         )}
       </Stage>
       <aside class="pane" aria-label={t("step.rectify")}>
-        <div class="scroll">
+        <h1 class="unseen">{t("step.rectify")}</h1>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           {d && (
             <section class="edit">
               <div class="row-head">

@@ -91,7 +91,8 @@ function Finished({ room }: RoomProps) {
         {!limb && !asked.refused.value && <p class="stage-wait">{t("stage.loading")}</p>}
       </Stage>
       <aside class="pane" aria-label={t("step.result")}>
-        <div class="scroll">
+        <h1 class="unseen">{t("step.result")}</h1>
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <VerdictLines info={room.info} />
             {measured && limb && (

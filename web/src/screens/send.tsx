@@ -147,7 +147,7 @@ export function SendScreen({ room }: RoomProps) {
         </Card>
       </main>
       <aside class="pane" aria-label={t("send.file")}>
-        <div class="scroll">
+        <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <h3>{t("send.file")}</h3>
             <p class="file-name">{w?.name ?? "–"}</p>

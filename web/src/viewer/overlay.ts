@@ -83,7 +83,7 @@ export class Overlay {
   private readonly flagText = el("text", { x: 17, y: 4.5 }, this.flag);
   private readonly places = el("g", { class: "places" }, this.svg);
   private readonly grip = el("g", { class: "depth" }, this.svg);
-  private readonly cube = el("g", { class: "cube" }, this.svg);
+  private readonly cube = el("g", { class: "cube", "aria-hidden": "true" }, this.svg);
   private readonly bar = el("g", { class: "bar" }, this.svg);
   private readonly names = el("g", { class: "names" }, this.svg);
   private heightAt: (y: number) => number = () => 0;
@@ -95,11 +95,12 @@ export class Overlay {
     public words: Words,
   ) {
     viewer.holder.append(this.svg);
+    for (const [name, value] of [["label", words.level], ["valuemin", "0"], ["valuemax", "0"], ["valuenow", "0"]] as const) this.flag.setAttribute(`aria-${name}`, value);
     el("path", { d: "M0 0l12-13h76a5 5 0 0 1 5 5v16a5 5 0 0 1-5 5H12z" }, this.flag);
     this.flag.append(this.flagText);
     el("path", { class: "grip", d: "M76 -3h8M76 3h8" }, this.flag);
     for (const view of Object.keys(VIEWS) as View[]) {
-      const group = el("g", { class: "face", role: "button" }, this.cube);
+      const group = el("g", { class: "face" }, this.cube);
       const polygon = el("polygon", {}, group);
       const text = el("text", {}, group);
       group.addEventListener("click", () => this.onView?.(view));
@@ -390,7 +391,6 @@ export class Overlay {
       const word = this.words.faces[view];
       face.text.textContent = word;
       face.text.setAttribute("class", word.length > 2 ? "long" : "");
-      face.group.setAttribute("aria-label", this.words.edges[view].join(" "));
     }
   }
 
