@@ -44,7 +44,7 @@ SETTLED = {
     "rectify": ".right-tools",
     "record": "iframe.sheet",
 }
-COLOURS = 96
+COLOURS = 256
 
 
 def main() -> None:
@@ -102,6 +102,8 @@ def shoot(page: Page, address: str, name: str) -> None:
     if name == "send" and page.locator(".lr.left").count():
         page.locator(".lr.left").click()
         page.locator(".mirror, .notice.red").first.wait_for(timeout=90_000)
+    if name == "record":
+        page.frame_locator("iframe.sheet").locator("h1").first.wait_for(timeout=90_000)
     page.wait_for_timeout(2500)
 
 
@@ -111,7 +113,8 @@ def save(content: bytes, path: Path, width: int) -> None:
     if 0 < width < picture.width:
         height = round(picture.height * width / picture.width)
         picture = picture.resize((width, height), Image.Resampling.LANCZOS)
-    picture.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    few = picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 if __name__ == "__main__":

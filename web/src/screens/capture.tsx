@@ -17,6 +17,7 @@ import { filesOf, forgetDone, send, uploads } from "../state/uploads";
 import { bytes, t } from "../texts";
 import { CaptureOptions } from "./capture-options";
 import { Dial, type DialData, HIGH_DEG } from "./dial";
+import { Expected } from "./expected";
 import { FromPhone } from "./from-phone";
 import type { Room, RoomProps } from "./room";
 
@@ -84,7 +85,7 @@ export function CaptureScreen({ room }: RoomProps) {
 
   return (
     <main class="capture" id="content" tabIndex={-1}>
-      <Banner said={said} photos={here.length} busy={busy} off={few ?? (goes || busy ? null : t("capture.not.go"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
+      <Banner said={said} photos={here.length} busy={busy} done={room.info.state === "finished"} off={few ?? (goes || busy ? null : t("capture.not.go"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
       <div class="cols">
         <section
           class={`photos ${over.value ? "over" : ""}`}
@@ -179,6 +180,7 @@ export function CaptureScreen({ room }: RoomProps) {
               </p>
             </section>
             {answer && !goes && answer.missing.length > 0 && <HowToStand answer={answer} />}
+            {answer?.coverage && <Expected coverage={answer.coverage} />}
             <Findings said={said} />
           </div>
           {!goes && !busy && (
@@ -202,9 +204,12 @@ export function CaptureScreen({ room }: RoomProps) {
 
 /** The photos asked for, with the letters that the dial and the tiles show. */
 function additions(answer: NonNullable<Check["answer"]>) {
-  const found: { letter: string; azimuth_deg: number; words: string }[] = [];
+  const found: { letter: string; azimuth_deg: number; high: boolean; words: string }[] = [];
   for (const gap of answer.missing)
-    for (const azimuth of gap.azimuths_deg) found.push({ letter: String.fromCharCode(65 + (found.length % 26)), azimuth_deg: azimuth, words: sideWords(azimuth) });
+    for (const [i, azimuth] of gap.azimuths_deg.entries()) {
+      const high = (gap.elevations_deg[i] ?? 0) >= HIGH_DEG;
+      found.push({ letter: String.fromCharCode(65 + (found.length % 26)), azimuth_deg: azimuth, high, words: high ? t("dial.high", sideWords(azimuth)) : sideWords(azimuth) });
+    }
   return found.slice(0, 12);
 }
 
@@ -221,28 +226,19 @@ export function dialOf(answer: Check["answer"] | null | undefined): DialData | n
   return {
     photos: answer.photos
       .filter((one) => one.placed && one.azimuth_deg !== null && Number.isFinite(one.azimuth_deg))
-      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: elevationOf(one) })),
-    gaps: answer.missing.filter((one) => one.azimuths_deg.length).map((one) => ({
-      from_deg: Math.min(...one.azimuths_deg) - 10,
-      to_deg: Math.max(...one.azimuths_deg) + 10,
-      high: false,
-    })),
-    add: add.map((one) => ({ letter: one.letter, azimuth_deg: one.azimuth_deg, high: false })),
+      .map((one) => ({ name: one.name, azimuth_deg: one.azimuth_deg as number, elevation_deg: Number.isFinite(one.elevation_deg) ? one.elevation_deg : 0 })),
+    gaps: add.map((one) => ({ from_deg: one.azimuth_deg - 12, to_deg: one.azimuth_deg + 12, high: one.high })),
+    add,
   };
 }
 
-function elevationOf(photo: object): number {
-  const value = "elevation_deg" in photo ? Number(photo.elevation_deg) : 0;
-  return Number.isFinite(value) ? value : 0;
-}
-
-function Banner({ said, photos, busy, off, onCompute, act }: { said: Check | null; photos: number; busy: boolean; off: string | null; onCompute: () => void; act: boolean }) {
+function Banner({ said, photos, busy, done, off, onCompute, act }: { said: Check | null; photos: number; busy: boolean; done: boolean; off: string | null; onCompute: () => void; act: boolean }) {
   const answer = said?.answer;
   const running = said?.state === "running";
   const goes = answer?.go === true && said?.current === true;
   const tone = goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy ? t("capture.computing") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? answer.headline : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
-  const why = busy ? "" : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings[0] ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
+  const lead = busy ? t("capture.computing") : done && !answer && !running ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? answer.headline : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
+  const why = busy || (done && !answer && !running) ? "" : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings[0] ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
