@@ -75,7 +75,8 @@ def test_photos_become_a_checked_file_by_clicks_alone(
 ) -> None:
     page = app.page
     camera = tmp_path / "camera.json"
-    command("calibrate", str(capture / "calibration"), "-o", str(camera))
+    board = ("--board", "14x10", "--square", "10")
+    command("calibrate", str(capture / "calibration"), *board, "-o", str(camera))
 
     # A calibrated camera is taken in.
     page.goto(f"{app.origin}/#/cameras")
