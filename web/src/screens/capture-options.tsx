@@ -18,6 +18,7 @@ export function CaptureOptions({ cameras, choices, onChange }: { room: Room; cam
         <span class="faint">{t("options.camera")}</span>
         <span class="field">
           <select
+            aria-label={t("options.camera")}
             value={chosen?.id ?? ""}
             onChange={(event) => {
               const id = event.currentTarget.value;
@@ -38,6 +39,7 @@ export function CaptureOptions({ cameras, choices, onChange }: { room: Room; cam
         <span class="faint">{t("options.board")}</span>
         <span class="field">
           <select
+            aria-label={t("options.board")}
             value={own ? "own" : String(choices.board)}
             onChange={(event) => {
               const value = event.currentTarget.value;
