@@ -54,6 +54,8 @@ from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair, some_of
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
 _FEWEST_CORNERS = 6
+_LEAST_ACROSS = 0.3
+"""Spread of the corners across, of that along: a row behind which the board is hidden has none."""
 _MOVED_SHARE = 0.04
 """How far photos put the board from one place, of the cameras' distance, where an object was turned
 over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
@@ -440,15 +442,22 @@ def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
 
 def _camera_from_board(shown: PhotoCorners, corners_mm: Points3, camera: Camera) -> Rigid | None:
     """Where the board is, by the corners that the photo shows; None where they are too few."""
-    if len(shown.ids) < _FEWEST_CORNERS:
+    corners = corners_mm[shown.ids]
+    if len(corners) < _FEWEST_CORNERS or not _spread_out(corners):
         return None
     ideal = camera.normalize(shown.xy_px)
     found, turn, shift = cv2.solvePnP(
-        corners_mm[shown.ids], ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
+        corners, ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
     )
-    if not found:
+    if not found or not (np.isfinite(turn).all() and np.isfinite(shift).all()):
         return None
     return Rigid.from_rotation_vector(np.asarray(turn, float).ravel(), np.ravel(shift))
+
+
+def _spread_out(corners_mm: Points3) -> bool:
+    """Whether corners show a plane, and not a row of them alone."""
+    along, across, _ = np.linalg.svd(corners_mm - corners_mm.mean(0), compute_uv=False)
+    return bool(across > _LEAST_ACROSS * along)
 
 
 def above_floors(

@@ -126,6 +126,19 @@ def test_nothing_else_is_turned_over(told: dict[str, Any]) -> None:
     assert not may_be_turned_over(scene_of(truth), board_in(truth))
 
 
+def test_a_board_of_which_only_a_row_is_seen_tells_nothing(turned_over: Truth) -> None:
+    """What stands before it hides the rest: such a row leaves its pose open."""
+    still = staged()
+    row = [
+        replace(one, ids=one.ids[:6], xy_px=one.xy_px[:6], sigmas_px=one.sigmas_px[:6])
+        for one in board_in(still).photos
+    ]
+    hidden = replace(board_in(still), photos=tuple(row))
+    assert not may_be_turned_over(scene_of(still), hidden)
+    some = replace(hidden, photos=(*row[:4], *board_in(turned_over).photos[4:]))
+    assert may_be_turned_over(scene_of(turned_over), some)
+
+
 def test_without_a_board_nothing_is_said(turned_over: Truth) -> None:
     assert not may_be_turned_over(scene_of(turned_over), None)
 
