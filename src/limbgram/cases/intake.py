@@ -26,7 +26,7 @@ from limbgram.core.errors import CaseError, LimbgramError, OptionsError, printab
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
-from limbgram.reconstruction.photos.privacy import without_traces
+from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
 from limbgram.reconstruction.photos.video import VIDEO_SUFFIXES
 
@@ -216,8 +216,10 @@ class Intake:
         """Clean what arrived, put it in its place, and see whether it can be opened."""
         place = self.folder / name
         if suffix_of(name) in VIDEO_SUFFIXES:
+            removed = take_place_from_film(part)
             part.replace(place)
-            return Received(name=name, bytes=size, sha256=sha256, kept_sha256=sha256)
+            kept = file_sha256(place) if removed else sha256
+            return Received(name=name, bytes=size, sha256=sha256, kept_sha256=kept, removed=removed)
         cleaned = without_traces(part.read_bytes(), suffix_of(name), self.key)
         with written_whole(place) as beside:
             beside.write_bytes(cleaned.content)

@@ -49,7 +49,7 @@ work in a browser.
 COMMANDS = {
     "app": (
         "app:app_command",
-        "Open the app in the browser: the whole work, from photos to files, on this machine.",
+        "Open the app in the browser: photos go in, a checked shape and its files come out.",
     ),
     "reconstruct": (
         "reconstruct:reconstruct_command",

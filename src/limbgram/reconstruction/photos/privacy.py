@@ -17,6 +17,7 @@ import re
 import struct
 import zlib
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
@@ -42,6 +43,8 @@ _PERSONAL = {
 }
 """Tags of TIFF 6.0, EXIF 2.32, DNG 1.6 and Windows that may name a person."""
 _BYTES_OF_TYPE = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+_LARGEST_HEADER = 100_000_000
+"""Of a film."""
 _MOST_LISTS = 64
 _MOST_TAGS = 4096
 _AFTER_SCAN = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
@@ -172,6 +175,33 @@ def without_traces(content: bytes, suffix: str, key: bytes) -> Cleaned:
     if content[4:8] == b"ftyp":
         return _of_boxes(content, key)
     return Cleaned(content, ())
+
+
+def take_place_from_film(path: Path) -> tuple[str, ...]:
+    """Wipe the place from a film's header (MP4, MOV), where it stands; returns what was wiped.
+
+    Only the header is read: a film may be larger than memory. Tracks of measurements that some
+    cameras write beside the picture are not known here, and stay.
+    """
+    removed: list[str] = []
+    with path.open("r+b") as film:
+        end = film.seek(0, 2)
+        at = 0
+        while at + 8 <= end:
+            film.seek(at)
+            size, kind = struct.unpack(">I4s", film.read(8))
+            whole = int.from_bytes(film.read(8), "big") if size == 1 else size or end - at
+            if whole < 8:
+                break
+            if kind == b"moov" and whole <= _LARGEST_HEADER:
+                film.seek(at)
+                content = film.read(whole)
+                for found in _ISO_6709.finditer(content):
+                    film.seek(at + found.start())
+                    film.write(b" " * (found.end() - found.start()))
+                    removed.append("place")
+            at += whole
+    return tuple(dict.fromkeys(removed))
 
 
 def _in_place(
