@@ -45,9 +45,6 @@ anterior = "+y"
 every_mm = 20
 [[export]]
 to = "aop"
-[[export]]
-to = "stl"
-[report]
 """
 REAL = """
 photos = "images"
@@ -255,7 +252,8 @@ def real(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
             done("calibrate", str(photos), "--board", "14x10", "--square", "10", "-o", str(camera))
         (inside / name).unlink(missing_ok=True)
         (inside / name).symlink_to(place.resolve())
-        text += f'[capture.{name}]\ncamera = "{camera.name}"\n'
+        kind = 'kind = "foot"\n' if name.startswith("foot") else ""
+        text += f'[capture.{name}]\ncamera = "{camera.name}"\n{kind}'
     (inside / "flowerpot").unlink(missing_ok=True)
     (inside / "flowerpot").symlink_to((options.data / "photos" / "flowerpot").resolve())
     shutil.copy(HERE / "flowerpot_picks.json", inside)
