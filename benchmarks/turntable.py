@@ -4,7 +4,7 @@
 
 Every capture is made by the project's generator, small, and run through the command line; the
 results are written after each, and a run goes on where an earlier one ended. `right` is a surface
-within its own stated error, `refused` says what to do, and `wrong` must not be.
+within its own stated error, `refused` says what to do; `wrong` and `failed` must not be.
 """
 
 import argparse
@@ -99,7 +99,8 @@ def one(name: str, seed: int, camera: Path, folder: Path) -> dict[str, Any]:
     run = timed([*command, "-o", str(case), "--json"])
     told: dict[str, Any] = {"case": name, "seed": seed, "photos": CASES[name].photos, "run": run}
     if run["exit_code"] not in JUDGED:
-        return told | {"outcome": "refused", "said": run["message"]}
+        refused = '"event": "refused"' in run["message"]
+        return told | {"outcome": "refused" if refused else "failed", "said": run["message"]}
     summary = json.loads((case / "summary.json").read_text("utf-8"))
     judged = accuracy(case, source)
     truth, stated = judged["truth"], stated_rms_mm(judged)
@@ -145,7 +146,7 @@ def table(found: dict[str, Any]) -> str:
     ]
     for run in found["runs"]:
         cells = [run["case"], str(run["seed"]), run["outcome"]]
-        if run["outcome"] == "refused":
+        if run["outcome"] in ("refused", "failed"):
             cells += [""] * 9
         else:
             cells += [
@@ -155,19 +156,20 @@ def table(found: dict[str, Any]) -> str:
                 f"{run['filled_share']:.1%}", str(run["bodies"]),
             ]  # fmt: skip
         lines.append(f"| {' | '.join([*cells, format(run['run']['cpu_s'], '.0f')])} |")
-    refusals = [run for run in found["runs"] if run["outcome"] == "refused"]
+    refusals = [run for run in found["runs"] if run["outcome"] in ("refused", "failed")]
     if refusals:
-        lines += ["", "## What was refused", ""]
+        lines += ["", "## What was refused, or failed", ""]
         lines += [f"- {one['case']}, seed {one['seed']}: {_words(one['said'])}" for one in refusals]
     return "\n".join(lines) + "\n"
 
 
 def _words(said: str) -> str:
-    """The refusal of what was printed: its longest line."""
+    """The refusal in what was printed, or its last line."""
+    last = said.strip().splitlines()[-1] if said.strip() else ""
     try:
-        return str(json.loads(said)["error"])
+        return str(json.loads(last)["message"])
     except (ValueError, KeyError, TypeError):
-        return max(said.splitlines(), key=len, default="").strip()
+        return last
 
 
 if __name__ == "__main__":
