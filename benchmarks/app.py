@@ -10,6 +10,7 @@ nothing is taken from what was done before, and then kept.
 
 import argparse
 import json
+import os
 import statistics
 import subprocess
 import tempfile
@@ -52,6 +53,7 @@ def main() -> None:
     limb = large_limb()
     with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
         results: dict[str, Any] = {"machine": machine(), "start_s": app.start_s}
+        results["load"] = os.getloadavg()[0]
         results["upload"] = uploaded(app, chosen.photos, int(chosen.megabytes * 1e6))
         results["triangles"] = len(limb.faces)
         results["edits"] = edited(app, Path(scratch), limb, chosen.repeats)
@@ -208,6 +210,9 @@ def table(results: dict[str, Any]) -> str:
         "# app",
         "",
         made_on(results["machine"]),
+        "",
+        f"Load of the system in the last minute: {results['load']:.1f}. Above the number of cores, "
+        "times are those of a busy machine.",
         "",
         f"From the command to the first answered list of cases: {results['start_s']:.1f} s.",
         "",
