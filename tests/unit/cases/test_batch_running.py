@@ -2,6 +2,7 @@
 
 import csv
 import json
+import signal
 import sys
 import threading
 import time
@@ -136,6 +137,28 @@ def test_stopping_ends_all_and_begins_no_other(run: Callable[..., BatchRun]) -> 
         "c": ("cancelled", 130, 1),
         "d": ("cancelled", 130, 1),
     }
+
+
+def test_ctrl_c_stops_all_and_tells_of_each(run: Callable[..., BatchRun]) -> None:
+    begun = threading.Barrier(3)
+    whats = {"a": "wait", "b": "wait", "c": "green"}
+
+    def heard(event: Event) -> None:
+        if event["event"] == "progress":
+            threading.Thread(target=begun.wait, args=(20,)).start()
+
+    def interrupt() -> None:
+        begun.wait(20)
+        time.sleep(0.3)
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        threading.Thread(target=interrupt).start()
+        found = states(run(whats, heard).wait())
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert set(found.values()) == {("cancelled", 130, 1)}
 
 
 def test_settings_that_are_wrong_are_the_fault_of_one_capture(tmp_path: Path) -> None:

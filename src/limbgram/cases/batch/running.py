@@ -67,23 +67,19 @@ class BatchRun:
         left: queue.SimpleQueue[Plan] = queue.SimpleQueue()
         for plan in plans:
             left.put(plan)
-        threads = [
-            threading.Thread(
-                target=self._take, args=(left, number, _share(slot, at_once), gate), daemon=True
-            )
-            for slot in range(min(at_once, len(plans)))
-        ]
-        for thread in threads:
-            thread.start()
+        ends = [threading.Event() for _ in range(min(at_once, len(plans)))]
+        for slot, ended in enumerate(ends):
+            words = (left, number, _share(slot, at_once), gate, ended)
+            threading.Thread(target=self._take, args=words, daemon=True).start()
+        # Not by joining the threads: a join that Ctrl-C interrupts takes its thread for ended.
         try:
-            while any(thread.is_alive() for thread in threads):
-                threads[0].join(_POLL_S)
-                threads = [thread for thread in threads if thread.is_alive()] or threads
+            while not all(ended.wait(_POLL_S) for ended in ends):
+                pass
         except KeyboardInterrupt:
             self._tell({"event": "stopping"})
             self.stopping.ask()
-            for thread in threads:
-                thread.join()
+            for ended in ends:
+                ended.wait()
         if self._fault is not None:
             raise self._fault
 
@@ -93,8 +89,24 @@ class BatchRun:
         number: int,
         processors: frozenset[int],
         gate: MemoryGate,
+        ended: threading.Event,
     ) -> None:
         """Do one capture after the other; its processes inherit the processors of this thread."""
+        try:
+            self._take_all(left, number, processors, gate)
+        except BaseException as fault:  # raised again by `_work`: of a thread nobody would hear
+            self._fault = fault
+            self.stopping.ask()
+        finally:
+            ended.set()
+
+    def _take_all(
+        self,
+        left: "queue.SimpleQueue[Plan]",
+        number: int,
+        processors: frozenset[int],
+        gate: MemoryGate,
+    ) -> None:
         if processors and hasattr(os, "sched_setaffinity"):
             os.sched_setaffinity(0, processors)
         while self._fault is None:
@@ -102,11 +114,7 @@ class BatchRun:
                 plan = left.get_nowait()
             except queue.Empty:
                 return
-            try:
-                self._one(plan, number, gate)
-            except BaseException as fault:  # raised again by `_work`: of a thread nobody would hear
-                self._fault = fault
-                self.stopping.ask()
+            self._one(plan, number, gate)
 
     def _one(self, plan: Plan, number: int, gate: MemoryGate) -> None:
         name = plan.capture.name
