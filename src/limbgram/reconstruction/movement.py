@@ -198,6 +198,23 @@ def _between(
     counts: MovementOptions,
 ) -> BodyMotion:
     """Place the photos by each of both bodies alone, and compare."""
+    try:
+        return _compared(first, second, features, scene, cameras, photos, options, counts)
+    except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
+        reason = f"the points {first.where} or {second.where} do not hold all photos"
+        return BodyMotion.unknown(len(scene.names), reason)
+
+
+def _compared(
+    first: _Body,
+    second: _Body,
+    features: Features,
+    scene: Scene,
+    cameras: Cameras,
+    photos: PhotoSet,
+    options: LookOptions,
+    counts: MovementOptions,
+) -> BodyMotion:
     alone: list[Scene] = []
     for body in (first, second):
         some = _thinned(body.pairs, options.pair_matches)
