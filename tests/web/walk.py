@@ -2,6 +2,9 @@
 
 What a click picks is held against the place that is drawn there, at three sizes; the file that is
 saved against what the command line makes of the same scan and recipe; every page against axe.
+
+Needs Playwright, Chromium and `npm ci` in web/; takes minutes, so it runs when it is asked for:
+`python -m pytest tests/web/walk.py`.
 """
 
 import json
@@ -120,7 +123,7 @@ def test_photos_become_a_checked_file_by_clicks_alone(
         page.wait_for_timeout(600)
     no_serious_fault(app)
     page.get_by_role("button", name="Set front and axis").click()
-    page.get_by_text("Front set").wait_for()
+    page.get_by_text("Front set", exact=True).wait_for()
 
     # Measure, then an edit by drawing and dragging.
     page.get_by_role("button", name="Next: measure").click()
