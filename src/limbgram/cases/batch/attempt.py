@@ -411,7 +411,11 @@ def _step(
             message=str(error),
             exit_code=error.exit_code,
         )
-    content = {name: value for name, value in reply.content.items() if name != "written"}
+    content = {
+        name: value.removeprefix(f"{case.root}/") if isinstance(value, str) else value
+        for name, value in reply.content.items()
+        if name != "written"
+    }
     write_json(places.out / f"{step.kind}.json", content)
     return StepOutcome(name=step.name, state="done", key=key, files=_files(step, places, case))
 
