@@ -14,6 +14,7 @@ and write, so that they make the same bytes of it.
 
 import json
 import shutil
+import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -39,6 +40,8 @@ _LARGEST = 40_000_000
 _MOST_STATES = 200
 """Recipes that undo goes back through."""
 _MOST_READINGS = 100
+_TAKING = threading.Lock()
+"""Held while a surface is taken in: who asks meanwhile gets the same one, whole."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,8 @@ class Bench:
         Raises:
             CaseError: the case has no surface yet.
         """
-        return self._kept_scan() or self.take_scan()
+        with _TAKING:
+            return self._kept_scan() or self._take_scan()
 
     def take_scan(self) -> Path:
         """Take the surface of the last run to work on; landmarks are carried over to it.
@@ -121,28 +125,8 @@ class Bench:
         Raises:
             CaseError: the case has no surface yet.
         """
-        delivered = self._delivered()
-        if delivered is None:
-            raise CaseError(
-                "This case has no surface yet. Compute its shape first: it needs the photos and "
-                "Compute shape."
-            )
-        before = self._kept_scan()
-        carried = None if before is None else read_shape(before).limb
-        self.root.mkdir(parents=True, exist_ok=True)
-        for name in _NAMES:
-            old = self.root / name
-            limb_file_beside(old).unlink(missing_ok=True)
-            old.unlink(missing_ok=True)
-        place = self.root / delivered.name
-        with written_whole(place) as beside:
-            shutil.copyfile(delivered, beside)
-        aligned = limb_file_beside(delivered)
-        if aligned.is_file() and carried is None:
-            shutil.copyfile(aligned, self.root / aligned.name)
-        elif carried is not None:
-            self._carry(carried, place)
-        return place
+        with _TAKING:
+            return self._take_scan()
 
     def is_stale(self) -> bool:
         """Whether the last run made another surface than the one that is worked on."""
@@ -264,6 +248,30 @@ class Bench:
     def _delivered(self) -> Path | None:
         found = surface_of(self.case.folder.deliverables)
         return found if found.is_file() else None
+
+    def _take_scan(self) -> Path:
+        delivered = self._delivered()
+        if delivered is None:
+            raise CaseError(
+                "This case has no surface yet. Compute its shape first: it needs the photos and "
+                "Compute shape."
+            )
+        before = self._kept_scan()
+        carried = None if before is None else read_shape(before).limb
+        self.root.mkdir(parents=True, exist_ok=True)
+        for name in _NAMES:
+            old = self.root / name
+            limb_file_beside(old).unlink(missing_ok=True)
+            old.unlink(missing_ok=True)
+        place = self.root / delivered.name
+        with written_whole(place) as beside:
+            shutil.copyfile(delivered, beside)
+        aligned = limb_file_beside(delivered)
+        if aligned.is_file() and carried is None:
+            shutil.copyfile(aligned, self.root / aligned.name)
+        elif carried is not None:
+            self._carry(carried, place)
+        return place
 
     def _carry(self, before: Limb, place: Path) -> None:
         """Landmarks and kind of the surface before, on the new one."""

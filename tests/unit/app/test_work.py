@@ -1,6 +1,10 @@
 """Work on a shape over HTTP: what is made is what the command line makes of it, to the byte."""
 
 import json
+import shutil
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +73,28 @@ def test_the_surface_comes_as_it_is_and_once(client: TestClient, case: str, limb
     np.testing.assert_allclose(length, 1, atol=1e-5)
     again = client.get(f"{case}/surface", headers={"if-none-match": answer.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+
+
+def test_a_fresh_surface_that_is_asked_for_twice_at_once_is_taken_in_once(
+    client: TestClient, case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken: list[Path] = []
+    copy, together = shutil.copyfile, threading.Barrier(2)
+
+    def slow_copy(source: Path, place: Path) -> Path:
+        taken.append(place)
+        time.sleep(0.3)
+        return copy(source, place)
+
+    def ask(what: str) -> int:
+        together.wait(10)
+        return client.get(f"{case}/{what}").status_code
+
+    monkeypatch.setattr(shutil, "copyfile", slow_copy)
+    with ThreadPoolExecutor(2) as pool:
+        # The recipe asks the bench itself, not by way of the shapes in memory.
+        statuses = list(pool.map(ask, ["recipe", "limb"]))
+    assert (statuses, len(taken)) == ([200, 200], 1)
 
 
 def test_places_are_glued_to_the_surface_and_known_in_the_limb(
