@@ -201,9 +201,16 @@ class _Equations:
         return cls(normal, right, free, sigma_px, damping, of_body)
 
     def solved(self, bundle: Bundle, body: Body | None) -> tuple[Bundle, Body | None]:
-        """Bundle and body after the step that solves these equations."""
+        """Bundle and body after the step that solves these equations.
+
+        Raises:
+            LinAlgError: a photo lost all its observations.
+        """
         step = np.zeros(len(self.right))
-        scale = 1.0 / np.sqrt(np.diag(self.normal)[self.free])
+        weights = np.diag(self.normal)[self.free]
+        if not (weights > 0.0).all():
+            raise np.linalg.LinAlgError("nothing is observed that would hold a photo or a lens")
+        scale = 1.0 / np.sqrt(weights)
         scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
         step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
         points = np.empty_like(bundle.points)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
@@ -62,6 +63,15 @@ def test_a_wrong_focal_length_is_put_right_where_it_may_move(make_scene: MakeSce
     held = adjust(start, [calibrated(wrong, fx=50.0, fy=50.0)], hold_board_lenses=True)
     assert held.scene.cameras[0] == wrong
     assert not held.lens_covariance.any()
+
+
+def test_a_photo_without_observations_is_not_solved_for(make_scene: MakeScene) -> None:
+    true = make_scene(points=40)
+    seen = true.observations
+    others = seen.photo_idx != 2
+    bare = Observations(seen.photo_idx[others], seen.point_idx[others], seen.xy_px[others])
+    with pytest.raises(np.linalg.LinAlgError, match="hold a photo"):
+        adjust(replace(true, observations=bare), tuple(calibrated(one) for one in true.cameras))
 
 
 def test_wrong_measurements_are_dropped_and_do_no_harm(make_scene: MakeScene) -> None:
