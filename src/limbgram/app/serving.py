@@ -20,6 +20,7 @@ from limbgram.app.clinic import Clinic
 from limbgram.app.server import guarded
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import OptionsError
+from limbgram.core.run import no_search_for_garbage
 
 LOOPBACK = "127.0.0.1"
 _KEEP_ALIVE_S = 30
@@ -54,8 +55,10 @@ def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
     origin = f"http://{LOOPBACK}:{port}"
     clinic = Clinic(Shelf(options.cases.absolute()), access, origin=lambda: origin)
     clinic.shelf.open()
+    with no_search_for_garbage():
+        routes = guarded(clinic)
     config = uvicorn.Config(
-        guarded(clinic),
+        routes,
         log_level=logging.WARNING,
         access_log=False,
         server_header=False,

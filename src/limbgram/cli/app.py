@@ -8,6 +8,7 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
+from limbgram.core.run import no_search_for_garbage
 
 
 @answered
@@ -32,7 +33,8 @@ def app_command(
     computed then is continued when the app is opened again.
     """
     try:
-        from limbgram.app.serving import ServeOptions, serve
+        with no_search_for_garbage():
+            from limbgram.app.serving import ServeOptions, serve
     except ModuleNotFoundError as error:
         if error.name not in ("fastapi", "segno", "uvicorn"):
             raise
