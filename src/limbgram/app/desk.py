@@ -8,6 +8,7 @@ from pathlib import Path
 
 from limbgram.cases.bench import Bench
 from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.planted import tree_on
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.workbench.limb import Limb
@@ -36,7 +37,7 @@ class OpenShape:
     @cached_property
     def tree(self) -> TriangleTree:
         """To find places on it."""
-        return TriangleTree.of(self.limb.mesh.vertices_mm, self.limb.mesh.faces)
+        return tree_on(self.limb.mesh)
 
     def replayed(self, recipe: Recipe) -> Replayed:
         """The shape after a recipe; only what changed since is done."""

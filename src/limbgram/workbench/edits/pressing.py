@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import tree_on
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Limb
 
@@ -53,7 +53,7 @@ class Away:
 
 def away_from(surface: Mesh, points_mm: Points3) -> Away:
     """Signed distances of points from a surface."""
-    found = TriangleTree.of(surface.vertices_mm, surface.faces).closest(points_mm)
+    found = tree_on(surface).closest(points_mm)
     way = points_mm - found.points_mm
     normals = surface.face_normals()[found.faces]
     upward = (way * normals).sum(1)
@@ -122,7 +122,8 @@ def changed_vertices(old: Mesh, new: Mesh) -> Bool[np.ndarray, " n"]:
     """Vertices that do not stand where the old mesh had one of the same number."""
     shared = min(len(old), len(new))
     changed = np.ones(len(new), np.bool_)
-    changed[:shared] = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).any(1)
+    x, y, z = (old.vertices_mm[:shared] != new.vertices_mm[:shared]).T
+    changed[:shared] = x | y | z
     return changed
 
 

@@ -25,8 +25,8 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import boundary_half_edges, find_edges
 from limbgram.reconstruction.surface.holes import fill_holes
@@ -146,7 +146,7 @@ def on_surface(limb: Limb, points_mm: Points3, what: str) -> Points3:
     Raises:
         EditError: a point is so far off that it cannot be meant to lie on the surface.
     """
-    closest = TriangleTree.of(limb.mesh.vertices_mm, limb.mesh.faces).closest(points_mm)
+    closest = tree_on(limb.mesh).closest(points_mm)
     worst = int(np.argmax(closest.distances_mm))
     if closest.distances_mm[worst] > _FARTHEST_MM:
         x, y, z = points_mm[worst]
@@ -174,7 +174,7 @@ def displaced(limb: Limb, vertices_mm: Points3) -> Limb:
     if not limb.landmarks:
         return replace(limb, mesh=new)
     points = np.stack([mark.position_mm for mark in limb.landmarks])
-    closest = TriangleTree.of(old.vertices_mm, old.faces).closest(points)
+    closest = tree_on(old).closest(points)
     shares = corner_shares(old.vertices_mm[old.faces[closest.faces]], closest.points_mm)
     moves = (vertices_mm - old.vertices_mm)[old.faces[closest.faces]]
     near = closest.distances_mm <= _FARTHEST_MM
@@ -235,7 +235,7 @@ def draw_curve(mesh: Mesh, picked_mm: Points3, what: str) -> Curve:
     fine = spline(at)
     walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
     even = np.interp(np.linspace(0.0, walked[-1], steps + 1)[:-1], walked, at)
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    tree = tree_on(mesh)
     drawn = np.asarray(spline(even))
     closest = tree.closest(drawn)
     reach = _FARTHEST * float(np.linalg.norm(np.ptp(picked_mm, axis=0)))
@@ -262,7 +262,7 @@ def find_sides(mesh: Mesh, curve: Curve, what: str) -> Sides:
     Raises:
         EditError: the curve crosses itself or comes too near to itself.
     """
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
+    tree = tree_on(mesh)
     band = _faces_along(mesh, tree.closest(_densified(curve)).faces)
     vertices = np.unique(mesh.faces[band])
     signed = np.full(len(mesh), np.inf)
@@ -301,7 +301,7 @@ def fine_along(mesh: Mesh, curve: Curve, edge_mm: float) -> Mesh:
 
     def under(work: Mesh) -> Bool[np.ndarray, " f"]:
         chosen = np.zeros(len(work.faces), np.bool_)
-        tree = TriangleTree.of(work.vertices_mm, work.faces)
+        tree = tree_on(work)
         chosen[tree.closest(points).faces] = True
         return chosen
 
@@ -312,7 +312,7 @@ def distances_from_point(
     mesh: Mesh, point_mm: Vector3, limit_mm: float
 ) -> Float64[np.ndarray, " n"]:
     """Distance of each vertex from a point on the surface; infinite beyond the limit."""
-    face = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(point_mm[None]).faces[0]
+    face = tree_on(mesh).closest(point_mm[None]).faces[0]
     straight = np.linalg.norm(mesh.vertices_mm - point_mm, axis=1)
     start = np.full(len(mesh), np.inf)
     touching = np.isin(mesh.faces, mesh.faces[face]).any(1)
@@ -421,7 +421,7 @@ def calm_normals_on(refined: Mesh, mesh: Mesh) -> Points3:
     added = refined.vertices_mm[len(mesh) :]
     if not len(added):
         return normals
-    closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(added)
+    closest = tree_on(mesh).closest(added)
     corners = mesh.faces[closest.faces]
     shares = corner_shares(mesh.vertices_mm[corners], closest.points_mm)
     between = unit(np.einsum("nk,nkc->nc", shares, normals[corners]))

@@ -80,6 +80,7 @@ class Smoothing:
         if not (free > 0).any():
             raise EditError(f"{what} has nothing left to smooth: all of the surface is to stay.")
         smooth = calmed(limb.mesh, free, self.passes)
+        spoilt = np.ones(len(smooth), np.bool_)
         for _ in range(_RETREATS):
             spoilt = spoilt_vertices(limb.mesh, smooth)
             if not spoilt.any():
@@ -102,7 +103,8 @@ class Smoothing:
                 "the few triangles out of shape. Take fewer passes, or leave this edit out."
             )
         changed = displaced(limb, smooth.vertices_mm)
-        require_sound(what, limb.mesh, changed.mesh)
+        if spoilt.any():  # else this very shape was found sound above
+            require_sound(what, limb.mesh, changed.mesh)
         return changed
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import tree_on
 from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
@@ -136,7 +136,7 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
         raise OptionsError(
             f"The landmarks' names are {', '.join(map(repr, names))}. Give each a name of its own."
         )
-    tree = TriangleTree.of(limb.mesh.vertices_mm, limb.mesh.faces)
+    tree = tree_on(limb.mesh)
     closest = tree.closest(np.stack([mark.position_mm for mark in picked]).astype(np.float64))
     for name, mark, off_mm in zip(names, picked, closest.distances_mm):
         if not off_mm <= options.max_distance_mm:
