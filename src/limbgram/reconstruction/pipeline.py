@@ -241,6 +241,7 @@ def reconstruct(
         measuring = replace(
             options.measuring,
             photo_halvings=resolution.photo_halvings,
+            lay_lips=options.measuring.lay_lips or bool(placing.poses.sides),
             matching=replace(options.measuring.matching, face_parts=resolution.face_parts),
         )
         return run(measure, photos, metric, even, measuring)

@@ -3,7 +3,8 @@
 In      photos, a metric scene and a mesh within about two pixels of the truth.
 Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
         given as filled and those that fewer than two photos see; where the photos show too little
-        to match, a vertex stays as the depth maps measured it.
+        to match, a vertex stays as the depth maps measured it. Where `lay_lips` is asked for, what
+        stands out past a sharp edge is laid back and counts as filled (`lips`).
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
         all vertices at once; the surface is held together as a thin plate (docs/method).
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
@@ -21,6 +22,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
+from limbgram.reconstruction.measuring.lips import without_lips
 from limbgram.reconstruction.measuring.rounds import (
     JointEquations,
     MatchingOptions,
@@ -70,6 +72,10 @@ class MeasureOptions:
     """Rounds at each size, half and full, in which a closed notch is measured from its rim
     inwards."""
 
+    lay_lips: bool = False
+    """Whether what stands out past a sharp edge without being measured is laid back; for closed
+    surfaces of objects with a cut."""
+
     matching: MatchingOptions = field(default_factory=MatchingOptions)
 
 
@@ -102,7 +108,10 @@ def measure(
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
-    return mesh if found is None else with_sigma(mesh, *found, metric)
+    if found is None:
+        return mesh
+    mesh = with_sigma(mesh, *found, metric)
+    return without_lips(mesh) if options.lay_lips else mesh
 
 
 def _by_patches(
