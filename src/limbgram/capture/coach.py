@@ -9,6 +9,8 @@ Method  The small copies are placed by the stages of a reconstruction. The point
         angles between those that count, seen from above, show what is missing round the limb; a
         proxy through its points, in cells, shows what too few photos see, and the expected sigma
         of each cell follows from the photos that see it (`prediction`).
+        Where the limb turns before a still camera, what stands still in the pictures is left out,
+        as in a reconstruction; a board that stands still tells no size.
         A Coach keeps what was found of each photo and each pair, so that one more photo costs the
         work on that photo.
 Fails   never on photos that cannot be joined or scaled: that is its answer. PhotoError as reading.
@@ -21,7 +23,7 @@ from itertools import groupby
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64
+from jaxtyping import Bool, Float32, Float64
 
 from limbgram.capture.prediction import Prediction, Showing, predict
 from limbgram.capture.proxy import COLUMNS, LimbProxy, proxy_of
@@ -61,6 +63,7 @@ from limbgram.reconstruction.matching.matching import (
     match_pairs,
     pairs_worth_matching,
 )
+from limbgram.reconstruction.matching.still import Still, find_still
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
@@ -71,6 +74,7 @@ from limbgram.reconstruction.photos.quality import (
     edge_width_px,
     remarks,
 )
+from limbgram.reconstruction.poses import Poses, board_of_object
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
@@ -255,6 +259,7 @@ class Coach:
         self._keypoints: dict[str, Keypoints] = {}
         self._matched: dict[tuple[str, str], MatchedPair] = {}
         self._verified: dict[tuple[str, str], VerifiedPair | None] = {}
+        self._standing: dict[str, Bool[np.ndarray, " n"]] = {}
         self._seen: dict[str, _Looked] = {}
 
     def check(self, photos: PhotoSet, small: PhotoSet, run: Run | None = None) -> CaptureCheck:
@@ -263,12 +268,17 @@ class Coach:
         try:
             cameras = run(cameras_for, small, self._calibrations)
             features = self._features(small, run)
+            still = run(find_still, features)
+            features = still.moving(features)
+            self._forget_changed(small, still)
             pairs = self._pairs(small, features, cameras, run)
             scene = run(place, small, features, pairs, cameras)
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, str(refusal), options)
         findings: list[str] = []
         detections = None if self._board is None else run(find_board, small, self._board)
+        if detections is not None and still.groups:
+            detections = board_of_object(detections, still, Poses())
         board_photos = None if detections is None else len(detections.photos)
         try:
             metric = to_millimetres(scene, detections, (), cameras=cameras)
@@ -297,6 +307,26 @@ class Coach:
             found = run(detect, replace(small, photos=new), self._options.features)
             self._keypoints |= {one.sha256: own for one, own in zip(new, found.keypoints)}
         return Features(tuple(self._keypoints[one.sha256] for one in small.photos))
+
+    def _forget_changed(self, small: PhotoSet, still: Still) -> None:
+        """Drop what is known of pairs of photos in which other keypoints stand still than before.
+
+        What stands still is told the better the more photos a still camera took; matches count
+        the keypoints that are left.
+        """
+        flags = still.keypoints or [
+            np.zeros(len(self._keypoints[one.sha256]), np.bool_) for one in small.photos
+        ]
+        now = {one.sha256: own for one, own in zip(small.photos, flags, strict=True)}
+        changed = {
+            name
+            for name, own in now.items()
+            if name in self._standing and not np.array_equal(self._standing[name], own)
+        }
+        self._standing |= now
+        if changed:
+            self._matched = {k: v for k, v in self._matched.items() if not changed & {*k}}
+            self._verified = {k: v for k, v in self._verified.items() if not changed & {*k}}
 
     def _pairs(self, small: PhotoSet, features: Features, cameras: Cameras, run: Run) -> Pairs:
         """Verified pairs; only those that were not compared before are matched."""

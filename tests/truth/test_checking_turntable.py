@@ -1,0 +1,75 @@
+"""The check of a limb that turns before a still camera, whole and photo by photo."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.cases.checking import CaptureWatch, check_sources
+from limbgram.cli.captures import DEFAULT_BOARD, parse_board
+from limbgram.core.run import Run
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.synthetic import CaptureOptions, Turning, make_capture
+from limbgram.synthetic.capture import Capture
+
+pytestmark = pytest.mark.slow
+PHOTOS = 16
+OPTIONS = CaptureOptions(
+    seed=71, photos=PHOTOS, width_px=900, height_px=600, distance_mm=1500.0, calibration_photos=0,
+    mesh_step_mm=1.5, samples=2, coverage=0.12, turning=Turning(),
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    return make_capture(tmp_path_factory.mktemp("check") / "capture", OPTIONS)
+
+
+def lens_of(capture: Capture) -> Calibration:
+    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 1e-6, 1e-8, 1e-8, 0.0])
+    camera = capture.truth.views[0].camera
+    return Calibration(camera=camera, covariance=covariance, source="board")
+
+
+def test_photos_of_a_turning_limb_are_placed_by_the_limb(capture: Capture) -> None:
+    board = parse_board(DEFAULT_BOARD)
+    whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
+    assert sum(one.placed for one in whole.photos) == PHOTOS, whole.headline
+    middle = capture.truth.limb.mesh.vertices_mm.mean(0)
+    away = np.array([view.centre_in_world for view in capture.truth.views]) - middle
+    true_deg = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    seen_deg = np.array([one.azimuth_deg for one in whole.photos])
+    off_deg = (seen_deg - true_deg - (seen_deg[0] - true_deg[0]) + 180) % 360 - 180
+    assert np.abs(off_deg).max() < 3.0
+
+
+def test_a_growing_folder_is_told_the_same_as_the_whole(capture: Capture, tmp_path: Path) -> None:
+    """What stands still is known better with each photo; matches of before must not be mixed in."""
+    board = parse_board(DEFAULT_BOARD)
+    whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
+    with CaptureWatch([lens_of(capture)], board) as watch:
+        for photo in capture.photos[: PHOTOS // 2]:
+            shutil.copy(photo, tmp_path)
+        watch.check([tmp_path])
+        for photo in capture.photos[PHOTOS // 2 :]:
+            shutil.copy(photo, tmp_path)
+        found = watch.check([tmp_path])
+        again = Run()
+        assert watch.check([tmp_path], again) == found
+        assert not {one.stage for one in again.timings} & {"detect", "match pairs", "verify"}
+    assert found.headline == whole.headline
+    turns = [one.azimuth_deg for one in found.photos]
+    np.testing.assert_allclose(turns, [one.azimuth_deg for one in whole.photos], atol=0.5)
+
+
+def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
+    options = replace(
+        OPTIONS, coverage=CaptureOptions().coverage, turning=Turning(board_turns=False)
+    )
+    capture = make_capture(tmp_path / "capture", options)
+    board = parse_board(DEFAULT_BOARD)
+    found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
+    assert not found.go
+    assert any("stands still" in text for text in found.findings), found.findings
