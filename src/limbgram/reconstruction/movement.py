@@ -102,8 +102,10 @@ def find_bending(
     sides = _sides(photos, features, scene)
     if isinstance(sides, str):
         return BodyMotion.unknown(len(scene.names), sides)
+    wheres = ("on one half of the limb", "on the other half of the limb")
     one, other = (
-        _Body("on one half of the limb", _within(matches.pairs, sides, (half,))) for half in _HALVES
+        _Body(where, _within(matches.pairs, sides, (half,)))
+        for where, half in zip(wheres, _HALVES, strict=True)
     )
     return _between(one, other, features, scene, cameras, photos, options, options.halves)
 
