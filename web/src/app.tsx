@@ -41,7 +41,7 @@ export function App() {
     addEventListener("keydown", key);
     return () => removeEventListener("keydown", key);
   }, []);
-  if (here.at === "phone") return <PhoneScreen token={here.token} />;
+  if (here.at === "phone") return <PhoneScreen key={here.id} id={here.id} />;
   if (here.at === "case") return <CaseScreen key={here.id} id={here.id} step={here.step} helping={helping.value} onHelp={() => (helping.value = !helping.value)} />;
   return (
     <Shell place={here} head={null} helping={helping.value} onHelp={() => (helping.value = !helping.value)}>

@@ -5,6 +5,7 @@ import { App } from "./app";
 import "./design/tokens.css";
 import "./design/base.css";
 import "./design/cases.css";
+import "./design/phone.css";
 import { applyTheme } from "./state/settings";
 import { language } from "./texts";
 

@@ -58,9 +58,13 @@ export function CaptureScreen({ room }: RoomProps) {
   const add = (files: readonly File[]) => {
     if (files.length) send(room.id, files, arrived);
   };
+  const looked = useRef(0);
   useEffect(() => {
-    if (list && list.here > 2 && said?.state === "none" && !started) void askCheck();
-  }, [list?.here, said?.state]);
+    if (!list || list.here < 3 || started || !said || said.current || said.state === "running" || looked.current === list.here) return;
+    looked.current = list.here;
+    clearTimeout(wait.current);
+    wait.current = window.setTimeout(() => void askCheck(), 600);
+  }, [list?.here, said?.state, said?.current]);
   useEffect(() => () => clearTimeout(wait.current), []);
 
   const compute = () =>
@@ -203,7 +207,7 @@ export function CaptureScreen({ room }: RoomProps) {
 }
 
 /** The photos asked for, with the letters that the dial and the tiles show. */
-function additions(answer: NonNullable<Check["answer"]>) {
+export function additions(answer: NonNullable<Check["answer"]>) {
   const found: { letter: string; azimuth_deg: number; high: boolean; words: string }[] = [];
   for (const gap of answer.missing)
     for (const [i, azimuth] of gap.azimuths_deg.entries()) {

@@ -8,7 +8,7 @@ export type Place =
   | { readonly at: "cases" }
   | { readonly at: "cameras" }
   | { readonly at: "settings" }
-  | { readonly at: "phone"; readonly token: string }
+  | { readonly at: "phone"; readonly id: string }
   | { readonly at: "case"; readonly id: string; readonly step: Step };
 
 const hash = signal(location.hash);
@@ -21,7 +21,7 @@ export const place = computed<Place>(() => parse(hash.value));
 export function parse(text: string): Place {
   const [first = "", second = "", third = ""] = text.replace(/^#\/?/, "").split("/").map(decodeURIComponent);
   if (first === "cameras" || first === "settings") return { at: first };
-  if (first === "phone") return { at: "phone", token: second };
+  if (first === "phone") return { at: "phone", id: second };
   if (first === "case" && second) return { at: "case", id: second, step: STEPS.find((one) => one === third) ?? "capture" };
   return { at: "cases" };
 }
