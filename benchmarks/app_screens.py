@@ -14,11 +14,12 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal
 
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-SIZES = {
+SIZES: dict[str, tuple[int, int, Literal["light", "dark"]]] = {
     "desk": (1440, 900, "light"),
     "dark": (1440, 900, "dark"),
     "tablet": (1180, 820, "light"),
@@ -35,6 +36,7 @@ PAGES = {
     "record": "case/{case}/record",
     "cameras": "cameras",
     "settings": "settings",
+    "phone-page": "phone/{case}",
 }
 SETTLED = {
     "capture": ".grid .ph",
@@ -42,9 +44,12 @@ SETTLED = {
     "align": ".right-tools",
     "measure": ".tape-input",
     "rectify": ".right-tools",
+    "send": ".lr.left",
     "record": "iframe.sheet",
+    "phone-page": ".phone-act",
 }
-COLOURS = 256
+MOST_BYTES = 120_000
+"""Of a picture that is made smaller for the documentation."""
 
 
 def main() -> None:
@@ -54,7 +59,12 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, required=True)
     parser.add_argument("--only", default=",".join(PAGES))
     parser.add_argument("--sizes", default=",".join(SIZES))
-    parser.add_argument("--width", type=int, default=0, help="Reduce pictures to this width.")
+    parser.add_argument(
+        "--width",
+        type=int,
+        default=0,
+        help="Reduce pictures to this width, or to fewer pixels so that each stays below 120 kB.",
+    )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     program, chromium = shutil.which("limbgram"), shutil.which("chromium")
@@ -99,7 +109,9 @@ def shoot(page: Page, address: str, name: str) -> None:
     page.goto(address)
     if name in SETTLED:
         page.locator(SETTLED[name]).first.wait_for(timeout=90_000)
-    if name == "send" and page.locator(".lr.left").count():
+    if name == "capture" and page.locator(".step.shut").count() and page.locator(".ph img").count():
+        page.locator(".expected").wait_for(timeout=90_000)
+    if name == "send":
         page.locator(".lr.left").click()
         page.locator(".mirror, .notice.red").first.wait_for(timeout=90_000)
     if name == "record":
@@ -108,13 +120,22 @@ def shoot(page: Page, address: str, name: str) -> None:
 
 
 def save(content: bytes, path: Path, width: int) -> None:
-    """A small PNG: a page has few colours."""
-    picture = Image.open(io.BytesIO(content)).convert("RGB")
-    if 0 < width < picture.width:
-        height = round(picture.height * width / picture.width)
-        picture = picture.resize((width, height), Image.Resampling.LANCZOS)
-    few = picture.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-    few.save(path, optimize=True)
+    """A PNG in full colours; with a width, of as few pixels as MOST_BYTES needs."""
+    whole = Image.open(io.BytesIO(content)).convert("RGB")
+    written = io.BytesIO()
+    scaled(whole, width).save(written, "PNG", optimize=True)
+    while width and written.tell() > MOST_BYTES:
+        width -= 40
+        written = io.BytesIO()
+        scaled(whole, width).save(written, "PNG", optimize=True)
+    path.write_bytes(written.getvalue())
+
+
+def scaled(picture: Image.Image, width: int) -> Image.Image:
+    if not 0 < width < picture.width:
+        return picture
+    height = round(picture.height * width / picture.width)
+    return picture.resize((width, height), Image.Resampling.LANCZOS)
 
 
 if __name__ == "__main__":

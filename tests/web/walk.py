@@ -94,7 +94,7 @@ def test_photos_become_a_checked_file_by_clicks_alone(
     new_case(app)
     photos = sorted((capture / "images").iterdir())
     page.locator("#photo-files").set_input_files(photos)
-    page.get_by_role("heading", name=f"{len(photos)} photos are here").wait_for()
+    page.get_by_role("heading", name=f"{len(photos)} photos are here", exact=True).wait_for()
     page.get_by_label("Camera", exact=True).select_option(index=1)
     no_serious_fault(app)
     page.get_by_role("button", name="Compute anyway").click()
@@ -192,7 +192,7 @@ def test_a_phone_sends_photos_through_a_door_that_is_switched_on(app: App, captu
     no_serious_fault(held)
     phone.set_offline(False)
     page.get_by_role("heading", name="7 of 7 are on the clinic machine").wait_for()
-    desk.get_by_role("heading", name="7 photos are here").wait_for()
+    desk.get_by_role("heading", name="7 photos are here", exact=True).wait_for()
     received = app.cases / desk.url.split("/case/")[1].split("/")[0] / "received"
     arrived = [one for one in received.rglob("*.jpg") if one.name in {p.name for p in photos}]
     assert len(arrived) == 7

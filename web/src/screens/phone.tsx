@@ -131,8 +131,8 @@ export function PhoneScreen({ id }: { id: string }) {
         </section>
       </main>
       <footer class="phone-act">
-        <input ref={camera} class="unseen" type="file" accept="image/*" capture="environment" tabIndex={-1} aria-label={t("phone.take")} id="phone-camera" onChange={(event) => add(event.currentTarget)} />
-        <input ref={library} class="unseen" type="file" accept="image/*" multiple tabIndex={-1} aria-label={t("phone.choose")} id="phone-files" onChange={(event) => add(event.currentTarget)} />
+        <input ref={camera} class="unseen" type="file" accept="image/*" capture="environment" tabIndex={-1} aria-hidden="true" id="phone-camera" onChange={(event) => add(event.currentTarget)} />
+        <input ref={library} class="unseen" type="file" accept="image/*" multiple tabIndex={-1} aria-hidden="true" id="phone-files" onChange={(event) => add(event.currentTarget)} />
         <Button go={!goes} icon="camera" onClick={() => camera.current?.click()}>
           {missing.length ? t("phone.take.letter", missing[0].letter) : t("phone.take")}
         </Button>
