@@ -42,7 +42,11 @@ _SURE_SIGMAS = 3.0
 """A stretch within this many standard deviations of none is noise."""
 
 
-def check_scene_board(scene_board: SceneBoard, max_disagreement: float) -> None:
+_MOVED_PX = 0.3
+"""Corners of boards that kept still miss each other by 0.05 to 0.15 px (one standard deviation)."""
+
+
+def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: Scene) -> None:
     """Refuse a board that is seen too poorly, is stretched, or whose halves disagree."""
     sigma = scene_board.ruler.relative_sigma
     if not sigma <= max_disagreement:
@@ -55,9 +59,10 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float) -> None:
         longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
             f"The board is {abs(scene_board.stretch):.2%} longer along its {longer} than along its "
-            f"{shorter}; {max_disagreement:.2%} is allowed. It was printed at different scales "
-            "across and along the paper, or it is bent. Print it at 100 %, without fitting to "
-            "the page, glue it to a flat plate and measure both ways; or give a known distance."
+            f"{shorter}; {max_disagreement:.2%} is allowed. {_moved(scene_board, scene)}It was "
+            "printed at different scales across and along the paper, or it is bent. Print it at "
+            "100 %, without fitting to the page, glue it to a flat plate and measure both ways; "
+            "or give a known distance."
         )
     if abs(scene_board.check_error) > max_disagreement:
         raise ScaleError(
@@ -66,6 +71,24 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float) -> None:
             "or moved, or few of its corners are seen well. Glue it to a flat plate beside the "
             "limb."
         )
+
+
+def _moved(scene_board: SceneBoard, scene: Scene) -> str:
+    """What the photos say of a board that was pushed, with advice; nothing where it kept still."""
+    corners = scene_board.corners
+    if scene.movement is not None and scene.movement.moved:
+        seen = "the limb and what lies round it moved against each other"
+    elif corners.set_aside:
+        seen = f"its corners in {corners.set_aside[0].name} contradict the other photos"
+    elif corners.sigma_px > _MOVED_PX:
+        seen = f"its corners miss each other by {corners.sigma_px:.1f} px from photo to photo"
+    else:
+        return ""
+    return (
+        f"The board or the limb probably moved while the photos were taken: {seen}. Fix the board "
+        "where nobody touches it, let the limb rest, and take the photos again. If both kept "
+        "still, there is another cause. "
+    )
 
 
 def check_lengths(scale: Scale, max_disagreement: float) -> None:
@@ -165,7 +188,7 @@ def _scaled(
         return _unitless(scene, aim, options)
     scale = _scale(rulers, "distances" if scene_board is None else "board")
     if scene_board is not None:
-        check_scene_board(scene_board, options.max_disagreement)
+        check_scene_board(scene_board, options.max_disagreement, scene)
     check_lengths(scale, options.max_disagreement)
     mm_per_unit = 1 / rulers[0].units_per_mm
     if scene_board is not None:

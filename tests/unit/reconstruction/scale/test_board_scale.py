@@ -7,7 +7,7 @@ import pytest
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.frames import fit_similarity
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections
 
@@ -95,6 +95,24 @@ def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
         to_millimetres(capture.scene, capture.detections(stretch_x=1.006))
     metric = to_millimetres(capture.scene, capture.detections(stretch_x=1.002))
     assert 5e-4 < abs(scale_error(metric.scene, capture)) < 2e-3
+
+
+def test_a_stretched_board_that_moved_is_not_blamed_on_the_print_alone(capture) -> None:
+    stretched = capture.detections(stretch_x=1.006)
+    with pytest.raises(ScaleError) as still:
+        to_millimetres(capture.scene, stretched)
+    assert "moved" not in str(still.value)
+
+    pushed = stretched
+    for k in range(3):
+        pushed = with_photo(pushed, k, pushed.photos[k].xy_px + np.array([2.0, 0.0]))
+    with pytest.raises(ScaleError, match=r"probably moved .* miss each other by \d\.\d px"):
+        to_millimetres(capture.scene, pushed)
+
+    photos = len(capture.scene.names)
+    restless = replace(Movement.unknown(photos), kind="restless", shift=np.ones(photos))
+    with pytest.raises(ScaleError, match="the limb and what lies round it moved"):
+        to_millimetres(replace(capture.scene, movement=restless), stretched)
 
 
 def test_a_board_that_contradicts_a_typed_length_is_refused(capture) -> None:
