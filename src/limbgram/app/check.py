@@ -10,6 +10,7 @@ from limbgram.app.cameras import camera_files
 from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.app.coaching import Asked
 from limbgram.capture.coach import CaptureCheck
+from limbgram.cases.fingerprint import file_sha256
 from limbgram.formats.camera import read_camera
 
 router = APIRouter(tags=["photos"])
@@ -60,12 +61,15 @@ def ask_check(clinic: ClinicHere, case: CaseHere, given: AskCheck) -> Check:
     sources = tuple(case.received / one.name for one in received)
     if not sources and case.folder.photos.is_dir():
         sources = (case.folder.photos,)
-    clinic.coaches.of(case).ask(
+    cameras = camera_files(clinic, given.cameras)
+    clinic.coaches.ask(
+        case,
         Asked(
             sources=sources,
-            calibrations=tuple(read_camera(one) for one in camera_files(clinic, given.cameras)),
+            calibrations=tuple(read_camera(one) for one in cameras),
+            camera_sha256=tuple(file_sha256(one) for one in cameras),
             board=None if given.board is None else given.board.board(),
-        )
+        ),
     )
     return read_check(clinic, case)
 

@@ -1,7 +1,8 @@
 """Coaching: checks of captures that run while photos arrive, one at a time for each case.
 
 A check that runs while another photo arrives goes on to its end, so that there is an answer; then
-it begins again with all photos that are there.
+it begins again with all photos that are there. What was found in each photo is kept meanwhile, of
+the case that was asked for last, so that a further photo costs little.
 """
 
 import threading
@@ -12,11 +13,12 @@ from pathlib import Path
 from typing import Literal
 
 from limbgram.capture.coach import CaptureCheck
-from limbgram.cases.checking import check_sources
+from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.errors import Cancelled, LimbgramError, PhotoError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 
 CheckState = Literal["none", "running", "done", "refused"]
@@ -28,7 +30,16 @@ class Asked:
 
     sources: tuple[Path, ...]
     calibrations: tuple[Calibration, ...]
+    camera_sha256: tuple[str, ...]
+    """Of the files of the calibrations: what is known of the photos holds for these alone."""
     board: Board | None
+
+    @property
+    def kit(self) -> "Kit":
+        return self.camera_sha256, self.board
+
+
+Kit = tuple[tuple[str, ...], Board | None]
 
 
 @dataclass
@@ -45,12 +56,16 @@ class Coach:
     took_s: float = 0.0
     _next: Asked | None = None
     _run: Run | None = None
+    _watch: CaptureWatch | None = None
+    _watched: Kit | None = None
+    """What the watch was begun with."""
+    _to_rest: bool = False
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def ask(self, asked: Asked) -> None:
         """Check these photos, now or after the check that runs."""
         with self._lock:
-            self._next = asked
+            self._next, self._to_rest = asked, False
             if self.state == "running":
                 return
             self.state = "running"
@@ -63,6 +78,13 @@ class Coach:
             if self._run is not None:
                 self._run.cancel()
 
+    def rest(self) -> None:
+        """Let go what is kept of each photo, now or after the check that runs."""
+        with self._lock:
+            self._to_rest = True
+            if self.state != "running":
+                self._let_go()
+
     def _work(self) -> None:
         while True:
             with self._lock:
@@ -70,6 +92,8 @@ class Coach:
                 if asked is None:
                     ended = "none" if self.found is None and not self.message else self.state
                     self.state = "done" if ended == "running" else ended
+                    if self._to_rest:
+                        self._let_go()
                     break
                 self._run = Run(listener=self._hear)
                 self.photos = len(asked.sources)
@@ -81,13 +105,30 @@ class Coach:
     def _check(self, asked: Asked, run: Run) -> None:
         began = time.monotonic()
         try:
-            self.found = check_sources(asked.sources, asked.calibrations, asked.board, run)
+            self.found = self._answer(asked, run)
             self.message = ""
         except Cancelled:
             return
         except LimbgramError as error:
             self.found, self.message = None, str(error)
         self.took_s = time.monotonic() - began
+
+    def _answer(self, asked: Asked, run: Run) -> CaptureCheck:
+        if any(is_video(source) for source in asked.sources):
+            return check_sources(asked.sources, asked.calibrations, asked.board, run)
+        if self._watch is None or self._watched != asked.kit:
+            self._let_go()
+            self._watch = CaptureWatch(asked.calibrations, asked.board)
+            self._watched = asked.kit
+        try:
+            return self._watch.check(asked.sources, run)
+        except PhotoError:  # hardly a photo can be read: this says of each one why
+            return check_sources(asked.sources, asked.calibrations, asked.board, run)
+
+    def _let_go(self) -> None:
+        if self._watch is not None:
+            self._watch.close()
+        self._watch = self._watched = None
 
     def _hear(self, stage: str, _done: int, _total: int) -> None:
         if stage != self.stage:
@@ -106,12 +147,22 @@ class Coaches:
         case_id = case.case_id
         return self._coaches.setdefault(case_id, Coach(lambda: self.on_change(case_id)))
 
+    def ask(self, case: ShelvedCase, asked: Asked) -> None:
+        """Check a case's photos; what is kept of the photos of other cases is let go."""
+        own = self.of(case)
+        for other in list(self._coaches.values()):
+            if other is not own:
+                other.rest()
+        own.ask(asked)
+
     def drop(self, case: ShelvedCase) -> None:
         """Forget what is known of a case."""
         coach = self._coaches.pop(case.case_id, None)
         if coach is not None:
             coach.cancel()
+            coach.rest()
 
     def close(self) -> None:
         for coach in self._coaches.values():
             coach.cancel()
+            coach.rest()

@@ -1,0 +1,111 @@
+"""Checks over HTTP: what is known of a capture's photos is kept as long as it is of use."""
+
+import io
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+from PIL import Image
+
+from limbgram.app import coaching
+from limbgram.core.errors import ScaleError
+
+API = "/api/v1"
+
+
+@dataclass
+class Watch:
+    """Stands for a CaptureWatch, and says what became of it."""
+
+    calibrations: Sequence[object]
+    board: object
+    checks: list[int] = field(default_factory=list[int])
+    closed: bool = False
+    made: "ClassVar[list[Watch]]"
+
+    def __post_init__(self) -> None:
+        self.made.append(self)
+
+    def check(self, sources: Sequence[Path], _run: object) -> None:
+        assert not self.closed
+        self.checks.append(len(sources))
+        raise ScaleError("No answer.")
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def watches(monkeypatch: pytest.MonkeyPatch) -> list[Watch]:
+    monkeypatch.setattr(Watch, "made", [], raising=False)
+    monkeypatch.setattr(coaching, "CaptureWatch", Watch)
+    return Watch.made
+
+
+def case_with_photos(client: TestClient, count: int) -> str:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    for number in range(count):
+        add_photo(client, case, number)
+    return case
+
+
+def add_photo(client: TestClient, case: str, number: int) -> None:
+    noise = np.random.default_rng(number).integers(0, 255, (60, 80, 3), np.uint8)
+    made = io.BytesIO()
+    Image.fromarray(noise).save(made, "PNG")
+    sent = client.put(f"{case}/photos/{number}.png", content=made.getvalue())
+    assert sent.json()["whole"]
+
+
+def checked(client: TestClient, case: str, **kit: Any) -> dict[str, Any]:
+    assert client.post(f"{case}/check", json=kit).status_code == 202
+    for _ in range(600):
+        told: dict[str, Any] = client.get(f"{case}/check").json()
+        if told["state"] != "running":
+            return told
+        time.sleep(0.02)
+    raise AssertionError("The check does not end.")
+
+
+def test_photos_that_cannot_be_checked_are_refused_in_words(client: TestClient) -> None:
+    told = checked(client, case_with_photos(client, 2))
+    assert (told["state"], told["current"], told["photos"]) == ("refused", True, 2)
+    assert "too small for a photo" in told["message"]
+    assert told["answer"] is None
+
+
+def test_a_further_photo_goes_to_what_is_known_already(
+    client: TestClient, watches: list[Watch]
+) -> None:
+    case = case_with_photos(client, 2)
+    assert checked(client, case)["message"] == "No answer."
+    add_photo(client, case, 2)
+    assert client.get(f"{case}/check").json()["current"] is False
+    checked(client, case)
+    assert [watch.checks for watch in watches] == [[2, 3]]
+
+
+def test_another_board_or_another_case_begins_anew_and_nothing_is_left(
+    client: TestClient, watches: list[Watch]
+) -> None:
+    case, other = case_with_photos(client, 1), case_with_photos(client, 1)
+    checked(client, case)
+    checked(client, case, board=None)
+    assert [watch.closed for watch in watches] == [True, False]
+    checked(client, other)
+    assert [watch.closed for watch in watches] == [True, True, False]
+    assert client.delete(other).status_code == 204
+    assert all(watch.closed for watch in watches)
+
+
+def test_a_camera_that_is_not_here_is_refused(client: TestClient) -> None:
+    case = case_with_photos(client, 1)
+    asked = client.post(f"{case}/check", json={"cameras": ["none-such"]})
+    assert 400 <= asked.status_code < 500
+    assert client.get(f"{case}/check").json()["state"] == "none"
+    assert client.get(f"{API}/cameras").json() == []
