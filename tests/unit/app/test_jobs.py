@@ -2,8 +2,11 @@
 
 import io
 import json
+import signal
+import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +15,10 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app.clinic import Clinic
+from limbgram.cases.record import write_json
 from limbgram.cases.running import mark_interrupted, read_job_file
 from limbgram.cases.shelf import Shelf
+from limbgram.core.typed import tree_of
 
 API = "/api/v1"
 SLOW = """
@@ -46,7 +51,11 @@ def started(client: TestClient, clinic: Clinic, case: str, body: str) -> dict[st
     clinic.runner.command = (sys.executable, "-c", body)
     reply = client.post(f"{case}/job", json={"board": None, "unscaled": True})
     assert reply.status_code == 202
-    return wait(client, case, lambda job: job["stages"][2]["state"] == "running")
+    return wait(client, case, lambda job: stage(job, "detect")["state"] == "running")
+
+
+def stage(job: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(one for one in job["stages"] if one["name"] == name)
 
 
 def wait(client: TestClient, case: str, until: Any) -> dict[str, Any]:
@@ -62,11 +71,11 @@ def test_a_run_tells_its_stages_and_how_long_it_may_take(
     client: TestClient, clinic: Clinic, case: str
 ) -> None:
     job = started(client, clinic, case, SLOW)
-    named = [stage["name"] for stage in job["stages"]]
-    assert named.index("detect") == 2
+    named = [one["name"] for one in job["stages"]]
+    at = named.index("detect")
     assert job["stages"][0]["state"] == "done"
-    assert job["stages"][5]["state"] == "waiting"
-    assert job["stage"] == 3
+    assert job["stages"][at + 1]["state"] == "waiting"
+    assert job["stage"] == at + 1
     assert job["left"]["least_s"] <= job["left"]["most_s"]
     assert client.get(case).json()["state"] == "computing"
     assert client.post(f"{case}/job", json={}).status_code == 409
@@ -80,13 +89,13 @@ def test_a_run_rests_without_counting_time_and_goes_on(
     started(client, clinic, case, SLOW)
     held = client.post(f"{case}/job/pause").json()
     assert held["state"] == "held"
-    steps = client.get(f"{case}/job").json()["stages"][2]["done"]
+    steps = stage(client.get(f"{case}/job").json(), "detect")["done"]
     time.sleep(0.4)
     resting = client.get(f"{case}/job").json()
     assert resting["elapsed_s"] == pytest.approx(held["elapsed_s"], abs=1e-6)
-    assert resting["stages"][2]["done"] - steps < 5, "it goes on working"
+    assert stage(resting, "detect")["done"] - steps < 5, "it goes on working"
     assert client.post(f"{case}/job/resume").json()["state"] == "running"
-    wait(client, case, lambda job: job["stages"][2]["done"] > steps + 10)
+    wait(client, case, lambda job: stage(job, "detect")["done"] > steps + 10)
     client.post(f"{case}/job/cancel")
 
 
@@ -132,6 +141,34 @@ def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
     assert again.state == "interrupted"
     assert "Nothing is lost" in again.message
     client.post(f"{case}/job/cancel")
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are told by /proc")
+@pytest.mark.parametrize("ours", [True, False])
+def test_what_rests_of_an_interrupted_run_is_ended_and_nothing_else(
+    client: TestClient, clinic: Clinic, case: str, ours: bool
+) -> None:
+    started(client, clinic, case, SLOW)
+    client.post(f"{case}/job/cancel")
+    wait(client, case, lambda job: job["state"] == "cancelled")
+    folder = clinic.shelf.case(case.rpartition("/")[2]).folder
+    kept = read_job_file(folder)
+    assert kept is not None
+    root = folder.root if ours else folder.root.with_name("another")
+    words = ["-c", "import time; time.sleep(60)", "limbgram.cases.start", str(root)]
+    with subprocess.Popen([sys.executable, *words]) as process:
+        left = replace(kept, state="running", process=process.pid)
+        write_json(folder.root / "job.json", tree_of(left))
+        mark_interrupted(folder)
+        if ours:
+            assert process.wait(10) == -signal.SIGKILL
+        else:
+            assert process.poll() is None
+            process.kill()
+    now = read_job_file(folder)
+    assert now is not None
+    assert (now.state, now.process) == ("interrupted", 0)
+    assert all(one.state != "running" for one in now.stages)
 
 
 def test_a_refusal_is_told_word_by_word(client: TestClient, clinic: Clinic, case: str) -> None:

@@ -1,0 +1,79 @@
+"""Events over a real socket: who listens hears of photos that arrive and of a run's steps."""
+
+import io
+import json
+import socket
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+import uvicorn
+from PIL import Image
+
+from limbgram.app.access import Access
+from limbgram.app.clinic import Clinic
+from limbgram.app.server import guarded
+from limbgram.cases.shelf import Shelf
+
+API = "/api/v1"
+RUN = """
+import json
+for stage in ("read photos", "detect"):
+    print(json.dumps({"event": "progress", "stage": stage, "done": 1, "total": 1}), flush=True)
+"""
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[httpx.Client]:
+    """Somebody who is signed in to a server on a socket."""
+    listening = socket.create_server(("127.0.0.1", 0))
+    host = f"127.0.0.1:{listening.getsockname()[1]}"
+    clinic = Clinic(Shelf(tmp_path / "cases"), Access(frozenset({host})))
+    clinic.runner.command = (sys.executable, "-c", RUN)
+    config = uvicorn.Config(guarded(clinic, tmp_path), log_level="error")
+    server = uvicorn.Server(config)
+    serving = threading.Thread(target=server.run, args=([listening],))
+    serving.start()
+    try:
+        with httpx.Client(base_url=f"http://{host}", timeout=20) as client:
+            client.get(f"/start?token={clinic.access.new_link_token()}")
+            yield client
+    finally:
+        server.should_exit = True
+        serving.join(20)
+        listening.close()
+
+
+def changes(lines: Iterator[str]) -> Iterator[list[str]]:
+    for line in lines:
+        if line.startswith("data: "):
+            yield json.loads(line.removeprefix("data: "))["changed"]
+
+
+def test_photos_and_steps_of_a_run_are_told_as_they_come(browser: httpx.Client) -> None:
+    case_id = browser.post(f"{API}/cases", json={}).json()["id"]
+    case = f"{API}/cases/{case_id}"
+    made = io.BytesIO()
+    Image.new("RGB", (40, 30)).save(made, "PNG")
+    with (
+        browser.stream("GET", f"{case}/events") as own,
+        browser.stream("GET", f"{API}/events") as all_cases,
+    ):
+        assert own.headers["content-type"].startswith("text/event-stream")
+        told, told_of_all = changes(own.iter_lines()), changes(all_cases.iter_lines())
+        next(told)
+        next(told_of_all)
+        browser.put(f"{case}/photos/a.png", content=made.getvalue()).raise_for_status()
+        assert next(told) == ["photos"]
+        assert next(told_of_all) == [case_id]
+        asked = {"board": None, "unscaled": True}
+        browser.post(f"{case}/job", json=asked).raise_for_status()
+        assert "job" in next(told)
+
+
+def test_nobody_listens_without_a_session(browser: httpx.Client) -> None:
+    browser.cookies.clear()
+    assert browser.get(f"{API}/events").status_code == 401
