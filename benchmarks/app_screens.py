@@ -48,6 +48,8 @@ SETTLED = {
     "record": "iframe.sheet",
     "phone-page": ".phone-act",
 }
+LEVELS = 32
+"""Of each of red, green and blue in a small picture: a palette loses hues that are rare."""
 MOST_BYTES = 120_000
 """Of a picture that is made smaller for the documentation."""
 
@@ -120,15 +122,22 @@ def shoot(page: Page, address: str, name: str) -> None:
 
 
 def save(content: bytes, path: Path, width: int) -> None:
-    """A PNG in full colours; with a width, of as few pixels as MOST_BYTES needs."""
+    """A PNG of all hues; with a width, of as few pixels as MOST_BYTES needs, in LEVELS of light."""
     whole = Image.open(io.BytesIO(content)).convert("RGB")
+    if not width:
+        whole.save(path, optimize=True)
+        return
     written = io.BytesIO()
-    scaled(whole, width).save(written, "PNG", optimize=True)
-    while width and written.tell() > MOST_BYTES:
-        width -= 40
+    while not written.tell() or written.tell() > MOST_BYTES:
         written = io.BytesIO()
-        scaled(whole, width).save(written, "PNG", optimize=True)
+        in_levels(scaled(whole, width)).save(written, "PNG", optimize=True)
+        width -= 40
     path.write_bytes(written.getvalue())
+
+
+def in_levels(picture: Image.Image) -> Image.Image:
+    step = 256 // LEVELS
+    return picture.point([min(255, (k + step // 2) // step * step) for k in range(256)] * 3)
 
 
 def scaled(picture: Image.Image, width: int) -> Image.Image:

@@ -242,7 +242,7 @@ function Banner({ said, photos, busy, done, off, onCompute, act }: { said: Check
   const goes = answer?.go === true && said?.current === true;
   const tone = goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
   const lead = busy ? t("capture.computing") : done && !answer && !running ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? answer.headline : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
-  const why = busy ? "" : done && !answer && !running ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings[0] ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
+  const why = busy ? "" : done && !answer && !running ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings.find((one) => !answer.headline.includes(one)) ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
