@@ -44,7 +44,7 @@ from limbgram.core.errors import (
 )
 from limbgram.core.geometry.arrays import GreyImage, Points3, Vector3
 from limbgram.core.geometry.lens import View
-from limbgram.core.interval import COVER, HOLDS, Interval
+from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
 from limbgram.reconstruction.dense.region import limb_among
@@ -390,7 +390,7 @@ def _answer(
         facts += f", board in {board_photos}"
     if shown is not None and math.isfinite(shown.coverage.sigma_middle_mm):
         expected = Interval.of_sigma(shown.coverage.sigma_middle_mm)
-        facts += f"; expected ±{expected.above:.2f} mm ({HOLDS})"
+        facts += f"; expected {plus_minus(expected, 2)} mm ({HOLDS})"
     return CaptureCheck(
         go=not findings,
         headline=f"GO: {facts}." if not findings else f"NOT YET: {findings[0]}",
@@ -703,7 +703,9 @@ def coverage_of(proxy: LimbProxy, prediction: Prediction, in_mm: bool) -> Covera
         well=prediction.share(prediction.squarely >= 3, proxy),
         sigma_middle_mm=prediction.middle_sigma_mm(proxy) if in_mm else math.nan,
         regions=regions,
-        weakest="" if weakest is None else f"{weakest.name}, ±{COVER * weakest.sigma_mm:.2f} mm",
+        weakest=""
+        if weakest is None
+        else f"{weakest.name}, {plus_minus(Interval.of_sigma(weakest.sigma_mm), 2)} mm",
     )
 
 
@@ -779,8 +781,8 @@ def _asked_for(
     if metric.scale.unit == "mm" and unsure > options.max_unseen:
         findings.append(
             f"{unsure:.0%} of the limb would be measured to worse than "
-            f"±{COVER * options.max_sigma_mm:.1f} mm ({HOLDS}). Come closer, hold the camera "
-            "still, and paint where the sock is plain."
+            f"{plus_minus(Interval.of_sigma(options.max_sigma_mm), 1)} mm ({HOLDS}). "
+            "Come closer, hold the camera still, and paint where the sock is plain."
         )
     notes: list[str] = []
     if not proxy.known[-1]:

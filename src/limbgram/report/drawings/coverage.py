@@ -19,7 +19,7 @@ from matplotlib.patches import Circle, Rectangle
 
 from limbgram.capture.coach import CaptureCheck, Coverage
 from limbgram.capture.stands import Stand
-from limbgram.core.interval import COVER
+from limbgram.core.interval import COVER, Interval, plus_minus
 from limbgram.report.drawings.drawing import FAINT, INK, PALE_INK, axes_at, bare, png
 
 SURENESS_MM = (0.0, 0.06, 0.12, 0.20, 0.32, 0.50)
@@ -225,7 +225,8 @@ def _map(axes: Axes, coverage: Coverage) -> None:
         side.set_color(FAINT)
     said = f"{coverage.measured:.0%} of the limb seen by two photos or more"
     if in_mm:
-        said += f"; half of it surer than ±{COVER * coverage.sigma_middle_mm:.2f} mm"
+        middle = plus_minus(Interval.of_sigma(coverage.sigma_middle_mm), 2)
+        said += f"; half of it surer than {middle} mm"
     axes.set_title(said, fontsize=_LETTERS + 0.5, color=INK, loc="left")
     axes.text(
         half,
