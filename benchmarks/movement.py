@@ -27,7 +27,7 @@ from captures import LIMBGRAM, accuracy, machine, timed
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
-from limbgram.reconstruction.movement import find_movement
+from limbgram.reconstruction.movement import find_movement, tell_sides
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import PipelineOptions, place_photos
 from limbgram.reconstruction.scale.visibility import aim_of
@@ -149,7 +149,8 @@ def looked(setting: Setting, source: Path, camera: Calibration) -> dict[str, Any
     cameras = run(cameras_for, photos, (camera,), options.cameras)
     placing = place_photos(photos, cameras, options, run)
     start = time.process_time()
-    seen = find_movement(photos, placing.features, placing.matches, placing.scene, cameras)
+    sides = tell_sides(photos, placing.features, placing.scene)
+    seen = find_movement(photos, placing.features, placing.matches, placing.scene, sides, cameras)
     cpu_s = time.process_time() - start
     found = seen.movement
     aim = aim_of(placing.scene.views, placing.scene.points_in_world)

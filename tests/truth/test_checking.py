@@ -71,7 +71,7 @@ def test_a_good_capture_is_told_to_go(capture: Capture) -> None:
     assert found.coverage.measured > 0.97
     pixel_mm = 1300.0 / capture.truth.views[0].camera.fx
     assert 0.05 < found.coverage.sigma_middle_mm / pixel_mm < 0.13
-    assert f"±{1.96 * found.coverage.sigma_middle_mm:.2f} mm" in found.headline
+    assert f"± {1.96 * found.coverage.sigma_middle_mm:.2f} mm" in found.headline
 
 
 def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:

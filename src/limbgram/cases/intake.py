@@ -15,13 +15,13 @@ import re
 import secrets
 import threading
 import zipfile
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import IO
 
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
+from limbgram.cases.zips import copy_member, damage_refused
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError, printable
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
@@ -171,10 +171,17 @@ class Intake:
         Raises:
             OptionsError: it is no zip, or holds too much.
         """
+
+        def damaged(_: Exception) -> OptionsError:
+            return OptionsError(
+                f"{name} cannot be unpacked: it is damaged, or has a password. Make it again, or "
+                "send the photos themselves."
+            )
+
         part = self._part(name)
         found: list[tuple[Received, bool]] = []
         try:
-            with zipfile.ZipFile(part) as archive:
+            with damage_refused(damaged), zipfile.ZipFile(part) as archive:
                 members = [
                     one
                     for one in archive.infolist()
@@ -185,14 +192,14 @@ class Intake:
                 _require_reasonable(name, members)
                 for member in members:
                     inner = checked_name(PurePosixPath(member.filename.replace("\\", "/")).name)
-                    with archive.open(member) as source, self.begin(inner, 0, None) as target:
-                        _copy_at_most(source, target, member.file_size)
-                    found.append(self.finish(inner, replace=replace))
-        except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError) as bad:
-            raise OptionsError(
-                f"{name} cannot be unpacked: it is damaged, or has a password. Make it again, or "
-                "send the photos themselves."
-            ) from bad
+                    try:
+                        with self.begin(inner, 0, None) as target:
+                            copy_member(archive, member, target)
+                        found.append(self.finish(inner, replace=replace))
+                    finally:
+                        self._forget(inner)
+        except RuntimeError as locked:  # zipfile asks for the password so
+            raise damaged(locked) from locked
         finally:
             self._forget(name)
         if not found:
@@ -326,16 +333,3 @@ def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:
             f"{name} would unpack to {len(members)} files of {whole / 1e6:.0f} MB, which no walk "
             "round a limb has. Send the photos themselves."
         )
-
-
-def _copy_at_most(source: IO[bytes], target: IO[bytes], most: int) -> None:
-    """Copy what a zip's list announced and not a byte more."""
-    for piece in _pieces(source, most):
-        target.write(piece)
-
-
-def _pieces(source: IO[bytes], most: int) -> Iterator[bytes]:
-    left = most
-    while left > 0 and (piece := source.read(min(left, 1 << 20))):
-        left -= len(piece)
-        yield piece

@@ -13,22 +13,18 @@ Limits  What moves by more than some hundredths of the picture's width, a turnta
         that cannot be told from them, are said to be unknown.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int8
+from jaxtyping import Int8
 
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
-from limbgram.reconstruction.dense.region import (
-    Footprint,
-    Region,
-    find_region,
-    footprint,
-)
+from limbgram.reconstruction.dense.region import Region, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.movement import (
     BodyMotion,
@@ -73,20 +69,63 @@ class LookOptions:
 DEFAULTS = LookOptions()
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sides:
+    """Which keypoints lie on the limb, and on which half of it, and which beside it."""
+
+    keypoints: tuple[Int8[np.ndarray, " k"] | None, ...] = ()
+    """By photo and keypoint: 0 beside the limb, 1 and 2 on the halves of its length, 3 where the
+    picture may show either; None where the photo was not placed."""
+    unknown: str = ""
+    """Why nothing is known of them."""
+
+    def among(self, pairs: Sequence[PairMatches], kinds: tuple[int, ...]) -> list[PairMatches]:
+        """Matches of placed photos with both ends on one of these."""
+        found: list[PairMatches] = []
+        for pair in pairs:
+            first, second = self.keypoints[pair.first], self.keypoints[pair.second]
+            if first is None or second is None:
+                continue
+            ends = pair.keypoint_idx
+            keep = np.isin(first[ends[:, 0]], kinds) & np.isin(second[ends[:, 1]], kinds)
+            found.append(some_of(pair, keep))
+        return found
+
+
+_ROOM, _HALVES, _ON_LIMB = 0, (1, 2), (1, 2, 3)
+"""Numbers of Sides.keypoints."""
+
+
+def tell_sides(photos: PhotoSet, features: Features, scene: Scene) -> Sides:
+    """Part the keypoints by where the photos show the limb's region."""
+    metric = to_millimetres(scene)
+    try:
+        region = find_region(photos, metric)
+    except RegionError:
+        return Sides(unknown="the limb cannot be told from its surroundings")
+    halves = _halved(region)
+    found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
+    for k in scene.placed:
+        view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
+        shown = [footprint(half, view).shows(xy_px) for half in halves]
+        found[k] = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
+    return Sides(keypoints=tuple(found))
+
+
 def find_movement(
     photos: PhotoSet,
     features: Features,
     matches: Matches,
     scene: Scene,
+    sides: Sides,
     cameras: Cameras,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
     """Whether limb and surroundings kept still against each other, and in which photos not."""
-    sides = _sides(photos, features, scene)
-    if isinstance(sides, str):
-        return BodyMotion.unknown(len(scene.names), sides)
-    limb = _Body("on the limb", _within(matches.pairs, sides, (_HALVES[0], _HALVES[1], _LIMB)))
-    room = _Body("beside the limb", _within(matches.pairs, sides, (_ROOM,)))
+    if sides.unknown:
+        return BodyMotion.unknown(len(scene.names), sides.unknown)
+    limb = _Body("on the limb", sides.among(matches.pairs, _ON_LIMB))
+    room = _Body("beside the limb", sides.among(matches.pairs, (_ROOM,)))
     return _between(limb, room, features, scene, cameras, photos, options, options.between)
 
 
@@ -95,28 +134,26 @@ def find_bending(
     features: Features,
     matches: Matches,
     scene: Scene,
+    sides: Sides,
     cameras: Cameras,
     options: LookOptions = DEFAULTS,
 ) -> BodyMotion:
     """Whether the two halves of the limb's length kept still against each other."""
-    sides = _sides(photos, features, scene)
-    if isinstance(sides, str):
-        return BodyMotion.unknown(len(scene.names), sides)
+    if sides.unknown:
+        return BodyMotion.unknown(len(scene.names), sides.unknown)
     wheres = ("on one half of the limb", "on the other half of the limb")
     one, other = (
-        _Body(where, _within(matches.pairs, sides, (half,)))
+        _Body(where, sides.among(matches.pairs, (half,)))
         for where, half in zip(wheres, _HALVES, strict=True)
     )
     return _between(one, other, features, scene, cameras, photos, options, options.halves)
 
 
-def limb_matches(photos: PhotoSet, features: Features, matches: Matches, scene: Scene) -> Matches:
+def limb_matches(matches: Matches, sides: Sides) -> Matches:
     """The matches of which no end lies beside the limb."""
-    sides = _sides(photos, features, scene)
-    if isinstance(sides, str):
+    if sides.unknown:
         return matches
-    kinds = (_HALVES[0], _HALVES[1], _LIMB)
-    return replace(matches, pairs=tuple(_within(matches.pairs, sides, kinds)))
+    return replace(matches, pairs=tuple(sides.among(matches.pairs, _ON_LIMB)))
 
 
 def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) -> BoardDetections:
@@ -173,14 +210,6 @@ def _carried(
     )
 
 
-_ROOM, _HALVES, _LIMB = 0, (1, 2), 3
-"""Where a keypoint lies: beside the limb, on one half of its length or the other, or where the
-picture may show either."""
-
-_Sides = tuple[Int8[np.ndarray, " k"] | None, ...]
-"""By photo and keypoint, where it lies; None where the photo was not placed."""
-
-
 @dataclass(frozen=True)
 class _Body:
     """Matches of one body, and what it is called."""
@@ -229,22 +258,6 @@ def _compared(
     return movement_between(alone[0], alone[1], counts, lenses_known=board)
 
 
-def _sides(photos: PhotoSet, features: Features, scene: Scene) -> _Sides | str:
-    """Which keypoints lie where the photos show the limb's region, or why that is not known."""
-    metric = to_millimetres(scene)
-    try:
-        region = find_region(photos, metric)
-    except RegionError:
-        return "the limb cannot be told from its surroundings"
-    halves = _halved(region)
-    found: list[Int8[np.ndarray, " k"] | None] = [None] * len(scene.names)
-    for k in scene.placed:
-        view, xy_px = metric.scene.view(k), features.keypoints[k].xy_px
-        shown = [_shown(footprint(half, view), xy_px) for half in halves]
-        found[k] = (shown[0] * _HALVES[0] + shown[1] * _HALVES[1]).astype(np.int8)
-    return tuple(found)
-
-
 def _halved(region: Region) -> tuple[Region, Region]:
     """The region cut in the middle of its length."""
     cells = np.argwhere(region.occupied).astype(float)
@@ -257,31 +270,6 @@ def _halved(region: Region) -> tuple[Region, Region]:
         replace(region, occupied=region.occupied & ~upper),
         replace(region, occupied=upper),
     )
-
-
-def _shown(seen: Footprint, xy_px: Float32[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
-    """Which keypoints lie in a footprint."""
-    xy = np.rint(xy_px).astype(np.int64) - (seen.x0, seen.y0)
-    rows, columns = seen.mask.shape
-    inside = (xy >= 0).all(1) & (xy < (columns, rows)).all(1)
-    on = np.zeros(len(xy), bool)
-    on[inside] = seen.mask[xy[inside, 1], xy[inside, 0]]
-    return on
-
-
-def _within(
-    pairs: tuple[PairMatches, ...], sides: _Sides, kinds: tuple[int, ...]
-) -> list[PairMatches]:
-    """Matches of placed photos with both ends on one of these."""
-    found: list[PairMatches] = []
-    for pair in pairs:
-        first, second = sides[pair.first], sides[pair.second]
-        if first is None or second is None:
-            continue
-        ends = pair.keypoint_idx
-        keep = np.isin(first[ends[:, 0]], kinds) & np.isin(second[ends[:, 1]], kinds)
-        found.append(some_of(pair, keep))
-    return found
 
 
 def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:

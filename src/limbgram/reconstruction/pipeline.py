@@ -30,6 +30,7 @@ from limbgram.reconstruction.dense.region import Region, RegionOptions, find_reg
 from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
+from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
@@ -37,10 +38,12 @@ from limbgram.reconstruction.matching.still import Still, StillOptions, find_sti
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
     LookOptions,
+    Sides,
     find_bending,
     find_movement,
     limb_matches,
     still_board,
+    tell_sides,
 )
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -366,28 +369,38 @@ def by_the_limb(
     features, matches = placing.features, placing.matches  # those beside the limb too
     look = options.movement
 
-    def told(one: Placing, movement: Movement) -> Placing:
-        bent = run(find_bending, photos, features, matches, one.scene, cameras, look).movement
-        return replace(one, scene=replace(one.scene, movement=movement, bending=bent))
+    def looked(one: Placing) -> tuple[BodyMotion, Sides]:
+        sides = run(tell_sides, photos, features, one.scene)
+        return run(find_movement, photos, features, matches, one.scene, sides, cameras, look), sides
 
-    seen = run(find_movement, photos, features, matches, placing.scene, cameras, look).movement
-    alone = _by_limb_alone(photos, cameras, placing, options, run) if seen.moved else None
+    def told(one: Placing, movement: Movement, sides: Sides) -> Placing:
+        bent = run(find_bending, photos, features, matches, one.scene, sides, cameras, look)
+        return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
+
+    seen, sides = looked(placing)
+    moved = seen.movement.moved
+    alone = _by_limb_alone(photos, cameras, placing, sides, options, run) if moved else None
     if alone is None:
-        return Settled(told(placing, seen), found)
-    again = run(find_movement, photos, features, matches, alone.scene, cameras, look)
+        return Settled(told(placing, seen.movement, sides), found)
+    again, sides_alone = looked(alone)
     if not again.movement.moved:
-        return Settled(told(placing, seen), found)
-    alone = told(alone, replace(again.movement, alone=True))
+        return Settled(told(placing, seen.movement, sides), found)
+    alone = told(alone, replace(again.movement, alone=True), sides_alone)
     if found is not None:
         found = run(still_board, found, alone.scene, again)
     return Settled(alone, found)
 
 
 def _by_limb_alone(
-    photos: PhotoSet, cameras: Cameras, placing: Placing, options: PipelineOptions, run: Run
+    photos: PhotoSet,
+    cameras: Cameras,
+    placing: Placing,
+    sides: Sides,
+    options: PipelineOptions,
+    run: Run,
 ) -> Placing | None:
     """The same photos by the matches on the limb; None where these do not place them."""
-    matches = limb_matches(photos, placing.features, placing.matches, placing.scene)
+    matches = limb_matches(placing.matches, sides)
     features, before = placing.features, placing.scene
     try:
         pairs = run(verify, photos, matches, cameras, options.twoview)

@@ -122,7 +122,8 @@ class Poses:
         found = [np.zeros(len(one), bool) for one in features.keypoints]
         for side in self.sides:
             for photo in side.metric.scene.placed:
-                found[photo] = _inside(side, photo, features.keypoints[photo].xy_px)
+                seen = footprint(side.region, side.metric.scene.view(photo))
+                found[photo] = seen.shows(features.keypoints[photo].xy_px)
         return tuple(found)
 
     def matches_on_object(self, features: Features, matches: Matches) -> Matches:
@@ -248,16 +249,6 @@ def _metric(scene: Scene, detections: BoardDetections | None, own: set[int]) -> 
         except ScaleError:
             pass
     return to_millimetres(scene)
-
-
-def _inside(side: Side, photo: int, xy_px: np.ndarray) -> Bool[np.ndarray, " n"]:
-    seen = footprint(side.region, side.metric.scene.view(photo))
-    at = np.rint(xy_px).astype(np.int64) - (seen.x0, seen.y0)
-    rows, columns = seen.mask.shape
-    within = (at >= 0).all(1) & (at < (columns, rows)).all(1)
-    inside = np.zeros(len(at), bool)
-    inside[within] = seen.mask[at[within, 1], at[within, 0]]
-    return inside
 
 
 def _where_pairs_leave_board(

@@ -17,6 +17,7 @@ _STAGES = {
     "follow points": "Points at full size",
     "find board": "Find the board",
     "board of object": "The board beside the object",
+    "tell sides": "What lies beside the limb",
     "find movement": "Did the limb move?",
     "find bending": "Did it keep its shape?",
     "still board": "The board as if all had kept still",

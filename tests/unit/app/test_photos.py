@@ -137,6 +137,21 @@ def test_a_zip_that_would_fill_the_disk_is_refused(client: TestClient, photos: s
     assert client.get(photos).json()["photos"] == []
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_a_damaged_zip_is_refused_whatever_packed_it(
+    client: TestClient, photos: str, method: int
+) -> None:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", method) as archive:
+        archive.writestr("IMG_1.jpg", jpeg(1))
+    content = bytearray(made.getvalue())
+    content[60:80] = bytes(255 - one for one in content[60:80])
+    refused = client.put(f"{photos}/walk.zip", content=bytes(content))
+    assert refused.status_code == 422
+    assert "cannot be unpacked" in refused.text
+    assert client.get(photos).json()["photos"] == []
+
+
 @pytest.mark.parametrize(
     "name",
     ["notes.txt", "..jpg", ".hidden.jpg", "a%5Cb.jpg", "con.jpg", "a%00.jpg", "x" * 130 + ".jpg"],

@@ -23,13 +23,13 @@ from limbgram.cases.batch.finding import Capture, sources_in
 from limbgram.cases.batch.memory import MemoryGate, need_mb
 from limbgram.cases.batch.steps import Places, Step, StepRefused, run_step
 from limbgram.cases.batch.stopping import Stopping
-from limbgram.cases.batch.zips import unpack
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import code_version, file_sha256
 from limbgram.cases.folder import CaseFolder, incoming, locked
 from limbgram.cases.order import Job, plain_tree
 from limbgram.cases.record import read_record, write_json
 from limbgram.cases.supervision import GRACE_S, Event, JobBug, JobDied, Supervision
+from limbgram.cases.zips import unpack
 from limbgram.core.errors import (
     RED_EXIT_CODE,
     Cancelled,

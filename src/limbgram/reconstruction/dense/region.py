@@ -15,7 +15,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, Int32
+from jaxtyping import Bool, Float, Float32, Float64, Int32
 from numba import njit
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
@@ -438,6 +438,15 @@ class Footprint:
     """Least depth along the camera's z axis; NaN outside the mask."""
     far_mm: Float32[np.ndarray, "h w"]
     """Largest depth along the camera's z axis; NaN outside the mask."""
+
+    def shows(self, xy_px: Float[np.ndarray, "k 2"]) -> Bool[np.ndarray, " k"]:
+        """Which places of the reduced photo, to the nearest pixel, lie in the mask."""
+        at = np.rint(xy_px).astype(np.int64) - (self.x0, self.y0)
+        rows, columns = self.mask.shape
+        within = (at >= 0).all(1) & (at < (columns, rows)).all(1)
+        shown = np.zeros(len(at), bool)
+        shown[within] = self.mask[at[within, 1], at[within, 0]]
+        return shown
 
 
 def footprint(region: Region, view: View, factor: float = 1.0) -> Footprint:

@@ -41,6 +41,15 @@ class Keypoints:
     def __len__(self) -> int:
         return len(self.xy_px)
 
+    def some(self, keep: Bool[np.ndarray, " n"]) -> "Keypoints":
+        """Those that are kept, in their order."""
+        return Keypoints(
+            xy_px=self.xy_px[keep],
+            scale_px=self.scale_px[keep],
+            angle_deg=self.angle_deg[keep],
+            descriptors=self.descriptors[keep],
+        )
+
 
 @dataclass(frozen=True)
 class Features:

@@ -18,7 +18,7 @@ where that is thinly painted: pairs would be chosen by them, and RANSAC would pr
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, Int64
@@ -28,7 +28,7 @@ from scipy.spatial import KDTree
 
 from limbgram.core.errors import MatchingError
 from limbgram.core.geometry.arrays import Points2
-from limbgram.reconstruction.features.detection import Features, Keypoints
+from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.matching.descriptors import comparable, match_descriptors
 
 _DETECTED = 0.3
@@ -92,7 +92,7 @@ class Still:
             return features
         return Features(
             tuple(
-                _some(one, ~flags)
+                one.some(~flags)
                 for one, flags in zip(features.keypoints, self.keypoints, strict=True)
             )
         )
@@ -230,8 +230,8 @@ def _something_moves(
     """Whether in half of the photos what does not stand still is found elsewhere in the next."""
     enough = 0
     for first, second in zip(group, (*group[1:], group[0]), strict=True):
-        ours = _some(features.keypoints[first], ~standing[first])
-        theirs = _some(features.keypoints[second], ~standing[second])
+        ours = features.keypoints[first].some(~standing[first])
+        theirs = features.keypoints[second].some(~standing[second])
         if not (len(ours) and len(theirs)):
             continue
         pairs = match_descriptors(
@@ -240,13 +240,3 @@ def _something_moves(
         moves = np.linalg.norm(ours.xy_px[pairs[:, 0]] - theirs.xy_px[pairs[:, 1]], axis=1)
         enough += int((moves > options.least_move_share * side_px).sum()) >= options.least_moving
     return 2 * enough >= len(group)
-
-
-def _some(keypoints: Keypoints, keep: Bool[np.ndarray, " n"]) -> Keypoints:
-    return replace(
-        keypoints,
-        xy_px=keypoints.xy_px[keep],
-        scale_px=keypoints.scale_px[keep],
-        angle_deg=keypoints.angle_deg[keep],
-        descriptors=keypoints.descriptors[keep],
-    )

@@ -13,10 +13,14 @@ import shutil
 import stat
 import zipfile
 import zlib
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePosixPath
+from typing import IO
 
-from limbgram.core.errors import CaseError, PhotoError, printable
+from limbgram.core.errors import CaseError, LimbgramError, PhotoError, printable
 
 _MOST_FILES = 2000
 _MOST_BYTES = 16_000_000_000
@@ -53,19 +57,41 @@ def unpack(source: Path, folder: Path) -> Path:
         CaseError: there is no room for it.
     """
     shutil.rmtree(folder, ignore_errors=True)
+    with damage_refused(partial(_damaged, source)), zipfile.ZipFile(source) as archive:
+        members = _members(source, archive)
+        _require_room(source, folder, members)
+        for member in members:
+            place = folder.joinpath(*member.place.parts)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with place.open("wb") as writer:
+                copy_member(archive, member.info, writer)
+    return folder
+
+
+@contextmanager
+def damage_refused(refusal: Callable[[Exception], LimbgramError]) -> Generator[None]:
+    """What zipfile and its decompressors raise for a damaged file is answered by this refusal."""
     try:
-        with zipfile.ZipFile(source) as archive:
-            members = _members(source, archive)
-            _require_room(source, folder, members)
-            for member in members:
-                _unpack_one(archive, member, folder)
+        yield
     except _DAMAGED as error:
-        raise _damaged(source, error) from error
+        raise refusal(error) from error
     except OSError as error:
         if error.errno is not None:
             raise
-        raise _damaged(source, error) from error  # bzip2 says so
-    return folder
+        raise refusal(error) from error  # bzip2 says so
+
+
+def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: IO[bytes]) -> None:
+    """Unpack one file. A byte more than was announced is the sum of another file: zipfile refuses
+    it by its CRC.
+    """
+    left = info.file_size
+    with archive.open(info) as reader:
+        while piece := reader.read(_PIECE_BYTES):
+            left -= len(piece)
+            if left < 0:
+                raise zipfile.BadZipFile(f"{info.filename} is larger than its list says")
+            writer.write(piece)
 
 
 def _damaged(source: Path, error: Exception) -> PhotoError:
@@ -161,16 +187,3 @@ def _require_room(source: Path, folder: Path, members: list[_Member]) -> None:
             f"{source} needs {needed / 1e6:,.0f} MB unpacked, and {free / 1e6:,.0f} MB are free on "
             f"the disk of {folder.parent}. Free some space."
         )
-
-
-def _unpack_one(archive: zipfile.ZipFile, member: _Member, folder: Path) -> None:
-    """A byte more than was announced is the sum of another file: zipfile refuses it by its CRC."""
-    place = folder.joinpath(*member.place.parts)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    left = member.info.file_size
-    with archive.open(member.info) as reader, place.open("wb") as writer:
-        while piece := reader.read(_PIECE_BYTES):
-            left -= len(piece)
-            if left < 0:
-                raise zipfile.BadZipFile(f"{member.info.filename} is larger than its list says")
-            writer.write(piece)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from limbgram.cases.batch.zips import unpack
+from limbgram.cases.zips import unpack
 from limbgram.core.errors import PhotoError
 
 
