@@ -5,6 +5,7 @@ Out     a Capture: photos, calibration photos and truth in a folder.
 """
 
 from limbgram.synthetic.capture import Capture, make_capture
+from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
@@ -23,6 +24,7 @@ __all__ = [
     "SMALL",
     "Capture",
     "CaptureOptions",
+    "Faults",
     "Lens",
     "Lighting",
     "LimbKind",

@@ -38,7 +38,7 @@ from limbgram.synthetic.record import write_record
 from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
 from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
 from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
-from limbgram.synthetic.truth import Truth, stage_truth
+from limbgram.synthetic.truth import Truth, ideal_camera, stage_truth
 from limbgram.synthetic.turning import TurnedOver, Turning, standing_photos
 
 _TEXELS_PER_PIXEL = 3.0
@@ -141,7 +141,7 @@ def _ring_stage(
 
 def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
     """What stands before the camera: the limb, then the calibration board."""
-    pixel_mm = options.distance_mm / truth.views[0].camera.fx
+    pixel_mm = options.distance_mm / ideal_camera(options).fx
     texel_mm = max(_FINEST_TEXEL_MM, pixel_mm / _TEXELS_PER_PIXEL)
     skin = bake(
         truth.limb,

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.targets.plates import MarkPlate
+from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
@@ -53,6 +54,8 @@ class CaptureOptions:
     width_px: int = 1500
     height_px: int = 1000
     lens: Lens = field(default_factory=Lens)
+    faults: Faults = field(default_factory=Faults)
+    """What a real camera does to the photos; none of it unless it is asked for."""
     board: PrintedBoard | None = SCALE_BOARD
     """The board on the table; None for a capture without scale."""
     plates: tuple[MarkPlate, ...] = ()

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, UInt8
 
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.lens import PARAMETERS, Camera, View
 from limbgram.core.typed import tree_of
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import LaidBoard
@@ -20,7 +20,7 @@ from limbgram.synthetic.props.gauges import calibrated_values
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
 from limbgram.synthetic.props.stickers import sticker_places_mm
-from limbgram.synthetic.truth import Truth
+from limbgram.synthetic.truth import Truth, ideal_camera
 from limbgram.synthetic.turning import TurnedOver, Turning
 
 _RIM_MM = 6.0
@@ -33,7 +33,7 @@ def write_record(
     # a cast that is turned over shows its cut, which is then part of what is measured
     hidden = truth.limb.cut & (not isinstance(options.turning, TurnedOver))
     _write_mesh(folder / "mesh.ply", truth.limb, hidden, seen_by)
-    _write_json(folder / "cameras.json", _cameras(truth))
+    _write_json(folder / "cameras.json", _cameras(truth, ideal_camera(options)))
     _write_json(folder / "board.json", _boards(truth, options))
     _write_json(folder / "notes.json", _notes(truth, options, seen_by))
     if options.gauge is not None:
@@ -62,8 +62,7 @@ def _write_mesh(
     path.write_bytes("\n".join(header).encode() + vertices.tobytes() + faces.tobytes())
 
 
-def _cameras(truth: Truth) -> dict[str, Any]:
-    camera = truth.views[0].camera
+def _cameras(truth: Truth, camera: Camera) -> dict[str, Any]:
     return {
         "convention": "OpenCV: X_cam = R X_world + t, x right, y down, z forward, mm; pixel "
         "centre of the top-left pixel = (0, 0); distortion k1,k2,p1,p2 (k3=0), Brown-Conrady",
@@ -75,10 +74,14 @@ def _cameras(truth: Truth) -> dict[str, Any]:
         },
         "distortion": {name: getattr(camera, name) for name in ("k1", "k2", "p1", "p2")},
         "images": [
-            _pose(view) | _moved(truth.room_from_limb[k], "room_from_limb")
+            _pose(view)
+            | _own_lens(view.camera, camera)
+            | _moved(truth.room_from_limb[k], "room_from_limb")
             for k, view in enumerate(truth.views)
         ],
-        "calibration": [_pose(view) for view in truth.calibration_views],
+        "calibration": [
+            _pose(view) | _own_lens(view.camera, camera) for view in truth.calibration_views
+        ],
     }
 
 
@@ -90,6 +93,13 @@ def _pose(view: View) -> dict[str, Any]:
         "t": pose.translation.tolist(),
         "C": pose.centre.tolist(),
     }
+
+
+def _own_lens(camera: Camera, ideal: Camera) -> dict[str, Any]:
+    """What a photo's own lens has otherwise than `intrinsics`; nothing where it has nothing."""
+    own = {name: getattr(camera, name) for name in PARAMETERS}
+    other = {name: value for name, value in own.items() if value != getattr(ideal, name)}
+    return {"own_lens": other} if other else {}
 
 
 def _moved(motion: Rigid, name: str) -> dict[str, Any]:
@@ -190,7 +200,7 @@ def _notes(
         "visible_area_mm2": float(areas[visible].sum()),
         "visible_rule": "vertex seen by >=3 photos: in frame, incidence < 75 deg, unoccluded; "
         "flat cap excluded",
-        "mm_per_px_at_object": options.distance_mm / truth.views[0].camera.fx,
+        "mm_per_px_at_object": options.distance_mm / ideal_camera(options).fx,
         "body": {
             "make": lens.make,
             "model": lens.model,

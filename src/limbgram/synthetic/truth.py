@@ -12,8 +12,9 @@ from jaxtyping import Bool
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.run import in_parallel
+from limbgram.synthetic.faults import Session, camera_in_photo
 from limbgram.synthetic.movement import MovementKind, motions
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import (
@@ -73,7 +74,7 @@ class SurfacePoints:
 def stage_truth(options: CaptureOptions) -> Truth:
     """Build the limb, place the boards, and decide where every photo is taken from."""
     limb = _what_stands_there(options)
-    camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
+    camera = ideal_camera(options)
     aim = _AIM if options.gauge is None else _AIM_AT_GAUGE
     target = np.array([0.0, 0.0, BASE_MM + aim * limb.height_mm])
     bench = lay_alone(CALIBRATION_BOARD, options.seed)
@@ -84,11 +85,19 @@ def stage_truth(options: CaptureOptions) -> Truth:
     return Truth(
         limb=limb,
         views=tuple(
-            View(f"IMG_{_FIRST_PHOTO + k}.jpg", camera, pose @ limb_in_room)
+            View(
+                f"IMG_{_FIRST_PHOTO + k}.jpg",
+                camera_in_photo(camera, options.faults, options.seed, Session.RING, k),
+                pose @ limb_in_room,
+            )
             for k, (pose, limb_in_room) in enumerate(zip(ring, limb_moves, strict=True))
         ),
         calibration_views=tuple(
-            View(f"CAL_{_FIRST_CALIBRATION_PHOTO + k:04d}.jpg", camera, pose)
+            View(
+                f"CAL_{_FIRST_CALIBRATION_PHOTO + k:04d}.jpg",
+                camera_in_photo(camera, options.faults, options.seed, Session.CALIBRATION, k),
+                pose,
+            )
             for k, pose in enumerate(tilted)
         ),
         board=board,
@@ -96,6 +105,11 @@ def stage_truth(options: CaptureOptions) -> Truth:
         room_from_limb=limb_moves,
         room_from_board=board_moves,
     )
+
+
+def ideal_camera(options: CaptureOptions) -> Camera:
+    """The camera without its faults: every photo's own where it has none."""
+    return camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
 
 
 def _motions(
