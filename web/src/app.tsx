@@ -16,13 +16,14 @@ import { PhoneScreen } from "./screens/phone";
 import type { RoomProps } from "./screens/room";
 import { SettingsScreen } from "./screens/settings";
 import { useAsked } from "./state/asked";
-import { STEPS, type Step, href, place } from "./state/route";
+import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
 
 type Screen = ComponentType<RoomProps>;
 
 /** The screens with the canvas come in a file of their own, when the first of them is opened. */
-const WORK: Record<Exclude<Step, "capture">, () => Promise<Screen>> = {
+const WORK: Record<Exclude<Page, "capture">, () => Promise<Screen>> = {
+  compare: async () => (await import("./screens/work")).CompareScreen,
   result: async () => (await import("./screens/work")).ResultScreen,
   align: async () => (await import("./screens/work")).AlignScreen,
   measure: async () => (await import("./screens/work")).MeasureScreen,
@@ -76,10 +77,10 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
   );
 }
 
-function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Step; helping: boolean; onHelp: () => void }) {
+function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; helping: boolean; onHelp: () => void }) {
   const asked = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}", { params: { path: { case_id: id } } })), [id]);
   const news = useSignal<Readonly<Record<string, number>>>({});
-  const screen = useSignal<{ step: Step; part: Screen } | null>(null);
+  const screen = useSignal<{ step: Page; part: Screen } | null>(null);
   useEffect(
     () =>
       listen(`/cases/${encodeURIComponent(id)}/events`, (changed) => {
@@ -100,7 +101,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Step; hel
   const one = asked.value.value;
   const Part = screen.value?.step === step ? screen.value.part : null;
   useEffect(() => {
-    document.title = `${t(`step.${step}`)} ${id}: limbgram`;
+    document.title = `${step === "compare" ? t("compare") : t(`step.${step}`)} ${id}: limbgram`;
   }, [step, id]);
   return (
     <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>

@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.blocks import encode_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
-from limbgram.app.replies import BINARY, BYTES
+from limbgram.app.replies import BINARY, BYTES, missing
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import OptionsError
@@ -86,6 +86,14 @@ async def put_shape(
     return ShapeName(name=name, bytes=len(content))
 
 
+@router.delete("/cases/{case_id}/shapes/{name}", status_code=204)
+def delete_shape(bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)]) -> None:
+    """Take a shape away that was sent."""
+    if name not in [one.name for one in list_shapes(bench)]:
+        raise missing("There is no such shape.")
+    (bench.shapes / name).unlink()
+
+
 @router.post("/cases/{case_id}/compare")
 def compare_with(clinic: ClinicHere, bench: BenchHere, given: Against) -> ComparisonReply:
     """Where two shapes differ, by how much, and whether it matters for the fit."""
@@ -101,12 +109,18 @@ def read_compared(clinic: ClinicHere, bench: BenchHere, given: Against) -> Respo
     """The second shape in the first's limb frame, with its signed distance at each vertex.
 
     Blocks positions, indices and signed_mm; positive outside the first; NaN where nothing is near.
+    The header has the figures of the same comparison, so that map and figures are one answer.
     """
     found = _compared(clinic, bench, given)
     signed = found.deviation.on_second.difference_mm
     mesh = found.second_in_limb
     content = encode_blocks(
-        {"what": "differences", "first": found.names[0], "second": found.names[1]},
+        {
+            "what": "differences",
+            "first": found.names[0],
+            "second": found.names[1],
+            "figures": _finite(comparison_tree(found)),
+        },
         {"positions": mesh.vertices_mm, "indices": mesh.faces, "signed_mm": signed},
     )
     return Response(content, media_type="application/octet-stream")

@@ -246,7 +246,8 @@ def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned
     assert client.post(f"{aligned}/recipe/edits", json=edit).status_code == 201
     told = client.post(f"{aligned}/compare", json={}).json()
     assert "3.0 mm" in told["verdict"]
-    blocks = decode_blocks(client.post(f"{aligned}/compare/differences", json={}).content)[1]
+    header, blocks = decode_blocks(client.post(f"{aligned}/compare/differences", json={}).content)
+    assert header["figures"] == told["figures"]
     assert np.nanmin(blocks["signed_mm"]) == pytest.approx(-3.0, abs=0.1)
 
 
@@ -261,3 +262,6 @@ def test_a_shape_of_elsewhere_is_read_before_it_is_kept(
     assert bad.status_code == 422
     assert [one["name"] for one in client.get(f"{aligned}/shapes").json()] == ["other.ply"]
     assert client.post(f"{aligned}/compare", json={"shape": "bad.ply"}).status_code == 404
+    assert client.delete(f"{aligned}/shapes/bad.ply").status_code == 404
+    assert client.delete(f"{aligned}/shapes/other.ply").status_code == 204
+    assert client.get(f"{aligned}/shapes").json() == []

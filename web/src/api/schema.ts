@@ -1058,7 +1058,11 @@ export interface paths {
          */
         put: operations["put_shape"];
         post?: never;
-        delete?: never;
+        /**
+         * Delete Shape
+         * @description Take a shape away that was sent.
+         */
+        delete: operations["delete_shape"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1098,6 +1102,7 @@ export interface paths {
          * @description The second shape in the first's limb frame, with its signed distance at each vertex.
          *
          *     Blocks positions, indices and signed_mm; positive outside the first; NaN where nothing is near.
+         *     The header has the figures of the same comparison, so that map and figures are one answer.
          */
         post: operations["read_compared"];
         delete?: never;
@@ -7847,6 +7852,73 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["ShapeName"];
                 };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    delete_shape: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                name: string;
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            204: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description Nobody is signed in. */
             401: {

@@ -1,7 +1,7 @@
 /** The frame round every screen: top bar, column of steps or of places, content. */
 import type { ComponentChildren } from "preact";
 
-import { type Place, STEPS, type Step, href } from "../state/route";
+import { type Page, type Place, STEPS, type Step, href } from "../state/route";
 import { expert, setExpert } from "../state/settings";
 import { t } from "../texts";
 import { Icon, type IconName } from "./icons";
@@ -70,7 +70,7 @@ export function Shell({ place, head, children, onHelp, helping }: { place: Place
   );
 }
 
-function StepRail({ id, here, steps }: { id: string; here: Step; steps: Record<Step, StepState> }) {
+function StepRail({ id, here, steps }: { id: string; here: Page; steps: Record<Step, StepState> }) {
   return (
     <nav class="rail" aria-label={t("steps")}>
       {STEPS.map((step, i) => {
@@ -96,6 +96,12 @@ function StepRail({ id, here, steps }: { id: string; here: Step; steps: Record<S
           </a>
         );
       })}
+      {steps.result.state !== "later" && (
+        <a class={`nav beside ${here === "compare" ? "on" : ""}`} href={href.step(id, "compare")} aria-current={here === "compare" ? "page" : undefined}>
+          <Icon name="template" />
+          {t("compare")}
+        </a>
+      )}
     </nav>
   );
 }

@@ -15,7 +15,7 @@ export function HelpPanel({ topic, onClose }: { topic: string; onClose: () => vo
     ["hand.parallel", "hand.parallel.how"],
     ["hand.undo", "hand.undo.how"],
   ];
-  const work = ["result", "align", "measure", "rectify"].includes(topic);
+  const work = ["compare", "result", "align", "measure", "rectify"].includes(topic);
   return (
     <aside class="pane help-pane" aria-label={t("help")}>
       <div class="scroll">

@@ -135,6 +135,9 @@ function Finished({ room }: RoomProps) {
           <section class="tab">
             <GirthTable rows={rows} level={level.value} onLevel={(h) => (level.value = h)} />
           </section>
+          <section class="small-note">
+            <a href={href.step(room.id, "compare")}>{t("result.compare")}</a>
+          </section>
           <section class="small faint">{t(aligned ? "result.heights" : "result.heights.guess")}</section>
           {expert.value && limb && (
             <section class="mono">

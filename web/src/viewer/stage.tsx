@@ -43,6 +43,10 @@ interface StageProps {
   readonly keys: string;
   readonly tools?: ComponentChildren;
   readonly against?: string;
+  /** What the two signs of a difference are called; else taken away and added. */
+  readonly ends?: readonly [string, string];
+  /** What is drawn in grey stripes, where some of it is. */
+  readonly hatched?: string;
   readonly children?: ComponentChildren;
 }
 
@@ -200,7 +204,7 @@ export function Stage(props: StageProps) {
         </div>
       )}
       {shown && mode === "sure" && <SureLegend />}
-      {shown && mode === "difference" && <DifferenceLegend wider={shown.difference?.wider ?? 1} against={props.against ?? t("against.scan")} />}
+      {shown && mode === "difference" && <DifferenceLegend wider={shown.difference?.wider ?? 1} against={props.against ?? t("against.scan")} ends={props.ends ?? [t("taken"), t("added")]} hatched={props.hatched} />}
       {props.children}
       <p class="keys">{props.keys}</p>
     </main>
@@ -226,7 +230,7 @@ function SureLegend() {
   );
 }
 
-function DifferenceLegend({ wider, against }: { wider: number; against: string }) {
+function DifferenceLegend({ wider, against, ends, hatched }: { wider: number; against: string; ends: readonly [string, string]; hatched?: string }) {
   const text = (mm: number) => (mm === 0.25 ? "¼" : mm === 0.5 ? "½" : String(mm));
   const ticks = [-2, -1, -0.25, 0.25, 1, 2] as const;
   const at = { [-2]: 1, [-1]: 2, [-0.25]: 4, [0.25]: 5, [1]: 7, [2]: 8 } as Record<number, number>;
@@ -234,9 +238,9 @@ function DifferenceLegend({ wider, against }: { wider: number; against: string }
     <div class="legend wide">
       <b>{against}</b>
       <div class="ends">
-        <span class="neg">{t("taken")}</span>
+        <span class="neg">{ends[0]}</span>
         <span>mm</span>
-        <span class="pos">{t("added")}</span>
+        <span class="pos">{ends[1]}</span>
       </div>
       <div class="bar">
         {DIFFERENCE_COLOURS.map((colour) => (
@@ -250,6 +254,12 @@ function DifferenceLegend({ wider, against }: { wider: number; against: string }
           </span>
         ))}
       </div>
+      {hatched && (
+        <div class="hatched">
+          <i />
+          {hatched}
+        </div>
+      )}
     </div>
   );
 }

@@ -123,10 +123,16 @@ void main() {
       base = stripe < 4.0 ? vec3(0.62) : vec3(0.78);
     }
   }
-  if (mode == 3) base = bandColour(vDifference);
+  if (mode == 3) {
+    base = bandColour(vDifference);
+    if (vDifference > 1e6) base = mod(gl_FragCoord.x + gl_FragCoord.y, 8.0) < 4.0 ? vec3(0.62) : vec3(0.78);
+  }
   if (inside) { base = vec3(0.47, 0.46, 0.45); light = 0.55 + 0.5 * abs(facing); }
   gl_FragColor = vec4(min(base * light, 1.0), 1.0);
 }`;
+
+/** Stands for no distance at all: no card draws NaN alike. */
+const NOTHING_NEAR = 1e9;
 
 const vec = (hex: string) => {
   const c = new Color().setHex(parseInt(hex.slice(1), 16), "srgb-linear");
@@ -216,10 +222,12 @@ export class Surface {
     this.material.uniforms.parallel.value = on ? 1 : 0;
   }
 
-  /** Signed distances in mm to what the surface is compared with, and the factor of the bands. */
+  /** Signed distances in mm to what the surface is compared with, and the factor of the bands; NaN is hatched. */
   showDifference(difference_mm: Float32Array, wider: number): void {
     const attribute = this.geometry.attributes.difference as BufferAttribute;
-    (attribute.array as Float32Array).set(difference_mm);
+    const shown = attribute.array as Float32Array;
+    shown.set(difference_mm);
+    for (let i = 0; i < shown.length; i++) if (!Number.isFinite(shown[i])) shown[i] = NOTHING_NEAR;
     attribute.needsUpdate = true;
     this.material.uniforms.wider.value = wider;
   }
