@@ -4,9 +4,10 @@ import json
 import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -35,6 +36,15 @@ from limbgram.cases.batch.settings import (
     several,
 )
 from limbgram.cases.batch.steps import steps_of
+from limbgram.cases.batch.storage import (
+    CaptureUrl,
+    CasesAtUrl,
+    captures_at,
+    cases_at,
+    is_url,
+    read_from,
+    write_to,
+)
 from limbgram.cases.batch.table import (
     NAMES,
     BatchTable,
@@ -59,21 +69,29 @@ from limbgram.core.errors import Cancelled, LimbgramError, OptionsError, printab
 from limbgram.reconstruction.choices import MOST_TRIANGLES, Choices
 from limbgram.report.stages import stage_title
 
+if TYPE_CHECKING:
+    from limbgram.cases.batch.cluster import ClusterRun
+
 _SHOWN_AT_MOST = 20
 
 
 @answered
 def batch_command(
     folder: Annotated[
-        Path | None,
+        str | None,
         typer.Argument(
-            help="Folder of captures: each a folder of photos, a zip of them, or a video.",
+            help="Folder of captures: each a folder of photos, a zip of them, or a video. With "
+            "--cluster also a URL, such as s3://bucket/captures.",
             show_default=False,
         ),
     ] = None,
     cases: Annotated[
-        Path | None,
-        typer.Option("-o", "--out", help="Folder of the cases: new, or to continue."),
+        str | None,
+        typer.Option(
+            "-o",
+            "--out",
+            help="Folder of the cases: new, or to continue. With --cluster also a URL.",
+        ),
     ] = None,
     settings: Annotated[
         Path | None,
@@ -107,6 +125,14 @@ def batch_command(
             show_default="three quarters of the machine's",
         ),
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            help="Give the captures to the workers of a Dask cluster: the address of its "
+            "scheduler, such as tcp://host:8786, or local:4 to try it with four workers here.",
+            show_default=False,
+        ),
+    ] = None,
     attempts: Annotated[
         int, typer.Option(min=1, max=10, help="Attempts for a capture whose process dies.")
     ] = 3,
@@ -133,29 +159,138 @@ def batch_command(
             "Name the folder of the captures and, by -o, the folder of the cases: "
             "limbgram batch CAPTURES -o CASES."
         )
-    batch, base = _batch(folder, settings)
-    found = find_captures(folder, batch, cases)
-    captures = _part(_chosen(found, only, batch), part)
-    plans = tuple(_plan(capture, batch, base, cases) for capture in captures)
-    notes = _notes(folder)
-    if dry_run:
-        return _would_do(plans, notes)
-    options = BatchOptions(
+    _require_fitting(folder, cases, cluster, part=part, memory=memory)
+    with _places(folder, cases) as places:
+        batch, base = _batch(places.folder, settings)
+        found = find_captures(places.folder, batch, places.cases)
+        captures = _part(_chosen(found, only, batch), part)
+        plans = tuple(_plan(capture, batch, base, places.cases) for capture in captures)
+        notes = _notes(places.folder, folder)
+        if dry_run:
+            return _would_do(plans, notes)
+        alone = part is None and not is_url(cases)
+        shared = locked(CaseFolder(places.cases)) if alone else nullcontext()
+        with shared, _display(as_json) as screen:
+            if cluster is None:
+                options = BatchOptions(
+                    at_once=at_once,
+                    memory_mb=None if memory is None else 1024 * memory,
+                    attempts=attempts,
+                )
+                run = BatchRun(plans, places.cases, options, screen.show)
+            else:
+                run = _on_cluster(cluster, plans, places, at_once, attempts, screen)
+            outcomes = run.wait()
+            stopped = run.stopping.asked
+            if part is not None:
+                table = table_of(outcomes, places.cases, notes, stopped=stopped)
+                return _reply(outcomes, table, stopped)
+            told = {**earlier_outcomes(places.cases), **{one.name: one for one in outcomes}}
+            shown = [told[one.name] for one in found if one.name in told]
+            places.fetch_pictures(shown)
+            table = write_table(shown, places.cases, notes, stopped=stopped)
+            return _reply(shown, places.bring(table), stopped)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where captures and cases lie, and where they stand for planning and for the table.
+
+    Both are the same folders, but for what lies behind a URL: that has a folder of its own here
+    meanwhile.
+    """
+
+    captures: str
+    folder: Path
+    cases_at: str
+    cases: Path
+
+    def fetch_pictures(self, outcomes: Sequence[Outcome]) -> None:
+        """The pictures that the page shows."""
+        at = cases_at(self.cases_at)
+        if not isinstance(at, CasesAtUrl):
+            return
+        for outcome in outcomes:
+            place = self.cases / outcome.name / "report" / "surface.png"
+            content = at.read(outcome.name, "report/surface.png") if outcome.done else None
+            if content is not None:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.write_bytes(content)
+
+    def bring(self, table: BatchTable) -> BatchTable:
+        """The table where the cases are."""
+        if not is_url(self.cases_at):
+            return table
+        files = [self.cases / name for name in NAMES]
+        return replace(table, written=write_to(self.cases_at, files))
+
+
+@contextmanager
+def _places(folder: str, cases: str) -> Generator[_Places]:
+    with TemporaryDirectory(prefix="limbgram-batch-") as held:
+        here = Path(folder) if not is_url(folder) else Path(held) / "captures"
+        there = Path(cases).absolute() if not is_url(cases) else Path(held) / "cases"
+        captures = captures_at(folder)
+        if isinstance(captures, CaptureUrl):
+            here.mkdir()
+            captures.outline(here)
+        if is_url(cases):
+            there.mkdir()
+            content = read_from(cases, NAMES[0])
+            if content is not None:
+                (there / NAMES[0]).write_bytes(content)
+        asked = folder if is_url(folder) else str(here.absolute())
+        yield _Places(asked, here.absolute(), cases if is_url(cases) else str(there), there)
+
+
+def _require_fitting(
+    folder: str, cases: str, cluster: str | None, *, part: str | None, memory: float | None
+) -> None:
+    """Refuse what cannot go together.
+
+    Raises:
+        OptionsError: says what, and what to do instead.
+    """
+    if cluster is None and (is_url(folder) or is_url(cases)):
+        raise OptionsError(
+            "Captures and cases behind a URL need --cluster: its workers fetch and bring them. "
+            "On this machine alone: --cluster local:2."
+        )
+    if cluster is not None and part is not None:
+        raise OptionsError("--part is for jobs of a queue; a cluster shares the work by itself.")
+    if cluster is not None and memory is not None:
+        raise OptionsError(
+            "--memory is for this machine. On a cluster as many captures work at a time as its "
+            "workers have threads; memory_gb in the settings limits each."
+        )
+
+
+def _on_cluster(
+    address: str,
+    plans: tuple[Plan, ...],
+    places: _Places,
+    at_once: int | None,
+    attempts: int,
+    screen: "_Display",
+) -> "ClusterRun":
+    try:
+        from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun
+    except ModuleNotFoundError as error:
+        if error.name not in ("dask", "distributed"):
+            raise
+        raise OptionsError(
+            "--cluster needs a library that is not installed. Install it by: "
+            "pip install 'limbgram[cluster]'"
+        ) from error
+    options = ClusterOptions(
+        address=address,
+        captures=places.captures,
+        folder=places.folder,
+        cases=places.cases_at,
         at_once=at_once,
-        memory_mb=None if memory is None else 1024 * memory,
         attempts=attempts,
     )
-    cases = cases.absolute()
-    shared = nullcontext() if part is not None else locked(CaseFolder(cases))
-    with shared, _display(as_json) as screen:
-        run = BatchRun(plans, cases, options, screen.show)
-        outcomes = run.wait()
-        stopped = run.stopping.asked
-        if part is not None:
-            return _reply(outcomes, table_of(outcomes, cases, notes, stopped=stopped), stopped)
-        told = {**earlier_outcomes(cases), **{one.name: one for one in outcomes}}
-        shown = [told[one.name] for one in found if one.name in told]
-        return _reply(shown, write_table(shown, cases, notes, stopped=stopped), stopped)
+    return ClusterRun(plans, options, screen.show)
 
 
 def _reply(outcomes: Sequence[Outcome], table: BatchTable, stopped: bool) -> Reply:
@@ -298,12 +433,12 @@ def _job(settings: Settings, case: Path, located: Callable[[str], Path]) -> Job:
     )
 
 
-def _notes(folder: Path) -> tuple[str, ...]:
+def _notes(folder: Path, named: str) -> tuple[str, ...]:
     loose = loose_photos(folder)
     if not loose:
         return ()
     return (
-        f"{loose} photos lie in {folder} itself and belong to no capture: put them into a folder "
+        f"{loose} photos lie in {named} itself and belong to no capture: put them into a folder "
         "of their own.",
     )
 
@@ -359,6 +494,8 @@ class _Display:
             case {"event": "planned", "captures": int(count), "at_once": int(at_once)}:
                 self._planned(count, at_once)
             case {"event": "begun", "capture": str(name)} if self._all is not None:
+                if name in self._of:  # begun once more, on another worker
+                    self.bars.remove_task(self._of.pop(name))
                 shown = printable(name, keep="")
                 self._of[name] = self.bars.add_task(f"{shown:.20}", total=None, stage="")
             case {"event": "progress", "capture": str(name), "stage": str(stage)} if (
@@ -372,6 +509,8 @@ class _Display:
                 )
             case {"event": "ended", "capture": str(name)}:
                 self._end(name, event)
+            case {"event": "lost"}:
+                self._say("The scheduler is lost. It is called until it answers again ...")
             case {"event": "stopping"}:
                 self._say("Stopping: each capture ends after its present step ...")
             case _:

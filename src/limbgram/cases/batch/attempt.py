@@ -151,31 +151,31 @@ def attempt(
     listener: Callable[[Event], None],
     stopping: Stopping,
     gate: MemoryGate,
+    grace_s: float = GRACE_S,
 ) -> Outcome:
     """Do what is to be done with a capture, once.
 
     Args:
         number: How many attempts this makes.
+        grace_s: Time that a step of the reconstruction gets to end where it is stopped.
     """
     began = time.monotonic()
-    base = Outcome(
-        name=plan.capture.name, source=plan.capture.path.name, state="refused", attempts=number
-    )
+    base = begun(plan, number)
     try:
         stopping.check()
         if plan.refusal is not None:
             raise plan.refusal
         with locked(_own_folder(CaseFolder(plan.job.case))):
             try:
-                outcome = _done(plan, cases, base, listener, stopping, gate)
+                outcome = _done(plan, cases, base, listener, stopping, gate, grace_s)
             finally:
                 shutil.rmtree(_unpacked(plan, cases), ignore_errors=True)
     except Cancelled as error:
-        outcome = _ended(base, "cancelled", error)
+        outcome = ended(base, "cancelled", error)
     except JobDied as error:
-        outcome = _ended(base, "died", error)
+        outcome = ended(base, "died", error)
     except LimbgramError as error:
-        outcome = _ended(base, "refused", error)
+        outcome = ended(base, "refused", error)
     except JobBug as bug:
         outcome = replace(
             base,
@@ -188,20 +188,39 @@ def attempt(
     except OSError as error:
         if error.errno is None:
             raise
-        outcome = _ended(base, "refused", CaseError(disk_advice(error)))
+        outcome = ended(base, "refused", CaseError(disk_advice(error)))
     return replace(outcome, seconds=round(time.monotonic() - began, 2))
+
+
+def begun(plan: Plan, number: int) -> Outcome:
+    """The outcome of a capture of which nothing is known yet."""
+    source = plan.capture.path.name
+    return Outcome(name=plan.capture.name, source=source, state="refused", attempts=number)
+
+
+def standing(plan: Plan, number: int) -> Outcome | None:
+    """What an earlier batch made of a capture, where nothing has changed since; it is only read.
+
+    Of a capture whose files or case cannot be read nothing stands: the attempt says why.
+    """
+    case = CaseFolder(plan.job.case)
+    try:
+        return _standing(begun(plan, number), case, _key(plan), _kept(case))
+    except (LimbgramError, OSError):
+        return None
+
+
+def ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
+    """An outcome without a result, with the reason."""
+    return replace(
+        base, state=state, kind=type(error).__name__, message=str(error), exit_code=error.exit_code
+    )
 
 
 def thumbnail_of(case: Path) -> Path | None:
     """The picture of a case's surface."""
     found = CaseFolder(case).report / "surface.png"
     return found if found.is_file() else None
-
-
-def _ended(base: Outcome, state: State, error: LimbgramError) -> Outcome:
-    return replace(
-        base, state=state, kind=type(error).__name__, message=str(error), exit_code=error.exit_code
-    )
 
 
 def _done(
@@ -211,23 +230,30 @@ def _done(
     listener: Callable[[Event], None],
     stopping: Stopping,
     gate: MemoryGate,
+    grace_s: float,
 ) -> Outcome:
     case = CaseFolder(plan.job.case)
-    key = _key(plan)
-    kept = _kept(case)
-    if kept.key == key and _is_whole(case, kept):
-        steps = tuple(replace(step, state="kept") for step in kept.steps)
-        return _judged(base, case, steps, "unchanged")
+    key, kept = _key(plan), _kept(case)
+    standing = _standing(base, case, key, kept)
+    if standing is not None:
+        return standing
     job = replace(plan.job, sources=_sources(plan, cases))
     with gate.hold(need_mb(job.sources), stopping):
         _wait_until_free(case, stopping)
-        supervision = Supervision(job, listener)
+        supervision = Supervision(job, listener, grace_s=grace_s)
         with stopping.calling(supervision.stop):
             supervision.wait()
     steps = tuple(_after(plan, case, kept, listener, stopping))
     whole = all(step.state in ("done", "kept") for step in steps)
     _keep(case, _Done(key=key if whole else "", steps=steps))
     return _judged(base, case, steps, "finished")
+
+
+def _standing(base: Outcome, case: CaseFolder, key: str, kept: _Done) -> Outcome | None:
+    if kept.key != key or not _is_whole(case, kept):
+        return None
+    steps = tuple(replace(step, state="kept") for step in kept.steps)
+    return _judged(base, case, steps, "unchanged")
 
 
 def _wait_until_free(case: CaseFolder, stopping: Stopping) -> None:

@@ -133,16 +133,8 @@ class BatchRun:
             elif before is not None:
                 outcome = replace(outcome, seconds=before.seconds + outcome.seconds)
             self._outcomes[name] = outcome
-        self._tell({
-            "event": "ended",
-            "capture": name,
-            "attempt": number,
-            "state": outcome.state,
-            "light": outcome.light,
-            "message": outcome.message or outcome.headline,
-            "exit_code": outcome.exit_code,
-            "again": outcome.died and number < self.options.attempts,
-        })  # fmt: skip
+        again = outcome.died and number < self.options.attempts
+        self._tell(ended_event(outcome, number, again=again))
 
     def _outcome(self, plan: Plan) -> Outcome:
         return self._outcomes[plan.capture.name]
@@ -150,6 +142,20 @@ class BatchRun:
     def _tell(self, event: Event) -> None:
         with self._lock:
             self.listener(event)
+
+
+def ended_event(outcome: Outcome, number: int, *, again: bool) -> Event:
+    """What is told of an attempt that has ended; again: another one follows."""
+    return {
+        "event": "ended",
+        "capture": outcome.name,
+        "attempt": number,
+        "state": outcome.state,
+        "light": outcome.light,
+        "message": outcome.message or outcome.headline,
+        "exit_code": outcome.exit_code,
+        "again": again,
+    }
 
 
 def _share(slot: int, at_once: int) -> frozenset[int]:

@@ -24,7 +24,8 @@ from limbgram.core.typed import any_value_of
 
 SURFACE, SHAPE, EDITED, CASE, OUT = "{surface}", "{shape}", "{edited}", "{case}", "{out}"
 """Words that stand for the delivered surface, the shape that is worked on (the surface, or what the
-recipe made of it), the place of the edited shape, the case, and the folder of the step."""
+recipe made of it), the place of the edited shape, the case, and the folder of the step. `{file0}`
+is the first of the step's files: words without places of files are the same on every machine."""
 
 StepName = Literal["align", "measure", "recipe", "export", "report"]
 
@@ -68,15 +69,16 @@ class Places:
     case: Path
     out: Path
 
-    def filled(self, words: tuple[str, ...]) -> tuple[str, ...]:
+    def filled(self, step: Step) -> tuple[str, ...]:
         named = {
             SURFACE: self.surface,
             SHAPE: self.shape,
             EDITED: self.edited,
             CASE: self.case,
             OUT: self.out,
+            **{_file_word(idx): file for idx, file in enumerate(step.files)},
         }
-        return tuple(_filled(word, named) for word in words)
+        return tuple(_filled(word, named) for word in step.words)
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def run_step(step: Step, places: Places, stopping: Stopping) -> StepReply:
         Cancelled: it was stopped.
     """
     process = subprocess.Popen(
-        [*_COMMAND, *places.filled(step.words), "--json"],
+        [*_COMMAND, *places.filled(step), "--json"],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -166,7 +168,7 @@ def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Ite
     if settings.recipe is not None:
         recipe = located(settings.recipe.file)
         other = ("--other-scan",) if settings.recipe.other_scan else ()
-        words = ("edit", "apply", SURFACE, str(recipe), "-o", EDITED, *other)
+        words = ("edit", "apply", SURFACE, _file_word(0), "-o", EDITED, *other)
         yield Step(name="recipe", kind="recipe", words=words, files=(recipe,))
     if settings.measure is not None:
         yield _measure(settings.measure)
@@ -179,7 +181,7 @@ def _steps(settings: Settings, name: str, located: Callable[[str], Path]) -> Ite
         files: tuple[Path, ...] = ()
         if settings.recipe is not None:
             files = (located(settings.recipe.file),)
-            words += ("--against", SURFACE, "--recipe", str(files[0]))
+            words += ("--against", SURFACE, "--recipe", _file_word(0))
         yield Step(name="report", kind="report", words=words, files=files)
 
 
@@ -195,7 +197,7 @@ def _align(settings: Settings, align: Align, located: Callable[[str], Path]) -> 
         words += ["--landmark", f"{landmark}={place}"]
     if align.stickers is not None:
         files.append(located(align.stickers))
-        words += ["--stickers", str(files[-1])]
+        words += ["--stickers", _file_word(len(files) - 1)]
     if align.stickers is not None or any(place.startswith("#") for place in marks.values()):
         words += ["--photos", CASE]
     for option, value in (
@@ -273,13 +275,17 @@ def _export(
     words += [f"{option}={value}" for option, value in given if value is not None]
     words += ["--polyface"] if export.polyface else []
     files = () if export.machine is None else (located(export.machine),)
-    words += [f"--machine={file}" for file in files]
+    words += ["--machine", _file_word(0)] if files else []
     folder = f"export-{number}-{export.to}"
     return Step(name=folder, kind="export", words=tuple(words), files=files)
 
 
 def _option(name: str, value: str | None) -> tuple[str, ...]:
     return () if value is None else (f"{name}={value}",)
+
+
+def _file_word(idx: int) -> str:
+    return f"{{file{idx}}}"
 
 
 def _filled(word: str, named: dict[str, Path]) -> str:

@@ -44,7 +44,7 @@ class BatchTable:
     line: str
     """How many went well."""
     exit_code: int
-    written: tuple[Path, ...] = ()
+    written: tuple[Path | str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
