@@ -10,9 +10,12 @@ from pydantic import BaseModel, Field
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.replies import missing
 from limbgram.app.surface import Coordinates, triple
+from limbgram.cases.assessing import stickers_of
 from limbgram.cases.bench import Bench
+from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.frame.guesses import guess_places
 from limbgram.workbench.frame.landmarks import NAMES, Facing, with_landmarks
 from limbgram.workbench.frame.marks import MarkOptions, find_marks
 from limbgram.workbench.limb import Kind, Landmark, Limb, Side
@@ -75,6 +78,22 @@ class Mark(BaseModel):
     position_mm: Coordinates
     colour: tuple[int, int, int]
     diameter_mm: float
+
+
+class Guess(BaseModel):
+    """A place that may be a landmark: somebody confirms it."""
+
+    by: Literal["shape", "sticker"]
+    name: str = Field(default="", description="Of the landmark; empty for a sticker.")
+    sticker: int | None = Field(default=None, description="Number on the sticker.")
+    position_mm: Coordinates = Field(description="In the mesh's frame, on the surface.")
+
+
+class Guesses(BaseModel):
+    """All of them, and why there are none of some kind."""
+
+    places: list[Guess]
+    note: str = Field(default="", description="Why stickers were not looked for.")
 
 
 class Align(BaseModel):
@@ -142,6 +161,25 @@ def list_marks(clinic: ClinicHere, bench: BenchHere) -> list[Mark]:
         )
         for one in found
     ]
+
+
+@router.get("/cases/{case_id}/limb/guesses")
+def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
+    """Places that the shape itself tells, and coded stickers that the photos show."""
+    shape = clinic.desk.shape(bench)
+    limb = replace(shape.limb, kind=shape.limb.kind or bench.case.label.kind)
+    found = [
+        Guess(by="shape", name=one.name, position_mm=triple(one.position_mm))
+        for one in guess_places(limb)
+    ]
+    try:
+        stickers = stickers_of(bench.case.folder, limb.mesh)
+    except (CaseError, OptionsError) as error:  # a shape without its photos has no stickers
+        return Guesses(places=found, note=str(error))
+    for one in stickers.placed:
+        at = shape.tree.closest(one.position_mm[None]).points_mm[0]
+        found.append(Guess(by="sticker", sticker=one.mark_id, position_mm=triple(at)))
+    return Guesses(places=found)
 
 
 @router.post("/cases/{case_id}/limb/align")

@@ -114,6 +114,19 @@ def test_places_are_glued_to_the_surface_and_known_in_the_limb(
     assert "from the surface" in refused.json()["message"]
 
 
+def test_what_the_shape_tells_is_offered_as_a_guess(
+    client: TestClient, aligned: str, limb: Mesh
+) -> None:
+    guessed = client.get(f"{aligned}/limb/guesses").json()
+    (one,) = guessed["places"]
+    assert (one["by"], one["name"]) == ("shape", "distal end")
+    assert one["position_mm"][2] - limb.vertices_mm[:, 2].min() < 2
+    assert guessed["note"]  # this case has no photos to show stickers
+    place = {"position_mm": one["position_mm"]}
+    assert client.put(f"{aligned}/limb/places/distal end", json=place).status_code == 200
+    assert client.get(f"{aligned}/limb/guesses").json()["places"] == []
+
+
 def test_a_preview_is_what_is_kept_afterwards(client: TestClient, aligned: str) -> None:
     before = surface(client, aligned, "rectified")
     tried = client.post(f"{aligned}/recipe/preview", json={"kind": "load", "parameters": LOAD})

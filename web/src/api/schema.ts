@@ -643,6 +643,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cases/{case_id}/limb/guesses": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List Guesses
+         * @description Places that the shape itself tells, and coded stickers that the photos show.
+         */
+        get: operations["list_guesses"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}/limb/align": {
         parameters: {
             query?: never;
@@ -2146,6 +2166,51 @@ export interface components {
         Freed: {
             /** Bytes */
             bytes: number;
+        };
+        /**
+         * Guess
+         * @description A place that may be a landmark: somebody confirms it.
+         */
+        Guess: {
+            /**
+             * By
+             * @enum {string}
+             */
+            by: "shape" | "sticker";
+            /**
+             * Name
+             * @description Of the landmark; empty for a sticker.
+             * @default
+             */
+            name: string;
+            /**
+             * Sticker
+             * @description Number on the sticker.
+             */
+            sticker?: number | null;
+            /**
+             * Position Mm
+             * @description In the mesh's frame, on the surface.
+             */
+            position_mm: [
+                number,
+                number,
+                number
+            ];
+        };
+        /**
+         * Guesses
+         * @description All of them, and why there are none of some kind.
+         */
+        Guesses: {
+            /** Places */
+            places: components["schemas"]["Guess"][];
+            /**
+             * Note
+             * @description Why stickers were not looked for.
+             * @default
+             */
+            note: string;
         };
         /**
          * HandedOver
@@ -6163,6 +6228,74 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Mark"][];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    list_guesses: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Guesses"];
                 };
             };
             /** @description Nobody is signed in. */

@@ -12,10 +12,12 @@ import { type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Chip, Notice, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { type Vec3, vec3 } from "../geometry/vectors";
+import { type ByHand, STILL, isStill, turned } from "../geometry/byhand";
+import { type Vec3, distance, vec3 } from "../geometry/vectors";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
+import { nameOfSticker, rememberSticker } from "../state/stickers";
 import { t, tOr } from "../texts";
 import type { Mark } from "../viewer/overlay";
 import { Stage, type Shown } from "../viewer/stage";
@@ -27,6 +29,10 @@ import type { RoomProps } from "./room";
 
 const GRAB_PX = 14;
 const GRAB_TOUCH_PX = 30;
+/** A place this near to a guess is that one. */
+const SAME_MM = 3;
+/** A hand this near to a guess lands on it. */
+const CATCH_MM = 4;
 const KINDS = ["transtibial", "transfemoral", "foot", "torso"] as const;
 
 export function AlignScreen({ room }: RoomProps) {
@@ -42,6 +48,9 @@ export function AlignScreen({ room }: RoomProps) {
   const flexion = useSignal(0);
   const flipped = useSignal(false);
   const frontHere = useSignal<Vec3 | null>(null);
+  /** What a hand turned since the axes were set; not kept yet. */
+  const byHand = useSignal<ByHand>(STILL);
+  const taken_ = useRef<ByHand | null>(null);
   const viewer = useRef<Viewer | null>(null);
   const act = useAct();
   const kind = limb?.reply.kind ?? room.info.kind ?? null;
@@ -49,12 +58,20 @@ export function AlignScreen({ room }: RoomProps) {
   const names = useAsked(async () => (kind ? await taken(api.GET("/api/v1/templates/names/{kind}", { params: { path: { kind } } })) : []), [kind]);
   const marks = useAsked(async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []), [limb?.reply.sha256]);
 
+  const guesses = useAsked(async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null), [limb?.reply.sha256, kind, limb?.reply.aligned]);
   const places = limb?.reply.places ?? [];
   const known = names.value.value ?? [];
   const order = [...known.map((one) => one.name), ...places.map((one) => one.name).filter((name) => !known.some((one) => one.name === name))];
   const nextName = order.find((name) => !places.some((one) => one.name === name) && !left.value.has(name)) ?? null;
   const facing = places.filter((one) => known.find((k) => k.name === one.name && k.facing !== "none")).length;
   const aligned = limb?.reply.aligned ?? false;
+
+  /** What may be a place and is none yet, with the name that it would have. */
+  const offered = useMemo<Offered[]>(() => {
+    const left_ = (guesses.value.value?.places ?? []).map((one): Offered => ({ name: one.name || (one.sticker !== null && one.sticker !== undefined ? nameOfSticker(one.sticker) : ""), sticker: one.sticker ?? null, by: one.by, at: vec3(one.position_mm) }));
+    return left_.filter((one) => !places.some((p) => p.name === one.name || distance(vec3(p.position_mm), one.at) < SAME_MM));
+  }, [guesses.value.value, places]);
+  const guessOf = (name: string) => offered.find((one) => one.name === name) ?? null;
 
   // The first name is armed at once: one press on the limb is all that is asked.
   useEffect(() => {
@@ -66,6 +83,8 @@ export function AlignScreen({ room }: RoomProps) {
       held.value = { name, point };
       const reply = await taken(api.PUT("/api/v1/cases/{case_id}/limb/places/{name}", { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }));
       take(reply);
+      const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
+      if (sticker !== null && sticker !== undefined) rememberSticker(sticker, name);
       saved.value = t("align.placed", label(name));
       chosen.value = name;
     }).then(() => {
@@ -81,7 +100,7 @@ export function AlignScreen({ room }: RoomProps) {
       chosen.value = null;
     });
 
-  const latest = useRef({ put, after: (_name: string): string | null => null });
+  const latest = useRef({ put, offered, after: (_name: string): string | null => null });
   const tool = useMemo<Tool>(() => {
     let moving: string | null = null;
     const near = (event: PointerEvent): string | null => {
@@ -99,18 +118,23 @@ export function AlignScreen({ room }: RoomProps) {
       }
       return found;
     };
+    /** A guess under the hand: a place that is released there is that one. */
+    const caught = (point: Vector3): Vector3 => {
+      const one = latest.current.offered.find((g) => distance(g.at, [point.x, point.y, point.z]) < CATCH_MM);
+      return one ? new Vector3(...one.at) : point;
+    };
     return {
       press(hit, event) {
         moving = near(event) ?? armed.value;
         if (!moving) return false;
         chosen.value = moving;
-        held.value = { name: moving, point: hit.point };
+        held.value = { name: moving, point: caught(hit.point) };
         return true;
       },
       slide(hit) {
         if (!moving) return;
         if (hit) {
-          held.value = { name: moving, point: hit.point };
+          held.value = { name: moving, point: caught(hit.point) };
           saved.value = "";
         } else saved.value = t("align.silhouette");
       },
@@ -136,7 +160,7 @@ export function AlignScreen({ room }: RoomProps) {
     return [...order.slice(at + 1), ...order.slice(0, at)].find((one) => !have.has(one) && !left.value.has(one)) ?? null;
   };
 
-  latest.current = { put, after };
+  latest.current = { put, offered, after };
 
   const setAxes = () =>
     act.run(async () => {
@@ -157,6 +181,25 @@ export function AlignScreen({ room }: RoomProps) {
       take(reply);
       saved.value = t("align.done");
       flipped.value = false;
+      byHand.value = STILL;
+      await room.again();
+      await asked.again();
+    });
+
+  /** Keep what the hand turned: the axes as they are shown are stated to the server. */
+  const keepByHand = () =>
+    act.run(async () => {
+      if (!limb) return;
+      const { rotation } = turned(limb.frame, byHand.value);
+      const reply = await taken(
+        api.POST("/api/v1/cases/{case_id}/limb/align", {
+          ...path,
+          body: { side: side ?? "none", kind, axis: scaled(rotation[2], 1), anterior: scaled(rotation[1], 1), flexion_deg: 0 },
+        }),
+      );
+      take(reply);
+      byHand.value = STILL;
+      saved.value = t("align.by.hand.kept");
       await room.again();
       await asked.again();
     });
@@ -196,10 +239,16 @@ export function AlignScreen({ room }: RoomProps) {
     void put(name, v.surface.toMesh(shown));
   };
 
-  const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: limb.frame, aligned: limb.reply.aligned } : null), [limb]);
+  const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: turned(limb.frame, byHand.value), aligned: limb.reply.aligned } : null), [limb, byHand.value]);
+  const onAxes = (drag: ByHand, done: boolean) => {
+    const from = (taken_.current ??= byHand.value);
+    byHand.value = { turn_deg: tenth(from.turn_deg + drag.turn_deg), flex_deg: tenth(from.flex_deg + drag.flex_deg), lean_deg: tenth(from.lean_deg + drag.lean_deg) };
+    if (done) taken_.current = null;
+  };
   const drawn: Mark[] = [
     ...places.filter((one) => one.name !== held.value?.name).map((one): Mark => ({ name: one.name, label: label(one.name), point: new Vector3(...vec3(one.position_mm)), state: chosen.value === one.name ? "chosen" : "set" })),
     ...(held.value ? [{ name: held.value.name, label: label(held.value.name), point: held.value.point, state: "chosen" as const }] : []),
+    ...offered.filter((one) => one.name !== held.value?.name).map((one, i): Mark => ({ name: `guess ${i}`, label: `${one.name ? label(one.name) : t("align.sticker", one.sticker ?? 0)}?`, point: new Vector3(...one.at), state: "guess" })),
     ...(places.length === 0 && !held.value ? (marks.value.value ?? []).slice(0, 12).map((one, i): Mark => ({ name: `?${i}`, label: "?", point: new Vector3(...vec3(one.position_mm)), state: "guess" })) : []),
   ];
   const lacks = !kind ? t("align.kind.first") : (!side || side === "none") && kind !== "torso" ? t("align.side.first") : facing === 0 && !frontHere.value ? t("align.places.first") : null;
@@ -213,10 +262,16 @@ export function AlignScreen({ room }: RoomProps) {
         modes={["surface", "photo", "sure"]}
         marks={drawn}
         tool={tool}
+        onAxes={aligned && !armed.value ? onAxes : undefined}
         onReady={(made) => (viewer.current = made)}
-        keys={armed.value ? t("align.keys.armed", label(armed.value)) : t("align.keys")}
+        keys={aligned && !armed.value ? t("align.keys.axes") : armed.value ? t("align.keys.armed", label(armed.value)) : t("align.keys")}
       >
         <Loupe viewer={viewer} on={held.value !== null} />
+        {!isStill(byHand.value) && (
+          <div class="hint-card at-handle" role="status">
+            <b>{handWords(byHand.value)}</b>
+          </div>
+        )}
         {armed.value && <p class="armed-note">{t("align.now", label(armed.value))}</p>}
         {asked.refused.value && (
           <div class="stage-note">
@@ -269,10 +324,21 @@ export function AlignScreen({ room }: RoomProps) {
                       </span>
                       <span class="grow">{label(name)}</span>
                       <span class="num faint small">
-                        {one ? (one.within_mm ? `± ${one.within_mm.toFixed(2)} mm` : "") : armed.value === name ? t("align.press") : left.value.has(name) ? t("align.left") : facingWord(known.find((k) => k.name === name)?.facing)}
+                        {guessOf(name) && !one && armed.value !== name ? t(`align.guess.${guessOf(name)?.by ?? "shape"}`) : one ? (one.within_mm ? `± ${one.within_mm.toFixed(2)} mm` : "") : armed.value === name ? t("align.press") : left.value.has(name) ? t("align.left") : facingWord(known.find((k) => k.name === name)?.facing)}
                       </span>
                     </button>
-                    {one ? (
+                    {!one && guessOf(name) && armed.value !== name ? (
+                      <Button
+                        bare
+                        onClick={() => {
+                          const guess = guessOf(name);
+                          if (guess) void put(name, new Vector3(...guess.at));
+                        }}
+                        label={t("align.guess.confirm.long", label(name))}
+                      >
+                        {t("align.guess.confirm")}
+                      </Button>
+                    ) : one ? (
                       <Button bare icon="close" class="icon-only" label={t("align.remove", label(name))} onClick={() => void remove(name)} />
                     ) : (
                       armed.value === name && (
@@ -320,7 +386,19 @@ export function AlignScreen({ room }: RoomProps) {
               <span>{t("align.up")}</span>
               <Segments label={t("align.up")} value={flipped.value ? "down" : "up"} options={[{ value: "up", text: t("align.up.as") }, { value: "down", text: t("align.up.turn") }]} onChange={(value) => (flipped.value = value === "down")} />
             </div>
-            <NumberField label={t("align.flexion")} unit="°" step={1} decimals={1} min={-120} max={120} value={flexion.value} onChange={(value) => (flexion.value = value)} />
+            {aligned ? (
+              <>
+                <h3>{t("align.by.hand")}</h3>
+                <p class="small faint">{t("align.by.hand.how")}</p>
+                <div class="row3">
+                  <NumberField label={t("align.turn")} unit="°" step={0.5} decimals={1} min={-180} max={180} value={byHand.value.turn_deg} onChange={(turn_deg) => (byHand.value = { ...byHand.value, turn_deg })} />
+                  <NumberField label={t("align.flex")} unit="°" step={0.5} decimals={1} min={-60} max={60} value={byHand.value.flex_deg} onChange={(flex_deg) => (byHand.value = { ...byHand.value, flex_deg })} />
+                  <NumberField label={t("align.lean")} unit="°" step={0.5} decimals={1} min={-60} max={60} value={byHand.value.lean_deg} onChange={(lean_deg) => (byHand.value = { ...byHand.value, lean_deg })} />
+                </div>
+              </>
+            ) : (
+              <NumberField label={t("align.flexion")} unit="°" step={1} decimals={1} min={-120} max={120} value={flexion.value} onChange={(value) => (flexion.value = value)} />
+            )}
             {aligned && limb && (
               <p class="small faint" style={{ marginTop: "8px" }}>
                 {t("align.size", ...limb.reply.size_mm.map((v) => v.toFixed(1)))}
@@ -332,7 +410,18 @@ export function AlignScreen({ room }: RoomProps) {
           </section>
         </div>
         <div class="next">
-          {aligned && !flipped.value && !frontHere.value ? (
+          {!isStill(byHand.value) ? (
+            <>
+              <Button go big off={act.busy.value && t("loading")} onClick={() => void keepByHand()}>
+                {t("align.by.hand.keep")}
+              </Button>
+              <p>
+                <button type="button" class="linkish" onClick={() => (byHand.value = STILL)}>
+                  {t("drop.edit")}
+                </button>
+              </p>
+            </>
+          ) : aligned && !flipped.value && !frontHere.value ? (
             <>
               <Button go big trailing="next" onClick={() => go(href.step(room.id, "measure"))}>
                 {t("result.next.measure")}
@@ -355,6 +444,29 @@ export function AlignScreen({ room }: RoomProps) {
       </aside>
     </div>
   );
+}
+
+/** A place that is guessed; a sticker has no name until one was placed on it once. */
+interface Offered {
+  readonly name: string;
+  readonly sticker: number | null;
+  readonly by: "shape" | "sticker";
+  readonly at: Vec3;
+}
+
+const tenth = (deg: number) => Math.round(10 * deg) / 10;
+
+/** What the hand turned, each way in words with its degrees. */
+function handWords(by: ByHand): string {
+  const rows: readonly [number, string, string][] = [
+    [by.turn_deg, t("align.turned.left"), t("align.turned.right")],
+    [by.flex_deg, t("align.flexed.back"), t("align.flexed.front")],
+    [by.lean_deg, t("align.leaned.right"), t("align.leaned.left")],
+  ];
+  return rows
+    .filter(([deg]) => deg !== 0)
+    .map(([deg, plus, minus]) => `${Math.abs(deg).toFixed(1)}° ${deg > 0 ? plus : minus}`)
+    .join(", ");
 }
 
 const label = (name: string) => tOr(`place.${name}`, name);

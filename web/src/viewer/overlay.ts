@@ -32,6 +32,13 @@ export interface Handle {
   readonly depth_mm: number;
 }
 
+/** What a hand did to the handles of the axes since it took one, in degrees. */
+export interface AxesDrag {
+  readonly turn_deg: number;
+  readonly flex_deg: number;
+  readonly lean_deg: number;
+}
+
 export interface Words {
   readonly proximal: string;
   readonly distal: string;
@@ -62,6 +69,9 @@ export class Overlay {
   marks: readonly Mark[] = [];
   lines: readonly Line[] = [];
   handle: Handle | null = null;
+  /** Whether the long axis is drawn with its two handles. */
+  axes = false;
+  onAxes: ((by: AxesDrag, done: boolean) => void) | null = null;
   section: Section | null = null;
   /** Heights in mm that the ruler spans; null hides it. */
   span: readonly [number, number] | null = null;
@@ -83,6 +93,7 @@ export class Overlay {
   private readonly flagText = el("text", { x: 17, y: 4.5 }, this.flag);
   private readonly places = el("g", { class: "places" }, this.svg);
   private readonly grip = el("g", { class: "depth" }, this.svg);
+  private readonly axis = el("g", { class: "axis" }, this.svg);
   private readonly cube = el("g", { class: "cube", "aria-hidden": "true" }, this.svg);
   private readonly bar = el("g", { class: "bar" }, this.svg);
   private readonly names = el("g", { class: "names" }, this.svg);
@@ -130,6 +141,7 @@ export class Overlay {
     this.drawRuler(box);
     this.drawMarks(box);
     this.drawHandle();
+    this.drawAxes(box);
     this.drawCube();
     this.drawBar();
     this.drawNames(box);
@@ -361,6 +373,61 @@ export class Overlay {
     });
   }
 
+  /**
+   * The long axis with a handle at each end: above, a tilt in the plane of the picture; below, a turn
+   * about the axis itself. Seen along the axis there is no plane to tilt in, and that handle hides.
+   */
+  private drawAxes(box: Box): void {
+    if (this.holding) return;
+    this.axis.replaceChildren();
+    const surface = this.viewer.surface;
+    if (!this.axes || !surface) return;
+    const origin = this.screen(new Vector3());
+    const above = this.screen(new Vector3(0, 0, 100));
+    const [ux, uy] = [above[0] - origin[0], above[1] - origin[1]];
+    const long = Math.hypot(ux, uy);
+    if (long < 30) return;
+    const reach = Math.max(...[box.top, box.bottom].map((y) => Math.abs(y - origin[1]))) + 30;
+    const bound = (p: readonly [number, number]): readonly [number, number] => [p[0], Math.max(30, Math.min(this.viewer.holder.clientHeight - 62, p[1]))];
+    const top = bound([origin[0] + (ux / long) * reach, origin[1] + (uy / long) * reach]);
+    const low = bound([origin[0] - (ux / long) * 44, origin[1] - (uy / long) * 44]);
+    for (const name of ["stem-halo", "stem"]) el("line", { class: name, x1: low[0], y1: low[1], x2: top[0], y2: top[1] }, this.axis);
+    const { back } = this.viewer.axes();
+    this.knob(top, "M-7 0a9 9 0 0 1 14 0M-7 0l-1-5M-7 0l5 0M7 0l1-5M7 0l-5 0", (from, now) => {
+      const angle = (p: PointerEvent) => Math.atan2(-(p.clientY - this.svg.getBoundingClientRect().top - origin[1]), p.clientX - this.svg.getBoundingClientRect().left - origin[0]);
+      let by = ((angle(now) - angle(from)) * 180) / Math.PI;
+      if (by > 180) by -= 360;
+      if (by < -180) by += 360;
+      if (now.altKey) by *= 0.2;
+      return { turn_deg: 0, flex_deg: by * back.x, lean_deg: by * back.y };
+    });
+    this.knob(low, "M-8 0h16M-8 0l4-4M-8 0l4 4M8 0l-4-4M8 0l-4 4", (from, now) => ({ turn_deg: (now.clientX - from.clientX) * (now.altKey ? 0.05 : 0.3), flex_deg: 0, lean_deg: 0 }));
+  }
+
+  /** While a handle of the axes is held it stays where it was taken. */
+  private holding = false;
+
+  private knob(at: readonly [number, number], sign: string, by: (from: PointerEvent, now: PointerEvent) => AxesDrag): void {
+    const knob = el("g", { class: "knob", transform: `translate(${at[0].toFixed(1)} ${at[1].toFixed(1)})` }, this.axis);
+    el("circle", { class: "reach", r: 24 }, knob);
+    el("circle", { class: "face-of-knob", r: 13 }, knob);
+    el("path", { d: sign }, knob);
+    knob.addEventListener("pointerdown", (down) => {
+      down.preventDefault();
+      down.stopPropagation();
+      this.holding = true;
+      const move = (event: PointerEvent) => this.onAxes?.(by(down, event), false);
+      const up = (event: PointerEvent) => {
+        window.removeEventListener("pointermove", move);
+        window.removeEventListener("pointerup", up);
+        this.holding = false;
+        this.onAxes?.(by(down, event), true);
+      };
+      window.addEventListener("pointermove", move);
+      window.addEventListener("pointerup", up);
+    });
+  }
+
   private drawCube(): void {
     const { right, up, back } = this.viewer.axes();
     const width = this.viewer.holder.clientWidth;
@@ -434,8 +501,9 @@ export class Overlay {
     };
     const middle = Math.max(60, Math.min(width - 60, (box.left + box.right) / 2));
     const bound = (y: number) => Math.max(70, Math.min(height - 78, y));
-    put("top", towards(up), middle, bound(box.top - 14));
-    put("bottom", towards(up.clone().negate()), middle, bound(box.bottom + 28));
+    const aside = this.axes ? 64 : 0; // beside the handles of the axes
+    put("top", towards(up), middle + aside, bound(box.top - 14));
+    put("bottom", towards(up.clone().negate()), middle + aside, bound(box.bottom + 28));
     put("left", towards(right.clone().negate()), 62, height / 2);
     put("right", towards(right), width - 62, height / 2);
   }

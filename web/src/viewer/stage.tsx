@@ -13,7 +13,7 @@ import { DIFFERENCE_COLOURS } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
 import type { Rigid } from "../geometry/vectors";
 import { language, t } from "../texts";
-import { type Handle, type Line, type Mark, Overlay, type Words } from "./overlay";
+import { type AxesDrag, type Handle, type Line, type Mark, Overlay, type Words } from "./overlay";
 import type { Hit, Mode, Surface, SurfaceData } from "./surface";
 import { type Tool, Viewer } from "./viewer";
 
@@ -37,6 +37,8 @@ interface StageProps {
   readonly lines?: readonly Line[];
   readonly handle?: Handle | null;
   readonly onHandle?: (depth_mm: number, done: boolean, fine: boolean) => void;
+  /** The long axis is drawn with handles, and this is told what a hand does to them. */
+  readonly onAxes?: (by: AxesDrag, done: boolean) => void;
   readonly tool?: Tool | null;
   readonly onClick?: (hit: Hit | null) => void;
   readonly onReady?: (viewer: Viewer | null) => void;
@@ -156,6 +158,8 @@ export function Stage(props: StageProps) {
       props.onLevel?.(h);
     };
     o.onHandle = props.onHandle ?? null;
+    o.axes = props.onAxes !== undefined;
+    o.onAxes = props.onAxes ?? null;
     if (viewer.current) {
       viewer.current.tool = props.tool ?? null;
       viewer.current.onClick = props.onClick ?? null;
