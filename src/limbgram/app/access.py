@@ -7,9 +7,14 @@ Method  A link that is shown on the machine itself holds a token that is good on
         Origin must name this server in every request: a page of another site that resolves a name
         to this machine, or posts to it, is refused whatever cookies it has. Every answer says what
         a page may load: nothing from outside, no script within the page.
-Fails   401 without a session, 403 from another place.
+        On a network (`network`) people sign in by name and password instead; a session in which
+        nobody did anything for a while is locked until its user gives the password again, and
+        what is done is written down.
+Fails   401 without a session, 403 from another place, 413 where a request is too large, 423 in a
+        session that is locked.
 """
 
+import asyncio
 import hmac
 import re
 import secrets
@@ -17,19 +22,46 @@ import time
 from collections.abc import Awaitable, Callable, MutableMapping
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
-from typing import Any
+from typing import Any, Literal, Protocol
 
+from limbgram.app.attempts import Attempts
 from limbgram.app.replies import refusal
+from limbgram.core.errors import disk_advice
 
 COOKIE = "limbgram_session"
 _OPEN_PATHS = ("/api/v1/session", "/start")
 """Routes of the API that answer without a session."""
+_SIGN_IN_PATH = "/api/v1/session/sign-in"
+"""Answers so too, on a network."""
+_LOCKED_PATHS = ("/api/v1/session/unlock", _SIGN_IN_PATH, *_OPEN_PATHS)
+"""Routes that answer in a session that is locked."""
 _SESSION_S = 12 * 3600.0
 """Without a request for so long, a session ends."""
 _LINK_S = 15 * 60.0
 """A start link is good for so long."""
 _MOST_BYTES = 8_000_000
 """Of a request that is no file; files have limits of their own (`cases.intake`)."""
+_SILENCE_S = 60.0
+"""A request of which nothing comes for so long is given up."""
+_MOST_SESSIONS = 500
+"""At a time; beyond, the one that was used longest ago ends."""
+_LEAVING = frozenset(
+    {
+        "read_export",
+        "read_recipe_file",
+        "record_pdf",
+        "record_page",
+        "report_page",
+        "read_file",
+        "read_camera_file",
+    }
+)
+"""Routes by which something leaves as a file or a page."""
+_QUIET = frozenset(
+    {"stay", "preview", "ask_point", "measure", "compare_with", "read_compared", "ask_check"}
+)
+"""Routes that ask, though they are no GET."""
+_PIECE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
 _FILES = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
@@ -54,6 +86,41 @@ Send = Callable[[Message], Awaitable[None]]
 Asgi = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 
+SessionState = Literal["none", "open", "locked"]
+
+
+class People(Protocol):
+    """Who may sign in by name and password (`users`)."""
+
+    def is_right(self, name: str, password: str) -> bool: ...
+
+    def stamp(self, name: str) -> str:
+        """Another one after the password was changed; empty where nobody has the name."""
+        ...
+
+
+class Diary(Protocol):
+    """Where is written who did what (`journal`)."""
+
+    def write(self, who: str, address: str, act: str, case: str = "", status: int = 0) -> None: ...
+
+
+@dataclass
+class Signed:
+    """One browser or program that is signed in."""
+
+    who: str
+    """The user; empty: whoever opened the start link on this machine."""
+    stamp: str
+    """Of the user's password when they signed in."""
+    asked: float
+    """When the last request came."""
+    acted: float
+    """When somebody did something last: looking on by itself, as pages do, is no act."""
+    opened: set[str] = field(default_factory=set[str])
+    """Cases that were looked at, each written down once."""
+
+
 @dataclass
 class Access:
     """Sessions and start links of one server; nothing of it outlives the server."""
@@ -62,14 +129,19 @@ class Access:
     """What the header Host may say, with the port."""
     scheme: str = "http"
     clock: Callable[[], float] = time.monotonic
-    _links: dict[str, float] = field(default_factory=dict[str, float])
-    _sessions: dict[str, float] = field(default_factory=dict[str, float])
+    people: People | None = None
+    """On a network: who may sign in."""
+    lock_after_s: float | None = None
+    """A session in which nobody did anything for so long is locked; None: never."""
+    attempts: Attempts = field(default_factory=Attempts)
+    _links: dict[str, tuple[float, str]] = field(default_factory=dict[str, tuple[float, str]])
+    _sessions: dict[str, Signed] = field(default_factory=dict[str, Signed])
 
-    def new_link_token(self) -> str:
-        """A token for a start link."""
+    def new_link_token(self, who: str = "") -> str:
+        """A token for a start link; who opens it works under that name."""
         self._forget_old()
         token = secrets.token_urlsafe(32)
-        self._links[token] = self.clock()
+        self._links[token] = self.clock(), who
         return token
 
     def open_session(self, token: str) -> str | None:
@@ -78,22 +150,62 @@ class Access:
         known = next((one for one in self._links if _same(one, token)), None)
         if known is None:
             return None
-        del self._links[known]
-        session = secrets.token_urlsafe(32)
-        self._sessions[session] = self.clock()
+        _, who = self._links.pop(known)
+        return self.begin(who)
+
+    def begin(self, who: str) -> str:
+        """The cookie's value of a new session."""
+        session, now = secrets.token_urlsafe(32), self.clock()
+        stamp = self.people.stamp(who) if self.people is not None and who else ""
+        self._sessions[session] = Signed(who=who, stamp=stamp, asked=now, acted=now)
+        while len(self._sessions) > _MOST_SESSIONS:
+            del self._sessions[min(self._sessions, key=lambda one: self._sessions[one].asked)]
         return session
 
     def close_session(self, session: str) -> None:
         self._sessions.pop(session, None)
 
     def is_open(self, session: str) -> bool:
-        """Whether a cookie is that of a session; it lives on from now."""
+        """Whether a cookie is that of a session that is not locked; it lives on from now."""
+        signed = self.signed(session)
+        if signed is None:
+            return False
+        signed.asked = self.clock()
+        return self.state(session) == "open"
+
+    def state(self, session: str) -> SessionState:
+        """How a session stands; asking does not keep it alive."""
+        signed = self.signed(session)
+        if signed is None:
+            return "none"
+        idle = self.lock_after_s is not None and self.clock() - signed.acted >= self.lock_after_s
+        return "locked" if idle else "open"
+
+    def signed(self, session: str) -> Signed | None:
+        """Who a cookie belongs to; None where it is none, or its user is no more."""
         self._forget_old()
         known = next((one for one in self._sessions if _same(one, session)), None)
         if known is None:
-            return False
-        self._sessions[known] = self.clock()
-        return True
+            return None
+        signed = self._sessions[known]
+        if self.people is not None:
+            stamp = self.people.stamp(signed.who)
+            if not stamp or stamp != signed.stamp:
+                self._sessions.pop(known, None)
+                return None
+        return signed
+
+    def act(self, session: str) -> None:
+        """Somebody did something: it is not locked for a while."""
+        signed = self.signed(session)
+        if signed is not None:
+            signed.acted = self.clock()
+
+    def lock(self, session: str) -> None:
+        """Lock it at once, as it would after a while."""
+        signed = self.signed(session)
+        if signed is not None and self.lock_after_s is not None:
+            signed.acted = self.clock() - self.lock_after_s
 
     def fault(self, headers: dict[str, str], *, navigating: bool) -> str | None:
         """Why a request is refused for where it comes from; None where it is not.
@@ -117,8 +229,10 @@ class Access:
 
     def _forget_old(self) -> None:
         now = self.clock()
-        self._links = {one: at for one, at in self._links.items() if now - at < _LINK_S}
-        self._sessions = {one: at for one, at in self._sessions.items() if now - at < _SESSION_S}
+        for one in [one for one, (at, _) in self._links.items() if now - at >= _LINK_S]:
+            self._links.pop(one, None)
+        for one in [one for one, at in self._sessions.items() if now - at.asked >= _SESSION_S]:
+            self._sessions.pop(one, None)
 
 
 @dataclass(frozen=True)
@@ -129,6 +243,8 @@ class Guard:
     access: Access
     allows: Callable[[str, str], bool] = lambda _method, _path: True
     """Of a method and a path, whether this door answers it at all."""
+    diary: Diary | None = None
+    """Where acts are written down."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -150,20 +266,59 @@ class Guard:
         elif not self.allows(scope["method"], path):
             told = "This door takes photos of one case, and answers nothing else."
             await refusal(403, "Elsewhere", told)(scope, receive, _guarded(send))
-        elif in_api and path not in _OPEN_PATHS and not self.access.is_open(session):
-            await refusal(
-                401,
-                "NoSession",
-                "Nobody is signed in here. Open the app by the link that `limbgram app` shows; it "
-                "is good once.",
-            )(scope, receive, _guarded(send))
-        elif _FILES.fullmatch(path):
-            await self.inner(scope, receive, _guarded(send))
-        elif _length(headers) > _MOST_BYTES:
+        elif in_api and not self._is_for_all(path) and self.access.signed(session) is None:
+            await refusal(401, "NoSession", self._how_to_sign_in)(scope, receive, _guarded(send))
+        elif in_api and path not in _LOCKED_PATHS and not self.access.is_open(session):
+            told = "Nobody did anything here for a while, so it is locked. Give your password."
+            await refusal(423, "Locked", told)(scope, receive, _guarded(send))
+        elif not _FILES.fullmatch(path) and _length(headers) > _MOST_BYTES:
             told = "The request is larger than any that is answered. Send less at a time."
             await refusal(413, "TooLarge", told)(scope, receive, _guarded(send))
         else:
-            await self.inner(scope, _bounded(receive), _guarded(send))
+            if in_api and scope["method"] not in ("GET", "HEAD") and path not in _LOCKED_PATHS:
+                self.access.act(session)
+            if scope["method"] not in ("GET", "HEAD"):
+                receive = _bounded(receive, None if _FILES.fullmatch(path) else _MOST_BYTES)
+            answering = self._written(scope, headers, session, _guarded(send))
+            await self.inner(scope, receive, answering)
+
+    def _is_for_all(self, path: str) -> bool:
+        return path in _OPEN_PATHS or (path == _SIGN_IN_PATH and self.access.people is not None)
+
+    @property
+    def _how_to_sign_in(self) -> str:
+        if self.access.people is not None:
+            return "Nobody is signed in here. Sign in by your name and password."
+        return (
+            "Nobody is signed in here. Open the app by the link that `limbgram app` shows; it "
+            "is good once."
+        )
+
+    def _written(self, scope: Scope, headers: dict[str, str], session: str, send: Send) -> Send:
+        """Write an act down before it is answered; without its line no act is confirmed."""
+        diary, access = self.diary, self.access
+        if diary is None or not str(scope["path"]).startswith("/api/"):
+            return send
+        signed = access.signed(session)
+        in_place = False
+
+        async def send_written(message: Message) -> None:
+            nonlocal in_place
+            if in_place:
+                return
+            if message["type"] == "http.response.start":
+                line = _line_of(scope, headers, signed, int(message["status"]))
+                if line is not None:
+                    try:
+                        await asyncio.to_thread(diary.write, *line)
+                    except OSError as error:
+                        in_place = True
+                        told = f"The log of who did what cannot be written. {disk_advice(error)}"
+                        await refusal(507, "OSError", told)(scope, _nothing, send)
+                        return
+            await send(message)
+
+        return send_written
 
 
 def session_in(cookies: str) -> str:
@@ -180,17 +335,57 @@ def _length(headers: dict[str, str]) -> int:
     return int(told) if told.isdecimal() and len(told) < 16 else _MOST_BYTES + 1
 
 
-def _bounded(receive: Receive) -> Receive:
-    """A request that does not say its length is cut off where it becomes too long."""
+def _bounded(receive: Receive, most: int | None) -> Receive:
+    """A request is cut off where it becomes too long without saying so, or comes no further."""
     came = 0
+    whole = False
 
     async def receive_bounded() -> Message:
-        nonlocal came
-        message = await receive()
+        nonlocal came, whole
+        if whole:  # what may come now is the end of the connection
+            return await receive()
+        try:
+            message = await asyncio.wait_for(receive(), _SILENCE_S)
+        except TimeoutError:
+            return {"type": "http.disconnect"}
         came += len(message.get("body", b""))
-        return message if came <= _MOST_BYTES else {"type": "http.disconnect"}
+        whole = not message.get("more_body", False)
+        return message if most is None or came <= most else {"type": "http.disconnect"}
 
     return receive_bounded
+
+
+async def _nothing() -> Message:
+    return {"type": "http.disconnect"}
+
+
+def _line_of(
+    scope: Scope, headers: dict[str, str], signed: Signed | None, status: int
+) -> tuple[str, str, str, str, int] | None:
+    """What is written down of a request: who, from where, what, of which case, how it ended.
+
+    Looking on is not written down, but the first look at a case and all that leaves as a file.
+    """
+    route = scope.get("route")
+    act = str(getattr(route, "name", "")) or "unknown"
+    state: dict[str, Any] = scope.get("state", {})
+    case = str(state.get("case", "") or scope.get("path_params", {}).get("case_id", ""))
+    who = "" if signed is None else signed.who
+    if scope["method"] in ("GET", "HEAD"):
+        if act == "read_case" and signed is not None and case not in signed.opened:
+            signed.opened.add(case)
+        elif act not in _LEAVING:
+            return None
+    elif act in _QUIET or _goes_on(headers):
+        return None
+    client = scope.get("client")
+    return str(state.get("who", who)), client[0] if client else "", act, case, status
+
+
+def _goes_on(headers: dict[str, str]) -> bool:
+    """Whether it is a piece of a file of which more comes: the last one stands for all."""
+    found = _PIECE.fullmatch(headers.get("content-range", "").strip())
+    return found is not None and int(found[1]) + 1 < int(found[2])
 
 
 def _guarded(send: Send) -> Send:

@@ -5,7 +5,7 @@ import threading
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 
@@ -145,21 +145,23 @@ def list_cases(
 
 
 @router.post("/cases", status_code=201)
-def new_case(clinic: ClinicHere, given: NewCase) -> Case:
+def new_case(clinic: ClinicHere, given: NewCase, request: Request) -> Case:
     """Begin a case under a random id."""
     made = clinic.shelf.new_case(given.kind, given.side, given.note)
+    request.state.case = made.case_id
     clinic.news.tell(made.case_id, "case")
     return case_reply(clinic, made)
 
 
 @router.post("/cases/sample", status_code=202)
-def new_sample(clinic: ClinicHere) -> Case:
+def new_sample(clinic: ClinicHere, request: Request) -> Case:
     """Begin a sample case: the program photographs a limb that never was, in half a minute.
 
     Its photos arrive one after the other, and a calibrated camera with them; then ask for its shape
     as for any other.
     """
     made = begin_sample(clinic.shelf)
+    request.state.case = made.case_id
 
     def work() -> None:
         fill_sample(clinic.shelf, made, Run())

@@ -16,7 +16,8 @@ from dataclasses import dataclass, field
 
 import uvicorn
 
-from limbgram.app.access import Access, Asgi, Guard
+from limbgram.app.access import Access, Asgi, Diary, Guard
+from limbgram.app.listening import Tls, configured
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import OptionsError
 
@@ -46,6 +47,9 @@ class Door:
 class Doors:
     """The doors that are open, one a case."""
 
+    tls: Tls | None = None
+    """On a network: by what they are encrypted."""
+    diary: Diary | None = None
     _doors: dict[str, Door] = field(default_factory=dict[str, Door])
 
     def of(self, case: ShelvedCase) -> Door | None:
@@ -68,13 +72,11 @@ class Doors:
         host = address()
         listening = socket.create_server((host, 0), backlog=32)
         at = f"{host}:{listening.getsockname()[1]}"
-        access = Access(frozenset({at}))
-        guard = Guard(inner, access, allows=_allowed(case.case_id))
-        config = uvicorn.Config(
-            guard, log_level="warning", access_log=False, server_header=False, lifespan="off"
-        )
-        server = uvicorn.Server(config)
-        door = Door(case.case_id, access, server, f"http://{at}")
+        scheme = "http" if self.tls is None else "https"
+        access = Access(frozenset({at}), scheme)
+        guard = Guard(inner, access, allows=_allowed(case.case_id), diary=self.diary)
+        server = uvicorn.Server(configured(guard, self.tls, lifespan="off"))
+        door = Door(case.case_id, access, server, f"{scheme}://{at}")
         self._doors[case.case_id] = door
         threading.Thread(target=_serve, args=(door, listening), name="phone", daemon=True).start()
         return door

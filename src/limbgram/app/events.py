@@ -1,4 +1,4 @@
-"""Events: a line whenever something of a case changed, as long as somebody listens."""
+"""Events: a line whenever something of a case changed, as long as somebody may listen."""
 
 import asyncio
 import json
@@ -7,7 +7,8 @@ from collections.abc import AsyncGenerator, Callable
 from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 
-from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.app.access import session_in
+from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
 
 router = APIRouter(tags=["events"])
 
@@ -27,27 +28,33 @@ def listen_to_case(clinic: ClinicHere, case: CaseHere, request: Request) -> Stre
 
     The first event names all of them. Ask the resource of a subject for what it is now.
     """
-    return _stream(request, lambda: clinic.news.of(case.case_id))
+    return _stream(clinic, request, lambda: clinic.news.of(case.case_id))
 
 
 @router.get("/events", response_class=StreamingResponse, responses={**_STREAM})
 def listen_to_all(clinic: ClinicHere, request: Request) -> StreamingResponse:
     """Cases that changed: {"changed": ["K7Q-4F2"]}; `cameras` stands for the cameras."""
-    return _stream(request, clinic.news.of_all)
+    return _stream(clinic, request, clinic.news.of_all)
 
 
-def _stream(request: Request, counts: Callable[[], dict[str, int]]) -> StreamingResponse:
+def _stream(
+    clinic: Clinic, request: Request, counts: Callable[[], dict[str, int]]
+) -> StreamingResponse:
+    access = clinic.access_of(request)
+    session = session_in(request.headers.get("cookie", ""))
     return StreamingResponse(
-        _changes(request, counts),
+        _changes(request, counts, lambda: access.state(session) == "open"),
         media_type="text/event-stream",
         headers={"cache-control": "no-store", "x-accel-buffering": "no"},
     )
 
 
-async def _changes(request: Request, counts: Callable[[], dict[str, int]]) -> AsyncGenerator[str]:
+async def _changes(
+    request: Request, counts: Callable[[], dict[str, int]], may_listen: Callable[[], bool]
+) -> AsyncGenerator[str]:
     before: dict[str, int] | None = None
     quiet_s = 0.0
-    while not request.app.state.closing and not await request.is_disconnected():
+    while not request.app.state.closing and may_listen() and not await request.is_disconnected():
         now = counts()
         changed = [name for name, count in now.items() if (before or {}).get(name) != count]
         if changed or before is None:

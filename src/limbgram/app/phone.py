@@ -1,10 +1,12 @@
 """Phone: a link and a QR code with which a phone in the same network sends photos of one case.
 
-What passes is not encrypted; the reply says so.
+What passes is encrypted where the app is on a network; else it is not, and the reply says so.
 """
 
+from typing import Annotated
+
 import segno
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Cookie, Request
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import CaseHere, ClinicHere
@@ -27,16 +29,32 @@ class Phone(BaseModel):
 def read_phone(clinic: ClinicHere, case: CaseHere) -> Phone:
     """Whether a phone can send photos of this case now."""
     door = clinic.doors.of(case)
-    return Phone(open=False) if door is None else Phone(open=True, closes_s=door.closes_s)
+    if door is None:
+        return Phone(open=False)
+    secret = door.access.scheme == "https"
+    return Phone(open=True, encrypted=secret, closes_s=door.closes_s)
 
 
 @router.post("/cases/{case_id}/phone", status_code=201)
-def open_phone(clinic: ClinicHere, case: CaseHere, request: Request) -> Phone:
+def open_phone(
+    clinic: ClinicHere,
+    case: CaseHere,
+    request: Request,
+    limbgram_session: Annotated[str | None, Cookie()] = None,
+) -> Phone:
     """Open the door for a phone in the same network, and make a link and a QR code for it."""
     door = clinic.doors.open(case, request.app, own_address)
-    url = f"{door.origin}/start?token={door.access.new_link_token()}&to=phone/{case.case_id}"
+    signed = clinic.access.signed(limbgram_session or "")
+    token = door.access.new_link_token(f"phone of {signed.who}" if signed and signed.who else "")
+    url = f"{door.origin}/start?token={token}&to=phone/{case.case_id}"
     picture = segno.make(url, error="m").svg_inline(scale=4, border=2)
-    return Phone(open=True, url=url, qr_svg=picture, closes_s=door.closes_s)
+    return Phone(
+        open=True,
+        url=url,
+        qr_svg=picture,
+        encrypted=door.access.scheme == "https",
+        closes_s=door.closes_s,
+    )
 
 
 @router.delete("/cases/{case_id}/phone", status_code=204)

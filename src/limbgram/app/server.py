@@ -111,7 +111,7 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
 
 def guarded(clinic: Clinic, static: Path = STATIC) -> Guard:
     """The server as it stands on a socket."""
-    return Guard(build(clinic, static), clinic.access)
+    return Guard(build(clinic, static), clinic.access, diary=clinic.doors.diary)
 
 
 def _page(static: Path, path: str) -> Response:

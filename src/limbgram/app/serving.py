@@ -5,7 +5,7 @@ Out     the app, until it is told to end; what runs then is interrupted and can 
 Fails   OptionsError: the port is taken, or below 1024. CaseError: the folder cannot be used.
 """
 
-import logging
+import errno
 import socket
 import threading
 import webbrowser
@@ -17,15 +17,13 @@ import uvicorn
 
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
+from limbgram.app.listening import Tls, configured
 from limbgram.app.server import guarded
 from limbgram.cases.shelf import Shelf
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, printable
 from limbgram.core.run import no_search_for_garbage
 
 LOOPBACK = "127.0.0.1"
-_KEEP_ALIVE_S = 30
-_END_S = 3
-"""Open answers, such as streams of events, get so long to end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +35,8 @@ class ServeOptions:
     """0: any that is free."""
     browser: bool = True
     """Open the default browser."""
+    jobs: int = 1
+    """Shapes computed at a time."""
 
 
 def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
@@ -49,32 +49,44 @@ def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
         OptionsError: the port cannot be had.
         CaseError: the folder of cases cannot be used.
     """
-    listening = _socket(options.port)
+    listening = socket_at(LOOPBACK, options.port)
     port: int = listening.getsockname()[1]
     access = Access(frozenset({f"{LOOPBACK}:{port}", f"localhost:{port}"}))
     origin = f"http://{LOOPBACK}:{port}"
     clinic = Clinic(Shelf(options.cases.absolute()), access, origin=lambda: origin)
     clinic.shelf.open()
+
+    def ready() -> str:
+        link = f"{origin}/start?token={access.new_link_token()}"
+        on_ready(link)
+        return link
+
+    serve_clinic(clinic, listening, None, ready, browser=options.browser)
+
+
+def serve_clinic(
+    clinic: Clinic,
+    listening: socket.socket,
+    tls: Tls | None,
+    ready: Callable[[], str],
+    *,
+    browser: bool,
+) -> None:
+    """Answer on a socket until the process is asked to end.
+
+    Args:
+        ready: Called once requests are answered; gives the address for the browser.
+    """
     with no_search_for_garbage():
         routes = guarded(clinic)
-    config = uvicorn.Config(
-        routes,
-        log_level=logging.WARNING,
-        access_log=False,
-        server_header=False,
-        timeout_keep_alive=_KEEP_ALIVE_S,
-        timeout_graceful_shutdown=_END_S,
-        lifespan="on",
-    )
-    server = uvicorn.Server(config)
-    link = f"{origin}/start?token={access.new_link_token()}"
+    server = uvicorn.Server(configured(routes, tls, lifespan="on"))
 
     def tell() -> None:
         while not server.started and not server.should_exit:
             threading.Event().wait(0.02)
         if server.started:
-            on_ready(link)
-            if options.browser:
+            link = ready()
+            if browser:
                 webbrowser.open(link)
 
     threading.Thread(target=tell, name="ready", daemon=True).start()
@@ -82,16 +94,25 @@ def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
         server.run(sockets=[listening])
 
 
-def _socket(port: int) -> socket.socket:
-    """A socket on loopback that nothing else has."""
+def socket_at(address: str, port: int) -> socket.socket:
+    """A socket of this machine that nothing else has.
+
+    Raises:
+        OptionsError: the port is taken or below 1024, or the address is none of this machine.
+    """
     if port and not 1024 <= port <= 65535:
         raise OptionsError(f"Port {port} cannot be used. Choose one from 1024 to 65535.")
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        listening.bind((LOOPBACK, port))
+        listening.bind((address, port))
         listening.listen(128)
-    except OSError as error:
+    except (OSError, UnicodeError) as error:
         listening.close()
+        if isinstance(error, UnicodeError) or error.errno != errno.EADDRINUSE:
+            raise OptionsError(
+                f"{printable(address, keep='')[:60]} is no address of this machine. Write one as "
+                "192.168.1.20, or leave it out."
+            ) from error
         raise OptionsError(
             f"Port {port} is taken: another program uses it, or the app runs already. Close that "
             "one, choose another by --port, or leave --port out."

@@ -1,17 +1,19 @@
-"""Session: signing in by a start link, and what the client has to know of this program."""
+"""Session: signing in, by a start link or by name and password, and what the client has to know."""
 
+import math
 import re
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Cookie, Request, Response
 from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 
-from limbgram.app.access import COOKIE
+from limbgram.app.access import COOKIE, Access, People
 from limbgram.app.clinic import ClinicHere
 from limbgram.app.replies import Refusal, refusal
 from limbgram.cases.shelf import ID_PATTERN
+from limbgram.core.errors import OptionsError
 from limbgram.core.run import machine_mb, worker_count
 
 _PHONE_PAGE = re.compile(f"phone/{ID_PATTERN.strip('^$')}")
@@ -22,6 +24,10 @@ _PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>lim
 <meta http-equiv="refresh" content="0; url=PAGE"></head>
 <body><p><a href="PAGE">Open limbgram</a></p>
 </body></html>"""
+_REFUSED_PASSWORD: dict[int | str, dict[str, Any]] = {
+    401: {"model": Refusal, "description": "The name or the password is not right."},
+    429: {"model": Refusal, "description": "Too many were wrong: wait, as Retry-After says."},
+}
 _REFUSED = """<!doctype html><html lang="en"><head><meta charset="utf-8"><title>limbgram</title>
 </head><body><h1>This link is not good any more</h1><p>A start link opens the app once, within 15
 minutes. Start the app again by <code>limbgram app</code> and open the link that it shows.</p>
@@ -34,6 +40,12 @@ class Session(BaseModel):
     open: bool = Field(description="Whether this browser is signed in.")
     version: str
     local: bool = Field(default=True, description="Photos and shapes stay on this machine.")
+    network: bool = Field(default=False, description="Whether users sign in by name and password.")
+    user: str = Field(default="", description="Who is signed in; empty on the machine itself.")
+    locked: bool = Field(default=False, description="Whether the password is asked for again.")
+    lock_after_s: float | None = Field(
+        default=None, description="Without an act for so long, it is locked; null: never."
+    )
     processors: int = 0
     memory_mb: float = 0.0
 
@@ -50,15 +62,27 @@ class Token(BaseModel):
     token: str = Field(max_length=200)
 
 
+class Credentials(BaseModel):
+    """Who signs in, on a network."""
+
+    name: str = Field(max_length=80)
+    password: str = Field(max_length=400)
+
+
+class Password(BaseModel):
+    """Of the user who is signed in."""
+
+    password: str = Field(max_length=400)
+
+
 @router.get("/session")
 def read_session(
     clinic: ClinicHere, request: Request, limbgram_session: Annotated[str | None, Cookie()] = None
 ) -> Session:
     """Say whether this browser is signed in; answers without a session."""
     access = clinic.access_of(request)
-    known = limbgram_session is not None and access.is_open(limbgram_session)
-    found = Session(open=known, version=version("limbgram"))
-    if known:
+    found = _session(access, limbgram_session or "")
+    if found.open:
         found.processors, found.memory_mb = worker_count(), machine_mb()
     return found
 
@@ -74,7 +98,51 @@ def open_session(clinic: ClinicHere, given: Token, response: Response) -> Sessio
     if opened is None:
         return refusal(401, "NoSession", "The token is not good any more. Make another link.")
     _set(response, opened, secure=clinic.access.scheme == "https")
-    return Session(open=True, version=version("limbgram"))
+    return _session(clinic.access, opened)
+
+
+@router.post("/session/sign-in", response_model=Session, responses=_REFUSED_PASSWORD)
+def sign_in(
+    clinic: ClinicHere, request: Request, given: Credentials, response: Response
+) -> Session | Response:
+    """Sign in by name and password, on a network; answers without a session."""
+    people = _people(clinic.access)
+    request.state.who = given.name if people.stamp(given.name) else "unknown"
+    refused = _tried(clinic.access, people, request, given.name, given.password)
+    if refused is not None:
+        return refused
+    opened = clinic.access.begin(given.name)
+    _set(response, opened, secure=clinic.access.scheme == "https")
+    return _session(clinic.access, opened)
+
+
+@router.post("/session/unlock", response_model=Session, responses=_REFUSED_PASSWORD)
+def unlock(
+    clinic: ClinicHere,
+    request: Request,
+    given: Password,
+    limbgram_session: Annotated[str | None, Cookie()] = None,
+) -> Session | Response:
+    """Go on in a session that is locked; what was begun in the page is still there."""
+    people, session = _people(clinic.access), limbgram_session or ""
+    signed = clinic.access.signed(session)
+    refused = _tried(clinic.access, people, request, signed.who if signed else "", given.password)
+    if refused is not None:
+        return refused
+    clinic.access.act(session)
+    return _session(clinic.access, session)
+
+
+@router.post("/session/stay", status_code=204)
+def stay(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> None:
+    """Say that somebody looks at the page and moves in it, so that it is not locked."""
+    clinic.access.act(limbgram_session or "")
+
+
+@router.post("/session/lock", status_code=204)
+def lock(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> None:
+    """Lock this session until its user gives the password again; on a network alone."""
+    clinic.access.lock(limbgram_session or "")
 
 
 @router.delete("/session", status_code=204)
@@ -87,9 +155,11 @@ def close_session(
 
 
 @router.post("/session/links", status_code=201)
-def new_link(clinic: ClinicHere) -> Link:
-    """Make a start link for one more browser, or program, on this machine."""
-    return Link(url=f"{clinic.origin()}/start?token={clinic.access.new_link_token()}")
+def new_link(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> Link:
+    """Make a start link for one more browser, or program, that works under the same name."""
+    signed = clinic.access.signed(limbgram_session or "")
+    token = clinic.access.new_link_token("" if signed is None else signed.who)
+    return Link(url=f"{clinic.origin()}/start?token={token}")
 
 
 @start_router.get("/start", include_in_schema=False)
@@ -102,6 +172,46 @@ def start(clinic: ClinicHere, request: Request, token: str = "", to: str = "") -
     response = HTMLResponse(_PAGE.replace("PAGE", page))
     _set(response, opened, secure=clinic.access.scheme == "https")
     return response
+
+
+def _session(access: Access, session: str) -> Session:
+    state, signed = access.state(session), access.signed(session)
+    return Session(
+        open=access.is_open(session),
+        version=version("limbgram"),
+        network=access.people is not None,
+        user="" if signed is None else signed.who,
+        locked=state == "locked",
+        lock_after_s=access.lock_after_s,
+    )
+
+
+def _people(access: Access) -> People:
+    if access.people is None:
+        raise OptionsError(
+            "This app has no users: it answers this machine alone. Open it by the link that "
+            "`limbgram app` shows."
+        )
+    return access.people
+
+
+def _tried(
+    access: Access, people: People, request: Request, name: str, password: str
+) -> Response | None:
+    """Try a password; the refusal, or None where it is right."""
+    address = request.client.host if request.client else ""
+    wait_s = math.ceil(access.attempts.wait_s(name, address))
+    if wait_s:
+        told = f"Too many passwords were wrong. Wait {wait_s} s, then try again."
+        answer = refusal(429, "TooMany", told)
+        answer.headers["retry-after"] = str(wait_s)
+        return answer
+    access.attempts.failed(name, address)  # also of those that are tried at the same time
+    if not people.is_right(name, password):
+        told = "The name or the password is not right. Mind capitals and the language of the keys."
+        return refusal(401, "NotRight", told)
+    access.attempts.passed(name, address)
+    return None
 
 
 def _set(response: Response, session: str, *, secure: bool) -> None:

@@ -1,8 +1,13 @@
-"""`limbgram app`: the whole work in a browser, on this machine."""
+"""`limbgram app`: the whole work in a browser: on this machine, or on the clinic's own network."""
 
+import json
 import sys
+from collections import deque
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,45 +15,339 @@ from limbgram.cli.replies import Reply, answered
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import no_search_for_garbage
 
+if TYPE_CHECKING:
+    from limbgram.app.journal import Journal
+    from limbgram.app.users import Users
 
-@answered
-def app_command(
-    cases: Annotated[
-        Path, typer.Option(help="Folder of the cases; made where there is none.")
-    ] = Path("limbgram-cases"),
+_HELP = """Open the app in the browser: photos go in, a checked shape and its files come out.
+
+Only this machine can reach it. The link is good once; close the app with Ctrl-C. What is being
+computed then is continued when the app is opened again.
+
+With **--network**, browsers of the clinic's own network reach it too: encrypted, and only for users
+that were added on this machine. A log says who did what (`limbgram app log`), a page in which
+nobody did anything for a while is locked until its user gives the password again.
+
+1. `limbgram app users add "A. Meier"`
+2. `limbgram app --network`
+3. on another machine, open the address that it shows, and compare the fingerprint once
+"""
+_USERS_HELP = """Who may sign in to the app on a network.
+
+What is changed counts at once, also for an app that runs: a user who is removed, or whose password
+is changed, is signed out everywhere.
+"""
+_LIBRARIES = ("argon2", "cryptography", "fastapi", "segno", "uvicorn")
+
+app_command = typer.Typer(help=_HELP, invoke_without_command=True, rich_markup_mode="markdown")
+users_app = typer.Typer(help=_USERS_HELP, no_args_is_help=True, rich_markup_mode="markdown")
+
+CasesOption = Annotated[Path, typer.Option(help="Folder of the cases; made where there is none.")]
+CASES = Path("limbgram-cases")
+Name = Annotated[str, typer.Argument(help="The user's name, such as 'A. Meier'.")]
+FromInput = Annotated[
+    bool,
+    typer.Option("--password-stdin", help="Read the password from standard input, for a program."),
+]
+Json = Annotated[bool, typer.Option("--json", help="The answer as one JSON document.")]
+_NETWORK = "On a network"
+
+
+@app_command.callback()
+def _app(
+    context: typer.Context,
+    cases: CasesOption = CASES,
     port: Annotated[
         int,
-        typer.Option(min=0, max=65535, help="Port on this machine.", show_default="any free one"),
+        typer.Option(
+            min=0,
+            max=65535,
+            help="Port on this machine.",
+            show_default="any free one; 8443 on a network",
+        ),
     ] = 0,
     no_browser: Annotated[
         bool, typer.Option("--no-browser", help="Only show the link, for a program or a browser.")
     ] = False,
+    jobs: Annotated[
+        int,
+        typer.Option(min=1, max=64, help="Shapes computed at a time; others wait their turn."),
+    ] = 1,
+    network: Annotated[
+        bool,
+        typer.Option(
+            "--network",
+            help="Answer browsers of the network too: encrypted, by name and password.",
+            rich_help_panel=_NETWORK,
+        ),
+    ] = False,
+    address: Annotated[
+        str,
+        typer.Option(
+            help="Address of this machine to answer at; 0.0.0.0 for all it has.",
+            show_default="the one by which it reaches others",
+            rich_help_panel=_NETWORK,
+        ),
+    ] = "",
+    name: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A name by which browsers reach this machine. Repeatable.",
+            rich_help_panel=_NETWORK,
+        ),
+    ] = None,
+    certificate: Annotated[
+        Path | None,
+        typer.Option(help="The clinic's own certificate, PEM.", rich_help_panel=_NETWORK),
+    ] = None,
+    key: Annotated[
+        Path | None,
+        typer.Option(help="Its key, PEM, without a password.", rich_help_panel=_NETWORK),
+    ] = None,
+    lock_after: Annotated[
+        float,
+        typer.Option(
+            min=1,
+            max=240,
+            help="Minutes without an act of its user until a page is locked.",
+            rich_help_panel=_NETWORK,
+        ),
+    ] = 15.0,
     as_json: Annotated[
         bool, typer.Option("--json", help="The link as a JSON line, once it is good.")
     ] = False,
-) -> Reply:
-    """Open the app in the browser: photos go in, a checked shape and its files come out.
+) -> None:
+    if context.invoked_subcommand is not None:
+        if cases != CASES:
+            told = f"Write --cases behind the command: limbgram app {context.invoked_subcommand}"
+            _refuse_later(f"{told} ... --cases {cases}", as_json=as_json)
+        return
+    if not network and (address or name or certificate or key):
+        only = "--address, --name, --certificate and --key"
+        _refuse_later(f"{only} belong to --network. Add it, or leave them out.", as_json=as_json)
+    if network:
+        _on_network(
+            cases=cases,
+            port=port,
+            no_browser=no_browser,
+            jobs=jobs,
+            address=address,
+            names=tuple(name or ()),
+            certificate=certificate,
+            key=key,
+            lock_after=lock_after,
+            as_json=as_json,
+        )
+    else:
+        _on_this_machine(cases=cases, port=port, no_browser=no_browser, jobs=jobs, as_json=as_json)
 
-    Only this machine can reach it. The link is good once; close the app with Ctrl-C. What is being
-    computed then is continued when the app is opened again.
-    """
+
+@answered
+def _refuse_later(told: str, *, as_json: bool) -> Reply:  # noqa: ARG001 - read by `answered`
+    raise OptionsError(told)
+
+
+@answered
+def _on_this_machine(
+    *, cases: Path, port: int, no_browser: bool, jobs: int, as_json: bool
+) -> Reply:
+    with _libraries():
+        from limbgram.app.serving import ServeOptions, serve
+
+    def ready(link: str) -> None:
+        _tell(
+            {"event": "ready", "link": link},
+            f"The app is open: {link}\nThe link is good once, within 15 minutes. End with Ctrl-C.",
+            as_json=as_json,
+        )
+
+    serve(ServeOptions(cases=cases, port=port, browser=not no_browser, jobs=jobs), ready)
+    return Reply(("The app is closed.",), {"closed": True})
+
+
+@answered
+def _on_network(
+    *,
+    cases: Path,
+    port: int,
+    no_browser: bool,
+    jobs: int,
+    address: str,
+    names: tuple[str, ...],
+    certificate: Path | None,
+    key: Path | None,
+    lock_after: float,
+    as_json: bool,
+) -> Reply:
+    with _libraries():
+        from limbgram.app.network import NetworkOptions, Reached, serve_on_network
+        from limbgram.app.serving import ServeOptions
+
+    def ready(reached: Reached) -> None:
+        compare = (
+            "Browsers do not know its certificate. Compare the fingerprint (SHA-256) once on each "
+            f"machine before you go on:\n{reached.fingerprint}\n"
+            if reached.own
+            else ""
+        )
+        text = (
+            f"The app is open to {reached.users} users: {' or '.join(reached.links)}\n"
+            f"{compare}End with Ctrl-C."
+        )
+        _tell(
+            {"event": "ready", "link": reached.links[0], **asdict(reached)}, text, as_json=as_json
+        )
+
+    serve_on_network(
+        ServeOptions(cases=cases, port=port, browser=not no_browser, jobs=jobs),
+        NetworkOptions(
+            address=address,
+            names=names,
+            certificate=certificate,
+            key=key,
+            lock_after_min=lock_after,
+        ),
+        ready,
+    )
+    return Reply(("The app is closed.",), {"closed": True})
+
+
+@users_app.command("add")
+@answered
+def add_command(
+    name: Name,
+    cases: CasesOption = CASES,
+    password_stdin: FromInput = False,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Let somebody sign in; asks for their password, twice."""
+    users = _users(cases)
+    users.require_new(name)
+    added = users.add(name, _password(from_input=password_stdin))
+    _journal(cases).write("this machine", "", f"add_user {added.name}")
+    return Reply((f"{added.name} may sign in.",), {"added": added.name})
+
+
+@users_app.command("password")
+@answered
+def password_command(
+    name: Name,
+    cases: CasesOption = CASES,
+    password_stdin: FromInput = False,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Give a user another password; they are signed out everywhere."""
+    users = _users(cases)
+    users.require(name)
+    changed = users.change(name, _password(from_input=password_stdin))
+    _journal(cases).write("this machine", "", f"change_password {changed.name}")
+    return Reply((f"{changed.name} has another password.",), {"changed": changed.name})
+
+
+@users_app.command("remove")
+@answered
+def remove_command(
+    name: Name,
+    cases: CasesOption = CASES,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Let somebody sign in no more; the log keeps what they did."""
+    gone = _users(cases).remove(name)
+    _journal(cases).write("this machine", "", f"remove_user {gone.name}")
+    return Reply((f"{gone.name} can sign in no more.",), {"removed": gone.name})
+
+
+@users_app.command("list")
+@answered
+def list_command(
+    cases: CasesOption = CASES,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """List who may sign in, and since when with their password."""
+    users = _users(cases).all()
+    lines = [f"{one.name}  (password of {one.made[:10]})" for one in users]
+    none = "Nobody may sign in yet. Add somebody: limbgram app users add NAME"
+    listed = [{"name": one.name, "password_of": one.made} for one in users]
+    return Reply(tuple(lines) or (none,), {"users": listed})
+
+
+@app_command.command("log")
+@answered
+def log_command(
+    cases: CasesOption = CASES,
+    case: Annotated[str, typer.Option(help="Only what was done with this case.")] = "",
+    user: Annotated[str, typer.Option(help="Only what this user did.")] = "",
+    last: Annotated[int, typer.Option(min=1, help="So many lines, the last ones.")] = 50,
+    as_json: Json = False,  # noqa: ARG001 - read by `answered`
+) -> Reply:
+    """Show who did what on the network, and whether the log is as it was written."""
+    journal = _journal(cases)
+    shown: deque[str] = deque(maxlen=last)
+    found: deque[dict[str, str | int]] = deque(maxlen=last)
+    broken: list[int] = []
+    number = 0
+    for number, line in enumerate(journal.lines(), 1):
+        if not line.whole:
+            broken.append(number)
+        act = line.act
+        if act is None or (case and act.case != case) or (user and act.who != user):
+            continue
+        shown.append(
+            f"{act.at[:19].replace('T', ' ')}  {act.who or '-':20}  {act.address or '-':15}  "
+            f"{act.act:24}  {act.case or '-':7}  {act.status or ''}".rstrip()
+        )
+        found.append(asdict(act))
+    said = (
+        f"{number} lines, each follows the one before it."
+        if not broken
+        else f"NOT as it was written: line {broken[0]} was changed, or lines before it were taken "
+        f"out or put in ({len(broken)} such places). Compare it with a copy that you kept."
+    )
+    return Reply(
+        (*shown, said),
+        {"lines": number, "broken": broken[:100], "acts": list(found)},
+        exit_code=1 if broken else 0,
+    )
+
+
+app_command.add_typer(users_app, name="users")
+
+
+def _tell(event: dict[str, object], text: str, *, as_json: bool) -> None:
+    sys.stdout.write(f"{json.dumps(event) if as_json else text}\n")
+    sys.stdout.flush()
+
+
+def _users(cases: Path) -> "Users":
+    with _libraries():
+        from limbgram.app.users import ACCESS_FOLDER, Users
+    return Users(cases.absolute() / ACCESS_FOLDER)
+
+
+def _journal(cases: Path) -> "Journal":
+    with _libraries():
+        from limbgram.app.journal import Journal
+        from limbgram.app.users import ACCESS_FOLDER
+    return Journal(cases.absolute() / ACCESS_FOLDER)
+
+
+def _password(*, from_input: bool) -> str:
+    if from_input:
+        return sys.stdin.readline().rstrip("\r\n")
+    asked: str = typer.prompt("Password", hide_input=True, confirmation_prompt="Once more")
+    return asked
+
+
+@contextmanager
+def _libraries() -> Generator[None]:
+    """Import what the app needs; say how to get it where it is not installed."""
     try:
         with no_search_for_garbage():
-            from limbgram.app.serving import ServeOptions, serve
+            yield
     except ModuleNotFoundError as error:
-        if error.name not in ("fastapi", "segno", "uvicorn"):
+        if error.name not in _LIBRARIES:
             raise
         raise OptionsError(
             "The app needs libraries that are not installed. Install them by: "
             "pip install 'limbgram[app]'"
         ) from error
-
-    def ready(link: str) -> None:
-        line = f'{{"event": "ready", "link": "{link}"}}' if as_json else (
-            f"The app is open: {link}\nThe link is good once, within 15 minutes. End with Ctrl-C."
-        )  # fmt: skip
-        sys.stdout.write(f"{line}\n")
-        sys.stdout.flush()
-
-    serve(ServeOptions(cases=cases, port=port, browser=not no_browser), ready)
-    return Reply(("The app is closed.",), {"closed": True})
