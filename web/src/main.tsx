@@ -6,9 +6,17 @@ import "./design/tokens.css";
 import "./design/base.css";
 import "./design/cases.css";
 import "./design/phone.css";
+import { Gate } from "./screens/gate";
+import { watch } from "./state/person";
 import { applyTheme } from "./state/settings";
 import { language } from "./texts";
 
 applyTheme();
 document.documentElement.lang = language.value;
-render(<App />, document.getElementById("app") as HTMLElement);
+watch();
+render(
+  <Gate>
+    <App />
+  </Gate>,
+  document.getElementById("app") as HTMLElement,
+);

@@ -13,6 +13,7 @@ export type Language = keyof typeof LANGUAGES;
 const TEXTS = {
   // Frame
   "local": ["Stays on this machine", "Bleibt auf diesem Rechner"],
+  "local.clinic": ["Stays on the clinic's machine", "Bleibt auf dem Rechner der Klinik"],
   "help": ["Help", "Hilfe"],
   "expert": ["Expert", "Experte"],
   "cases": ["Cases", "Fälle"],
@@ -67,6 +68,25 @@ const TEXTS = {
     "Sie wurde ohne den Startlink geöffnet. Den Link öffnen, den `limbgram app` gezeigt hat.",
   ],
   "cannot": ["This did not work.", "Das ging nicht."],
+
+  // Signing in, on a network
+  "gate.sign.in": ["Sign in", "Anmelden"],
+  "gate.sign.in.why": [
+    "By the name and password that were given to you on the clinic's machine.",
+    "Mit Name und Passwort, die auf dem Rechner der Klinik vergeben wurden.",
+  ],
+  "gate.name": ["Name", "Name"],
+  "gate.password": ["Password", "Passwort"],
+  "gate.in": ["Sign in", "Anmelden"],
+  "gate.out": ["Sign out", "Abmelden"],
+  "gate.lock": ["Lock", "Sperren"],
+  "gate.locked": ["This page is locked.", "Diese Seite ist gesperrt."],
+  "gate.locked.why": [
+    "{0} is signed in. Nothing is lost: after the password it goes on from here.",
+    "{0} ist angemeldet. Nichts ist verloren: Nach dem Passwort geht es hier weiter.",
+  ],
+  "gate.unlock": ["Unlock", "Entsperren"],
+  "gate.other": ["Sign in as somebody else", "Als jemand anders anmelden"],
 
   // Steps
   "step.capture": ["Capture", "Aufnahme"],

@@ -94,6 +94,10 @@ class People(Protocol):
 
     def is_right(self, name: str, password: str) -> bool: ...
 
+    def known_as(self, name: str) -> str:
+        """The name as it was given here, whatever its capitals; empty where nobody has it."""
+        ...
+
     def stamp(self, name: str) -> str:
         """Another one after the password was changed; empty where nobody has the name."""
         ...

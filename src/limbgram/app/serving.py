@@ -6,14 +6,17 @@ Fails   OptionsError: the port is taken, or below 1024. CaseError: the folder ca
 """
 
 import errno
+import signal
 import socket
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
+from uvicorn.server import HANDLED_SIGNALS
 
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
@@ -79,7 +82,7 @@ def serve_clinic(
     """
     with no_search_for_garbage():
         routes = guarded(clinic)
-    server = uvicorn.Server(configured(routes, tls, lifespan="on"))
+    server = EndingServer(configured(routes, tls, lifespan="on"))
 
     def tell() -> None:
         while not server.started and not server.should_exit:
@@ -92,6 +95,36 @@ def serve_clinic(
     threading.Thread(target=tell, name="ready", daemon=True).start()
     with listening:
         server.run(sockets=[listening])
+
+
+class EndingServer(uvicorn.Server):
+    """A server that ends when it is asked to, and then lets the program end by itself.
+
+    Libraries that are loaded meanwhile put handlers of their own in the place of its own (glog,
+    which comes with pycolmap, prints a stack trace and aborts): it puts them back once a second.
+    """
+
+    @contextmanager
+    def capture_signals(self) -> Generator[None]:
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = {one: signal.getsignal(one) for one in HANDLED_SIGNALS}
+        self._listen_to_signals()
+        try:
+            yield
+        finally:
+            for one, handler in before.items():
+                signal.signal(one, handler)
+
+    async def on_tick(self, counter: int) -> bool:
+        if counter % 10 == 0 and threading.current_thread() is threading.main_thread():
+            self._listen_to_signals()
+        return await super().on_tick(counter)
+
+    def _listen_to_signals(self) -> None:
+        for one in HANDLED_SIGNALS:
+            signal.signal(one, self.handle_exit)
 
 
 def socket_at(address: str, port: int) -> socket.socket:

@@ -107,11 +107,12 @@ def sign_in(
 ) -> Session | Response:
     """Sign in by name and password, on a network; answers without a session."""
     people = _people(clinic.access)
-    request.state.who = given.name if people.stamp(given.name) else "unknown"
+    who = people.known_as(given.name)
+    request.state.who = who or "unknown"  # what was typed may be a password
     refused = _tried(clinic.access, people, request, given.name, given.password)
     if refused is not None:
         return refused
-    opened = clinic.access.begin(given.name)
+    opened = clinic.access.begin(who)
     _set(response, opened, secure=clinic.access.scheme == "https")
     return _session(clinic.access, opened)
 

@@ -95,6 +95,11 @@ class Users:
         found = self.named(name)
         return "" if found is None else hashlib.sha256(found.password.encode()).hexdigest()
 
+    def known_as(self, name: str) -> str:
+        """The name as it was given here, whatever its capitals; empty where nobody has it."""
+        found = self.named(name)
+        return "" if found is None else found.name
+
     def is_right(self, name: str, password: str) -> bool:
         """Whether a password is that of a name; takes as long where nobody has the name."""
         found = self.named(name)

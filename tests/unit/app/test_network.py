@@ -28,7 +28,7 @@ from limbgram.app.journal import Journal
 from limbgram.app.listening import ImpatientProtocol
 from limbgram.app.network import NetworkOptions, Reached, names_of, serve_on_network
 from limbgram.app.server import guarded
-from limbgram.app.serving import ServeOptions
+from limbgram.app.serving import EndingServer, ServeOptions
 from limbgram.app.users import Users
 from limbgram.cases.shelf import Shelf
 from limbgram.cli.main import app
@@ -144,6 +144,7 @@ def test_nothing_but_signing_in_answers_a_stranger(stranger: TestClient) -> None
 
 
 def test_who_signed_in_may_work_and_is_named(client: TestClient) -> None:
+    assert sign_in(client, NAME.upper()).status_code == 200
     said = client.get(f"{API}/session").json()
     assert (said["open"], said["user"], said["lock_after_s"]) == (True, NAME, 900)
     assert client.get(f"{API}/cases").status_code == 200
@@ -404,10 +405,14 @@ def reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reached
         found.append(reached)
         ready.set()
 
-    servers: list[Any] = []
-    monkeypatch.setattr(
-        "uvicorn.Server.capture_signals", lambda self: servers.append(self) or _nothing()
-    )
+    servers: list[EndingServer] = []
+    configuring = EndingServer.__init__
+
+    def noted(self: EndingServer, *args: Any, **kwargs: Any) -> None:
+        servers.append(self)
+        configuring(self, *args, **kwargs)
+
+    monkeypatch.setattr(EndingServer, "__init__", noted)
     serving = threading.Thread(
         target=serve_with, args=(tmp_path, NetworkOptions(address="127.0.0.1"), opened)
     )
@@ -416,12 +421,6 @@ def reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reached
     yield found[0]
     servers[0].should_exit = True
     serving.join(20)
-
-
-class _nothing:
-    def __enter__(self) -> None: ...
-
-    def __exit__(self, *_: object) -> None: ...
 
 
 def test_the_socket_is_encrypted_and_a_door_of_it_too(reached: Reached, tmp_path: Path) -> None:

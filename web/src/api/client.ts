@@ -31,7 +31,7 @@ api.use({
 
 /** Keep what a status says of the way to the server. */
 export function note(status: number): void {
-  if (status === 401) link.value = "locked";
+  if (status === 401 || status === 423) link.value = "locked";
   else if (status > 0) link.value = "open";
 }
 

@@ -2,8 +2,10 @@
 import type { ComponentChildren } from "preact";
 
 import { type Page, type Place, STEPS, type Step, href } from "../state/route";
+import { person } from "../state/person";
 import { expert, setExpert } from "../state/settings";
 import { t } from "../texts";
+import { WhoIsHere } from "../screens/gate";
 import { Icon, type IconName } from "./icons";
 import { type Side, SideBadge } from "./parts";
 
@@ -54,8 +56,9 @@ export function Shell({ place, head, children, onHelp, helping }: { place: Place
         <span class="grow" />
         <span class="quiet where">
           <Icon name="lock" small />
-          {t("local")}
+          {t(person.value?.network ? "local.clinic" : "local")}
         </span>
+        <WhoIsHere />
         <button type="button" class="btn bare quiet-btn" aria-expanded={helping} onClick={onHelp}>
           <Icon name="help" />
           <span>{t("help")}</span>
