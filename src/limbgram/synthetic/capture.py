@@ -19,6 +19,7 @@ from limbgram.core.errors import CaseError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.run import in_parallel
+from limbgram.synthetic.faults import Session, crept, exposure_of, readout_of
 from limbgram.synthetic.movement import MovementKind, bent, shares_of
 from limbgram.synthetic.options import DEFAULTS, CaptureOptions
 from limbgram.synthetic.props.board import PrintedBoard
@@ -27,16 +28,28 @@ from limbgram.synthetic.props.paint import bake
 from limbgram.synthetic.props.plates import lay_plates
 from limbgram.synthetic.props.room import (
     Panel,
-    board_panel,
+    board_panels,
     make_room,
     make_screens,
     make_stand,
     moved_panel,
+    shifted_about,
 )
 from limbgram.synthetic.props.stickers import stick
 from limbgram.synthetic.record import write_record
-from limbgram.synthetic.rendering.developing import developed, shaken, softened, write_jpeg
-from limbgram.synthetic.rendering.renderer import Stage, render, seen, silhouette
+from limbgram.synthetic.rendering.developing import (
+    LinearPicture,
+    defocused,
+    denoised,
+    developed,
+    exposed,
+    shaken,
+    sharpened,
+    softened,
+    store_again,
+    write_jpeg,
+)
+from limbgram.synthetic.rendering.renderer import Stage, nearness_of, render, seen, silhouette
 from limbgram.synthetic.rendering.shading import Light, Lighting, light_of, shadow_edge
 from limbgram.synthetic.truth import Truth, ideal_camera, stage_truth
 from limbgram.synthetic.turning import TurnedOver, Turning, standing_photos
@@ -95,14 +108,16 @@ def _take_all(folder: Path, truth: Truth, options: CaptureOptions) -> None:
             view = truth.calibration_views[photo_idx - len(truth.views)]
             near_mm = float(np.linalg.norm(view.centre_in_world))
             light = light_of(Lighting(), view.camera_from_world, near_mm, np.zeros(3))
-            _take(view, bench, light, folder / "calibration", photo_idx, options)
+            shot = _Shot(view, Session.CALIBRATION, photo_idx - len(truth.views), photo_idx)
+            _take(shot, bench, light, folder / "calibration", options)
             return None
         view, limb = truth.views[photo_idx], _limb_in(truth, photo_idx, options)
         room = truth.in_room(photo_idx)
         edge = shadow_edge(options.lighting, middle, options.seed, photo_idx)
         light = light_of(options.lighting, room.camera_from_world, options.distance_mm, edge)
         stage = _ring_stage(ring, truth, photo_idx, limb, options)
-        _take(room, stage, light, folder / "images", photo_idx, options)
+        shot = _Shot(room, Session.RING, photo_idx, photo_idx)
+        _take(shot, stage, light, folder / "images", options)
         _write_mask(silhouette(view, limb), folder / "truth" / "masks" / view.name)
         return seen(view, limb)
 
@@ -127,11 +142,18 @@ def _ring_stage(
     turned_over = isinstance(options.turning, TurnedOver)
     stands = standing_photos(options.photos) if turned_over else options.photos
     push = truth.room_from_board[photo_idx]
+    faults = options.faults
+    if faults.creep_mm > 0:
+        slid_mm = faults.creep_mm * photo_idx / (options.photos - 1)
+        limb = crept(limb, slid_mm, options.seed)
+    panels = ring.panels
+    if faults.background_mm > 0:
+        panels = shifted_about(panels, faults.background_mm, options.seed, photo_idx)
     return replace(
         ring,
         panels=tuple(
             moved_panel(one, push) if isinstance(one.picture, PrintedBoard) else one
-            for one in ring.panels
+            for one in panels
         ),
         limb=limb,
         stand=ring.stand if photo_idx < stands else None,
@@ -159,25 +181,67 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         room += make_screens(
             options.seed, camera, options.distance_mm, screens.behind, screens.before
         )
-    lying: tuple[Panel, ...] = () if truth.board is None else (board_panel(truth.board),)
+    lying: tuple[Panel, ...] = () if truth.board is None else board_panels(truth.board)
     beside = np.zeros(3) if truth.board is None else truth.board.outline_in_world().mean(0)
     lying += tuple(one.panel for one in lay_plates(options.plates, beside))
     ring = Stage(room + lying, truth.limb, make_stand(truth.limb.base_mm), skin)
     bare = make_room(options.seed, under_stand=False)
-    return ring, Stage((*bare, board_panel(truth.calibration_board)))
+    return ring, Stage((*bare, *board_panels(truth.calibration_board)))
 
 
-def _take(
-    view: View, stage: Stage, light: Light, folder: Path, photo_idx: int, options: CaptureOptions
-) -> None:
+@dataclass(frozen=True)
+class _Shot:
+    """One photo to take."""
+
+    view: View
+    session: Session
+    photo_idx: int
+    """In its session."""
+    number: int
+    """In the capture."""
+
+
+def _take(shot: _Shot, stage: Stage, light: Light, folder: Path, options: CaptureOptions) -> None:
     """Take one photo; its noise depends on the seed and its number alone."""
-    rng = np.random.default_rng((options.seed, 10, photo_idx))
-    picture = softened(render(view, stage, light, options.samples), options.blur_px)
-    if photo_idx in options.shaken:
+    view, faults, seed = shot.view, options.faults, options.seed
+    rng = np.random.default_rng((seed, 10, shot.number))
+    picture = softened(_in_focus(shot, stage, light, options), options.blur_px)
+    if shot.session is Session.RING and shot.photo_idx in options.shaken:
         picture = shaken(picture, options.shake_px, rng.uniform(0, np.pi))
-    pixels = developed(picture, options.noise, rng)
-    taken = f"2024:03:06 10:{photo_idx // 60:02d}:{photo_idx % 60:02d}"
+    picture = exposed(picture, exposure_of(faults, seed, shot.session, shot.photo_idx))
+    pixels = denoised(developed(picture, options.noise, rng), faults.denoise)
+    pixels = sharpened(pixels, faults.sharpen)
+    taken = f"2024:03:06 10:{shot.number // 60:02d}:{shot.number % 60:02d}"
     write_jpeg(pixels, folder / view.name, options.lens, taken, options.jpeg_quality)
+    if faults.stored_again:
+        store_again(folder / view.name, faults.stored_again)
+
+
+def _in_focus(shot: _Shot, stage: Stage, light: Light, options: CaptureOptions) -> LinearPicture:
+    """The picture in linear light as the lens draws it, sharp where it is focused."""
+    view, faults, colour = shot.view, options.faults, options.lighting.lamp_colour
+    rows = view.camera.height_px
+    readout = readout_of(faults, rows, options.seed, shot.session, shot.photo_idx)
+    if shot.session is Session.RING and colour != (1.0, 1.0, 1.0):
+        # light adds up: the lamp's part is drawn by itself and coloured
+        rest, lamp = light._replace(lamp_strength=0.0), _lamp_alone(light)
+        picture = render(view, stage, rest, options.samples, readout)
+        lit = render(view, stage, lamp, options.samples, readout)
+        picture += lit * np.array(colour, np.float32)
+    else:
+        picture = render(view, stage, light, options.samples, readout)
+    if faults.pupil_mm == 0:
+        return picture
+    near = nearness_of(view, stage)
+    aimed = near[rows // 2 - rows // 8 : rows // 2 + rows // 8]
+    width = aimed.shape[1]
+    aimed = aimed[:, width // 2 - width // 8 : width // 2 + width // 8]
+    focus_mm = 1.0 / float(np.median(aimed))
+    return defocused(picture, near, focus_mm, faults.pupil_mm * view.camera.fx)
+
+
+def _lamp_alone(light: Light) -> Light:
+    return light._replace(ambient=0.0, flash_strength=0.0)
 
 
 def _write_mask(mask: Mask, path: Path) -> None:

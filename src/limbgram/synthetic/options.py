@@ -7,7 +7,7 @@ from limbgram.reconstruction.targets.plates import MarkPlate
 from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
-from limbgram.synthetic.props.board import SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.gauges import Gauge
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
@@ -60,6 +60,7 @@ class CaptureOptions:
     """The board on the table; None for a capture without scale."""
     plates: tuple[MarkPlate, ...] = ()
     """Scale bars and the like, printed true, on the table."""
+    calibration_board: PrintedBoard = CALIBRATION_BOARD
     calibration_photos: int = 15
     noise: float = 1.0
     """Sensor noise; 1 is a good camera at low sensitivity, 0 none."""

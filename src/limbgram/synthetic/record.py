@@ -14,8 +14,9 @@ from jaxtyping import Bool, UInt8
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, Camera, View
 from limbgram.core.typed import tree_of
+from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.options import CaptureOptions
-from limbgram.synthetic.props.board import LaidBoard
+from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
 from limbgram.synthetic.props.gauges import calibrated_values
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
@@ -120,6 +121,7 @@ def _boards(truth: Truth, options: CaptureOptions) -> dict[str, Any]:
             "inner_x": inner[0],
             "inner_y": inner[1],
             "square_mm": bench.printed.square_mm,
+            **_spoiled(bench.printed),
             **_place(bench),
             "comment": "frame of the calibration session: the board's table, z up",
         }
@@ -135,12 +137,19 @@ def _boards(truth: Truth, options: CaptureOptions) -> dict[str, Any]:
             "nominal_square_mm": printed.board.square_mm,
             "dictionary": f"DICT_{printed.board.dictionary}",
             "legacy": False,
+            **_spoiled(printed),
             **_place(truth.board),
             "corners_world_mm": truth.board.corners_in_world().tolist(),
             "rotates_with_object": carried,
             **_pushes(truth),
         }
     return boards
+
+
+def _spoiled(printed: PrintedBoard) -> dict[str, Any]:
+    """How the print is stretched and bent; nothing where it is neither."""
+    faults = {"stretch_down_columns": printed.stretch, "sag_along_rows_mm": printed.sag_mm}
+    return {name: strength for name, strength in faults.items() if strength}
 
 
 def _pushes(truth: Truth) -> dict[str, Any]:
@@ -209,12 +218,18 @@ def _notes(
             "sensor_w_mm": lens.sensor_width_mm,
             "fnumber": lens.aperture,
         },
+        **_faulty(options),
         "shaken": [truth.views[k].name for k in options.shaken],
         "roi": {
             "z_min": limb.base_mm + _RIM_MM,
             "comment": "measured surface = mesh minus 'cap'; the 6 mm above the cut are left out",
         },
     }
+
+
+def _faulty(options: CaptureOptions) -> dict[str, Any]:
+    """What the camera has that an ideal one has not; nothing for an ideal one."""
+    return {} if options.faults == Faults() else {"faults": tree_of(options.faults)}
 
 
 def _movement(options: CaptureOptions) -> dict[str, Any]:

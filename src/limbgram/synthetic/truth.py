@@ -24,7 +24,7 @@ from limbgram.synthetic.photographer import (
     over_board,
     walk_round,
 )
-from limbgram.synthetic.props.board import CALIBRATION_BOARD, LaidBoard, lay_alone, lay_beside
+from limbgram.synthetic.props.board import LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
 from limbgram.synthetic.rendering.renderer import seen
@@ -77,7 +77,7 @@ def stage_truth(options: CaptureOptions) -> Truth:
     camera = ideal_camera(options)
     aim = _AIM if options.gauge is None else _AIM_AT_GAUGE
     target = np.array([0.0, 0.0, BASE_MM + aim * limb.height_mm])
-    bench = lay_alone(CALIBRATION_BOARD, options.seed)
+    bench = lay_alone(options.calibration_board, options.seed)
     tilted = over_board(bench.outline_in_world(), camera, options.calibration_photos, options.seed)
     board = None if options.board is None else lay_beside(options.board, options.seed)
     limb_moves, board_moves = _motions(options, limb, target, board)

@@ -21,8 +21,19 @@ class PrintedBoard:
     """As the user believes it to be printed."""
     print_scale: float = 1.0
     """True size over believed size: 1.03 is a board that the printer enlarged."""
+    stretch: float = 0.0
+    """How much longer it is down its columns than along its rows, as a share: printers feed paper
+    too far or too little, usually by 0.002."""
+    sag_mm: float = 0.0
+    """How far the middle of its rows stands up from the line between their ends: the board is an
+    arc of a circle. Usual for a print glued on card: 0.5."""
 
     def __post_init__(self) -> None:
+        if not (abs(self.stretch) <= 0.05 and 0 <= self.sag_mm <= 20):
+            raise OptionsError(
+                "This board cannot be printed: it is stretched by 0.05 at most and bent by 0 to "
+                "20 mm. Change stretch or sag_mm."
+            )
         if self.board.legacy:
             raise OptionsError(
                 "Boards of OpenCV's legacy pattern cannot be printed here. Set legacy to False."
@@ -40,12 +51,28 @@ class PrintedBoard:
 
     @property
     def size_mm(self) -> Float64[np.ndarray, "2"]:
-        """True width and height without the white margin."""
-        return np.array(self.board.squares, float) * self.square_mm
+        """True width and height of the flat print without the white margin."""
+        return np.array(self.board.squares, float) * self.square_mm * self._stretched
 
     def corners_mm(self) -> Points3:
         """True inner corners in the board's frame."""
-        return self.board.corners_mm * self.print_scale
+        flat = self.board.corners_mm * self.print_scale
+        across, rise = self.bent_mm(flat[:, 0]).T
+        return np.column_stack([across, flat[:, 1] * self._stretched[1], rise])
+
+    def bent_mm(self, along_mm: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, "n 2"]:
+        """x and z, in the board's frame, of places so far along a row of the flat print."""
+        if self.sag_mm == 0:
+            return np.column_stack([along_mm, np.zeros_like(along_mm)])
+        half = 0.5 * self.size_mm[0]
+        radius = half**2 / (2 * self.sag_mm)  # to a thousandth of the sag
+        angle = (along_mm - half) / radius
+        rise = radius * (np.cos(angle) - np.cos(half / radius))
+        return np.column_stack([half + radius * np.sin(angle), -rise])
+
+    @property
+    def _stretched(self) -> Float64[np.ndarray, "2"]:
+        return np.array([1.0, 1.0 + self.stretch])
 
 
 SCALE_BOARD = PrintedBoard(Board.charuco("7x5", 30.0, 22.0, "4X4_50"))

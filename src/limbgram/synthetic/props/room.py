@@ -5,7 +5,7 @@ Out     Panels (rectangles with a texture or a printed pattern) and the stand's 
 Frame   world: the table's top is z = 0.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import cv2
@@ -30,19 +30,77 @@ class Panel:
     """right x down points INTO the panel, as for a printed page."""
     size_mm: Float64[np.ndarray, "2"]
     picture: UInt8[np.ndarray, "h w 3"] | PrintedBoard
-
-
-def board_panel(laid: LaidBoard) -> Panel:
-    """The board with a white margin round its print."""
-    pose = laid.world_from_board
-    margin = pose.rotation @ np.array([MARGIN_MM, MARGIN_MM, 0.0])
-    return Panel(
-        pose.translation - margin,
-        pose.rotation[:, 0],
-        pose.rotation[:, 1],
-        laid.printed.size_mm + 2 * MARGIN_MM,
-        laid.printed,
+    print_from_panel: Float64[np.ndarray, "4"] = field(
+        default_factory=lambda: np.array([0.0, 0.0, 1.0, 1.0])
     )
+    """Of a printed board: start of the part of the print that the panel shows (x, y, mm from the
+    corner of the margin), and mm of print for a mm of panel in x and y."""
+    loose: int = 0
+    """Parts of one thing that can be moved have one number from 1; 0 is fixed."""
+
+
+def board_panels(laid: LaidBoard) -> tuple[Panel, ...]:
+    """The board with a white margin round its print.
+
+    A bent board has a flat strip for each column of squares, so that its corners lie on the arc.
+    """
+    pose, printed = laid.world_from_board, laid.printed
+    width, height = printed.size_mm + 2 * MARGIN_MM
+    short = 1.0 / (1.0 + printed.stretch)
+    start_y = MARGIN_MM * (1.0 - short)
+    if printed.sag_mm == 0:
+        margin = pose.rotation @ np.array([MARGIN_MM, MARGIN_MM, 0.0])
+        return (
+            Panel(
+                pose.translation - margin,
+                pose.rotation[:, 0],
+                pose.rotation[:, 1],
+                np.array([width, height]),
+                printed,
+                np.array([0.0, start_y, 1.0, short]),
+            ),
+        )
+    folds = np.arange(printed.board.squares[0] + 1) * printed.square_mm
+    folds = np.concatenate([[-MARGIN_MM], folds, [width - MARGIN_MM]])
+    bent = printed.bent_mm(folds)
+    strips: list[Panel] = []
+    for start, stop, along, beyond in zip(folds, folds[1:], bent, bent[1:], strict=False):
+        chord = beyond - along
+        wide = float(np.linalg.norm(chord))
+        corner = pose.apply(np.array([[along[0], -MARGIN_MM, along[1]]]))[0]
+        strips.append(
+            Panel(
+                corner,
+                pose.rotation @ np.array([chord[0], 0.0, chord[1]]) / wide,
+                pose.rotation[:, 1],
+                np.array([wide, height]),
+                printed,
+                np.array([start + MARGIN_MM, start_y, (stop - start) / wide, short]),
+            )
+        )
+    return tuple(strips)
+
+
+def shifted_about(
+    panels: tuple[Panel, ...], reach_mm: float, seed: int, photo_idx: int
+) -> tuple[Panel, ...]:
+    """The room as one photo shows it where its loose things move: each to its own place.
+
+    They slide level by up to `reach_mm` each way, and turn about their corner by up to a degree
+    for every 5 mm of it.
+    """
+    moved: list[Panel] = []
+    for panel in panels:
+        if not panel.loose:
+            moved.append(panel)
+            continue
+        rng = np.random.default_rng((seed, 32, photo_idx, panel.loose))
+        x, y, turn = rng.uniform(-reach_mm, reach_mm, 3)
+        about = next(one.origin for one in panels if one.loose == panel.loose)
+        spin = Rigid.from_rotation_vector(np.array([0.0, 0.0, np.radians(turn / 5.0)]), np.zeros(3))
+        shift = about + np.array([x, y, 0.0]) - spin.apply(about[None])[0]
+        moved.append(moved_panel(panel, Rigid(spin.rotation, shift)))
+    return tuple(moved)
 
 
 def moved_panel(panel: Panel, motion: Rigid) -> Panel:
@@ -86,23 +144,30 @@ def make_room(seed: int, *, under_stand: bool) -> tuple[Panel, ...]:
         for at in (-900.0, 700.0):
             size = rng.uniform(600, 1100, 2)
             middle = at + rng.uniform(-200, 200), rng.uniform(-200, 500)
-            panels.append(_upright(side, *middle, (size[0], size[1]), 2980.0, _print(rng, size)))
+            poster = _upright(side, *middle, (size[0], size[1]), 2980.0, _print(rng, size))
+            panels.append(_loosened(poster, panels))
     for k in range(4):
         around = turn + 0.4 + k * np.pi / 2 + rng.uniform(-0.3, 0.3)
         place = rng.uniform(330, 400) * np.array([np.cos(around), np.sin(around)])
-        panels.append(
-            _flat(
-                place,
-                rng.uniform(0, 6.28),
-                (148, 105),
-                0.4 + 0.1 * k,
-                _print(rng, np.array([148, 105])),
-            )
+        leaflet = _flat(
+            place,
+            rng.uniform(0, 6.28),
+            (148, 105),
+            0.4 + 0.1 * k,
+            _print(rng, np.array([148, 105])),
         )
+        panels.append(_loosened(leaflet, panels))
         around += 0.7
         place = rng.uniform(370, 440) * np.array([np.cos(around), np.sin(around)])
-        panels += _box(rng, place)
+        top, *sides = _box(rng, place)
+        panels.append(_loosened(top, panels))
+        panels += [replace(one, loose=panels[-1].loose) for one in sides]
     return tuple(panels)
+
+
+def _loosened(panel: Panel, others: list[Panel]) -> Panel:
+    """The panel as a thing of its own that can be moved."""
+    return replace(panel, loose=1 + max(one.loose for one in others))
 
 
 def make_screens(

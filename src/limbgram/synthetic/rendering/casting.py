@@ -128,7 +128,7 @@ def _look(x: float, y: float, panels: Panels):
         right, down = within(x, y, depth, rows, k)
         if 0 <= right <= rows[k, 12] and 0 <= down <= rows[k, 13]:
             best, found, white = depth, k, 0
-            if panels.kinds[k, 1] == 0 and printed(right, down, panels) > 0.5:
+            if panels.kinds[k, 1] == 0 and printed(right, down, k, panels) > 0.5:
                 white = 1
     return 2 * found + white
 

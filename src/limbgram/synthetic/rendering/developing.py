@@ -4,11 +4,12 @@ In      a linear picture, and how much blur and noise to add.
 Out     8-bit sRGB; a JPEG file.
 """
 
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, UInt8
+from jaxtyping import Float32, Float64, UInt8
 from PIL import Image
 from PIL.TiffImagePlugin import IFDRational
 
@@ -44,11 +45,96 @@ def shaken(picture: LinearPicture, length_px: float, angle_rad: float) -> Linear
     return cv2.filter2D(picture, -1, kernel / kernel.sum(), borderType=cv2.BORDER_REPLICATE)
 
 
+def exposed(picture: LinearPicture, factors: Float64[np.ndarray, "3"]) -> LinearPicture:
+    """As automatic exposure and white balance take it."""
+    return picture if (factors == 1.0).all() else picture * factors.astype(np.float32)
+
+
 def developed(picture: LinearPicture, noise: float, rng: np.random.Generator) -> ColourImage:
     """Photon and read noise, then sRGB tones."""
     sigma = noise * np.sqrt(_READ_NOISE**2 + _SHOT_NOISE * np.maximum(picture, 0))
     noisy = picture + sigma * rng.standard_normal(picture.shape, np.float32)
     return _TONE_OF_LIGHT[(np.clip(noisy, 0, 1) * (_TONES - 1) + 0.5).astype(np.uint16)]
+
+
+def defocused(
+    picture: LinearPicture, nearness: Float32[np.ndarray, "h w"], focus_mm: float, reach: float
+) -> LinearPicture:
+    """Blurred by discs of `reach` x |1 / depth - 1 / focus| pixels of diameter.
+
+    Each pixel is blurred as its own depth asks, between two pictures blurred as a whole, so that
+    the second moment of the blur is right. At an edge in depth the light of what is blurred does
+    not spill over what is sharp.
+    """
+    radius = 0.5 * reach * np.abs(nearness - 1.0 / focus_mm)
+    radius = np.minimum(radius, _DISCS_PX[-1]).astype(np.float32)
+    blurred = np.zeros_like(picture)
+    for small, large in pairwise(_DISCS_PX):
+        here = (radius >= small) & ((radius < large) | (large == _DISCS_PX[-1]))
+        if not here.any():
+            continue
+        share = (radius**2 - small**2) / (large**2 - small**2)
+        share = np.clip(share, 0.0, 1.0)[..., None]
+        mixed = (1 - share) * _through_disc(picture, small) + share * _through_disc(picture, large)
+        blurred[here] = mixed[here]
+    return blurred
+
+
+_DISCS_PX = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 14.0)
+"""Radii of the discs that are drawn; larger ones are drawn as the last."""
+_FINE = 15
+_PIXEL_MOMENT = 1 / 12
+
+
+def _through_disc(picture: LinearPicture, radius_px: float) -> LinearPicture:
+    if radius_px == 0:
+        return picture
+    moment = radius_px**2 / 4
+    if moment < _PIXEL_MOMENT:
+        narrow = np.array([moment / 2, 1 - moment, moment / 2], np.float32)
+        return cv2.sepFilter2D(picture, -1, narrow, narrow, borderType=cv2.BORDER_REPLICATE)
+    half = int(np.ceil(radius_px))
+    side = (np.arange((2 * half + 1) * _FINE) + 0.5) / _FINE - half - 0.5
+    inner = 4 * (moment - _PIXEL_MOMENT)  # counted by pixels, a disc is spread by a pixel more
+    disc = (side[:, None] ** 2 + side**2 <= max(inner, 1 / _FINE**2)).astype(np.float32)
+    kernel = disc.reshape(2 * half + 1, _FINE, 2 * half + 1, _FINE).sum((1, 3))
+    return cv2.filter2D(picture, -1, kernel / kernel.sum(), borderType=cv2.BORDER_REPLICATE)
+
+
+def denoised(picture: ColourImage, strength: float) -> ColourImage:
+    """Noise reduced as phones do it: brightness a little, colours a lot, edges kept."""
+    if strength == 0:
+        return picture
+    ycc = cv2.cvtColor(picture, cv2.COLOR_RGB2YCrCb)
+    luma, *colours = cv2.split(ycc)
+    luma = cv2.bilateralFilter(luma, 5, _NOISE_TONES * strength, _NOISE_PX)
+    smooth = [
+        cv2.bilateralFilter(one, 9, 4 * _NOISE_TONES * strength, 2 * _NOISE_PX) for one in colours
+    ]
+    return np.asarray(cv2.cvtColor(cv2.merge([luma, *smooth]), cv2.COLOR_YCrCb2RGB), np.uint8)
+
+
+_NOISE_TONES, _NOISE_PX = 6.0, 1.5
+_SHARPENED_PX = 1.0
+
+
+def sharpened(picture: ColourImage, amount: float) -> ColourImage:
+    """Brightness plus `amount` times its difference to itself blurred by 1 px, after the tones."""
+    if amount == 0:
+        return picture
+    ycc = cv2.cvtColor(picture, cv2.COLOR_RGB2YCrCb).astype(np.float32)
+    blurred = cv2.GaussianBlur(ycc[..., 0], (0, 0), _SHARPENED_PX)
+    ycc[..., 0] += amount * (ycc[..., 0] - blurred)
+    tones = np.clip(np.rint(ycc), 0, 255).astype(np.uint8)
+    return np.asarray(cv2.cvtColor(tones, cv2.COLOR_YCrCb2RGB), np.uint8)
+
+
+def store_again(path: Path, quality: int) -> None:
+    """Decode a photo and encode it anew in its place, colours at half resolution, EXIF kept."""
+    with Image.open(path) as photo:
+        exif = photo.getexif()
+        picture = photo.convert("RGB")
+    picture.save(path, "JPEG", quality=quality, subsampling="4:2:0", exif=exif)
 
 
 def write_jpeg(picture: ColourImage, path: Path, lens: Lens, taken: str, quality: int) -> None:

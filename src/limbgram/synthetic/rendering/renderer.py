@@ -12,12 +12,15 @@ Limits  nothing casts a shadow of its own: there is the one painted under the li
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float32, Float64, UInt8
 
+from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.synthetic.faults import Readout
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.room import MARGIN_MM, Panel
@@ -28,6 +31,9 @@ SAMPLES = 4
 _BUFFER_SAMPLES = 4_000_000
 _STEEPEST = np.cos(np.radians(75.0))
 _OCCLUSION_MM = 2.0
+_LATTICE_PX = 4
+_ROW_STEPS = 4
+"""A row moves by a thousandth of the step before: four reach 1e-9 px."""
 
 LinearPicture = Float32[np.ndarray, "h w 3"]
 
@@ -44,14 +50,24 @@ class Stage:
     """Where limb and stand are; panels stay in the room."""
 
 
-def render(view: View, stage: Stage, light: Light, samples: int = SAMPLES) -> LinearPicture:
-    """What the camera sees in this light, which is in its frame; `samples` along a pixel's side."""
+def render(
+    view: View,
+    stage: Stage,
+    light: Light,
+    samples: int = SAMPLES,
+    readout: Readout | None = None,
+) -> LinearPicture:
+    """What the camera sees in this light, which is in its frame; `samples` along a pixel's side.
+
+    With a readout every row is drawn from where the camera was when it was read.
+    """
     camera = view.camera
     picture = np.zeros((camera.height_px, camera.width_px, 3), np.float32)
     panels = _panels(stage.panels, view.camera_from_world)
-    triangles = _triangles(view, stage)
+    triangles = _triangles(view, stage, readout)
     left, right = _columns(triangles, camera.width_px)
     step = max(1, _BUFFER_SAMPLES // (samples**2 * max(1, right - left)))
+    step = step if readout is None else 1
     for top in range(0, camera.height_px, step):
         rows = picture[top : top + step]
         shape = len(rows) * samples, (right - left) * samples
@@ -66,8 +82,45 @@ def render(view: View, stage: Stage, light: Light, samples: int = SAMPLES) -> Li
             triangles.points,
             triangles.faces,
         )
-        shade(rows, top, samples, left, nearness, face, camera.packed, panels, triangles, light)
+        seen_by_row = panels
+        if readout is not None:
+            placed = readout.at_row(float(top)) @ view.camera_from_world
+            seen_by_row = _placed(panels, stage.panels, placed)
+        shade(
+            rows, top, samples, left, nearness, face, camera.packed, seen_by_row, triangles, light
+        )
     return picture
+
+
+def nearness_of(view: View, stage: Stage) -> Float32[np.ndarray, "h w"]:
+    """1 / depth by pixel, 0 where nothing is.
+
+    The mesh is drawn pixel by pixel; panels are met on a lattice and filled in, exact to 4 px at
+    their edges.
+    """
+    camera = view.camera
+    columns = np.append(np.arange(0, camera.width_px - 1, _LATTICE_PX), camera.width_px - 1)
+    rows = np.append(np.arange(0, camera.height_px - 1, _LATTICE_PX), camera.height_px - 1)
+    lattice = np.stack(np.meshgrid(columns.astype(float), rows.astype(float)), axis=-1)
+    ideal = camera.normalize(lattice)
+    rays = np.concatenate([ideal, np.ones((*ideal.shape[:2], 1))], axis=-1)
+    near = np.zeros(ideal.shape[:2])
+    for row in _rows(stage.panels, view.camera_from_world):
+        facing = rays @ row[9:12]
+        inverse = np.where(facing < 0, facing / min(float(row[9:12] @ row[:3]), -1e-9), 0.0)
+        reached = rays / np.maximum(inverse, 1e-9)[..., None] - row[:3]
+        right, down = reached @ row[3:6], reached @ row[6:9]
+        inside = (right >= 0) & (right <= row[12]) & (down >= 0) & (down <= row[13])
+        near = np.where(inside & (inverse > near), inverse, near)
+    wide, high = np.arange(camera.width_px), np.arange(camera.height_px)
+    across = np.interp(wide, columns, np.arange(len(columns))).astype(np.float32)
+    along = np.interp(high, rows, np.arange(len(rows))).astype(np.float32)
+    met = cv2.remap(near.astype(np.float32), *np.meshgrid(across, along), cv2.INTER_LINEAR)
+    triangles = _triangles(view, stage)
+    drawn = np.zeros((camera.height_px, camera.width_px), np.float32)
+    face = np.full(drawn.shape, -1, np.int32)
+    rasterise(drawn, face, 0, 0, 1, triangles.screen, triangles.points, triangles.faces)
+    return np.where(drawn > 0, drawn, met)
 
 
 def silhouette(view: View, limb: Limb) -> Bool[np.ndarray, "h w"]:
@@ -97,7 +150,7 @@ def _drawn(view: View, mesh: Mesh) -> Float32[np.ndarray, "h w"]:
     return nearness
 
 
-def _triangles(view: View, stage: Stage) -> Triangles:
+def _triangles(view: View, stage: Stage, readout: Readout | None = None) -> Triangles:
     """Limb and stand as the camera sees them; an empty stage gives no triangles."""
     meshes = [part for part in (stage.limb and stage.limb.mesh, stage.stand) if part]
     points = np.concatenate([np.zeros((0, 3)), *(mesh.vertices_mm for mesh in meshes)])
@@ -108,6 +161,8 @@ def _triangles(view: View, stage: Stage) -> Triangles:
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
     camera_from_limb = view.camera_from_world @ stage.room_from_limb
     points = camera_from_limb.apply(points)
+    if readout is not None:
+        points = _read_by_rows(points, view, readout)
     limb_faces = len(faces[0]) if stage.limb is not None else 0
     chart = np.zeros((0, 3, 2), np.float32) if stage.limb is None else stage.limb.chart
     skin = np.zeros((2, 2, 4), np.uint8) if stage.skin is None else stage.skin
@@ -124,6 +179,15 @@ def _triangles(view: View, stage: Stage) -> Triangles:
     )
 
 
+def _read_by_rows(points: Points3, view: View, readout: Readout) -> Points3:
+    """Points in the camera's frame at the row that reads each: where the row agrees with itself."""
+    placed = points
+    for _ in range(_ROW_STEPS):
+        rows = view.camera.project(placed)[:, 1]
+        placed = readout.at_rows(points, np.nan_to_num(rows))
+    return placed
+
+
 def _columns(triangles: Triangles, width_px: int) -> tuple[int, int]:
     """First and last pixel column that the mesh can touch."""
     if len(triangles.screen) == 0:
@@ -135,16 +199,12 @@ def _columns(triangles: Triangles, width_px: int) -> tuple[int, int]:
 
 def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
     """Panels in the camera frame, their textures one after the other."""
-    turn = camera_from_world.rotation
-    rows, bounds, kinds = [], [], []
+    rows = _rows(panels, camera_from_world)
+    kinds: list[tuple[int, int, int]] = []
     texels = [np.zeros((0, 3), np.uint8)]
     board = CALIBRATION_BOARD
     first = 0
     for panel in panels:
-        right, down = turn @ panel.right, turn @ panel.down
-        origin = camera_from_world.apply(panel.origin)
-        rows.append(np.concatenate([origin, right, down, np.cross(down, right), panel.size_mm]))
-        bounds.append(_bounds(rows[-1]))
         if isinstance(panel.picture, PrintedBoard):
             board = panel.picture
             kinds.append((0, 0, 0))
@@ -153,8 +213,8 @@ def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
         texels.append(panel.picture.reshape(-1, 3))
         first += len(texels[-1])
     return Panels(
-        rows=np.array(rows),
-        bounds=np.array(bounds),
+        rows=rows,
+        bounds=np.array([_bounds(row) for row in rows]),
         kinds=np.array(kinds, np.int64),
         texels=np.concatenate(texels),
         cells=board.board.cells(),
@@ -164,7 +224,26 @@ def _panels(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
     )
 
 
-def _bounds(row: Float64[np.ndarray, "14"]) -> Float64[np.ndarray, "4"]:
+def _placed(panels: Panels, known: tuple[Panel, ...], camera_from_world: Rigid) -> Panels:
+    """The same panels for another pose."""
+    rows = _rows(known, camera_from_world)
+    return panels._replace(rows=rows, bounds=np.array([_bounds(row) for row in rows]))
+
+
+def _rows(panels: tuple[Panel, ...], camera_from_world: Rigid) -> Float64[np.ndarray, "panels 18"]:
+    """Where the panels are in the camera's frame, as `Panels.rows` has it."""
+    return np.array([_row(panel, camera_from_world) for panel in panels])
+
+
+def _row(panel: Panel, camera_from_world: Rigid) -> Float64[np.ndarray, "18"]:
+    turn = camera_from_world.rotation
+    right, down = turn @ panel.right, turn @ panel.down
+    origin = camera_from_world.apply(panel.origin)
+    place = [origin, right, down, np.cross(down, right), panel.size_mm]
+    return np.concatenate([*place, panel.print_from_panel])
+
+
+def _bounds(row: Float64[np.ndarray, "18"]) -> Float64[np.ndarray, "4"]:
     """Where a panel can appear on the ideal plane; everywhere if it reaches behind the camera."""
     corners = row[:3] + np.array(
         [i * row[12] * row[3:6] + j * row[13] * row[6:9] for i in (0, 1) for j in (0, 1)]

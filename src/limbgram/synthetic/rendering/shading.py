@@ -20,7 +20,10 @@ _WHITE, _BLACK = 0.80, 0.035
 
 
 class Panels(NamedTuple):
-    """Rectangles: rows of origin, unit right, unit down, normal out of the front, width, height."""
+    """Rectangles: rows of origin, unit right, unit down, normal out of the front, width, height.
+
+    Four more numbers place a board's print on its panel, as `Panel.print_from_panel` tells.
+    """
 
     rows: np.ndarray
     bounds: np.ndarray
@@ -80,7 +83,7 @@ def panel_light(x: float, y: float, k: int, panels: Panels, light: Light):
     lit, shine = _lit(point, (rows[k, 9], rows[k, 10], rows[k, 11]), light)
     first, height, width = panels.kinds[k, 0], panels.kinds[k, 1], panels.kinds[k, 2]
     if height == 0:
-        tone = printed(across, along, panels)
+        tone = printed(across, along, k, panels)
         return tone * lit, tone * lit, tone * lit
     u = min(max(across / rows[k, 12] * width - 0.5, 0.0), width - 1.001)
     v = min(max(along / rows[k, 13] * height - 0.5, 0.0), height - 1.001)
@@ -140,9 +143,10 @@ def mesh_light(px: float, py: float, k: int, triangles: Triangles, light: Light)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def printed(x: float, y: float, panels: Panels):
-    """Reflectance of the board at x, y mm from the corner of its margin."""
-    x, y = x - panels.margin_mm, y - panels.margin_mm
+def printed(x: float, y: float, k: int, panels: Panels):
+    """Reflectance of the board at x, y mm from the corner of panel k."""
+    x = panels.rows[k, 14] + panels.rows[k, 16] * x - panels.margin_mm
+    y = panels.rows[k, 15] + panels.rows[k, 17] * y - panels.margin_mm
     column, row = int(np.floor(x / panels.square_mm)), int(np.floor(y / panels.square_mm))
     cells = panels.cells
     if column < 0 or row < 0 or row >= cells.shape[0] or column >= cells.shape[1]:
@@ -238,10 +242,14 @@ class Lighting:
     """Shine of the flash on the paint: 1 is fabric paint, 12 wet paint that burns out."""
     polish: float = 24.0
     """Exponent of the shine: the larger, the smaller the highlight."""
+    lamp_colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Red, green and blue of the lamp against those of all other light. A warm bulb in a room lit
+    by the sky: (1.35, 1.0, 0.55), 3000 K beside 6500 K."""
     shadow: Shadow = Shadow.NONE
 
     def __post_init__(self) -> None:
-        if min(self.ambient, self.lamp, self.flash, self.gloss) < 0 or self.polish < 1:
+        shares = (self.ambient, self.lamp, self.flash, self.gloss, *self.lamp_colour)
+        if min(shares) < 0 or self.polish < 1:
             raise OptionsError("This light cannot be made: shares are 0 or more, polish 1 or more.")
 
 
