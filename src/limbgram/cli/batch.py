@@ -517,7 +517,8 @@ class _Display:
                 pass
 
     def _planned(self, count: int, at_once: int) -> None:
-        self._say(f"{count} captures, {at_once} at a time")
+        pace = f"{at_once} at a time" if at_once else "which wait for a first worker"
+        self._say(f"{count} captures, {pace}")
         if self.kind == "terminal":
             self._all = self.bars.add_task("All captures", total=count, stage="")
 

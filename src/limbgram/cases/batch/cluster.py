@@ -113,6 +113,7 @@ class ClusterRun:
             except KeyboardInterrupt:
                 self.listener({"event": "stopping"})
                 self.stopping.ask()
+        cases.end()
         for plan in self.plans:
             if plan.capture.name not in self._outcomes:
                 stopped = Cancelled("Stopped. Run the same command again to continue.")
@@ -127,7 +128,7 @@ class ClusterRun:
                 with _connected(address) as client:
                     self._workers_seen = seen = require_same(client)
                     if first:
-                        cases.tidy()
+                        cases.begin()
                         at_once = workers or seen
                         self.listener(
                             {"event": "planned", "captures": len(self.plans), "at_once": at_once}
@@ -146,7 +147,6 @@ class ClusterRun:
             self._take_back()
             if self._waiting:
                 self.listener({"event": "lost", "what": "scheduler"})
-        cases.tidy()
 
     def _follow(self, client: Client, workers: int, cases: Cases) -> None:
         """Until every capture has ended, or the scheduler is lost."""
@@ -239,7 +239,7 @@ class ClusterRun:
         self.results.append(result)
         if result.token:
             try:
-                cases.accept(plan.capture.name, result.token, result.seen)
+                cases.accept(plan.capture.name, result.token, result.seen, result.bytes_brought)
             except LimbgramError as error:
                 return ended(base, "refused", error)
         return result.outcome

@@ -116,17 +116,22 @@ class CasesInFolder:
         """Copy an attempt to where it waits, onto the disk; returns its bytes."""
         waiting = self._waiting(token)
         with _answering(waiting):
-            waiting.parent.mkdir(parents=True, exist_ok=True)
             return _copy(case, waiting, check)
 
-    def accept(self, name: str, token: str, seen: str) -> None:
+    def accept(self, name: str, token: str, seen: str, total: int) -> None:
         """Make the attempt the case, if the case is still in the state that was seen.
 
+        Args:
+            total: Bytes that were brought.
+
         Raises:
-            CaseError: it is not, or somebody works in it.
+            CaseError: it is not, somebody works in it, or the attempt is not whole.
         """
         case, older = CaseFolder(self.root / name), self.root / ATTEMPTS / f"{_OLDER}{name}"
         with _answering(case.root):
+            brought = sum(file.stat().st_size for file in _files(self._waiting(token)))
+            if brought != total:
+                raise _not_whole(case.root)
             with locked(case), locked(CaseFolder(case.root / "batch")):
                 if _state(case.root) != seen:
                     raise _changed(case.root)
@@ -136,8 +141,14 @@ class CasesInFolder:
             _sync(self.root)
         shutil.rmtree(older, ignore_errors=True)
 
-    def tidy(self) -> None:
-        """Remove attempts that nobody waits for; what a killed batch was exchanging is put back."""
+    def begin(self) -> None:
+        """Make the place in which attempts wait; what a killed batch left there goes."""
+        self.end()
+        with _answering(self.root / ATTEMPTS):
+            (self.root / ATTEMPTS).mkdir(parents=True)
+
+    def end(self) -> None:
+        """Remove that place: what comes later finds none. A case being exchanged is put back."""
         attempts = self.root / ATTEMPTS
         with _answering(attempts):
             for left in sorted(attempts.glob(f"{_OLDER}*")):
@@ -176,21 +187,27 @@ class CasesAtUrl:
             check()
             wanted = {key: file.stat().st_size for key, file in zip(keys, files, strict=True)}
             if self._bucket.sizes(f"{name}/{token}") != wanted:
-                raise CaseError(f"{self.url} did not keep all files of {name}. Run it again.")
+                raise _not_whole(self.place(name))
             return sum(wanted.values())
 
-    def accept(self, name: str, token: str, seen: str) -> None:
+    def accept(self, name: str, token: str, seen: str, total: int) -> None:
         with _reached(self.url):
             number = int(seen) + 1
+            if self._record(name)[0] >= number:
+                raise _changed(self.place(name))
+            if sum(self._bucket.sizes(f"{name}/{token}").values()) != total:
+                raise _not_whole(self.place(name))
             record = json.dumps({"schema": "limbgram-batch-record/1", "attempt": token})
-            if self._record(name)[0] >= number or not self._bucket.created(
-                f"{name}/{number:0{_DIGITS}d}.json", record.encode()
-            ):
+            if not self._bucket.created(f"{name}/{number:0{_DIGITS}d}.json", record.encode()):
                 raise _changed(self.place(name))
             self._forget(name, number, token)
 
-    def tidy(self) -> None:
+    def begin(self) -> None:
         """Remove attempts that no record names."""
+        self.end()
+
+    def end(self) -> None:
+        """Remove attempts that no record names; what comes later the next batch removes."""
         with _reached(self.url):
             parts = [_inside(key).parts for key in self._bucket.sizes("")]
             for name in sorted({part[0] for part in parts if len(part) > 2}):
@@ -399,6 +416,13 @@ def _changed(case: Path | str) -> CaseError:
     return CaseError(
         f"{case} was changed by somebody else while it was worked on, and is left as it is. Run "
         "the same command again."
+    )
+
+
+def _not_whole(case: Path | str) -> CaseError:
+    return CaseError(
+        f"Not all files that were made for {case} have arrived where the cases lie; it is left as "
+        "it is. Run the same command again."
     )
 
 
