@@ -18,6 +18,7 @@ from limbgram.app import (
     events,
     exports,
     jobs,
+    kit,
     limb,
     measures,
     phone,
@@ -58,6 +59,7 @@ _RESOURCES = (
     compare,
     record,
     cameras,
+    kit,
     events,
 )
 _DESCRIPTION = """Photos of a painted sock become a limb's surface in true millimetres; the surface

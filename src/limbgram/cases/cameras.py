@@ -9,20 +9,32 @@ SHELF/cameras/ID/label.json       name, day, what became of the last calibration
 import re
 import secrets
 import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
 from limbgram.cases.record import write_json
-from limbgram.core.errors import CalibrationError, CaseError, LimbgramError, OptionsError, printable
+from limbgram.core.errors import (
+    CalibrationError,
+    CaseError,
+    LimbgramError,
+    OptionsError,
+    PhotoError,
+    printable,
+)
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.run import Run
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.reconstruction.calibration.board import calibrate
-from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.calibration.cameras import (
+    Calibration,
+    cameras_for,
+    contradicting_exif,
+)
+from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.targets.board import Board
 from limbgram.report.calibration import calibration_picture, calibration_text
 
@@ -32,6 +44,8 @@ _LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 _LARGEST = 4_000_000
 _LONGEST_NAME = 80
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
+_LOOKED_AT = 12
+"""Photos of a capture whose headers tell whether the camera is theirs; the run looks at all."""
 
 CameraState = Literal["empty", "calibrating", "refused", "ready"]
 
@@ -178,3 +192,18 @@ class Cameras:
                 state: CameraState = "ready" if camera.file.is_file() else "empty"
                 message = "The program was ended meanwhile. Calibrate again."
                 camera.relabel(replace(camera.label, state=state, message=message))
+
+
+def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:
+    """Why photos cannot be of these cameras, as their size and headers tell; empty where they can.
+
+    Some of the photos, evenly spread, are looked at.
+    """
+    step = max(1, -(-len(photos) // _LOOKED_AT))
+    try:
+        found = read_photos(photos[::step], PhotoOptions(min_photos=1))
+        return contradicting_exif(found, cameras_for(found, given)) or ""
+    except CalibrationError as error:
+        return str(error)
+    except PhotoError:
+        return ""  # no photo can be read yet: nothing tells against the camera

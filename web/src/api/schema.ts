@@ -1431,6 +1431,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/cases/{case_id}/camera-fit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Camera Fit
+         * @description Whether the photos that are here can be of these cameras; asked before the run.
+         */
+        get: operations["read_camera_fit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/cases/{case_id}/kit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Read Kit
+         * @description Which calibrated cameras a case was computed with, and how old their certificate is.
+         */
+        get: operations["read_kit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}/events": {
         parameters: {
             query?: never;
@@ -1774,6 +1814,20 @@ export interface components {
             height_px: number;
             /** Focal Px */
             focal_px: number;
+        };
+        /**
+         * CameraFit
+         * @description Whether photos and cameras belong together, as far as size and headers of the photos tell.
+         */
+        CameraFit: {
+            /** Fits */
+            fits: boolean;
+            /**
+             * Why
+             * @description Why they do not, and what to do; for people.
+             * @default
+             */
+            why: string;
         };
         /**
          * CameraReply
@@ -2498,6 +2552,22 @@ export interface components {
             photos: string[];
             /** @description Products that can be looked at already. */
             there: components["schemas"]["Underway"];
+        };
+        /**
+         * Kit
+         * @description The kit that a case was computed with.
+         */
+        Kit: {
+            /**
+             * Cameras
+             * @description Labels of the camera files that were given.
+             */
+            cameras: string[];
+            /**
+             * Setups
+             * @description Of those with a certificate.
+             */
+            setups: components["schemas"]["Setup"][];
         };
         /**
          * KnownDistance
@@ -3293,6 +3363,39 @@ export interface components {
              * @default 0
              */
             memory_mb: number;
+        };
+        /**
+         * Setup
+         * @description What the certificate of a kit says of it today.
+         */
+        Setup: {
+            /** Camera */
+            camera: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "pass" | "fail" | "cannot tell";
+            /**
+             * Made
+             * @description Day of the acceptance test.
+             */
+            made: string;
+            /**
+             * Months
+             * @description Since then.
+             */
+            months: number;
+            /** Valid Months */
+            valid_months: number;
+            /** Sentence */
+            sentence: string;
+            /**
+             * Remark
+             * @description What to do about it, if anything.
+             * @default
+             */
+            remark: string;
         };
         /**
          * ShapeName
@@ -9650,6 +9753,145 @@ export interface operations {
                 };
                 content: {
                     "image/*": string;
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    read_camera_fit: {
+        parameters: {
+            query: {
+                /** @description Ids of cameras. */
+                camera: string[];
+            };
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CameraFit"];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    read_kit: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Kit"];
                 };
             };
             /** @description Nobody is signed in. */

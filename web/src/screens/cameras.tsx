@@ -8,6 +8,7 @@ import { Button, Chip, Confirm, Empty, NumberField, Segments } from "../design/p
 import { Refusal } from "../design/refusal";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
+import { OLD_DAYS } from "./capture-options";
 
 type Camera = Schemas["CameraReply"];
 
@@ -98,14 +99,14 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
     });
   const busy = one.state === "calibrating";
   const ready = one.calibrated !== "" && one.focal_mm !== undefined;
-  const old = one.age_days !== null && one.age_days !== undefined && one.age_days > 180;
+  const old = one.age_days !== null && one.age_days !== undefined && one.age_days > OLD_DAYS;
   const set = (part: Partial<Schemas["BoardSpec"]>) => (board.value = { ...board.value, ...part });
   return (
     <section class="card camera-card">
       <div class="row-head">
         <h2>{one.name}</h2>
         <Chip tone={one.calibrated && !busy ? (old ? "amber" : "green") : one.state === "refused" ? "red" : "plain"}>
-          {busy ? t("cameras.calibrating") : one.calibrated ? t("cameras.age", one.age_days ?? 0) : one.state === "refused" ? t("case.state.refused") : t("cameras.not.yet")}
+          {busy ? t("cameras.calibrating") : one.calibrated ? one.age_days ? t("cameras.age", one.age_days) : t("cameras.today") : one.state === "refused" ? t("case.state.refused") : t("cameras.not.yet")}
         </Chip>
         <span class="grow" />
         <Button bare onClick={() => (removing.value = true)}>

@@ -1,16 +1,21 @@
 /** With what the photos are checked and computed: the camera, the board, and for experts the rest. */
-import type { Schemas } from "../api/client";
-import { NumberField } from "../design/parts";
+import { type Schemas, api, taken } from "../api/client";
+import { Chip, Notice, NumberField } from "../design/parts";
+import { useAsked } from "../state/asked";
 import type { Choices } from "../state/choices";
 import { href } from "../state/route";
 import { expert } from "../state/settings";
 import { t, when } from "../texts";
 import type { Room } from "./room";
 
-export function CaptureOptions({ cameras, choices, onChange }: { room: Room; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (next: Choices) => void }) {
+export const OLD_DAYS = 180;
+
+export function CaptureOptions({ room, cameras, choices, photos, onChange }: { room: Room; photos: number; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (next: Choices) => void }) {
   const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
   const chosen = ready.find((one) => choices.cameras.includes(one.id));
   const own = typeof choices.board === "object" ? choices.board : null;
+  const fit = useAsked(async () => (chosen && photos > 0 ? await taken(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: room.id }, query: { camera: [chosen.id] } } })) : null), [room.id, chosen?.id, photos]);
+  const fits = fit.value.value;
   const set = (part: Partial<Choices>) => onChange({ ...choices, ...part });
   return (
     <div class="options small-note">
@@ -53,6 +58,23 @@ export function CaptureOptions({ cameras, choices, onChange }: { room: Room; cam
         </span>
       </label>
       <a href={href.cameras}>{t("options.calibrate")}</a>
+      {chosen && (
+        <div class="camera-said">
+          {chosen.age_days !== null && chosen.age_days !== undefined && <Chip tone={chosen.age_days > OLD_DAYS ? "amber" : "plain"}>{chosen.age_days ? t("cameras.age", chosen.age_days) : t("cameras.today")}</Chip>}
+          {fits?.fits && <Chip tone="green">{t("options.fits")}</Chip>}
+          {chosen.certificate && (
+            <a href={chosen.certificate} target="_blank" rel="noreferrer">
+              {t("options.certificate")}
+            </a>
+          )}
+          {chosen.age_days !== null && chosen.age_days !== undefined && chosen.age_days > OLD_DAYS && <p class="small-note">{t("cameras.old")}</p>}
+          {fits && !fits.fits && (
+            <Notice tone="amber" title={t("options.fits.not")}>
+              {t("options.fits.do")} {fits.why}
+            </Notice>
+          )}
+        </div>
+      )}
       {own && (
         <div class="own-board">
           {(

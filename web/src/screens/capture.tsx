@@ -163,7 +163,7 @@ export function CaptureScreen({ room }: RoomProps) {
             chosen.value = null;
             arrived();
           }} />}
-          <CaptureOptions room={room} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
+          <CaptureOptions room={room} photos={here.length} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
             keepChoices(room.id, next);
             if (here.length > 2) void askCheck();
           }} />

@@ -58,6 +58,7 @@ function Finished({ room }: RoomProps) {
     async () => (aligned ? await taken(api.POST("/api/v1/cases/{case_id}/measures", { ...path, body: { of: "scan", spacing_mm: 20, volumes: [], lengths: [], with_tape: false } })) : null),
     [room.id, aligned, limb?.reply.sha256],
   );
+  const kit = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/kit", path)), [room.id, room.info.state]);
   const rows = useMemo(() => rowsOf(limb, measures.value.value), [limb, measures.value.value]);
   const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: limb.frame, aligned: limb.reply.aligned } : null), [limb]);
   useEffect(() => {
@@ -135,6 +136,7 @@ function Finished({ room }: RoomProps) {
           <section class="tab">
             <GirthTable rows={rows} level={level.value} onLevel={(h) => (level.value = h)} />
           </section>
+          {kit.value.value && <KitLines kit={kit.value.value} />}
           <section class="small-note">
             <a href={href.step(room.id, "compare")}>{t("result.compare")}</a>
           </section>
@@ -185,6 +187,27 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
         </ul>
       )}
     </>
+  );
+}
+
+/** The camera that took the photos, and the certificate of the kit with its age. */
+function KitLines({ kit }: { kit: Schemas["Kit"] }) {
+  return (
+    <section class="small-note">
+      <p class="soft">{kit.cameras.length ? t("kit.camera", kit.cameras.filter(Boolean).join(", ") || t("kit.camera.unnamed")) : t("kit.none")}</p>
+      {kit.setups.map((one) => {
+        const late = one.months > one.valid_months || one.outcome !== "pass";
+        return late ? (
+          <Notice key={one.camera + one.made} tone="amber" title={t(one.outcome === "pass" ? "kit.late" : "kit.not.passed", one.made, one.months)}>
+            {t("kit.late.do")}
+          </Notice>
+        ) : (
+          <p key={one.camera + one.made} class="soft">
+            {t("kit.passed", one.made, one.months)}
+          </p>
+        );
+      })}
+    </section>
   );
 }
 

@@ -1,0 +1,77 @@
+"""Kit: whether the photos of a case fit a camera, and what is known of the camera of its run."""
+
+from datetime import UTC, datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, Field
+
+from limbgram.app.cameras import camera_files
+from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.capture.acceptance import Outcome
+from limbgram.cases.cameras import camera_doubt
+from limbgram.cases.certificates import cameras_of, cited_setups
+from limbgram.formats.camera import read_camera
+
+router = APIRouter(tags=["cameras"])
+
+
+class CameraFit(BaseModel):
+    """Whether photos and cameras belong together, as far as size and headers of the photos tell."""
+
+    fits: bool
+    why: str = Field(default="", description="Why they do not, and what to do; for people.")
+
+
+class Setup(BaseModel):
+    """What the certificate of a kit says of it today."""
+
+    camera: str
+    outcome: Outcome
+    made: str = Field(description="Day of the acceptance test.")
+    months: int = Field(description="Since then.")
+    valid_months: int
+    sentence: str
+    remark: str = Field(default="", description="What to do about it, if anything.")
+
+
+class Kit(BaseModel):
+    """The kit that a case was computed with."""
+
+    cameras: list[str] = Field(description="Labels of the camera files that were given.")
+    setups: list[Setup] = Field(description="Of those with a certificate.")
+
+
+@router.get("/cases/{case_id}/camera-fit")
+def read_camera_fit(
+    clinic: ClinicHere,
+    case: CaseHere,
+    camera: Annotated[list[str], Query(max_length=20, description="Ids of cameras.")],
+) -> CameraFit:
+    """Whether the photos that are here can be of these cameras; asked before the run."""
+    received = [one for one in clinic.intake(case).received() if not one.problem]
+    sources = [case.received / one.name for one in received]
+    if not sources and case.folder.photos.is_dir():
+        sources = sorted(case.folder.photos.iterdir())
+    doubt = camera_doubt(sources, [read_camera(one) for one in camera_files(clinic, camera)])
+    return CameraFit(fits=not doubt, why=doubt)
+
+
+@router.get("/cases/{case_id}/kit")
+def read_kit(case: CaseHere) -> Kit:
+    """Which calibrated cameras a case was computed with, and how old their certificate is."""
+    return Kit(
+        cameras=[one.label for one in cameras_of(case.folder)],
+        setups=[
+            Setup(
+                camera=one.camera,
+                outcome=one.outcome,
+                made=one.made,
+                months=one.months,
+                valid_months=one.valid_months,
+                sentence=one.sentence,
+                remark=one.remark,
+            )
+            for one in cited_setups(case.folder, datetime.now(UTC).date())
+        ],
+    )

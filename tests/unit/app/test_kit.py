@@ -1,0 +1,65 @@
+"""The kit over HTTP: photos that are not of the camera chosen are told before the run."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from fastapi.testclient import TestClient
+from PIL import Image
+
+from limbgram.app.clinic import Clinic
+from limbgram.core.geometry.lens import Camera
+from limbgram.formats.camera import write_camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+
+API = "/api/v1"
+
+
+def test_photos_of_another_size_do_not_fit_a_camera_and_its_own_do(
+    client: TestClient, tmp_path: Path
+) -> None:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    camera = client.post(f"{API}/cameras", json={"name": "Camera"}).json()["id"]
+    ask = f"{case}/camera-fit?camera={camera}"
+    assert client.get(ask).status_code == 409  # not calibrated yet
+    sent = client.put(f"{API}/cameras/{camera}/file", content=camera_file(tmp_path))
+    assert sent.status_code == 200
+    assert client.get(ask).json() == {"fits": True, "why": ""}  # nothing tells against it
+
+    photo(client, case, "a.png", 640, 480)
+    assert client.get(ask).json()["fits"]
+    photo(client, case, "b.png", 660, 480)
+    told = client.get(ask).json()
+    assert not told["fits"]
+    assert "660 x 480" in told["why"]
+
+
+def test_a_case_names_the_cameras_that_it_was_computed_with(
+    client: TestClient, clinic: Clinic, tmp_path: Path
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    assert client.get(f"{API}/cases/{case_id}/kit").json() == {"cameras": [], "setups": []}
+    (clinic.shelf.root / case_id / "camera.json").write_bytes(camera_file(tmp_path))
+    told = client.get(f"{API}/cases/{case_id}/kit").json()
+    assert told == {"cameras": ["Made Up 1"], "setups": []}
+
+
+def camera_file(folder: Path) -> bytes:
+    lens = Camera(width_px=640, height_px=480, fx=900.0, fy=900.0, cx=319.5, cy=239.5)
+    calibration = Calibration(
+        camera=lens,
+        covariance=np.diag([1e-4, 1e-4, 1e-4, 1e-4, 0, 1e-6, 1e-6, 1e-8, 1e-8, 0]),
+        source="board",
+        rms_px=0.1,
+        label="Made Up 1",
+    )
+    write_camera(folder / "camera.json", calibration, {})
+    return (folder / "camera.json").read_bytes()
+
+
+def photo(client: TestClient, case: str, name: str, width_px: int, height_px: int) -> None:
+    noise = np.random.default_rng(width_px).integers(0, 255, (height_px, width_px, 3), np.uint8)
+    made = io.BytesIO()
+    Image.fromarray(noise).save(made, "PNG")
+    sent = client.put(f"{case}/photos/{name}", content=made.getvalue())
+    assert sent.json()["whole"], sent.text
