@@ -11,6 +11,7 @@ import json
 import platform
 import re
 import sys
+import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -38,6 +39,9 @@ _IMPORT = re.compile(
     rb"^[ \t]*(?:from[ \t]+\S+[ \t]+)?import[ \t]+(?:\([^)]*\)|[^(\n]*)", re.MULTILINE
 )
 """An import statement; this project has one a line."""
+_PARSING = threading.Lock()
+"""CPython counts how deep a tree lies for all threads together, and refuses good sources where two
+parse at once ("AST constructor recursion depth mismatch")."""
 
 
 @dataclass
@@ -187,7 +191,8 @@ def _imports(source: bytes) -> ast.Module:
 
     To parse whole files takes ten times as long.
     """
-    if b"import_module(" not in source:
-        with suppress(SyntaxError):  # lines of a text that look like imports
-            return ast.parse(b"\n".join(line.lstrip() for line in _IMPORT.findall(source)))
-    return ast.parse(source)
+    with _PARSING:
+        if b"import_module(" not in source:
+            with suppress(SyntaxError):  # lines of a text that look like imports
+                return ast.parse(b"\n".join(line.lstrip() for line in _IMPORT.findall(source)))
+        return ast.parse(source)

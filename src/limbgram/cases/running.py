@@ -129,6 +129,7 @@ class RunningJob:
     _supervision: Supervision | None = None
     _thread: threading.Thread | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
+    _saving: threading.Lock = field(default_factory=threading.Lock)
     _since: float = 0.0
     _stage_since: float = 0.0
     _saved: float = 0.0
@@ -273,8 +274,10 @@ class RunningJob:
         self.on_change()
 
     def _save(self) -> None:
-        self._saved = time.monotonic()
-        write_json(_place(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
+        """One at a time, so that what an older state was does not end up as the last word."""
+        with self._saving:
+            self._saved = time.monotonic()
+            write_json(_place(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
 
 
 @dataclass

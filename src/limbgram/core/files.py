@@ -5,11 +5,12 @@ TOML are taken as their standards have them, and without what no file of ours or
 program holds: numbers that no measure has, texts that cannot be written again, trees without end.
 
 What is written lies beside its place at first, in a name of its own (16 letters of the name's hash,
-the process, `part`); it is synced, read back where somebody can tell what it should hold, and only
-then takes its name.
+the process, a number, `part`); it is synced, read back where somebody can tell what it should hold,
+and only then takes its name.
 """
 
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -30,6 +31,7 @@ _DEEPEST = 64
 _LARGEST_WHOLE = 2**53
 """Whole numbers beyond cannot be told from their neighbours in floating point."""
 _LONGEST_SUFFIX = 16
+_WRITES = itertools.count()
 _LONGEST_KEY = re.compile(r"^[^=,\n]{4000}", re.MULTILINE)
 """A line that would be a dotted key of thousands of parts: tomllib takes their square in time."""
 
@@ -127,10 +129,11 @@ def written_whole(path: Path, check: Callable[[Path], None] | None = None) -> Ge
 
     What was written is synced, proved by `check` where there is one, and renamed. Until then, and
     if anything fails, what lay at `path` stays. What processes that were killed while they wrote
-    the same left beside it is removed. What the system says of the disk passes as it is.
+    the same left beside it is removed. Threads that write the same file at once do not meet: the
+    last one's stays. What the system says of the disk passes as it is.
     """
     suffix = path.suffix if len(path.suffix) <= _LONGEST_SUFFIX else ""
-    mark = f".{short_name(path)}.{os.getpid()}"
+    mark = f".{short_name(path)}.{os.getpid()}.{next(_WRITES)}"
     beside, older = path.with_name(f"{mark}.part{suffix}"), path.with_name(f"{mark}.old")
     _sweep(path)
     try:

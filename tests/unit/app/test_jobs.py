@@ -152,6 +152,9 @@ def test_what_rests_of_an_interrupted_run_is_ended_and_nothing_else(
     client.post(f"{case}/job/cancel")
     wait(client, case, lambda job: job["state"] == "cancelled")
     folder = clinic.shelf.case(case.rpartition("/")[2]).folder
+    job = clinic.runner.running(folder)
+    assert job is not None
+    job.join(10)  # its last word is written
     kept = read_job_file(folder)
     assert kept is not None
     root = folder.root if ours else folder.root.with_name("another")

@@ -4,6 +4,7 @@ import errno
 import os
 import signal
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import BinaryIO
 
@@ -115,3 +116,17 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     with written_whole(file) as beside:
         beside.write_text("new")
     assert file.read_text() == "new"
+
+
+def test_threads_that_write_the_same_file_do_not_meet(tmp_path: Path) -> None:
+    file = tmp_path / "x.json"
+
+    def write(number: int) -> None:
+        for _ in range(20):
+            with written_whole(file) as beside:
+                beside.write_text(f"{number}" * 1000)
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, range(4)))
+    assert file.read_text() in {f"{number}" * 1000 for number in range(4)}
+    assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
