@@ -3,11 +3,11 @@
     python benchmarks/coach.py --keep FOLDER --first 8000 -o benchmarks/results/coach.json
 
 Every seed draws a limb, its paint, relief, walk round, lens, distance, noise and blur, and of every
-third capture some neighbouring photos are left out. `check` and `plan` say what to expect; then the
-photos are reconstructed by the command line and the sigma and the surface compared, in all and cell
-by cell of the check's proxy. What lies in FOLDER is not made again. OUT.md is written beside
-OUT.json. `--timing PHOTOS CAMERA` checks a folder of photos once whole and once photo by photo, and
-keeps the seconds.
+third capture some neighbouring photos are left out. `check` and `plan` say what to expect; then
+the photos are reconstructed by the command line and sigma and surface compared, in all and cell
+by cell of the check's proxy. What lies in FOLDER is not made again; seeds that OUT holds are left
+as they are, each with the commit that made it. OUT.md is written beside OUT.json. `--timing PHOTOS
+CAMERA` checks a folder of photos once whole and once photo by photo, and keeps the seconds.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from captures import machine, timed
+from captures import JUDGED, machine, timed
 from limbgram.capture.coach import CaptureCheck
 from limbgram.capture.plan import DEFAULTS as PLAN
 from limbgram.capture.plan import LimbForm, form_of
@@ -76,7 +76,10 @@ def main() -> None:
             write(results, chosen.out)
             return
         for seed in range(chosen.first, chosen.first + chosen.count):
-            captures[str(seed)] = one(seed, (chosen.keep or Path(scratch)) / str(seed))
+            if str(seed) in captures:
+                continue
+            found = one(seed, (chosen.keep or Path(scratch)) / str(seed))
+            captures[str(seed)] = found | {"commit": results["machine"]["commit"][:12]}
             sys.stderr.write(f"{seed}: {json.dumps(captures[str(seed)])[:300]}\n")
             write(results, chosen.out)
 
@@ -122,7 +125,7 @@ def one(seed: int, folder: Path) -> Result:
         board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
         subprocess.run([LIMBGRAM, "calibrate", boards, *board], check=False, capture_output=True)
     photos = kept_photos(seed, folder / "capture" / "images")
-    start = time.perf_counter()
+    start, start_cpu = time.perf_counter(), time.process_time()
     check = check_sources(photos, [read_camera(camera)], SCALE_BOARD.board, Run())
     result: Result = {
         "limb": options.kind.value,
@@ -133,14 +136,23 @@ def one(seed: int, folder: Path) -> Result:
         "go": check.go,
         "headline": check.headline,
         "check_s": round(time.perf_counter() - start, 1),
+        "check_cpu_s": round(time.process_time() - start_cpu, 1),
+        "findings": check.findings,
         "plan_sigma_mm": planned_sigma_mm(options) if len(photos) == options.photos else None,
     }
     run = folder / "run.json"
     if not run.exists():
         command = [LIMBGRAM, "reconstruct", *map(str, photos), "--camera", str(camera)]
         run.write_text(json.dumps(timed([*command, "-o", str(folder / "case"), "--json"])))
-    result["exit_code"] = json.loads(run.read_text())["exit_code"]
-    if result["exit_code"] in (0, 7) and check.coverage is not None:
+    done = json.loads(run.read_text())
+    result |= {"exit_code": done["exit_code"], "message": done["message"]}
+    if done["exit_code"] in JUDGED:
+        said = json.loads((folder / "case" / "accuracy.json").read_text())
+        result |= {"light": said["light"], "verdict": said["headline"]}
+        result["movement"] = next(
+            (one["sentence"] for one in said["criteria"] if one["key"] == "movement"), None
+        )
+    if result["exit_code"] in JUDGED and check.coverage is not None:
         result |= compared(check, surface_of(folder / "case"))
     return result
 

@@ -7,7 +7,7 @@ photos (a step), a little farther in each (a drift), elsewhere in every photo (a
 else (still). Every seed is another limb, paint, walk, room and direction of the movement. Photos
 are placed and looked at for movement; of some the whole surface is made and held against the truth,
 which is told in the limb's own frame. What OUT holds already is not done again, so that a long list
-can be worked off in several goes (--minutes).
+can be worked off in several goes (--minutes, --only still:0 step:2); each line keeps its commit.
 """
 
 import argparse
@@ -46,6 +46,8 @@ _CLASSES = (
     ("step", 4.0),
     ("step", 10.0),
     ("sway", 4.0),
+    ("drift", 4.0),
+    ("drift", 10.0),
 )
 """In the order of a go, so that one that is cut short has some of each."""
 
@@ -80,6 +82,7 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=6, help="captures of each kind")
     parser.add_argument("--surfaces", type=int, default=2, help="surfaces of each of three kinds")
+    parser.add_argument("--only", nargs="*", help="these movements alone, KIND:MM")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     chosen = parser.parse_args()
@@ -98,6 +101,8 @@ def work(chosen: argparse.Namespace, folder: Path) -> None:
     end = time.monotonic() + 60 * chosen.minutes
     for setting, surface in settings(chosen.seeds, chosen.surfaces):
         part = result["surfaces" if surface else "looks"]
+        if chosen.only and f"{setting.kind}:{setting.shift_mm:g}" not in chosen.only:
+            continue
         if setting.name in part or time.monotonic() > end:
             continue
         source = folder / setting.name
@@ -107,7 +112,7 @@ def work(chosen: argparse.Namespace, folder: Path) -> None:
             surfaced(setting, source, camera_file, folder)
             if surface
             else looked(setting, source, camera)
-        )
+        ) | {"commit": result["machine"]["commit"][:12]}
         chosen.out.write_text(json.dumps(result, indent=1) + "\n")
         chosen.out.with_suffix(".md").write_text(page(result))
         sys.stderr.write(f"{setting.name}: {json.dumps(part[setting.name])[:200]}\n")

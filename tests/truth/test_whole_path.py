@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 from typer.testing import CliRunner, Result
 
 from limbgram import compare, read_limb
+from limbgram.cases.assessing import kept_evidence
+from limbgram.cases.folder import CaseFolder
+from limbgram.cases.masking import mask_of
 from limbgram.cases.scoring import score_case
 from limbgram.cli.main import app
 from limbgram.core.mesh.closest import TriangleTree
@@ -135,6 +139,52 @@ def test_the_page_holds_everything_and_asks_for_nothing(folder: Path) -> None:
     outside = re.sub(r'src="data:[^"]*"', "", page)
     assert not re.search(r"https?:|<script|<link|url\(|@import", outside)
     assert len(list((folder / "case" / "report").glob("*.png"))) == 7
+
+
+def test_masks_of_the_case_hold_the_limb_and_little_else(folder: Path, tmp_path: Path) -> None:
+    result = limbgram("masks", folder / "case", "-o", tmp_path / "masks", "--margin", 4)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "masks" / "at-a-glance.jpg").stat().st_size > 10_000
+    truth = sorted((folder / "capture" / "truth" / "masks").iterdir())
+    assert len(truth) == CAPTURE.photos
+    for path in truth:
+        limb, made = picture(path), picture(tmp_path / "masks" / path.name)
+        assert np.count_nonzero(limb & ~made) < 0.005 * np.count_nonzero(limb)
+        assert 0.02 < np.count_nonzero(made & ~limb) / np.count_nonzero(limb) < 0.3
+    again = limbgram("masks", folder / "case", "-o", tmp_path / "masks")
+    assert again.exit_code == 3
+    assert "corrected by hand" in again.output
+
+
+def test_corrected_masks_say_what_the_limb_is(folder: Path, tmp_path: Path) -> None:
+    """Its upper half painted black in all masks but one, which is missing, is not measured.
+
+    Where it was cut the surface is closed by a cap, which counts as filled in.
+    """
+    whole = kept_evidence(CaseFolder(folder / "case"))
+    middle_mm = float(np.median(whole.mesh.vertices_mm[:, 2]))
+    below = (whole.mesh.vertices_mm[whole.mesh.faces][:, :, 2] < middle_mm).all(axis=1)
+    scene, lower = whole.metric.scene, replace(whole.mesh, faces=whole.mesh.faces[below])
+    (tmp_path / "masks").mkdir()
+    for idx, name in enumerate(scene.names[1:], start=1):
+        levels = mask_of(lower, scene.view(idx), 3.0).astype(np.uint8) * 255
+        Image.fromarray(levels).save((tmp_path / "masks" / name).with_suffix(".png"))
+    photos, camera = folder / "capture" / "images", folder / "camera.json"
+    words = (photos, "--camera", camera, "--masks", tmp_path / "masks", "-o", tmp_path / "case")
+    result = limbgram("reconstruct", *words)
+    assert result.exit_code == 7, result.output
+    notes = json.loads((tmp_path / "case" / "summary.json").read_text("utf-8"))["scene"]["notes"]
+    assert f"for want of a mask: {scene.names[0]}." in notes[0]
+    half = kept_evidence(CaseFolder(tmp_path / "case")).mesh
+    assert half.filled is not None
+    measured_mm = half.vertices_mm[~half.filled]
+    assert middle_mm - 15 < np.quantile(measured_mm[:, 2], 0.99) < middle_mm + 15
+    tree = TriangleTree.of(whole.mesh.vertices_mm, whole.mesh.faces)
+    assert 1e-3 < np.median(tree.closest(measured_mm).distances_mm) < 0.1
+
+
+def picture(path: Path) -> np.ndarray:
+    return np.asarray(Image.open(path).convert("L")) > 127
 
 
 def test_no_file_of_the_case_has_the_name_of_its_folder(folder: Path) -> None:

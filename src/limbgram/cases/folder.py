@@ -25,7 +25,7 @@ from typing import IO, Literal
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.core.errors import CaseError, PhotoError, disk_advice, is_full
 from limbgram.core.files import written_whole
-from limbgram.reconstruction.photos.masks import MASKS_FOLDER
+from limbgram.reconstruction.photos.masks import MASKS_FOLDER, mask_in, masks_among
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.quality import name_for_people, sifted
 
@@ -138,12 +138,17 @@ def require_new_or_ours(case: CaseFolder) -> None:
         )
 
 
-def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
+def take_in(
+    case: CaseFolder, sources: Sequence[Path], masks: Path | None = None
+) -> tuple[SetAside, ...]:
     """Copy photos, or the photos in folders and their masks, into the case's photo folder.
 
     A copy shares its bytes with the original where the disk can do so until one of them changes
     (never a hard link: altered in place, the original would change the case). Photos of an earlier
     run that are not among the sources are moved to CASE/photos-left-out.
+
+    Args:
+        masks: Folder of masks that take the place of those beside the photos.
 
     Returns:
         What was not taken in, and why.
@@ -153,7 +158,7 @@ def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
         CaseError: the case holds another file under the same name, or is the photos' own folder.
     """
     wanted: dict[Path, Path] = {}
-    files, set_aside = incoming(sources)
+    files, set_aside = incoming(sources, masks)
     require_apart(case, sources)
     for source, name in files:
         if wanted.setdefault(name, source).resolve() != source.resolve():
@@ -176,11 +181,13 @@ def take_in(case: CaseFolder, sources: Sequence[Path]) -> tuple[SetAside, ...]:
     return tuple(set_aside)
 
 
-def incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[SetAside]]:
+def incoming(
+    sources: Sequence[Path], masks: Path | None = None
+) -> tuple[list[tuple[Path, Path]], list[SetAside]]:
     """Pictures and the names, relative to the photo folder, under which they are kept.
 
     Raises:
-        PhotoError: a source does not exist, or there are no photos.
+        PhotoError: a source does not exist, or no mask in the folder of masks is any photo's.
     """
     pictures: list[tuple[Path, Path]] = []
     set_aside: list[SetAside] = []
@@ -198,7 +205,26 @@ def incoming(sources: Sequence[Path]) -> tuple[list[tuple[Path, Path]], list[Set
         candidates = sifted(found)
         pictures += [(file, file.relative_to(base)) for file in candidates.pictures]
         set_aside += candidates.set_aside
-    return pictures, set_aside
+    return (pictures if masks is None else _masked_by(masks, pictures)), set_aside
+
+
+def _masked_by(folder: Path, pictures: list[tuple[Path, Path]]) -> list[tuple[Path, Path]]:
+    """The photos, with the masks in a folder instead of those that lie beside them."""
+    if not folder.is_dir():
+        raise PhotoError(
+            f"{folder} is no folder of masks. Name the folder that holds NAME.png for each photo "
+            "NAME; `limbgram masks CASE -o FOLDER` makes one."
+        )
+    beside = masks_among([source for source, _ in pictures])
+    photos = [(source, name) for source, name in pictures if source not in beside]
+    found = [mask for source, _ in photos if (mask := mask_in(folder, source)) is not None]
+    if not found and photos:
+        raise PhotoError(
+            f"No picture in {folder} is named as the mask of a photo. The mask of "
+            f"{photos[0][0].name} is called {photos[0][0].stem}.png: rename the masks, or leave "
+            "them out."
+        )
+    return [*photos, *((mask, Path(MASKS_FOLDER) / mask.name) for mask in found)]
 
 
 def _inside(folder: Path) -> list[Path]:
@@ -225,12 +251,13 @@ def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
     if kept.exists():
         if kept.resolve() == source.resolve():
             return None
-        if file_sha256(kept) != sha256:
+        same = file_sha256(kept) == sha256
+        if not same and name.parent.name != MASKS_FOLDER:  # masks are corrected again and again
             raise CaseError(
                 f"{name} in {case.photos} is another file than {source}. A case never alters the "
                 "photos it received. Use a new case folder, or rename one of the two."
             )
-        if not kept.samefile(source):
+        if same and not kept.samefile(source):
             return None
     kept.parent.mkdir(parents=True, exist_ok=True)
 

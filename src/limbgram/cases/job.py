@@ -39,7 +39,7 @@ def do(job: Job, run: CachingRun) -> Done:
     case = run.case
     calibrations = _take_cameras_in(job, case)
     take_certificates_in(case, job.camera_files)
-    left_out = take_in(case, job.sources)
+    left_out = take_in(case, job.sources, job.masks)
     capture = Capture(
         sources=(case.photos,),
         calibrations=calibrations,

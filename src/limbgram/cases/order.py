@@ -23,6 +23,8 @@ class Job:
     case: Path
     sources: tuple[Path, ...]
     """Photo files, or folders of them."""
+    masks: Path | None = None
+    """Folder of masks that take the place of those beside the photos."""
     camera_files: tuple[Path, ...] = ()
     board: Board | None = None
     distances: tuple[KnownDistance, ...] = ()

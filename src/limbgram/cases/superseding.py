@@ -40,9 +40,9 @@ def key_of(job: Job) -> str:
         CaseError: a camera file cannot be read, or the case is the photos' own folder.
     """
     tree: dict[str, Any] = plain_tree(job)
-    del tree["case"]
+    del tree["case"], tree["masks"]
     require_apart(CaseFolder(job.case), job.sources)
-    pictures, _ = incoming(job.sources)
+    pictures, _ = incoming(job.sources, job.masks)
     tree["sources"] = sorted((name.as_posix(), _content(source)) for source, name in pictures)
     tree["camera_files"] = [Fingerprints().of(read_camera(file)) for file in job.camera_files]
     tree["program"] = code_version("limbgram.cases.job")

@@ -75,6 +75,10 @@ COMMANDS = {
         "frames:frames_command",
         "Take the sharp, well-spread frames out of a video, and say why each was taken or not.",
     ),
+    "masks": (
+        "masks:masks_command",
+        "Write what of each photo a case took for the limb, as masks to correct and give back.",
+    ),
     "calibrate": (
         "calibrate:calibrate_command",
         "Find the lens of a camera from photos of a flat board at different angles.",

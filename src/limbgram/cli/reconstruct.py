@@ -79,6 +79,15 @@ def reconstruct_command(
     unscaled: Annotated[
         bool, typer.Option("--unscaled", help="Go on without a scale: the size stays unknown.")
     ] = False,
+    masks: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of masks, NAME.png for each photo NAME: white is used, black is not. "
+            "`limbgram masks` makes them from a case, to be corrected in any paint program. "
+            "A photo without one is used whole.",
+            show_default="NAME.png beside the photos, or in a folder `masks` there",
+        ),
+    ] = None,
     surface: Annotated[
         SurfaceMethod, typer.Option(help="How points become a surface.")
     ] = SurfaceMethod.BALL_PIVOTING,
@@ -116,6 +125,7 @@ def reconstruct_command(
     job = Job(
         case=case,
         sources=tuple(photos),
+        masks=masks,
         camera_files=tuple(camera or ()),
         board=None
         if boardless(board, no_board, [*(known_distance or ()), *(marks or ())], unscaled)

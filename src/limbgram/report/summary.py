@@ -240,7 +240,12 @@ def summarise(
             points=len(scene.points_in_world),
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
-            notes=(*_still_notes(done.still), *_poses_notes(done), *_placing_notes(scene)),
+            notes=(
+                *_mask_notes(done.photos),
+                *_still_notes(done.still),
+                *_poses_notes(done),
+                *_placing_notes(scene),
+            ),
         ),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
@@ -253,6 +258,24 @@ def summarise(
         ),
         self_calibration=assessed.self_calibration,
         setups=assessed.setups,
+    )
+
+
+_NAMED_AT_MOST = 5
+
+
+def _mask_notes(photos: PhotoSet) -> tuple[str, ...]:
+    whole = [one.name for one in photos.photos if one.mask_path is None]
+    count = len(photos.photos)
+    if len(whole) == count:
+        return ()
+    if not whole:
+        return (f"All {count} photos have masks: only what is white in them was used.",)
+    named = ", ".join(whole[:_NAMED_AT_MOST])
+    more = f" and {len(whole) - _NAMED_AT_MOST} more" if len(whole) > _NAMED_AT_MOST else ""
+    return (
+        f"{count - len(whole)} of {count} photos have masks: only what is white in them was used. "
+        f"Used whole, for want of a mask: {named}{more}.",
     )
 
 

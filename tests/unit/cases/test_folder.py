@@ -41,6 +41,34 @@ def test_files_and_masks_come_in_as_copies(source: Path, tmp_path: Path) -> None
     assert names(case) == ["a 1.jpg", "b.jpg", "masks/b.png"]
 
 
+def test_masks_of_a_folder_take_the_place_of_those_beside_the_photos(
+    source: Path, tmp_path: Path
+) -> None:
+    """And they may be corrected and given again, which photos may not."""
+    case, masks = CaseFolder(tmp_path / "case"), tmp_path / "corrected"
+    take_in(case, [source])
+    masks.mkdir()
+    for name in ("a 1.jpg.png", "b.png", "stranger.png", "at-a-glance.jpg"):
+        (masks / name).write_bytes(b"corrected")
+    for content in (b"corrected", b"corrected again"):
+        (masks / "b.png").write_bytes(content)
+        take_in(case, [source], masks)
+        assert names(case) == ["a 1.jpg", "b.jpg", "masks/a 1.jpg.png", "masks/b.png"]
+        assert (case.photos / "masks" / "b.png").read_bytes() == content
+    take_in(case, [source], source / "masks")
+    assert (case.photos / "masks" / "b.png").read_bytes() == b"masks/b.png" * 100
+
+
+def test_a_folder_without_a_mask_of_any_photo_is_refused(source: Path, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path / "case")
+    (tmp_path / "corrected").mkdir()
+    (tmp_path / "corrected" / "c.png").write_bytes(b"of no photo")
+    with pytest.raises(PhotoError, match=r"The mask of a 1\.jpg is called a 1\.png"):
+        take_in(case, [source], tmp_path / "corrected")
+    with pytest.raises(PhotoError, match="is no folder of masks"):
+        take_in(case, [source], tmp_path / "nowhere")
+
+
 def test_a_hard_link_of_an_earlier_version_becomes_a_copy(source: Path, tmp_path: Path) -> None:
     case = CaseFolder(tmp_path / "case")
     case.photos.mkdir(parents=True)

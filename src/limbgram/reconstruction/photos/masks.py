@@ -49,12 +49,28 @@ def masks_among(files: Sequence[Path]) -> set[Path]:
 
 def find_mask(photo: Path) -> Path | None:
     """The mask of a photo, beside it or in the subfolder."""
-    for folder in (photo.parent, photo.parent / MASKS_FOLDER):
-        for name in (photo.name, photo.stem):
-            candidate = _png_named(folder / name)
-            if candidate is not None and candidate != photo:
-                return candidate
+    beside = mask_in(photo.parent, photo)
+    return mask_in(photo.parent / MASKS_FOLDER, photo) if beside is None else beside
+
+
+def mask_in(folder: Path, photo: Path) -> Path | None:
+    """The mask of a photo in a folder."""
+    for name in (photo.name, photo.stem):
+        candidate = _png_named(folder / name)
+        if candidate is not None and candidate != photo:
+            return candidate
     return None
+
+
+def held_upright(mask: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
+    """A mask in the sensor's frame as people see its photo; `read_mask` turns it back.
+
+    One that is upside down stays so: only of a quarter turn does the size of a file tell.
+    """
+    if exif.quarter_turns % 2 == 0:
+        return mask
+    stored = mask[:, ::-1] if exif.mirrored else mask
+    return np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns))
 
 
 def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
-from limbgram.reconstruction.photos.masks import load_mask
+from limbgram.reconstruction.photos.masks import held_upright, load_mask
 from limbgram.reconstruction.photos.reading import read_photos
 
 Writer = Callable[..., Path]
@@ -52,8 +52,10 @@ def test_a_mask_drawn_upright_is_turned_back(
     upright = np.asarray(ImageOps.exif_transpose(stored))
     assert upright.shape == (120, 90)
     Image.fromarray(upright).save(tmp_path / "1.png")
-    mask = load_mask(read_photos([tmp_path]).photos[0])
+    photo = read_photos([tmp_path]).photos[0]
+    mask = load_mask(photo)
     np.testing.assert_array_equal(mask, corner_mask(120, 90) > 0)
+    np.testing.assert_array_equal(held_upright(corner_mask(120, 90) > 0, photo.exif), upright > 127)
 
 
 def test_a_cut_out_counts_by_its_opacity(write_photo: Writer, tmp_path: Path) -> None:
