@@ -27,6 +27,7 @@ from limbgram.app import (
     record,
     session,
     surface,
+    templates,
 )
 from limbgram.app.access import Guard
 from limbgram.app.clinic import Clinic
@@ -60,6 +61,7 @@ _RESOURCES = (
     record,
     cameras,
     kit,
+    templates,
     events,
 )
 _DESCRIPTION = """Photos of a painted sock become a limb's surface in true millimetres; the surface

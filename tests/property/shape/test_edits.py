@@ -22,16 +22,21 @@ from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.edit import Edit
 from limbgram.workbench.edits.editing import EDITS, do_edit
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
+from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.edits.percent import Increase, Reduction
 from limbgram.workbench.edits.presets import Liner, Sock, SockPly
 from limbgram.workbench.edits.regional import Load, Relieve
 from limbgram.workbench.edits.smoothing import Smoothing
 from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
-from limbgram.workbench.limb import Limb, LimbFrame
+from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
+from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.files import encode_template
+from limbgram.workbench.templates.template import Template, TemplateMark
 
 SPOKES = 36
+REFERENCE = "mark in front"
 
 
 def stump() -> Mesh:
@@ -65,10 +70,31 @@ def bumpy(seed: int) -> Limb:
     bumps = (np.exp(-(away**2) / 300) * rng.uniform(-3, 3, 6)).sum(1)
     points = BASE.vertices_mm + bumps[:, None] * BASE.vertex_normals()
     motion = Rigid.from_rotation_vector(rng.normal(size=3), rng.normal(size=3) * 50)
+    front = points[np.linalg.norm(points - [0, 40, 100], axis=1).argmin()]
     return Limb(
         mesh=BASE.with_vertices(motion.inverse.apply(points)),
         frame=LimbFrame(limb_from_mesh=motion, side="left"),
+        landmarks=(Landmark(name=REFERENCE, position_mm=motion.inverse.apply(front[None])[0]),),
     )
+
+
+def template() -> str:
+    """Carves in by 2 mm in front, half way up, and nothing else."""
+    up = node_heights(1.2)
+    angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
+    hollow = np.exp(-((up[:, None] - 0.5) ** 2) / 0.02 - (1 - np.cos(angles)[None]) / 0.2)
+    made = Template(
+        name="made",
+        pairs=1,
+        sided=True,
+        reference=REFERENCE,
+        marks=(TemplateMark(name=REFERENCE, height=1.0, angle_deg=0.0),),
+        heights=up,
+        displacement_mm=np.round(-2 * hollow, 2) + 0.0,
+        spread_mm=np.full(hollow.shape, np.nan),
+        known_pairs=np.ones(hollow.shape, np.int64),
+    )
+    return encode_template(made).decode()
 
 
 def place(turn: float, height: float) -> tuple[float, float, float]:
@@ -130,6 +156,7 @@ TRIED: dict[type[Edit], st.SearchStrategy[Any]] = {
     Fill: st.just(Fill(brim=True)),
     Wall: st.builds(Wall, thickness_mm=amounts, side=st.sampled_from(["outward", "inward"])),
     Mirror: st.just(Mirror(confirmed_side="right")),
+    FromTemplate: st.builds(FromTemplate, learned=st.just(template()), strength=st.floats(0.2, 2)),
 }
 EDIT = st.one_of(*TRIED.values())
 
@@ -167,6 +194,7 @@ def test_manifold_in_manifold_out(seed: int, edit: Edit) -> None:
         Trimline(through=tuple(place(a, 70 + 10 * float(np.cos(2 * a))) for a in range(6))),
         Wall(thickness_mm=4),
         Extension(length_mm=20),
+        FromTemplate(learned=template()),
         PlaneCut(height_mm=60, forward_deg=10, capped=True),
     ],
     ids=lambda edit: type(edit).__name__,

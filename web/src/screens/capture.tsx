@@ -15,6 +15,7 @@ import { boardOf, choicesOf, keepChoices } from "../state/choices";
 import { go, href } from "../state/route";
 import { filesOf, forgetDone, send, uploads } from "../state/uploads";
 import { bytes, t } from "../texts";
+import { coachWords, remarkWords, standWords } from "./coach-words";
 import { CaptureOptions } from "./capture-options";
 import { Dial, type DialData, HIGH_DEG } from "./dial";
 import { Expected } from "./expected";
@@ -176,7 +177,7 @@ export function CaptureScreen({ room }: RoomProps) {
                 <span class="grow" />
                 <span class="small faint">{t("dial.how")}</span>
               </div>
-              <Dial data={dialOf(answer)} label={answer ? answer.headline : t("dial.none")} />
+              <Dial data={dialOf(answer)} label={answer ? coachWords(answer).lead : t("dial.none")} />
               <p class="dial-legend small soft">
                 <span>{t("dial.outer", HIGH_DEG)}</span>
                 <span>{t("dial.inner")}</span>
@@ -241,8 +242,8 @@ function Banner({ said, photos, busy, done, off, onCompute, act }: { said: Check
   const running = said?.state === "running";
   const goes = answer?.go === true && said?.current === true;
   const tone = goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy ? t("capture.computing") : done && !answer && !running ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? answer.headline : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
-  const why = busy ? "" : done && !answer && !running ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? (goes ? t("capture.go.why") : (answer.findings.find((one) => !answer.headline.includes(one)) ?? "")) : running ? t("capture.checking.why") : t("capture.begin.why");
+  const lead = busy ? t("capture.computing") : done && !answer && !running ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
+  const why = busy ? "" : done && !answer && !running ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t("capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
@@ -262,7 +263,7 @@ function Banner({ said, photos, busy, done, off, onCompute, act }: { said: Check
 function PhotoTile({ room, photo, number, said, on, onClick }: { room: Room; photo: Schemas["Photo"]; number: number; said?: Schemas["CheckedPhoto"]; on: boolean; onClick: () => void }) {
   const film = /\.(mp4|mov|avi|mkv|webm)$/i.test(photo.name);
   const bad = photo.state === "unusable" || (said !== undefined && !said.counts);
-  const remark = photo.state === "unusable" ? t("capture.unusable") : (said?.remarks[0] ?? "");
+  const remark = photo.state === "unusable" ? t("capture.unusable") : remarkWords(said?.remarks[0] ?? "");
   return (
     <button type="button" class={`ph ${bad ? "bad" : ""} ${on ? "on" : ""}`} title={[photo.name, remark].filter(Boolean).join(": ")} onClick={onClick} aria-pressed={on} aria-label={`${number}: ${photo.name} ${remark}`}>
       {film || photo.state === "unusable" ? <Icon name="camera" /> : <img src={`${ROOT}/cases/${room.id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
@@ -319,9 +320,13 @@ function HowToStand({ answer }: { answer: NonNullable<Check["answer"]> }) {
           <h2>{letters.length > 1 ? t("capture.photos.letters", letters.slice(0, -1).join(", "), letters[letters.length - 1]) : t("capture.photo.letter", letters[0] ?? "")}</h2>
           {answer.missing.slice(0, 3).map((one) => (
             <p class="soft" key={one.words}>
-              {one.words}
+              {standWords(
+                one,
+                one.azimuths_deg.map((azimuth, i) => ((one.elevations_deg[i] ?? 0) >= HIGH_DEG ? t("dial.high", sideWords(azimuth)) : sideWords(azimuth))),
+              )}
             </p>
           ))}
+          <p class="small faint">{t("coach.same")}</p>
         </div>
       </div>
     </section>

@@ -14,7 +14,7 @@ export function OtherEdit({ first, only, places, busy, onKeep }: { first: string
   const kinds = useAsked(() => taken(api.GET("/api/v1/edits", {})), []);
   const kind = useSignal(first);
   const given = useSignal<Record<string, string>>({});
-  const all = (kinds.value.value ?? []).filter((one) => (only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind)));
+  const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && ((only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind))));
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
   const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in");
   const lacks = parameters.filter((p) => !/else/.test(p.expected) && !(given.value[p.name] ?? "").trim());

@@ -17,6 +17,7 @@ import { type Upload, forgetDone, nameOf, send, uploads } from "../state/uploads
 import { bytes, t } from "../texts";
 import { additions, dialOf } from "./capture";
 import { Dial } from "./dial";
+import { coachWords, remarkWords } from "./coach-words";
 
 const MOST_ROWS = 5;
 
@@ -101,7 +102,7 @@ export function PhoneScreen({ id }: { id: string }) {
           </div>
         )}
         {!lost && link.value === "open" && <Refusal refused={info.refused.value ?? photos.refused.value} />}
-        {answer && <Dial data={dialOf(answer)} label={answer.headline} />}
+        {answer && <Dial data={dialOf(answer)} label={coachWords(answer).lead} />}
         <p class="phone-how">{missing.length ? [t(missing.length > 1 ? "phone.go.to" : "phone.go.one", missing[0].letter, missing[missing.length - 1].letter), missing.some((one) => one.high) ? t("phone.high") : "", t("phone.same")].filter(Boolean).join(" ") : t(answer ? "phone.same" : "phone.how")}</p>
         <section class="phone-state" aria-label={t("phone.sent")}>
           <h2 aria-live="polite">{t("phone.count", here.length, total)}</h2>
@@ -168,7 +169,7 @@ function Said({ said, goes, photos }: { said: Schemas["Check"] | null; goes: boo
 /** How many more, and from where; the coach's own headline where photos are not what is missing. */
 function notYet(answer: NonNullable<Schemas["Check"]["answer"]>): string {
   const add = additions(answer);
-  if (!add.length) return answer.headline;
+  if (!add.length) return coachWords(answer).lead;
   const ways = [...new Set(add.map((one) => one.words))];
   return t("phone.not.yet", add.length, ways.length < 4 ? ways.join("; ") : t("phone.see.ring"));
 }
@@ -195,7 +196,7 @@ function ToTakeAgain({ id, photo, number, said }: { id: string; photo: Schemas["
     <li class="bad">
       {unusable ? <span class="none" /> : <img src={`${ROOT}/cases/${id}/photos/${encodeURIComponent(photo.name)}/picture?width=320`} alt="" loading="lazy" />}
       <span>
-        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : (said?.remarks[0] ?? t("phone.not.counted"))}
+        {t("phone.photo", number)}: {unusable ? t("capture.unusable") : (said?.remarks[0] ? remarkWords(said.remarks[0]) : t("phone.not.counted"))}
         <small>{t("phone.again")}</small>
       </span>
       <Icon name="warn" tone="a" />

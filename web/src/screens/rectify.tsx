@@ -27,10 +27,11 @@ import { Stage, type Shown } from "../viewer/stage";
 import type { Hit, Mode, SurfaceData } from "../viewer/surface";
 import type { Tool, Viewer } from "../viewer/viewer";
 import { OtherEdit } from "./other-edit";
+import { TemplateEdits } from "./templates";
 import { useLimb } from "./limb";
 import type { RoomProps } from "./room";
 
-type ToolName = "place" | "region" | "brush" | "levels" | "trimline" | "other";
+type ToolName = "place" | "region" | "brush" | "levels" | "trimline" | "template" | "other";
 type Ledgered = Schemas["Ledgered"];
 
 /** An edit that is open: drawn and dragged, not kept. */
@@ -59,7 +60,8 @@ const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
   { name: "brush", icon: "brush" },
   { name: "levels", icon: "levels" },
   { name: "trimline", icon: "trimline" },
-  { name: "other", icon: "template" },
+  { name: "template", icon: "template" },
+  { name: "other", icon: "more" },
 ];
 
 export function RectifyScreen({ room }: RoomProps) {
@@ -129,12 +131,13 @@ export function RectifyScreen({ room }: RoomProps) {
   const baseNormals = useRef<{ data: SurfaceData; normals: Float32Array } | null>(null);
 
   /** Ask the server what the edit would do; its answer takes the place of this page's preview. */
-  const tryOut = async (next: Draft) => {
+  const tryOut = (next: Draft) => tryEdit(edit(next));
+  const tryEdit = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => {
     const mine = ++turn.current;
     waits.value = true;
     refused.value = null;
     try {
-      const { bytes } = await bytesOf(`/cases/${room.id}/recipe/preview`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(edit(next)) });
+      const { bytes } = await bytesOf(`/cases/${room.id}/recipe/preview`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
       if (mine !== turn.current || !limb || !base) return;
       const blocks = decodeBlocks(bytes);
       const surface = changedBy(base, blocks);
@@ -248,7 +251,7 @@ export function RectifyScreen({ room }: RoomProps) {
   latest.current = { open, limb, draft, closeRegion, strokeRegion };
   const hands = useMemo<Tool | null>(() => {
     const what = tool.value;
-    if (what === "levels" || what === "other") return null;
+    if (what === "levels" || what === "template" || what === "other") return null;
     let path_: { point: Vector3; x: number; y: number; hit: Hit }[] = [];
     const fresh = (hit: Hit, part: Partial<Draft>): Draft => ({
       kind: latest.current.draft.value?.kind ?? "load",
@@ -563,6 +566,22 @@ export function RectifyScreen({ room }: RoomProps) {
             </section>
           )}
           {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : "sock"} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={act.busy.value} onKeep={(body) => void add(body)} />}
+          {tool.value === "template" && (
+            <TemplateEdits
+              room={room}
+              tried={trial.value !== null}
+              waits={waits.value}
+              refused={refused.value}
+              busy={act.busy.value}
+              onTry={(body) => {
+                const v = viewer.current;
+                if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
+                void tryEdit({ ...body, parameters: { ...body.parameters } });
+              }}
+              onKeep={(body) => void add({ ...body, parameters: { ...body.parameters } })}
+              onDrop={drop}
+            />
+          )}
           <Refusal refused={act.refused.value ?? ledgered.refused.value} />
           {book && <RecipeList book={book} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void recipe(() => taken(api.PATCH("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } }, body })))} onRemove={(number) => void recipe(() => taken(api.DELETE("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } } })))} />}
           {book?.refusal && <Refusal refused={new Refused("", book.refusal, 422)} />}
@@ -629,6 +648,7 @@ function wordsOf(one: EditReply): { title: string; where: string; amount: string
   const within = Array.isArray(p.within) && p.within.length > 0;
   const where = within ? t("drawn.region") : typeof p.at === "string" ? tOr(`place.${p.at}`, p.at) : p.at ? t("a.point") : one.text.replace(/^\S+\s*/, "").slice(0, 40);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
+  if (one.kind === "from-template") return { title, where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "", amount: `${(100 * Number(p.strength)).toFixed(0)} %`, field: null };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
   return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
 }

@@ -6,6 +6,7 @@ from limbgram.workbench.edits.cleaning import Clean
 from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.edit import Edit, name_of, require_lengths
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
+from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.edits.percent import Increase, Reduction
 from limbgram.workbench.edits.presets import Liner, Sock, SockPly
 from limbgram.workbench.edits.regional import Load, Relieve
@@ -32,6 +33,7 @@ EDITS: Final[tuple[type[Edit], ...]] = (
     Fill,
     Wall,
     Mirror,
+    FromTemplate,
 )
 """Every kind of edit, in the order in which help lists them. Recipes, ledger, help and tests follow
 from this table; edit.py says what a kind consists of."""

@@ -45,6 +45,8 @@ from limbgram.workbench.recipe.ledger import (
 
 _MOST_KEPT = 12
 """Surfaces that are kept of replays; one of 250,000 triangles with its colours takes 12 MB."""
+_LONGEST_TEXT = 60
+"""Letters of a text that a line about an edit shows: a template is one, and fills pages."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -360,6 +362,8 @@ def _difference(one: Entry, two: Entry, old_number: int, number: int) -> str:
 
 def _text_of(value: object) -> str:
     if isinstance(value, str):
+        if len(value) > _LONGEST_TEXT:
+            value = f"{' '.join(value[:_LONGEST_TEXT].split())} ..."
         return f'"{value}"'
     if isinstance(value, tuple):
         return f"[{', '.join(_text_of(part) for part in value)}]"

@@ -68,6 +68,7 @@ NEEDED: dict[str, object] = {
     "name": "alpha-6mm",
     "through": ["fibula head", [1.0, 2.5, 3.0]],
     "confirmed_side": "left",
+    "learned": '{\n "format": "limbgram template"}',
 }
 
 

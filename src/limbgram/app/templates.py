@@ -1,0 +1,138 @@
+"""Templates: what the clinic did to several limbs, learned and kept, to be done to the next one."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path, Response
+from pydantic import BaseModel, Field
+
+from limbgram.app.clinic import Clinic, ClinicHere
+from limbgram.app.replies import PICTURE
+from limbgram.app.surface import limb_of
+from limbgram.cases.bench import Bench
+from limbgram.cases.templates import TEMPLATE_ID_PATTERN, KeptTemplate, Templates
+from limbgram.core.errors import OptionsError
+from limbgram.report.drawings.courses import unrolled
+from limbgram.report.drawings.drawing import png
+from limbgram.workbench.templates.learning import Pair
+from limbgram.workbench.templates.template import moves_at_marks
+
+router = APIRouter(tags=["templates"])
+
+TemplateId = Annotated[str, Path(pattern=TEMPLATE_ID_PATTERN, description="Id of the template.")]
+
+
+class Move(BaseModel):
+    """How far a template moves the surface at a place."""
+
+    place: str
+    moved_mm: float = Field(description="Positive outward: room.")
+
+
+class TemplateReply(BaseModel):
+    """A template that the clinic keeps."""
+
+    id: str
+    name: str
+    pairs: int = Field(description="Cases that it was learned from.")
+    sided: bool = Field(description="Learned on limbs of a stated side; fits left and right.")
+    reference: str = Field(description="Place from which heights count.")
+    most_inward_mm: float
+    most_outward_mm: float
+    changed_share: float
+    places: list[Move]
+
+
+class NewTemplate(BaseModel):
+    """What a template is learned from."""
+
+    name: str = Field(min_length=1, max_length=80)
+    cases: list[str] = Field(
+        min_length=1, max_length=50, description="Ids of cases that are aligned and rectified."
+    )
+
+
+class LearnedReply(BaseModel):
+    """The templates after one was learned, and how far to trust it."""
+
+    templates: list[TemplateReply]
+    notes: list[str]
+
+
+@router.get("/templates")
+def list_templates(clinic: ClinicHere) -> list[TemplateReply]:
+    """The templates that the clinic keeps."""
+    return [_reply(one) for one in _templates(clinic).all()]
+
+
+@router.post("/templates", status_code=201)
+def learn_template(clinic: ClinicHere, given: NewTemplate) -> LearnedReply:
+    """Learn what was done to the limbs of some cases: from each one's scan to its shape now."""
+    pairs = [_pair(clinic, one) for one in dict.fromkeys(given.cases)]
+    learned = _templates(clinic).learn(given.name, pairs)
+    return LearnedReply(templates=list_templates(clinic), notes=list(learned.notes))
+
+
+@router.put("/templates/file")
+def take_template_file(
+    clinic: ClinicHere,
+    content: Annotated[bytes, Body(media_type="application/octet-stream", max_length=2_000_000)],
+) -> list[TemplateReply]:
+    """Take a template's file that `limbgram template learn` wrote."""
+    _templates(clinic).take(content)
+    return list_templates(clinic)
+
+
+@router.get("/templates/{template_id}/file", response_class=Response)
+def read_template_file(clinic: ClinicHere, template_id: TemplateId) -> Response:
+    """The template's file: the parameter `learned` of the edit `from-template`."""
+    return Response(
+        _templates(clinic).template(template_id).file.read_bytes(), media_type="application/json"
+    )
+
+
+@router.get("/templates/{template_id}/picture", response_class=Response, responses=PICTURE)
+def read_template_picture(clinic: ClinicHere, template_id: TemplateId) -> Response:
+    """What it does, on the limb unrolled."""
+    drawn = png(unrolled(_templates(clinic).template(template_id).read()).figure)
+    return Response(drawn.tobytes(), media_type="image/png")
+
+
+@router.delete("/templates/{template_id}", status_code=204)
+def delete_template(clinic: ClinicHere, template_id: TemplateId) -> None:
+    """Delete a template; recipes keep what they took of it."""
+    _templates(clinic).remove(_templates(clinic).template(template_id))
+
+
+def _templates(clinic: Clinic) -> Templates:
+    return Templates(clinic.shelf.root / "templates")
+
+
+def _pair(clinic: Clinic, case_id: str) -> Pair:
+    bench = Bench(clinic.shelf.case(case_id))
+    if not bench.recipe().entries:
+        raise OptionsError(
+            f"The case {case_id} has no edits: there is nothing to learn from it. Rectify it "
+            "first, or leave it out."
+        )
+    return Pair(
+        before=limb_of(clinic, bench, "scan")[0], after=limb_of(clinic, bench, "rectified")[0]
+    )
+
+
+def _reply(kept: KeptTemplate) -> TemplateReply:
+    template = kept.read()
+    moved = template.displacement_mm
+    return TemplateReply(
+        id=kept.template_id,
+        name=template.name,
+        pairs=template.pairs,
+        sided=template.sided,
+        reference=template.reference,
+        most_inward_mm=float(min(moved.min(), 0.0)),
+        most_outward_mm=float(max(moved.max(), 0.0)),
+        changed_share=float((moved != 0).mean()),
+        places=[
+            Move(place=name, moved_mm=moved_mm)
+            for name, moved_mm in moves_at_marks(template).items()
+        ],
+    )

@@ -1,0 +1,99 @@
+"""Templates: rectifications that a clinic learned from its own cases, kept on the shelf.
+
+SHELF/templates/ID.json   a template's file, as `limbgram template learn` writes it
+"""
+
+import re
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from limbgram.core.errors import OptionsError, ShapeFileError, printable
+from limbgram.core.files import write_bytes
+from limbgram.workbench.templates.files import decode_template, encode_template, read_template
+from limbgram.workbench.templates.learning import Learned, Pair, learn
+from limbgram.workbench.templates.template import Template
+
+TEMPLATE_ID_PATTERN = "^[a-z0-9]{8}$"
+_ID = re.compile(TEMPLATE_ID_PATTERN)
+_LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
+_LONGEST_NAME = 80
+
+
+@dataclass(frozen=True)
+class KeptTemplate:
+    """One template on the shelf."""
+
+    template_id: str
+    file: Path
+
+    def read(self) -> Template:
+        """The template.
+
+        Raises:
+            ShapeFileError: its file is damaged.
+        """
+        return read_template(self.file)
+
+
+@dataclass(frozen=True)
+class Templates:
+    """The templates of a shelf."""
+
+    root: Path
+
+    def all(self) -> tuple[KeptTemplate, ...]:
+        if not self.root.is_dir():
+            return ()
+        files = sorted(self.root.glob("*.json"))
+        return tuple(KeptTemplate(one.stem, one) for one in files if _ID.match(one.stem))
+
+    def template(self, template_id: str) -> KeptTemplate:
+        """One template.
+
+        Raises:
+            LookupError: there is none of that id.
+        """
+        file = self.root / f"{template_id}.json"
+        if not _ID.match(template_id) or not file.is_file():
+            raise LookupError("There is no such template.")
+        return KeptTemplate(template_id, file)
+
+    def learn(self, name: str, pairs: Sequence[Pair]) -> Learned:
+        """Learn a template and keep it; the notes say how far to trust it.
+
+        Raises:
+            OptionsError: a name that cannot be shown, or sides mixed.
+            MeasureError: a pair without axes or shared landmarks, or nothing to learn.
+        """
+        plain = name.strip()
+        if not 0 < len(plain) <= _LONGEST_NAME or printable(plain, keep="") != plain:
+            raise OptionsError(f"A template's name has 1 to {_LONGEST_NAME} letters on one line.")
+        learned = learn(pairs, plain)
+        self._keep(encode_template(learned.template))
+        return learned
+
+    def take(self, content: bytes) -> None:
+        """Keep a template's file that was made elsewhere.
+
+        Raises:
+            ShapeFileError: it is none.
+        """
+        try:
+            decode_template(content)
+        except ValueError as error:
+            raise ShapeFileError(
+                f"This is no template that can be read: {error}. Choose a file that this program "
+                "wrote."
+            ) from error
+        self._keep(content)
+
+    def remove(self, template: KeptTemplate) -> None:
+        """Delete a template; recipes keep what they took of it."""
+        template.file.unlink()
+
+    def _keep(self, content: bytes) -> None:
+        self.root.mkdir(parents=True, exist_ok=True)
+        made = "".join(secrets.choice(_LETTERS) for _ in range(8))
+        write_bytes(self.root / f"{made}.json", content)

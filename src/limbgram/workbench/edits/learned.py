@@ -1,0 +1,55 @@
+"""What was learned from the clinic's own pairs, as an edit: a template done at a limb's own places.
+
+The recipe holds the whole template, so that it stands by itself and makes the same shape wherever
+it is replayed, whatever becomes of the template's file.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from limbgram.core.errors import EditError, MeasureError, OptionsError
+from limbgram.workbench.edits.edit import Effect
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.templates.files import decode_template
+from limbgram.workbench.templates.template import Template, apply_template
+
+
+@dataclass(frozen=True, kw_only=True)
+class FromTemplate:
+    """Do what a template learned, at the limb's own landmarks."""
+
+    learned: str
+    """The template as its file has it; `limbgram template learn` writes one."""
+    strength: float = 1.0
+    """Factor of all displacements; 1 is as learned."""
+
+    title: ClassVar[str] = "The template"
+    effect: ClassVar[Effect] = Effect(moves_skin=True)
+
+    def check(self) -> None:
+        """Refuse a text that is no template.
+
+        Raises:
+            EditError: it cannot be read, or is of another kind.
+        """
+        self._template()
+
+    def apply(self, limb: Limb) -> Limb:
+        """Move the surface as the template tells.
+
+        Raises:
+            EditError: the limb lacks its front, side or landmark of reference, or it would fold.
+        """
+        try:
+            return apply_template(limb, self._template(), self.strength).limb
+        except (MeasureError, OptionsError) as error:
+            raise EditError(str(error)) from error
+
+    def _template(self) -> Template:
+        try:
+            return decode_template(self.learned.encode())
+        except ValueError as error:
+            raise EditError(
+                f"The template of this edit cannot be read: {error}. Learn it again, or take its "
+                "file in anew."
+            ) from error

@@ -1,0 +1,57 @@
+/**
+ * What the coach says, in the language chosen: made of the figures of its answer, not of its sentences.
+ *
+ * Where the figures do not tell why there is no GO, the server's own sentence stands, in English.
+ */
+import type { Schemas } from "../api/client";
+import { type TextKey, t } from "../texts";
+
+type Answer = NonNullable<Schemas["Check"]["answer"]>;
+type Missing = Answer["missing"][number];
+
+export interface CoachWords {
+  readonly lead: string;
+  readonly why: string;
+}
+
+const LEAST_BOARD_PHOTOS = 3;
+const LEAST_SEEN = 0.95;
+
+/** The answer in one line, and what it rests on. */
+export function coachWords(answer: Answer): CoachWords {
+  if (answer.go) return { lead: t("capture.go"), why: t("capture.go.why") };
+  const said = reasons(answer);
+  return { lead: said[0] ? t("coach.not.yet", said[0]) : answer.headline, why: said[1] ?? "" };
+}
+
+function reasons(answer: Answer): string[] {
+  const found: string[] = [];
+  const count = answer.missing.reduce((sum, one) => sum + one.count, 0);
+  if (count) found.push(t("coach.add", count));
+  if (answer.board_photos !== null && answer.board_photos !== undefined && answer.board_photos < LEAST_BOARD_PHOTOS) found.push(t("coach.board", answer.board_photos));
+  const measured = answer.coverage?.measured;
+  if (measured !== undefined && measured < LEAST_SEEN) found.push(t("coach.seen", (100 * measured).toFixed(0)));
+  const bad = answer.photos.filter((one) => !one.counts).length;
+  if (found.length && bad) found.push(t("coach.bad", bad));
+  return found;
+}
+
+/** Where to stand for the photos of a gap; `where` says it of each. */
+export function standWords(one: Missing, where: readonly string[]): string {
+  const places = [...new Set(where)].join("; ");
+  return one.between ? t("coach.between", one.count, one.between[0], one.between[1], places) : t("coach.places", one.count, places);
+}
+
+const REMARKS: readonly [RegExp, TextKey][] = [
+  [/^blurred/, "remark.blurred"],
+  [/^overexposed/, "remark.overexposed"],
+  [/^underexposed/, "remark.underexposed"],
+  [/^stored mirrored/, "remark.mirrored"],
+  [/^taken with/, "remark.lens"],
+];
+
+/** What is wrong with a photo, shortly where it is one of the usual things. */
+export function remarkWords(remark: string): string {
+  const known = REMARKS.find(([pattern]) => pattern.test(remark));
+  return known ? t(known[1]) : remark;
+}

@@ -1,0 +1,27 @@
+import { beforeEach, expect, test, vi } from "vitest";
+
+beforeEach(() => {
+  vi.stubGlobal("localStorage", { getItem: () => null, setItem: () => undefined });
+  vi.stubGlobal("navigator", { language: "de-DE" });
+  vi.stubGlobal("document", { documentElement: { lang: "" } });
+  vi.resetModules();
+});
+
+const ANSWER = { go: false, headline: "NOT YET: in English", findings: [], photos: [{ counts: true }, { counts: false }], missing: [], board_photos: 5, coverage: null, notes: [], largest_gap_deg: 30 };
+
+test("what is missing is told in the language chosen, by its figures", async () => {
+  const { coachWords, standWords } = await import("../src/screens/coach-words");
+  const gap = { count: 2, azimuths_deg: [90, 110], elevations_deg: [10, 10], between: ["a.jpg", "b.jpg"], words: "" };
+  const said = coachWords({ ...ANSWER, missing: [gap] } as never);
+  expect(said.lead).toBe("Noch nicht: 2 weitere Fotos fehlen, wie der Ring zeigt.");
+  expect(said.why).toBe("1 Foto zählt nicht.");
+  expect(standWords(gap as never, ["Ihr links", "Ihr links"])).toBe("2 zwischen a.jpg und b.jpg: Ihr links.");
+});
+
+test("what the figures do not tell is the server's own sentence", async () => {
+  const { coachWords, remarkWords } = await import("../src/screens/coach-words");
+  expect(coachWords(ANSWER as never).lead).toBe("NOT YET: in English");
+  expect(coachWords({ ...ANSWER, go: true } as never).lead).toMatch(/^GO/);
+  expect(remarkWords("blurred: edges 5 px wide")).toBe("unscharf");
+  expect(remarkWords("something else")).toBe("something else");
+});
