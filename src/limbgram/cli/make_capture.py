@@ -8,13 +8,16 @@ import typer
 
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.core.errors import OptionsError
 from limbgram.core.run import Run
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
+from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
 from limbgram.synthetic.props.paint import scattered_spots
 from limbgram.synthetic.turning import TurnedOver, Turning
+from limbgram.synthetic.usual import PHONE, Fault, with_faults
 
 
 class Turned(Enum):
@@ -37,6 +40,7 @@ _GAUGES: dict[GaugeName, Gauge] = {
     GaugeName.CYLINDER: GaugeCylinder(),
 }
 _GAUGE_FROM_MM = 1400.0
+_PHONE_FROM_MM = 500.0
 _SWAY_MM = 6.0
 """How far a patient on a stool leans to and fro."""
 
@@ -76,22 +80,39 @@ def make_capture_command(
             "first half of the photos and lies for the others. Else the camera walks round."
         ),
     ] = None,
+    phone: Annotated[
+        bool,
+        typer.Option(
+            "--phone", help="A phone's main camera from 0.5 m, 4:3, instead of 50 mm from 1.5 m."
+        ),
+    ] = False,
+    fault: Annotated[
+        list[Fault] | None,
+        typer.Option(
+            help="A fault of real captures at its usual strength, which truth/notes.json and "
+            "cameras.json record. Give it several times for several."
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
     """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
+    if phone and gauge is not None:
+        raise OptionsError("Gauges are photographed from 1.4 m. Leave out --phone or --gauge.")
     options = CaptureOptions(
         photos=photos,
         rings=rings,
         width_px=width,
-        height_px=round(width * 2 / 3),
+        height_px=round(width * (3 / 4 if phone else 2 / 3)),
         seed=seed,
         coverage=coverage,
         spots=scattered_spots(marks),
         turning=_turning(turned),
         gauge=None if gauge is None else _GAUGES[gauge],
-        distance_mm=CaptureOptions.distance_mm if gauge is None else _GAUGE_FROM_MM,
+        lens=PHONE if phone else Lens(),
+        distance_mm=_distance_mm(phone, gauge),
         movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
     )
+    options = with_faults(options, fault or ())
     with display(as_json) as screen:
         capture = Run(listener=screen.listen)(make_capture, folder, options)
     return Reply(
@@ -101,6 +122,12 @@ def make_capture_command(
         ),
         {"folder": str(folder), "photos": len(capture.photos)},
     )
+
+
+def _distance_mm(phone: bool, gauge: GaugeName | None) -> float:
+    if phone:
+        return _PHONE_FROM_MM
+    return CaptureOptions.distance_mm if gauge is None else _GAUGE_FROM_MM
 
 
 def _turning(named: Turned | None) -> Turning | TurnedOver | None:

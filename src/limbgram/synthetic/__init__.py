@@ -16,14 +16,17 @@ from limbgram.synthetic.props.stickers import SockSticker, sticker_places_mm
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
 from limbgram.synthetic.turning import TurnedOver, Turning
+from limbgram.synthetic.usual import PHONE, Fault, with_faults
 
 __all__ = [
     "CALIBRATION_BOARD",
     "MAGENTA",
+    "PHONE",
     "SCALE_BOARD",
     "SMALL",
     "Capture",
     "CaptureOptions",
+    "Fault",
     "Faults",
     "Lens",
     "Lighting",
@@ -46,4 +49,5 @@ __all__ = [
     "stage_truth",
     "sticker_places_mm",
     "surface_points",
+    "with_faults",
 ]

@@ -14,6 +14,8 @@ Method  Corners are triangulated from all photos that see them. Those that contr
         they are seen in more photos, and more sharply, than any spot of the skin. Those that check
         it stay out. How far a print is from its shape is read off the corners as they were located
         before, so a bent board still ties photos together but does not bend them.
+        Where x and y disagree beyond doubt, one of them is not as printed, and nothing in the
+        photos tells which: the scale, which is between both, is then sure to half of that only.
 Fails   ScaleError: too few corners, corners that contradict each other, a mirrored board. Corners
         miss each other also where the camera file belongs to another lens; the board seen from
         three sides shows the focal length by itself, and so whose fault it is.
@@ -263,6 +265,24 @@ class SceneBoard:
     stretch: float
     """How much longer x is than y in the scene, as a fraction; 0 on a board printed true."""
     stretch_sigma: float
+
+    @property
+    def sure_stretch(self) -> float:
+        """The stretch where it is beyond noise; 0 where it is not."""
+        return self.stretch if abs(self.stretch) > _SURE_STRETCH * self.stretch_sigma else 0.0
+
+    @property
+    def relative_sigma(self) -> float:
+        """Standard deviation of the scale, a fraction: measurement, and the print's own error.
+
+        If x and y are each wrong by sigma, they differ by sqrt(2) sigma, and their mean is wrong by
+        sigma / sqrt(2), half of that.
+        """
+        return float(np.hypot(self.ruler.relative_sigma, self.sure_stretch / 2))
+
+
+_SURE_STRETCH = 3.0
+"""Sigmas beyond which x and y disagree; on good captures they are 0 to 1.5 apart."""
 
 
 def find_scene_board(scene: Scene, detections: BoardDetections) -> SceneBoard:

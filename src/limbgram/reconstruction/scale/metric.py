@@ -37,10 +37,13 @@ class Scale:
     relative_sigma: float
     """One standard deviation of the scale factor, as a fraction; NaN without scale.
 
-    It holds the measurement of corners and picks and the errors of single photos; not what all
-    photos share (the lens), nor an error of the board's print or of a typed length, which only
-    another length can tell.
+    It holds the measurement of corners and picks, the errors of single photos, and half of
+    `board_stretch`; not what all photos share (the lens), nor an error that all of a board or a
+    typed length has, which only another length can tell.
     """
+    board_stretch: float = 0.0
+    """How much longer the board is along its x than along its y, as a fraction, where that is
+    beyond noise; 0 where it is not, and without a board."""
     by_cameras: Float64[np.ndarray, " u"] | None = None
     """How much larger, as a fraction, the scene would be for one unit of each number of
     `Scene.camera_covariance`, because the known lengths are measured by the same cameras."""

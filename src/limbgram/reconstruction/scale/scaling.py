@@ -188,6 +188,12 @@ def _scaled(
         return _unitless(scene, aim, options)
     scale = _scale(rulers, "distances" if scene_board is None else "board")
     if scene_board is not None:
+        scale = replace(
+            scale,
+            relative_sigma=scene_board.relative_sigma,
+            board_stretch=scene_board.sure_stretch,
+        )
+    if scene_board is not None:
         check_scene_board(scene_board, options.max_disagreement, scene)
     check_lengths(scale, options.max_disagreement)
     mm_per_unit = 1 / rulers[0].units_per_mm

@@ -334,6 +334,7 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         unit=scale.unit,
         source=scale.source,
         relative_sigma=scale.relative_sigma,
+        board_stretch=scale.board_stretch,
         control=tuple(_length(one) for one in controls),
         check=tuple(_length(one) for one in checks),
         control_rms=_relative_rms(controls),

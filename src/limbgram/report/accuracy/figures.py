@@ -290,8 +290,17 @@ class LengthFigures:
         metadata=meaning(
             "Sigma of the scale",
             SHARE,
-            "Standard deviation of the scale factor by leaving out one photo after the other; "
-            "without errors that all photos share and without an error of the board's print.",
+            "Standard deviation of the scale factor by leaving out one photo after the other, and "
+            "half of the board's stretch; without errors that all photos share and without an "
+            "error that the whole print has.",
+        )
+    )
+    board_stretch: float = field(
+        metadata=meaning(
+            "Stretch of the board",
+            SHARE,
+            "How much longer the board is along its x than along its y; 0 where the photos do "
+            "not show any.",
         )
     )
     control: tuple[KnownLength, ...]

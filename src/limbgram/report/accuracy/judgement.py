@@ -261,8 +261,21 @@ def _scale(figures: Figures) -> tuple[Criterion, ...]:
     return (
         SCALE.judge(error, sentence),
         SCALE_SIGMA.judge(
-            two_sigma, f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)."
+            two_sigma,
+            f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)"
+            + (_stretched(lengths.board_stretch) if two_sigma > SCALE_SIGMA.green else "."),
         ),
+    )
+
+
+def _stretched(stretch: float) -> str:
+    """What a board says of its print that is longer one way than the other."""
+    if stretch == 0:
+        return "."
+    longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
+    return (
+        f": the board is {100 * abs(stretch):.2f} % longer along its {longer} than along its "
+        f"{shorter}. Measure both on the print, and print it again at 100 %."
     )
 
 

@@ -97,6 +97,25 @@ def test_a_print_stretched_one_way_is_refused_with_its_number(capture) -> None:
     assert 5e-4 < abs(scale_error(metric.scene, capture)) < 2e-3
 
 
+@pytest.mark.parametrize("stretch_x", [1.002, 0.998])
+def test_a_print_stretched_within_what_is_allowed_makes_the_scale_less_sure(
+    capture, stretch_x: float
+) -> None:
+    metric = to_millimetres(capture.scene, capture.detections(stretch_x=stretch_x, noise_px=0.05))
+    assert metric.scale.board_stretch == pytest.approx(stretch_x - 1, abs=3e-4)
+    assert metric.scale.relative_sigma == pytest.approx(0.001, rel=0.2)
+    assert 0.5 < abs(scale_error(metric.scene, capture)) / metric.scale.relative_sigma < 1.96
+
+
+def test_noise_is_not_taken_for_a_stretched_print(capture) -> None:
+    told = [
+        to_millimetres(capture.scene, capture.detections(noise_px=0.1, seed=seed)).scale
+        for seed in range(12)
+    ]
+    assert [one.board_stretch for one in told] == [0.0] * 12
+    assert max(one.relative_sigma for one in told) < 3e-4
+
+
 def test_a_stretched_board_that_moved_is_not_blamed_on_the_print_alone(capture) -> None:
     stretched = capture.detections(stretch_x=1.006)
     with pytest.raises(ScaleError) as still:

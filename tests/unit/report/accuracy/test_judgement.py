@@ -109,6 +109,20 @@ def test_a_check_length_that_is_off_sets_the_light_and_is_named(
     assert tree.findings[0].gravity == "serious"
 
 
+def test_a_board_stretched_one_way_is_amber_and_the_reason_is_told(
+    with_sigmas: Evidence,
+) -> None:
+    metric = with_sigmas.metric
+    spoiled = replace(metric.scale, board_stretch=-0.002, relative_sigma=0.001)
+    tree = assess(replace(with_sigmas, metric=replace(metric, scale=spoiled)))
+    assert tree.light == "amber"
+    assert "known to 0.200 % (limit 0.1 %): the board is 0.20 % longer along its y" in tree.headline
+    assert tree.figures.lengths.board_stretch == -0.002
+    true = replace(metric.scale, board_stretch=0.0002, relative_sigma=0.0001)
+    fine = assess(replace(with_sigmas, metric=replace(metric, scale=true)))
+    assert fine.light == "green"
+
+
 def test_without_a_check_it_is_never_green(with_sigmas: Evidence) -> None:
     scale = replace(with_sigmas.metric.scale, lengths=with_sigmas.metric.scale.lengths[:1])
     tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scale=scale)))
