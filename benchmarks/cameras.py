@@ -114,6 +114,7 @@ def measured(case: Case, folder: Path) -> dict[str, Any]:
         make_capture(source, case.options)
     run = one_set(source, folder / case.name, None)
     told: dict[str, Any] = {"setup": case.setup, "fault": case.fault, "seed": case.seed}
+    told["commit"] = machine()["commit"][:7]
     if "accuracy" not in run:
         failed = next(run[step] for step in ("reconstruct", "calibrate") if step in run)
         return told | {"light": "refused", "message": failed["message"]}

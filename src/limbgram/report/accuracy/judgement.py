@@ -20,6 +20,7 @@ from limbgram.report.accuracy.figures import (
     ExpectedError,
     Figures,
     LengthFigures,
+    LensFigures,
     NetworkFigures,
     SurfaceFigures,
     TapedLength,
@@ -92,6 +93,13 @@ LENS = _Limit("lens", "Camera: photos against its calibration", "sigmas", 3.0)
 """Never red by itself: what it does to the size, a length tells. Six good captures have 0.5 to 1.0,
 one with a focal length 3 % wrong 6.6."""
 LENS_PATTERN = _Limit("lens_pattern", "Camera: pattern in the residuals", "px", 0.05)
+SQUARE = _Limit("square_pixels", "Camera: pixels higher than wide, or wider", "%", 0.1)
+"""Never red by itself, as the others of a camera. Sensors are made with square pixels; what a lens
+is found to have else was done to it: a picture read row by row from a hand that moved, one shifted
+by a stabiliser, a calibration board that is stretched. Half of it goes into sizes. Good captures
+have 0.000 to 0.007 %, a phone's with a rolling shutter 0.37 %."""
+_ROUNDED_PX = 0.5
+"""A reduced picture has whole pixels: by so much its height and width are rounded."""
 _PATTERN_SIGMAS = 0.5
 """A pattern below so many sigmas of one coordinate is not told from noise."""
 TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
@@ -350,6 +358,7 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
                 if sigmas > LENS.green
                 else f"The photos agree with the camera file of {name}.",
             )
+        yield _square(lens)
         pattern = camera.systematic_px
         if math.isfinite(pattern):
             yield replace(LENS_PATTERN, green=limit_px).judge(
@@ -359,6 +368,25 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
                 if pattern > limit_px
                 else f"The residuals of {name} follow no pattern over the picture.",
             )
+
+
+def _square(lens: LensFigures) -> Criterion:
+    """Whether the pixels of a lens are as wide as high, as those of sensors are."""
+    named = {one.name: one.value for one in lens.parameters}
+    off = 100 * (named["fx"] / named["fy"] - 1)
+    shorter_px = min(lens.width_px, lens.height_px)
+    limit = replace(SQUARE, green=max(SQUARE.green, 100 * _ROUNDED_PX / shorter_px))
+    if abs(off) <= limit.green:
+        return limit.judge(abs(off), f"The pixels of {lens.name} come out square.")
+    longer, shorter = ("wider", "high") if off < 0 else ("higher", "wide")
+    return limit.judge(
+        abs(off),
+        f"The pixels of {lens.name} come out {abs(off):.2f} % {longer} than {shorter} (limit "
+        f"{limit.green:.1f} %), and sensors have square ones: the camera moved while its rows were "
+        "read (rolling shutter), its stabiliser shifted the picture, or the calibration board is "
+        "stretched. Hold the camera still for each photo, with stabiliser and electronic shutter "
+        "off where it can be done, and calibrate again.",
+    )
 
 
 def _movement(figures: Figures) -> Iterator[Criterion]:

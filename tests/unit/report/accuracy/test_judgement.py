@@ -109,6 +109,27 @@ def test_a_check_length_that_is_off_sets_the_light_and_is_named(
     assert tree.findings[0].gravity == "serious"
 
 
+@pytest.mark.parametrize(
+    ("higher", "light", "said"),
+    [
+        (1.0, "green", "come out square"),
+        (1.0009, "green", "come out square"),
+        (1.0037, "amber", "come out 0.37 % higher than wide (limit 0.1 %)"),
+        (0.9963, "amber", "come out 0.37 % wider than high (limit 0.1 %)"),
+    ],
+)
+def test_pixels_that_are_not_square_are_amber_and_told_why(
+    with_sigmas: Evidence, higher: float, light: str, said: str
+) -> None:
+    scene = with_sigmas.metric.scene
+    lens = replace(scene.cameras[0], fx=scene.cameras[0].fx * higher)
+    metric = replace(with_sigmas.metric, scene=replace(scene, cameras=(lens,)))
+    judged = assess(replace(with_sigmas, metric=metric)).criteria
+    found = next(one for one in judged if one.key == "square_pixels")
+    assert found.light == light
+    assert said in found.sentence
+
+
 def test_a_board_stretched_one_way_is_amber_and_the_reason_is_told(
     with_sigmas: Evidence,
 ) -> None:
