@@ -13,6 +13,7 @@ CAMERA` checks a folder of photos once whole and once photo by photo, and keeps 
 import argparse
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -65,8 +66,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=18)
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
     parser.add_argument("--timing", nargs=2, metavar=("PHOTOS", "CAMERA"), type=Path)
+    parser.add_argument("--growing", nargs=2, type=Path, help=argparse.SUPPRESS)
     parser.add_argument("-o", "--out", type=Path, required=True)
     chosen = parser.parse_args()
+    if chosen.growing:
+        sys.stdout.write(json.dumps(growing(*chosen.growing)))
+        return
     results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
     results |= {"machine": machine()}
     captures: Result = results.setdefault("captures", {})
@@ -230,28 +235,35 @@ def numbers(rows: Sequence[Sequence[float | int | None]]) -> np.ndarray:
 
 
 def timing(photos: Path, camera: Path) -> Result:
-    """Seconds of a whole check, and of each photo that comes to a folder."""
-    lens = [read_camera(camera)]
-    files = sorted(photos.iterdir())
-    start = time.perf_counter()
-    check = check_sources(files, lens, SCALE_BOARD.board, Run())
-    whole_s = time.perf_counter() - start
-    each: list[float] = []
+    """Seconds of a whole check, and of each photo that comes to a folder, by the command."""
+    whole = timed([LIMBGRAM, "check", str(photos), "--camera", str(camera), "--json"])
+    told = subprocess.run(
+        [sys.executable, __file__, "--growing", str(photos), str(camera), "-o", "-"],
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    load = os.getloadavg()[0]
+    return {"whole": whole, "each": json.loads(told.stdout), "load": round(load, 1)}
+
+
+def growing(photos: Path, camera: Path) -> list[Result]:
+    """What each photo after the first costs that comes to a folder."""
+    each: list[Result] = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        with CaptureWatch(lens, SCALE_BOARD.board) as watch:
-            for number, file in enumerate(files, start=1):
+        with CaptureWatch([read_camera(camera)], SCALE_BOARD.board) as watch:
+            for number, file in enumerate(sorted(photos.iterdir()), start=1):
                 (folder / file.name).symlink_to(file.resolve())
-                start = time.perf_counter()
+                start, start_cpu = time.perf_counter(), time.process_time()
                 if number >= 2:
-                    watch.check([folder], Run())
-                    each.append(round(time.perf_counter() - start, 1))
-    return {
-        "photos": len(files),
-        "headline": check.headline,
-        "whole_s": round(whole_s, 1),
-        "each_s": each,
-    }
+                    found = watch.check([folder], Run())
+                    wall_s, cpu_s = time.perf_counter() - start, time.process_time() - start_cpu
+                    each.append(
+                        {"go": found.go, "wall_s": round(wall_s, 1), "cpu_s": round(cpu_s, 1)}
+                    )
+    return each
 
 
 def write(results: Result, out: Path) -> None:
@@ -308,9 +320,14 @@ def page(results: Result) -> str:
     said.append(table(heads, rows))
     if "timing" in results:
         time_s = results["timing"]
+        whole, each = time_s["whole"], time_s["each"]
+        wall_s = ", ".join(f"{one['wall_s']:g}" for one in each)
+        cpu_s = ", ".join(f"{one['cpu_s']:g}" for one in each)
         said.append(
-            f"A whole check of {time_s['photos']} photos took {time_s['whole_s']} s; photo by "
-            f"photo {', '.join(map(str, time_s['each_s']))} s."
+            f"A whole check of {len(each) + 1} photos took {whole['cpu_s']} CPU s, "
+            f"{whole['wall_s']} s on the clock at load {time_s['load']}. Photo by photo, from the "
+            f"second on: {cpu_s} "
+            f"CPU s; {wall_s} s on the clock."
         )
     return "\n\n".join(said) + "\n"
 

@@ -88,6 +88,8 @@ _ABOVE_FLOOR_MM = 3.0
 _BLOCKS_ACROSS = 240
 _SAME_BOX = 0.05
 """Of its sides: a limb that lies no further off in a photo than this was looked at already."""
+_OTHER_RING_DEG = 8.0
+"""Between the heights of photos of one ring and those of the next: hands waver by half of it."""
 _LOOKING_BYTES = 40
 """Bytes a pixel while the sharpness of a part of a photo is looked at."""
 
@@ -103,7 +105,7 @@ class CheckOptions:
     max_gap_deg: float = 40.0
     """Widest angle between neighbouring photos that count, unless"""
     max_gap_ratio: float = 1.4
-    """the middle one of the gaps is nearly as wide: a ring of few photos, evenly spread, up to"""
+    """the mean gap of the fullest ring is nearly as wide: few photos, evenly spread, up to"""
     widest_gap_deg: float = 60.0
     """this angle, up to which the verdict of a case stays green."""
     step_deg: float = 24.0
@@ -571,7 +573,7 @@ def _judged(
                 remarks=(*([verdict.reason] if verdict.reason else []), *told),
             )
         )
-    return tuple(checked), _missing(checked, options)
+    return tuple(checked), missing_round(checked, options)
 
 
 def _stands(scene: Scene, limb: Points3) -> list[Stand]:
@@ -599,13 +601,15 @@ def _gaps_deg(azimuths_deg: Sequence[float]) -> Float64[np.ndarray, " n"]:
     return np.diff(around, append=around[0] + 360.0)
 
 
-def _missing(checked: Sequence[CheckedPhoto], options: CheckOptions) -> tuple[MissingPhotos, ...]:
+def missing_round(
+    checked: Sequence[CheckedPhoto], options: CheckOptions = DEFAULTS
+) -> tuple[MissingPhotos, ...]:
+    """Photos to add where neighbouring photos that count lie too far apart, most of them first."""
     around = sorted((one for one in checked if one.counts), key=lambda one: one.azimuth_deg)
     first = next((one.name for one in checked if one.placed), "")
     found: list[MissingPhotos] = []
     gaps = _gaps_deg([one.azimuth_deg for one in around])
-    usual_deg = float(np.median(gaps)) if len(gaps) else 0.0
-    limit_deg = min(options.max_gap_ratio * usual_deg, options.widest_gap_deg)
+    limit_deg = min(options.max_gap_ratio * _usual_gap_deg(around), options.widest_gap_deg)
     for one, following, gap in zip(around, [*around[1:], *around[:1]], gaps):
         if gap <= max(options.max_gap_deg, limit_deg):
             continue
@@ -630,6 +634,21 @@ def _missing(checked: Sequence[CheckedPhoto], options: CheckOptions) -> tuple[Mi
             )
         )
     return tuple(sorted(found, key=lambda one: -one.count))
+
+
+def _usual_gap_deg(around: Sequence[CheckedPhoto]) -> float:
+    """The mean gap of the ring that has most photos.
+
+    A second ring at another height falls between the photos of the first: by all photos together
+    the usual gap would seem smaller than anybody walked, and a good walk be held back.
+    """
+    rings: list[list[CheckedPhoto]] = []
+    for one in sorted(around, key=lambda one: one.elevation_deg):
+        if rings and one.elevation_deg - rings[-1][-1].elevation_deg < _OTHER_RING_DEG:
+            rings[-1].append(one)
+        else:
+            rings.append([one])
+    return 360.0 / max(map(len, rings), default=1)
 
 
 @dataclass(frozen=True)
