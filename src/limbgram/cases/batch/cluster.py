@@ -355,7 +355,6 @@ def _started(address: str) -> Generator[tuple[str, int]]:
     count = address.removeprefix(LOCAL)
     if not count.isdecimal() or not 1 <= int(count) <= 256:
         raise OptionsError(f"--cluster {address}: write four workers on this machine as local:4.")
-    logging.getLogger("distributed").setLevel(logging.ERROR)
     settings = {
         "distributed.scheduler.allowed-failures": 0,
         "distributed.worker.profile.enabled": False,
@@ -377,6 +376,7 @@ def _started(address: str) -> Generator[tuple[str, int]]:
 
 @contextmanager
 def _connected(address: str) -> Generator[Client]:
+    _be_quiet()
     try:
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError, socket.gaierror) as error:
@@ -388,3 +388,10 @@ def _connected(address: str) -> Generator[Client]:
         yield client
     finally:
         client.close(timeout=_CONNECT_S)
+
+
+def _be_quiet() -> None:
+    """What is lost and found again is told by us, not by the library with its tracebacks."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -259,7 +259,8 @@ def _attempted(
         fetch_s=round(fetched_at - began, 3),
         work_s=round(worked_at - fetched_at, 3),
     )
-    if outcome.state in ("unchanged", "cancelled") or not plan.job.case.is_dir():
+    begun_at_all = CaseFolder(plan.job.case).record.is_file()
+    if outcome.state in ("unchanged", "cancelled") or not begun_at_all:
         return timed
     tell({"event": "progress", "stage": "bring", "done": 0, "total": 0})
     count = cases.bring(plan.job.case, name, token, stopping.check)
