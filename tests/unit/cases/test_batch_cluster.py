@@ -9,16 +9,20 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
+from typer.testing import CliRunner
 
 from limbgram.cases.batch.attempt import Outcome, Plan
 from limbgram.cases.batch.finding import find_captures
 from limbgram.cases.batch.settings import Batch
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event
+from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
 
 distributed = pytest.importorskip("distributed", reason="the extra cluster is not installed")
@@ -66,12 +70,14 @@ if what == "bug":
 (case / "deliverables" / "surface.ply").write_text(what * 100)
 (case / "summary.json").write_text(json.dumps(
     {"verdict": {"light": "green", "headline": "GREEN: 0.1 mm", "reasons": []}}))
+if (photos / "a.png").exists():
+    (case / "report").mkdir(exist_ok=True)
+    (case / "report" / "surface.png").write_bytes((photos / "a.png").read_bytes())
 send(event="finished", answer={
     "is": "Answer", "summary": {"path": str(case / "summary.json")}, "light": "green"})
 """
 SETTINGS = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
-    "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "5s",
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
 }
 
@@ -81,6 +87,8 @@ class Crew:
     """A scheduler and workers, each a process of its own, as on a real cluster."""
 
     folder: Path
+    waits: str = "60s"
+    """So long a worker may be silent."""
     processes: list["subprocess.Popen[bytes]"] = field(default_factory=list)
     address: str = ""
 
@@ -101,7 +109,12 @@ class Crew:
         source = str(Path(limbgram.__file__).parents[1])
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", f"distributed.cli.{name}", "--no-dashboard", *words],
-            env={**os.environ, **SETTINGS, "PYTHONPATH": f"{self.folder}{os.pathsep}{source}"},
+            env={
+                **os.environ,
+                **SETTINGS,
+                "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": self.waits,
+                "PYTHONPATH": f"{self.folder}{os.pathsep}{source}",
+            },
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
@@ -123,10 +136,10 @@ def _until(holds: Callable[[], bool], seconds: float = 60.0) -> None:
 
 
 @pytest.fixture
-def crew(tmp_path: Path) -> Iterator[Crew]:
+def crew(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Crew]:
     (tmp_path / "stub_errand.py").write_text(ERRAND)
     (tmp_path / "stub_job.py").write_text(JOB)
-    crew = Crew(tmp_path)
+    crew = Crew(tmp_path, getattr(request, "param", "60s"))
     crew.scheduler()
     yield crew
     crew.end()
@@ -216,6 +229,7 @@ def test_what_a_killed_worker_did_is_done_by_another_and_its_processes_end(crew:
     assert left_behind(crew.folder) == []
 
 
+@pytest.mark.parametrize("crew", ["5s"], indirect=True)
 def test_a_worker_that_slept_too_long_writes_nothing_when_it_wakes(crew: Crew) -> None:
     slow = crew.worker()
     asleep: list[Any] = []
@@ -228,7 +242,8 @@ def test_a_worker_that_slept_too_long_writes_nothing_when_it_wakes(crew: Crew) -
             crew.worker()
 
     outcomes = batch(crew, {"a": "green 2"}, heard).wait()
-    assert states(outcomes) == {"a": ("finished", 0, 2)}
+    assert outcomes[0].state == "finished"
+    assert outcomes[0].attempts >= 2
     assert len(asleep) == 3
     case = crew.folder / "out" / "a"
     before = {path: path.stat().st_mtime_ns for path in case.rglob("*")}
@@ -321,3 +336,51 @@ def test_an_address_at_which_nobody_answers_is_refused(
     crew = Crew(tmp_path, address=address)
     with pytest.raises(OptionsError, match="local:4"):
         batch(crew, {"a": "green"}, lambda _: None).wait()
+
+
+def test_from_url_to_url_by_one_command(
+    s3: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import s3fs
+
+    folder = tmp_path / "in"
+    for name in ("P 1", "P2"):
+        (folder / name).mkdir(parents=True)
+    (folder / "P 1" / "what.txt").write_text("green")
+    (folder / "P2" / "what.txt").write_text("refuse")
+    Image.new("RGB", (8, 8), "red").save(folder / "P 1" / "a.png")
+    s3fs.S3FileSystem().put(str(folder), "limbs/many", recursive=True)
+    (tmp_path / "stub_errand.py").write_text(ERRAND)
+    (tmp_path / "stub_job.py").write_text(JOB)
+    source = str(Path(limbgram.__file__).parents[1])
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{source}")
+    options = partial(ClusterOptions, module="stub_errand")
+    monkeypatch.setattr(clusters, "ClusterOptions", options)
+    words = ("batch", f"{s3}/many", "-o", f"{s3}/made", "--json")
+    done = CliRunner().invoke(app, [*words, "--cluster", "local:1"])
+    assert done.exit_code == 4, done.output
+    told = {one["name"]: one for one in json.loads(done.stdout)["captures"]}
+    assert (told["P 1"]["state"], told["P2"]["state"]) == ("finished", "refused")
+    assert told["P2"]["message"] == f"No board in {s3}/made/P2."
+    system = s3fs.S3FileSystem(use_listings_cache=False)
+    keys = {key.removeprefix("limbs/made/") for key in system.find("limbs/made")}
+    assert {"batch.json", "batch.csv", "batch.html", "P 1/00000001.json"} <= keys
+    token = json.loads(system.cat_file("limbs/made/P 1/00000001.json"))["attempt"]
+    assert system.cat_file(f"limbs/made/P 1/{token}/deliverables/surface.ply") == b"green" * 100
+    assert b"data:image/png" in system.cat_file("limbs/made/batch.html")
+    assert json.loads(system.cat_file("limbs/made/batch.json"))["exit_code"] == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("s3://a/b", "-o", "out"), "need --cluster"),
+        (("in", "-o", "s3://a/b"), "need --cluster"),
+        (("in", "-o", "out", "--cluster", "local:2", "--part", "1/2"), "--part is for jobs"),
+        (("in", "-o", "out", "--cluster", "local:2", "--memory", "4"), "--memory is for this"),
+    ],
+)
+def test_what_cannot_go_together_is_refused(words: tuple[str, ...], told: str) -> None:
+    done = CliRunner().invoke(app, ["batch", *words])
+    assert done.exit_code == 2
+    assert told in " ".join(done.output.split())

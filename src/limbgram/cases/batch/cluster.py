@@ -367,7 +367,7 @@ def _started(address: str) -> Generator[tuple[str, int]]:
             n_workers=int(count),
             threads_per_worker=1,
             memory_limit=None,
-            dashboard_address="",
+            dashboard_address="127.0.0.1:0",
             local_directory=scratch,
         ) as cluster,
     ):
