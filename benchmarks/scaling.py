@@ -265,7 +265,8 @@ def page_of(report: dict[str, Any]) -> str:
     return "\n".join((
         "# How a batch scales",
         "",
-        "Made by `benchmarks/scaling.py`. The figures of this page are of a machine with "
+        "A laboratory notebook: made by `benchmarks/scaling.py`, each figure measured once, on a "
+        "machine with "
         f"{report['machine']['cores']} cores that had other work (load {report['load_before']}).",
         "",
         "## On one machine",
