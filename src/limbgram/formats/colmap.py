@@ -1,7 +1,8 @@
 """A COLMAP model folder, and poses.json: the cameras for other programs.
 
 COLMAP's pixel centre is +0.5, its poses are camera from world, its lens has no skew: the image
-points are written as a camera without skew would have them. The binary form takes any photo
+points are written as a camera without skew would have them. Where photos have lenses of their own
+every photo is written with a camera of its own. The binary form takes any photo
 name; the text form breaks names at a space.
 """
 
@@ -61,8 +62,10 @@ def write_colmap(metric: MetricScene, path: Path, *, unscaled: bool = False) -> 
 
 
 def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
-    stream.write(struct.pack("<Q", len(scene.cameras)))
-    for idx, camera in enumerate(scene.cameras, 1):
+    alike = scene.own is None
+    cameras = scene.cameras if alike else tuple(view.camera for view in scene.views)
+    stream.write(struct.pack("<Q", len(cameras)))
+    for idx, camera in enumerate(cameras, 1):
         centre = (camera.cx + _HALF, camera.cy + _HALF)
         lens = (camera.k1, camera.k2, camera.p1, camera.p2, camera.k3, 0.0, 0.0, 0.0)
         sizes = (camera.width_px, camera.height_px)
@@ -73,12 +76,12 @@ def _write_cameras(stream: BinaryIO, scene: Scene) -> None:
 def _write_images(stream: BinaryIO, scene: Scene) -> None:
     observed = scene.observations
     stream.write(struct.pack("<Q", len(scene.placed)))
-    for photo_idx in scene.placed:
+    for photo_idx, lens_idx in zip(scene.placed, scene.lens_idx, strict=True):
         view = scene.view(photo_idx)
         pose = view.camera_from_world
         x, y, z, w = Rotation.from_matrix(pose.rotation).as_quat(canonical=True).tolist()
         stream.write(struct.pack("<I7d", photo_idx + 1, w, x, y, z, *pose.translation.tolist()))
-        stream.write(struct.pack("<I", scene.camera_idx[photo_idx] + 1))
+        stream.write(struct.pack("<I", lens_idx + 1))
         stream.write(view.name.encode() + b"\0")
         rows = observed.photo_idx == photo_idx
         seen = np.zeros(int(rows.sum()), _SEEN)

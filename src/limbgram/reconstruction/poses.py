@@ -416,7 +416,7 @@ def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:
         pose = scene.camera_from_world[one.photo_idx]
         if pose is None:
             continue
-        camera = scene.cameras[scene.camera_idx[one.photo_idx]]
+        camera = scene.camera(one.photo_idx)
         board = _camera_from_board(one, detections.corners_mm, camera)
         if board is not None:
             photos.append(one.photo_idx)

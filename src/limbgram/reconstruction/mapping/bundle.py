@@ -8,7 +8,8 @@ from jaxtyping import Bool, Float64, Int64
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, turned
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.own import Ties
+from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 
 _FEWEST_RAYS = 2
 _SMALLEST_ANGLE_DEG = 1.5
@@ -28,6 +29,8 @@ class Bundle:
     photo_idx: Int64[np.ndarray, " m"]
     point_idx: Int64[np.ndarray, " m"]
     xy_px: Float64[np.ndarray, "m 2"]
+    ties: Ties | None = None
+    """How lenses hang together where every photo has one of its own."""
 
     @classmethod
     def of(cls, scene: Scene) -> "Bundle":
@@ -39,8 +42,8 @@ class Bundle:
         order = order[place[seen.photo_idx[order]] >= 0]
         return cls(
             np.array([view.packed for view in scene.views]),
-            np.array(scene.camera_idx, np.int64)[placed],
-            len(scene.cameras),
+            np.array(scene.lens_idx, np.int64),
+            scene.lenses,
             scene.points_in_world.copy(),
             place[seen.photo_idx[order]].astype(np.int64),
             seen.point_idx[order].astype(np.int64),
@@ -67,6 +70,8 @@ class Bundle:
 
     def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, "10"]:
         """The lens of one camera; the scene's where no placed photo uses it."""
+        if self.ties is not None:
+            return self.ties.shared[idx]
         users = np.flatnonzero(self.lens_idx == idx)
         return self.views[users[0], 12:] if len(users) else scene.cameras[idx].packed
 
@@ -84,11 +89,22 @@ class Bundle:
             before,
             cameras=tuple(lenses),
             camera_from_world=tuple(poses),
+            own=None if before.own is None else self._own(before.own, placed),
             points_in_world=self.points,
             observations=Observations(
                 placed[self.photo_idx].astype(np.int32), self.point_idx.astype(np.int32), self.xy_px
             ),
         )
+
+    def _own(self, before: OwnLenses, placed: Int64[np.ndarray, " p"]) -> OwnLenses:
+        """What the photos' lenses have for themselves now."""
+        if self.ties is None:
+            return before
+        shifts, values, spread = before.shifts.copy(), before.values.copy(), before.spread
+        shifts[placed] = self.ties.shifts
+        if self.ties.solved:
+            values[placed], spread = self.ties.values, self.ties.spread
+        return replace(before, shifts=shifts, values=values, spread=spread)
 
     def residuals_px(self, scene: Scene) -> Points2:
         """Measured minus projected; NaN behind a camera."""
@@ -114,6 +130,10 @@ class Bundle:
         return kept._points(
             (rays >= _FEWEST_RAYS) & (kept.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
         )
+
+    def with_points_thinned(self, every: int) -> "Bundle":
+        """With every so-many-th point."""
+        return self if every < 2 else self._points(np.arange(len(self.points)) % every == 0)
 
     def widest_angle_deg(self) -> Float64[np.ndarray, " n"]:
         """Per point: angle between its first ray and the ray farthest from that."""

@@ -111,7 +111,9 @@ def reduce_equations(
     own, own_right, inverse = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     lenses = normal.shape[0] - POSE_SIZE * len(views)
     columns = np.empty((longest, POSE_SIZE + LENS_SIZE), np.int64)
-    touched = np.empty(POSE_SIZE * longest + lenses, np.int64)
+    most = min(lenses, LENS_SIZE * longest)
+    touched = np.empty(POSE_SIZE * longest + most, np.int64)
+    place = np.full(lenses // LENS_SIZE, -1, np.int64)
     cross, solved = np.empty((len(touched), 3)), np.empty((len(touched), 3))
     normal[:], right[:], diagonal[:] = 0.0, 0.0, 0.0
     for k in range(len(points)):
@@ -132,10 +134,10 @@ def reduce_equations(
             for i in range(LENS_SIZE):
                 columns[n, POSE_SIZE + i] = POSE_SIZE * len(views) + LENS_SIZE * lens_idx[photo] + i
         _add_observations(count, by_all, residual, columns, normal, right, diagonal)
-        _cross_products(count, lenses, by_all, by_point, columns, normal.shape[0], touched, cross)
-        _subtract_point(
-            POSE_SIZE * count + lenses, touched, cross, inverse, own_right, solved, normal, right
+        numbers = _cross_products(
+            count, lenses, by_all, by_point, columns, normal.shape[0], place, touched, cross
         )
+        _subtract_point(numbers, touched, cross, inverse, own_right, solved, normal, right)
 
 
 @njit(cache=True, nogil=True)
@@ -175,22 +177,34 @@ def _cross_products(
     by_point: np.ndarray,
     columns: np.ndarray,
     size: int,
+    place: np.ndarray,
     touched: np.ndarray,
     cross: np.ndarray,
-) -> None:
-    """Fill the products of each touched unknown's derivatives with the point's."""
-    poses = POSE_SIZE * count
-    cross[poses:] = 0.0
-    for a in range(lenses):
-        touched[poses + a] = size - lenses + a
+) -> int:
+    """Fill the products of each touched unknown's derivatives with the point's; their number.
+
+    Only lenses of photos that see the point are touched. `place` (a lens) is -1 before and after.
+    """
+    poses, used = POSE_SIZE * count, 0
     for n in range(count):
+        for i in range(POSE_SIZE):
+            a = POSE_SIZE * n + i
+            touched[a], cross[a] = columns[n, i], 0.0
+        lens = (columns[n, POSE_SIZE] - (size - lenses)) // LENS_SIZE
+        if place[lens] < 0:
+            place[lens] = poses + LENS_SIZE * used
+            used += 1
+            for i in range(LENS_SIZE):
+                touched[place[lens] + i] = columns[n, POSE_SIZE + i]
+                cross[place[lens] + i] = 0.0
         for i in range(columns.shape[1]):
-            a = POSE_SIZE * n + i if i < POSE_SIZE else poses + columns[n, i] - (size - lenses)
-            if i < POSE_SIZE:
-                touched[a], cross[a] = columns[n, i], 0.0
+            a = POSE_SIZE * n + i if i < POSE_SIZE else place[lens] + i - POSE_SIZE
             for j in range(3):
                 cross[a, j] += by_all[n, 0, i] * by_point[n, 0, j]
                 cross[a, j] += by_all[n, 1, i] * by_point[n, 1, j]
+    for n in range(count):
+        place[(columns[n, POSE_SIZE] - (size - lenses)) // LENS_SIZE] = -1
+    return poses + LENS_SIZE * used
 
 
 @njit(cache=True, nogil=True)

@@ -5,7 +5,8 @@ Out     a Scene: poses, points, lenses, a verdict for every photo, and whether t
 Method  keypoints moved to agree with all their window matches; incremental mapping (pycolmap)
         with the matches that reach farthest; photos that contradict their pairs or hang on too
         few points lose their pose; tracks from all matches; our own adjustment with the
-        calibration's covariance as a prior; a few photos that were zoomed lose theirs too.
+        calibration's covariance as a prior; a few photos that were zoomed lose theirs too; lenses
+        of single photos are set free where the residuals ask for it.
 Fails   PlacementError: no scene, too few photos in it, or a scene that contradicts its pairs.
 """
 
@@ -23,8 +24,9 @@ from limbgram.reconstruction.calibration.cameras import (
     from_exif,
 )
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.answering import answered
 from limbgram.reconstruction.mapping.scene import Observations, Ring, Scene
-from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
@@ -138,11 +140,15 @@ def _placed(
 
 def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
     """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
-    adjusted = _adjusted(scene, cameras, options)
-    odd, aside = odd_focals(adjusted), dict[int, str]()
-    if odd and len(odd) <= options.max_odd_share * len(adjusted.placed):
-        adjusted = _adjusted(without_photos(adjusted, set(odd)), cameras, options)
+    alike = replace(scene, own=None)
+    adjusted = _adjusted_alike(alike, cameras, options)
+    odd, aside = odd_focals(_scene_of(adjusted)), dict[int, str]()
+    if odd and len(odd) <= options.max_odd_share * len(adjusted.scene.placed):
+        adjusted = _adjusted_alike(without_photos(adjusted.scene, set(odd)), cameras, options)
+        alike = without_photos(alike, set(odd))
         odd, aside = aside, odd
+    adjusted = _scene_of(_as_asked(adjusted, alike, cameras, options))
+    odd = odd if adjusted.own is None else odd_focals(adjusted)
     figures = photo_points(adjusted)
     verdicts = tuple(
         replace(
@@ -187,12 +193,32 @@ def _foreign(
 
 
 def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
-    adjusted = adjust(
+    """With lenses of their own for single photos where the residuals ask for these."""
+    alike = replace(scene, own=None)
+    adjusted = _adjusted_alike(alike, cameras, options)
+    return _scene_of(_as_asked(adjusted, alike, cameras, options))
+
+
+def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> Adjusted:
+    """With one lens for all photos of a camera."""
+    return adjust(
         scene,
         cameras.calibrations,
         hold_board_lenses=options.board_lenses == "hold",
         outlier_sigmas=options.outlier_sigmas,
     )
+
+
+def _as_asked(
+    adjusted: Adjusted, before: Scene, cameras: Cameras, options: MappingOptions
+) -> Adjusted:
+    if options.board_lenses == "hold":
+        return adjusted
+    return answered(adjusted, before, cameras.calibrations, options.outlier_sigmas)
+
+
+def _scene_of(adjusted: Adjusted) -> Scene:
+    """The scene with what the adjustment says of its errors."""
     return replace(
         adjusted.scene,
         sigma_px=adjusted.sigma_px,

@@ -90,6 +90,25 @@ class Movement:
         return self.kind in ("step", "drift", "restless")
 
 
+Deviation = Literal["principal point", "focal length", "rolling shutter"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnLenses:
+    """What the lens of every photo has for itself, beside that of its camera (see mapping.own)."""
+
+    deviations: tuple[Deviation, ...]
+    """The kinds that the residuals asked for, the most telling first."""
+    values: Float64[np.ndarray, "n q"]
+    """By photo, the numbers of these kinds."""
+    spread: Float64[np.ndarray, " q"]
+    """Standard deviation of each number from photo to photo."""
+    shifts: Float64[np.ndarray, "n 10"]
+    """Lens of the photo less that of its camera (PARAMETERS)."""
+    chances: tuple[float, ...]
+    """By kind: that photos of one lens for all look as much like it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """Placed photos and points in a world frame of arbitrary origin, orientation and SCALE."""
@@ -111,7 +130,8 @@ class Scene:
     """Of every camera's lens after the adjustment (PARAMETERS); zero where held."""
     camera_covariance: Float64[np.ndarray, "u u"] | None = None
     """Of all that was adjusted beside the points: six numbers a placed photo (turn in its own
-    frame, rad; shift of its translation, scene units; see geometry.projection), then ten a lens.
+    frame, rad; shift of its translation, scene units; see geometry.projection), then ten a lens:
+    a camera's, or a placed photo's where photos have lenses of their own (`lens_idx`).
     The seven directions of the world's own frame carry nothing."""
     ring: Ring | None = None
     full_size: str = ""
@@ -120,6 +140,8 @@ class Scene:
     """Of what the photos aim at against its surroundings. None where nobody looked."""
     bending: Movement | None = None
     """Of one half of its length against the other."""
+    own: OwnLenses | None = None
+    """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
 
     @property
     def placed(self) -> tuple[int, ...]:
@@ -130,7 +152,26 @@ class Scene:
         pose = self.camera_from_world[photo_idx]
         if pose is None:
             raise KeyError(f"{self.names[photo_idx]} was not placed")
-        return View(self.names[photo_idx], self.cameras[self.camera_idx[photo_idx]], pose)
+        return View(self.names[photo_idx], self.camera(photo_idx), pose)
+
+    def camera(self, photo_idx: int) -> Camera:
+        """The lens of one photo: its camera's, with what it has for itself."""
+        camera = self.cameras[self.camera_idx[photo_idx]]
+        if self.own is None:
+            return camera
+        return camera.with_parameters(camera.packed + self.own.shifts[photo_idx])
+
+    @property
+    def lens_idx(self) -> tuple[int, ...]:
+        """By placed photo: which of the lenses in `camera_covariance` is its."""
+        if self.own is not None:
+            return tuple(range(len(self.placed)))
+        return tuple(self.camera_idx[k] for k in self.placed)
+
+    @property
+    def lenses(self) -> int:
+        """How many lenses `camera_covariance` holds."""
+        return len(self.cameras) if self.own is None else len(self.placed)
 
     @property
     def views(self) -> tuple[View, ...]:

@@ -9,11 +9,11 @@ Method  Levenberg-Marquardt on pixels through the whole lens model, points elimi
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.optimisation import Descent, Trial, minimise
@@ -22,6 +22,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.normals import point_steps, reduce_equations, robust_cost
+from limbgram.reconstruction.mapping.own import Ties
 from limbgram.reconstruction.mapping.scene import Scene
 
 _ITERATIONS = 40
@@ -29,6 +30,8 @@ _ROUGH_GAIN = 1e-3
 _FINE_GAIN = 1e-5
 _CAUCHY_SIGMAS = 2.5
 _GAUGE_FREEDOM = 7
+_ALMOST_NONE = 1e-8
+"""Damping that keeps equations solvable whose world frame is free."""
 _SHARED_ERROR = 3.0
 """How much less the residuals tell about photos and lenses than if all were independent.
 
@@ -50,14 +53,8 @@ class Adjusted:
     """Standard deviation of a measured coordinate, robustly from the residuals."""
     covariance: Float64[np.ndarray, "u u"]
     """Of placed photos and lenses together, zero where held; see Scene.camera_covariance."""
-
-    @property
-    def lens_covariance(self) -> Float64[np.ndarray, "c 10 10"]:
-        """Of every camera's lens after the adjustment; zero where held."""
-        cameras = len(self.scene.cameras)
-        first = len(self.covariance) - LENS_SIZE * cameras
-        rows = [slice(first + LENS_SIZE * k, first + LENS_SIZE * (k + 1)) for k in range(cameras)]
-        return np.array([self.covariance[part, part] for part in rows])
+    lens_covariance: Float64[np.ndarray, "c 10 10"]
+    """Of every camera's lens after the adjustment; zero where held."""
 
 
 def adjust(
@@ -68,27 +65,73 @@ def adjust(
     outlier_sigmas: float = 4.0,
     rounds: int = 3,
     body: Body | None = None,
+    solve_own: bool = False,
 ) -> Adjusted:
     """Adjust; after each round drop observations over `outlier_sigmas` and points left too weak.
 
-    A `body` of known shape takes part with the corners that photos show of it.
+    A `body` of known shape takes part with the corners that photos show of it. What photos have
+    for themselves in their lenses (`Scene.own`) is held, or with `solve_own` solved for.
     """
     prior = _Prior.of(priors, hold_board_lenses)
     bundle = Bundle.of(scene)
+    if scene.own is not None:
+        cameras = [given.camera for given in priors]
+        bundle = replace(bundle, ties=Ties.of(scene, cameras, solve=solve_own))
     sigma_px = bundle.sigma_px(scene)
     for attempt in track(range(rounds)):
         last = attempt == rounds - 1
         gain = _FINE_GAIN if last else _ROUGH_GAIN
         bundle, body = _descend(bundle, body, prior, sigma_px, gain)
         sigma_px = bundle.sigma_px(scene)
+        bundle = _respread(bundle, body, prior, sigma_px)
         bundle = bundle.without_outliers(scene, outlier_sigmas * sigma_px)
-    equations = _Equations.at(bundle, body, prior, sigma_px, 0.0)
-    return Adjusted(bundle.scene(scene), sigma_px, equations.covariance())
+    covariance = _Equations.at(bundle, body, prior, sigma_px, 0.0).covariance()
+    first, cameras = POSE_SIZE * len(bundle.views), len(scene.cameras)
+    rows = [slice(first + LENS_SIZE * k, first + LENS_SIZE * (k + 1)) for k in range(cameras)]
+    of_lenses = np.array([covariance[part, part] for part in rows])
+    if bundle.ties is not None:
+        covariance = bundle.ties.map @ (bundle.ties.map @ covariance).T
+    return Adjusted(bundle.scene(scene), sigma_px, covariance, of_lenses)
+
+
+def _respread(bundle: Bundle, body: Body | None, prior: "_Prior", sigma_px: float) -> Bundle:
+    """The bundle with the spread of its photos' own numbers as the capture shows it."""
+    ties = bundle.ties
+    if ties is None or not ties.solved:
+        return bundle
+    covariance = _Equations.at(bundle, body, prior, sigma_px, 0.0).covariance()
+    variance = np.diag(covariance)[-ties.values.size :].reshape(ties.values.shape)
+    return replace(bundle, ties=ties.respread(variance))
+
+
+def predicted_falls(
+    scenes: Sequence[Scene], priors: Sequence[Calibration], sigma_px: float, observations: int
+) -> Float64[np.ndarray, " s"]:
+    """By how much the sum of squares falls by one Gauss-Newton step in each scene.
+
+    The scenes differ only in what photos may have for themselves; the equations are made once.
+
+    Args:
+        observations: At most about so many are asked.
+    """
+    prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
+    bundle = Bundle.of(scenes[0])
+    bundle = bundle.with_points_thinned(-(-len(bundle.xy_px) // observations))
+    measured = _Measured.at(bundle, sigma_px, _ALMOST_NONE)
+    falls: list[float] = []
+    for scene in scenes:
+        tied = replace(bundle, ties=Ties.of(scene, cameras, solve=True))
+        equations = _Equations.of(measured, tied, None, prior, sigma_px, _ALMOST_NONE)
+        falls.append(float(equations.right @ equations.step()))
+    return np.array(falls)
 
 
 @dataclass(frozen=True)
 class _Prior:
-    """Lens parameters as calibrated, their information, and which of them may move."""
+    """Lens parameters as calibrated, their information, and which of them may move.
+
+    Where photos have numbers of their own these follow, drawn to nought by their spread.
+    """
 
     packed: Float64[np.ndarray, " l"]
     information: Float64[np.ndarray, "l l"]
@@ -112,6 +155,10 @@ class _Prior:
 
     def offset(self, bundle: Bundle) -> Float64[np.ndarray, " l"]:
         """Calibrated minus present lens parameters."""
+        if bundle.ties is not None:
+            return np.concatenate(
+                [self.packed - bundle.ties.shared.ravel(), -bundle.ties.values.ravel()]
+            )
         packed = self.packed.copy()
         for photo, idx in enumerate(bundle.lens_idx):
             packed[LENS_SIZE * idx : LENS_SIZE * (idx + 1)] = bundle.views[photo, 12:]
@@ -119,7 +166,17 @@ class _Prior:
 
     def cost(self, bundle: Bundle) -> float:
         offset = self.offset(bundle)
-        return float(offset @ self.information @ offset)
+        return float(offset @ self.information_of(bundle) @ offset)
+
+    def information_of(self, bundle: Bundle) -> Float64[np.ndarray, "l l"]:
+        if bundle.ties is None:
+            return self.information
+        return block_diag(self.information, np.diag(bundle.ties.information))
+
+    def free_of(self, bundle: Bundle) -> Bool[np.ndarray, " l"]:
+        if bundle.ties is None:
+            return self.free
+        return np.concatenate([self.free, np.ones(bundle.ties.values.size, bool)])
 
 
 def _cost(bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float) -> float:
@@ -156,20 +213,15 @@ def _descend(
 
 
 @dataclass(frozen=True)
-class _Equations:
-    """Reduced normal equations of photos and lenses, prior included, in units of sigma."""
+class _Measured:
+    """What the observations say about poses and lenses, in units of sigma."""
 
-    normal: Float64[np.ndarray, "u u"]
-    right: Float64[np.ndarray, " u"]
-    free: Bool[np.ndarray, " u"]
-    sigma_px: float
-    damping: float
-    of_body: BodyEquations | None
+    normal: Float64[np.ndarray, "m m"]
+    right: Float64[np.ndarray, " m"]
+    diagonal: Float64[np.ndarray, " m"]
 
     @classmethod
-    def at(
-        cls, bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, damping: float
-    ) -> "_Equations":
+    def at(cls, bundle: Bundle, sigma_px: float, damping: float) -> "_Measured":
         size = bundle.unknowns
         normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
         reduce_equations(
@@ -185,18 +237,63 @@ class _Equations:
             right,
             diagonal,
         )
-        lens = slice(POSE_SIZE * len(bundle.views), size)
-        free = np.ones(size, bool)
-        free[lens] = prior.free
         variance = (_SHARED_ERROR * sigma_px) ** 2
-        normal, right, diagonal = normal / variance, right / variance, diagonal / variance
-        normal[lens, lens] += prior.information
-        right[lens] += prior.information @ prior.offset(bundle)
-        diagonal[lens] += np.diag(prior.information)
+        return cls(normal / variance, right / variance, diagonal / variance)
+
+
+@dataclass(frozen=True)
+class _Equations:
+    """Reduced normal equations of photos and lenses, prior included, in units of sigma.
+
+    Where photos have lenses of their own: of poses, cameras' lenses and own numbers (`Ties.map`).
+    """
+
+    normal: Float64[np.ndarray, "u u"]
+    right: Float64[np.ndarray, " u"]
+    free: Bool[np.ndarray, " u"]
+    sigma_px: float
+    damping: float
+    of_body: BodyEquations | None
+
+    @classmethod
+    def at(
+        cls, bundle: Bundle, body: Body | None, prior: _Prior, sigma_px: float, damping: float
+    ) -> "_Equations":
+        measured = _Measured.at(bundle, sigma_px, damping)
+        return cls.of(measured, bundle, body, prior, sigma_px, damping)
+
+    @classmethod
+    def of(
+        cls,
+        measured: "_Measured",
+        bundle: Bundle,
+        body: Body | None,
+        prior: _Prior,
+        sigma_px: float,
+        damping: float,
+    ) -> "_Equations":
+        """Of what the observations say, with the priors and the body."""
+        normal, right, diagonal = measured.normal, measured.right, measured.diagonal
+        size = len(right)
+        if bundle.ties is not None:
+            tied = bundle.ties.map
+            normal, right = tied.T @ (tied.T @ normal).T, tied.T @ right
+            diagonal, size = tied.multiply(tied).T @ diagonal, tied.shape[1]
+        lens = slice(POSE_SIZE * len(bundle.views), size)
+        information = prior.information_of(bundle)
+        free = np.ones(size, bool)
+        free[lens] = prior.free_of(bundle)
+        normal, right, diagonal = normal.copy(), right.copy(), diagonal.copy()
+        normal[lens, lens] += information
+        right[lens] += information @ prior.offset(bundle)
+        diagonal[lens] += np.diag(information)
         normal[np.arange(size), np.arange(size)] += damping * diagonal
         of_body = None if body is None else body.equations(bundle, _SHARED_ERROR)
         if of_body is not None:
             more, more_right = of_body.of_cameras()
+            if bundle.ties is not None:
+                tied = bundle.ties.map
+                more, more_right = tied.T @ (tied.T @ more).T, tied.T @ more_right
             normal, right = normal + more, right + more_right
         return cls(normal, right, free, sigma_px, damping, of_body)
 
@@ -206,13 +303,10 @@ class _Equations:
         Raises:
             LinAlgError: a photo lost all its observations.
         """
-        step = np.zeros(len(self.right))
-        weights = np.diag(self.normal)[self.free]
-        if not (weights > 0.0).all():
-            raise np.linalg.LinAlgError("nothing is observed that would hold a photo or a lens")
-        scale = 1.0 / np.sqrt(weights)
-        scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
-        step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
+        step = self.step()
+        own = step[POSE_SIZE * len(bundle.views) :]
+        if bundle.ties is not None:
+            step = bundle.ties.map @ step
         points = np.empty_like(bundle.points)
         point_steps(
             bundle.views,
@@ -228,7 +322,21 @@ class _Equations:
         )
         if body is not None and self.of_body is not None:
             body = body.moved(*self.of_body.follow(step))
-        return bundle.moved(step, points), body
+        moved = bundle.moved(step, points)
+        if bundle.ties is not None:
+            moved = replace(moved, ties=bundle.ties.moved(own))
+        return moved, body
+
+    def step(self) -> Float64[np.ndarray, " u"]:
+        """Of photos and lenses."""
+        step = np.zeros(len(self.right))
+        weights = np.diag(self.normal)[self.free]
+        if not (weights > 0.0).all():
+            raise np.linalg.LinAlgError("nothing is observed that would hold a photo or a lens")
+        scale = 1.0 / np.sqrt(weights)
+        scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
+        step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
+        return step
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:
         """Of photos and lenses: seven directions of the world's frame carry nothing."""

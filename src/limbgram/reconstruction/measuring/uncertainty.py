@@ -320,7 +320,7 @@ def _displacements(
         np.ascontiguousarray(axes),
         np.ascontiguousarray(seen_by),
         np.stack([scene.view(photo).packed for photo in scene.placed]),
-        np.array([scene.camera_idx[photo] for photo in scene.placed]),
+        np.array(scene.lens_idx),
         np.ascontiguousarray(root),
         moves,
     )

@@ -407,6 +407,7 @@ def adjusted_with_board(
         outlier_sigmas=np.inf,
         rounds=1,
         body=_body_of(scene, scene_board, detections),
+        solve_own=True,
     )
     return replace(
         adjusted.scene,

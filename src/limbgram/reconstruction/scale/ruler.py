@@ -72,11 +72,12 @@ def _moves_by_cameras(
     """Derivative of each triangulated corner by the cameras' numbers, and its observations."""
     placed = scene.placed
     lenses = POSE_SIZE * len(placed)
-    unknowns = lenses + LENS_SIZE * len(scene.cameras)
+    unknowns = lenses + LENS_SIZE * scene.lenses
     normal = np.zeros((len(corners), 3, 3))
     right = np.zeros((len(corners), 3, unknowns))
     seen = np.zeros(len(corners), np.int64)
     place = {scene.names[photo]: k for k, photo in enumerate(placed)}
+    lens_idx = scene.lens_idx
     for photo in detections.photos:
         if photo.name not in place:
             continue
@@ -86,7 +87,7 @@ def _moves_by_cameras(
         by_lens = np.zeros((len(ids), 2, LENS_SIZE))
         view = scene.view(placed[k]).packed
         differentiate_all(view, np.ascontiguousarray(corners[ids]), by_point, by_pose, by_lens)
-        lens = lenses + LENS_SIZE * scene.camera_idx[placed[k]]
+        lens = lenses + LENS_SIZE * lens_idx[k]
         normal[ids] += np.einsum("nai,naj->nij", by_point, by_point)
         right[ids, :, POSE_SIZE * k : POSE_SIZE * (k + 1)] += np.einsum(
             "nai,nap->nip", by_point, by_pose

@@ -1,0 +1,90 @@
+"""Answering: lenses of single photos are set free where the residuals ask for it, and only there.
+
+In      a scene, the calibrations, and the adjustment with one lens for all photos of a camera.
+Out     that adjustment, or one in which every photo has a little of a lens for itself (own.py).
+Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step would lower the sum of
+        squares if every photo had its numbers of that kind, all else free too. In photos of one
+        lens the fall follows chi-squared with as many degrees of freedom as there are numbers; it
+        is counted in the adjustment's inflated sigmas, which stays below: sound captures reach 0.1
+        to 0.4 a degree, and what is asked for is 2.3 (20 photos) and more. The kind with the lowest
+        Bayesian information criterion (Schwarz 1978) is set free, the scene adjusted with its
+        numbers drawn to nought by the spread that the capture itself shows, and asked again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.own import DEVIATIONS, numbers_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.scene import Deviation, Scene
+from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
+
+_FALSE_ALARM = 1e-6
+"""Chance that photos of one lens are given own ones, for all kinds together."""
+_FEWEST_PHOTOS = 6
+"""Fewer tell nothing: every photo's numbers are a part of its pose."""
+_OBSERVATIONS = 30_000
+"""So many suffice for the test: limb_ring15 has 27,600."""
+
+
+def answered(
+    fixed: Adjusted, scene: Scene, priors: Sequence[Calibration], outlier_sigmas: float
+) -> Adjusted:
+    """The adjustment with what its residuals ask for; itself where they ask for nothing.
+
+    Args:
+        fixed: The scene adjusted with one lens for all photos of a camera.
+        scene: Before, with the observations that this one may have dropped.
+    """
+    best, start = fixed, scene
+    while (asked := asked_for(best, priors)) is not None:
+        room = with_room_for(start, asked.deviation, asked.chance)
+        trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
+        if trial.sigma_px >= best.sigma_px:
+            break
+        best, start = trial, room
+    return best
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A kind of deviation that residuals ask for."""
+
+    deviation: Deviation
+    fall: float
+    """Of the sum of squares, in units of sigma."""
+    freedom: int
+    """Numbers that are solved for."""
+
+    @property
+    def chance(self) -> float:
+        """That photos of one lens ask for as much."""
+        return min(1.0, len(DEVIATIONS) * float(stats.chi2.sf(self.fall, self.freedom)))
+
+
+def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None:
+    """The kind that explains most of what an adjusted scene leaves; None where chance would."""
+    scores = [one for one in scores_of(adjusted, priors) if one.chance < _FALSE_ALARM]
+    observations = 2 * len(adjusted.scene.observations.xy_px)
+    return min(
+        scores, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None
+    )
+
+
+def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[Asked, ...]:
+    """How much each kind that is not free yet would explain."""
+    base = with_own(adjusted.scene)
+    placed = len(base.placed)
+    assert base.own is not None
+    left = [one for one in DEVIATIONS if one not in base.own.deviations]
+    if placed < _FEWEST_PHOTOS or not left:
+        return ()
+    scenes = [base, *(with_room_for(base, one) for one in left)]
+    falls = predicted_falls(scenes, priors, adjusted.sigma_px, _OBSERVATIONS)
+    return tuple(
+        Asked(kind, float(fall - falls[0]), numbers_of(kind) * placed)
+        for kind, fall in zip(left, falls[1:], strict=True)
+    )
