@@ -28,6 +28,7 @@ from limbgram.report.accuracy.judgement import Light
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
+from limbgram.report.lenses import OwnLensFigures, own_lenses
 from limbgram.report.movement import movement_remark
 from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
@@ -123,6 +124,8 @@ class SceneSummary:
     rms_px: float
     notes: tuple[str, ...] = ()
     """How the photos were placed, where that is not as usual."""
+    own_lenses: tuple[OwnLensFigures, ...] = ()
+    """What differed from photo to photo in the lens, and was solved for each; usually nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,6 +249,7 @@ def summarise(
                 *_poses_notes(done),
                 *_placing_notes(scene),
             ),
+            own_lenses=own_lenses(scene),
         ),
         image_scale=tuple(image_scales(done.photos, done.metric)),
         cloud=CloudSummary(points=len(done.cloud), spacing=done.cloud.spacing_mm),
@@ -311,6 +315,7 @@ def _placing_notes(scene: Scene) -> tuple[str, ...]:
             "The photos were placed by feature points of their full size, which takes longer: "
             f"reduced photos left {scene.full_size}."
         )
+    notes += [one.sentence for one in own_lenses(scene)]
     if scene.movement is not None and scene.movement.alone:
         notes.append(
             "The limb moved, so the photos were placed by the points on the limb alone, and the "

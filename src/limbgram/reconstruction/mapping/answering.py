@@ -69,9 +69,7 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
     """The kind that explains most of what an adjusted scene leaves; None where chance would."""
     scores = [one for one in scores_of(adjusted, priors) if one.chance < _FALSE_ALARM]
     observations = 2 * len(adjusted.scene.observations.xy_px)
-    return min(
-        scores, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None
-    )
+    return min(scores, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 
 
 def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[Asked, ...]:
@@ -79,7 +77,7 @@ def scores_of(adjusted: Adjusted, priors: Sequence[Calibration]) -> tuple[Asked,
     base = with_own(adjusted.scene)
     placed = len(base.placed)
     assert base.own is not None
-    left = [one for one in DEVIATIONS if one not in base.own.deviations]
+    left: list[Deviation] = [one for one in DEVIATIONS if one not in base.own.deviations]
     if placed < _FEWEST_PHOTOS or not left:
         return ()
     scenes = [base, *(with_room_for(base, one) for one in left)]

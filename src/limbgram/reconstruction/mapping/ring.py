@@ -60,6 +60,8 @@ class MappingOptions:
 
     board_lenses: Literal["refine", "hold"] = "refine"
     """Whether lenses calibrated with a board move within their covariance or stay as they are."""
+    photo_lenses: Literal["as asked", "never"] = "as asked"
+    """Whether single photos get lenses of their own where the residuals ask for them."""
     outlier_sigmas: float = 4.0
     """Observations beyond this many standard deviations are dropped."""
     mapper_matches: int = 400
@@ -212,7 +214,7 @@ def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> 
 def _as_asked(
     adjusted: Adjusted, before: Scene, cameras: Cameras, options: MappingOptions
 ) -> Adjusted:
-    if options.board_lenses == "hold":
+    if options.board_lenses == "hold" or options.photo_lenses == "never":
         return adjusted
     return answered(adjusted, before, cameras.calibrations, options.outlier_sigmas)
 

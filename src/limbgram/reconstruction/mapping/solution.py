@@ -171,7 +171,7 @@ class _Prior:
     def information_of(self, bundle: Bundle) -> Float64[np.ndarray, "l l"]:
         if bundle.ties is None:
             return self.information
-        return block_diag(self.information, np.diag(bundle.ties.information))
+        return np.asarray(block_diag(self.information, np.diag(bundle.ties.information)))
 
     def free_of(self, bundle: Bundle) -> Bool[np.ndarray, " l"]:
         if bundle.ties is None:
@@ -278,7 +278,7 @@ class _Equations:
         if bundle.ties is not None:
             tied = bundle.ties.map
             normal, right = tied.T @ (tied.T @ normal).T, tied.T @ right
-            diagonal, size = tied.multiply(tied).T @ diagonal, tied.shape[1]
+            diagonal, size = tied.multiply(tied).T @ diagonal, len(right)
         lens = slice(POSE_SIZE * len(bundle.views), size)
         information = prior.information_of(bundle)
         free = np.ones(size, bool)

@@ -1,0 +1,210 @@
+"""Lenses of single photos: asked for where photos differ, found as they were, left alone else."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
+from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
+from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.scene import Deviation, Observations, Scene
+from limbgram.reconstruction.mapping.solution import Adjusted, adjust
+
+MakeScene = Callable[..., Scene]
+LENS = Camera(width_px=900, height_px=900, fx=700.0, fy=700.0, cx=450.0, cy=450.0, k1=-0.05)
+"""As wide as a phone's."""
+CALIBRATED = Calibration(
+    camera=LENS,
+    covariance=np.diag([0.2, 0.2, 0.5, 0.5, 0.0, 1e-3, 1e-3, 1e-4, 1e-4, 0.0]) ** 2,
+    source="board",
+)
+NOISE_PX = 0.05
+PHOTOS = 12
+
+
+def near(make_scene: MakeScene, seed: int = 1) -> Scene:
+    """Photos that the points fill, measured without an error."""
+    scene = make_scene(photos=PHOTOS, points=400, seed=seed, lenses=(LENS,))
+    points = scene.points_in_world * 3.0
+    views = [scene.view(k) for k in scene.placed]
+    seen = scene.observations
+    xy_px = np.array([views[p].project(points[i]) for p, i in zip(seen.photo_idx, seen.point_idx)])
+    inside = LENS.contains(xy_px)
+    kept = Observations(seen.photo_idx[inside], seen.point_idx[inside], xy_px[inside])
+    return replace(scene, points_in_world=points, observations=kept)
+
+
+def taken(scene: Scene, seed: int, photo_of: Callable[[int, np.ndarray], np.ndarray]) -> Scene:
+    """The scene as photos show it of which each projects points in its own way, with noise."""
+    seen, xy_px = scene.observations, scene.observations.xy_px.copy()
+    for photo in scene.placed:
+        rows = seen.photo_idx == photo
+        xy_px[rows] = photo_of(photo, scene.points_in_world[seen.point_idx[rows]])
+    xy_px += np.random.default_rng(seed).normal(0.0, NOISE_PX, xy_px.shape)
+    return replace(scene, observations=replace(seen, xy_px=xy_px))
+
+
+def stabilised(scene: Scene, seed: int, sigma_px: float) -> tuple[Scene, np.ndarray]:
+    shifts = np.random.default_rng(seed).normal(0.0, sigma_px, (PHOTOS, 2))
+    return taken(scene, seed, lambda k, points: scene.view(k).project(points) + shifts[k]), shifts
+
+
+def fixed(scene: Scene) -> Adjusted:
+    return adjust(scene, [CALIBRATED])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_photos_of_one_lens_ask_for_nothing(make_scene: MakeScene, seed: int) -> None:
+    scene = near(make_scene, seed)
+    plain = taken(scene, seed, lambda k, points: scene.view(k).project(points))
+    first = fixed(plain)
+    scores = scores_of(first, [CALIBRATED])
+    assert [one.deviation for one in scores] == [
+        "principal point", "focal length", "rolling shutter",
+    ]  # fmt: skip
+    assert all(0.0 < one.fall < one.freedom for one in scores), "counted in inflated sigmas"
+    assert answered(first, plain, [CALIBRATED], 4.0) is first
+
+
+def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
+    scene = near(make_scene)
+    faulty, shifts = stabilised(scene, 3, 2.0)
+    before = fixed(faulty)
+    asked = asked_for(before, [CALIBRATED])
+    assert asked is not None
+    assert asked.deviation == "principal point"
+    assert asked.chance < 1e-12
+    after = answered(before, faulty, [CALIBRATED], 4.0)
+    assert before.sigma_px > 1.1 * after.sigma_px
+    assert 0.9 * NOISE_PX < after.sigma_px < 1.1 * NOISE_PX
+    own = after.scene.own
+    assert own is not None
+    assert own.deviations == ("principal point",)
+    found = own.shifts[:, 2:4]
+    assert np.abs(own.shifts[:, [0, 1, 4, 5, 6, 7, 8, 9]]).max() == 0.0
+    off = (found - found.mean(0)) - (shifts - shifts.mean(0))
+    assert 0.01 < np.sqrt((off**2).mean()) < 0.5, "the shifts come out as they were"
+    np.testing.assert_allclose(own.spread * LENS.width_px, shifts.std(0), rtol=0.3)
+
+
+def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> None:
+    scene = near(make_scene)
+    faulty, shifts = stabilised(scene, 4, 2.0)
+    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    rows = (POSE_SIZE + len(PARAMETERS)) * PHOTOS
+    assert after.covariance.shape == (rows, rows)
+    assert after.lens_covariance.shape == (1, 10, 10)
+    assert after.scene.lens_idx == tuple(range(PHOTOS))
+    assert after.scene.lenses == PHOTOS
+    variance = np.diag(after.covariance)[POSE_SIZE * PHOTOS :].reshape(PHOTOS, 10)
+    assert (variance[:, 4] == 0).all(), "skew is held"
+    found = np.array([after.scene.camera(k).packed[2:4] for k in range(PHOTOS)])
+    off = (found - 450.0 - shifts) / np.sqrt(variance[:, 2:4])
+    assert 0.1 < np.sqrt((off**2).mean()) < 1.0, "a third: pixels count with thrice their sigma"
+    assert len(fixed(faulty).covariance) == POSE_SIZE * PHOTOS + 10
+
+
+def test_refocusing_is_told_from_a_stabiliser(make_scene: MakeScene) -> None:
+    scene = near(make_scene)
+    longer = np.random.default_rng(5).normal(1.0, 0.003, PHOTOS)
+
+    def breathing(k: int, points: np.ndarray) -> np.ndarray:
+        lens = replace(LENS, fx=LENS.fx * longer[k], fy=LENS.fy * longer[k])
+        return replace(scene.view(k), camera=lens).project(points)
+
+    faulty = taken(scene, 5, breathing)
+    after = answered(fixed(faulty), faulty, [CALIBRATED], 4.0)
+    own = after.scene.own
+    assert own is not None
+    assert own.deviations == ("focal length",)
+    found = np.array([after.scene.camera(k).fx for k in range(PHOTOS)]) / LENS.fx
+    np.testing.assert_allclose(found / found.mean(), longer / longer.mean(), atol=4e-4)
+    assert after.sigma_px < 1.1 * NOISE_PX
+
+
+def test_a_rolling_shutter_is_found(make_scene: MakeScene) -> None:
+    """The camera turns and rolls while it reads its rows, to the second order in nothing."""
+    scene = near(make_scene)
+    turns = np.random.default_rng(6).normal(0.0, 0.004, (PHOTOS, 3))
+
+    def rolling(k: int, points: np.ndarray) -> np.ndarray:
+        view = scene.view(k)
+        xy_px = view.project(points)
+        for _ in range(5):  # the row that a point falls on tells when it was taken
+            when = xy_px[:, 1] / LENS.height_px - 0.5
+            for n, at in enumerate(when):
+                moved = Rigid.from_rotation_vector(turns[k] * at, np.zeros(3))
+                pose = moved @ view.camera_from_world
+                xy_px[n] = replace(view, camera_from_world=pose).project(points[n][None])[0]
+        return xy_px
+
+    faulty = taken(scene, 6, rolling)
+    before = fixed(faulty)
+    after = answered(before, faulty, [CALIBRATED], 4.0)
+    own = after.scene.own
+    assert own is not None
+    assert own.deviations[0] == "rolling shutter"
+    assert before.sigma_px > 2.0 * NOISE_PX
+    assert after.sigma_px < 1.3 * NOISE_PX
+
+
+def test_lenses_of_single_photos_are_held_unless_they_are_solved_for(
+    make_scene: MakeScene,
+) -> None:
+    scene = near(make_scene)
+    faulty, _ = stabilised(scene, 7, 2.0)
+    found = answered(fixed(faulty), faulty, [CALIBRATED], 4.0).scene
+    held = adjust(found, [CALIBRATED]).scene
+    assert held.own is not None
+    assert found.own is not None
+    np.testing.assert_allclose(held.own.shifts, found.own.shifts, atol=1e-9)
+    anew = adjust(shaken_values(found), [CALIBRATED], solve_own=True).scene
+    assert anew.own is not None
+    assert np.abs(found.own.shifts[:, 2]).max() > 2.0
+    off = (anew.own.shifts - found.own.shifts)[:, 2:4]
+    assert np.sqrt((off**2).mean()) < 0.4, "from 1 px beside"
+
+
+def shaken_values(scene: Scene) -> Scene:
+    """With other principal points to start from."""
+    assert scene.own is not None
+    off = np.random.default_rng(0).normal(0.0, 1.0, scene.own.values.shape)
+    shifts = scene.own.shifts.copy()
+    shifts[:, 2:4] += off
+    values = scene.own.values + off / LENS.width_px
+    return replace(scene, own=replace(scene.own, values=values, shifts=shifts))
+
+
+@pytest.mark.parametrize(
+    "kinds", [("principal point",), ("rolling shutter", "focal length", "principal point")]
+)
+def test_lenses_follow_their_numbers_as_the_map_says(
+    make_scene: MakeScene, kinds: tuple[Deviation, ...]
+) -> None:
+    scene = with_own(near(make_scene))
+    for kind in kinds:
+        scene = with_room_for(scene, kind)
+    ties = Ties.of(scene, [LENS], solve=True)
+    size = POSE_SIZE * PHOTOS
+    step = np.random.default_rng(0).normal(0.0, 1e-3, size + 10 + ties.values.size)
+    moved = ties.moved(step[size:]).lenses - ties.lenses
+    np.testing.assert_allclose((ties.map @ step)[size:], moved.ravel(), atol=1e-10)
+    np.testing.assert_allclose((ties.map @ step)[:size], step[:size])
+    assert basis_of(kinds, LENS).shape == (10, ties.values.shape[1])
+
+
+def test_a_roll_of_the_rows_is_a_shift_and_a_tangential_distortion() -> None:
+    """To first order, once the camera is turned: the formula in the head of the module."""
+    lens = replace(LENS, k1=0.0)
+    x, y = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 50))
+    rate = 1e-5
+    rolled = np.stack([x - rate * y * y, y + rate * x * y], axis=1)
+    column = basis_of(("rolling shutter",), lens)[:, 2]
+    bent = lens.with_parameters(lens.packed - rate * column)
+    turned = np.stack([x + 3 * rate * (1 + x * x), y + 3 * rate * x * y, np.ones(50)], axis=1)
+    ideal = np.column_stack([rolled, np.ones(50)])
+    np.testing.assert_allclose(bent.project(turned), lens.project(ideal), atol=1e-6)
