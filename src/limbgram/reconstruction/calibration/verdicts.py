@@ -170,8 +170,8 @@ def doubts(
     if inflation > 2.0:
         said.append(
             f"The photos differ {inflation:.1f} times more than their corners' noise explains, "
-            "and all sigmas are enlarged by that: the board is probably not flat, or the focus "
-            "changed."
+            "and all sigmas are enlarged by that: the board is probably not flat, the focus "
+            "changed, or a stabiliser shifted the pictures."
         )
     if solution.rms_px > 0.5:
         said.append(
