@@ -326,6 +326,7 @@ const TEXTS = {
   // Computing
   "job.running": ["Computing the shape", "Die Form wird berechnet"],
   "job.held": ["Paused", "Angehalten"],
+  "job.queued": ["Waits for {0:one other shape|{0} other shapes}", "Wartet auf {0:eine andere Form|{0} andere Formen}"],
   "job.refused": ["Not computed", "Nicht berechnet"],
   "job.stopped": ["Stopped at stage {0} of {1}", "Gestoppt bei Stufe {0} von {1}"],
   "job.nothing.lost": ["Nothing is lost. Finished stages are kept.", "Nichts ist verloren. Fertige Stufen bleiben."],

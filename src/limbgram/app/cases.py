@@ -233,7 +233,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
     if running is not None and running.active:
         state, message = ("held" if running.file.state == "held" else "computing"), ""
     elif job is not None and job.state != "finished" and state != "finished":
-        state = "computing" if job.state == "running" else job.state
+        state = "computing" if job.state in ("running", "queued") else job.state
         message = job.message
     verdict = read_verdict(case.folder)
     said = (

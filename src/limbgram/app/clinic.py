@@ -62,10 +62,13 @@ class Clinic:
     doors: Doors = field(default_factory=Doors)
     origin: Callable[[], str] = lambda: ""
     """Address of this server, for links."""
+    jobs_at_once: int = 1
 
     def __post_init__(self) -> None:
         self.runner = Runner(
-            self.shelf.root / "pace.json", lambda case: self.news.tell(case, "job")
+            self.shelf.root / "pace.json",
+            lambda case: self.news.tell(case, "job"),
+            at_once=self.jobs_at_once,
         )
         self.coaches = Coaches(lambda case: self.news.tell(case, "check"))
 

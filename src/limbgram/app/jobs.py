@@ -63,6 +63,9 @@ class JobReply(BaseModel):
     state: JobState | Literal["none"]
     stages: list[StageProgress]
     stage: int = Field(description="Number of the stage that runs, from 1.")
+    before: int = Field(
+        default=0, description="Runs of other cases that come first, while it is queued."
+    )
     elapsed_s: float = Field(description="Of all starts together, without pauses.")
     left: TimeLeft | None = Field(default=None, description="null where nobody knows.")
     began: str = ""
@@ -94,7 +97,10 @@ def read_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
 
 @router.post("/cases/{case_id}/job", status_code=202)
 def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply:
-    """Compute the shape, for the first time or with other options; nothing is sent again."""
+    """Compute the shape, for the first time or with other options; nothing is sent again.
+
+    It is queued while as many runs of other cases work as are allowed at a time.
+    """
     received = [one for one in clinic.intake(case).received() if not one.problem]
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
@@ -138,7 +144,7 @@ def resume_job(clinic: ClinicHere, case: CaseHere) -> JobReply:
     """Let a resting run go on; or take up one that was cancelled or interrupted."""
     job = clinic.runner.running(case.folder)
     if job is not None and job.file.state == "held":
-        job.go_on()
+        clinic.runner.go_on(case.folder)
     else:
         clinic.runner.again(case.folder)
     return _reply(clinic, case)
@@ -211,6 +217,7 @@ def _reply(clinic: Clinic, case: ShelvedCase) -> JobReply:
         state=job.state,
         stages=list(job.stages),
         stage=at or sum(one.state == "done" for one in job.stages),
+        before=clinic.runner.before(case.folder),
         elapsed_s=job.elapsed_s if running is None else running.elapsed_s,
         left=None if running is None else running.left(),
         began=job.began,

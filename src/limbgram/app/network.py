@@ -83,7 +83,13 @@ def serve_on_network(
     tls = Tls(certificate.file, certificate.key)
     links = tuple(f"https://{name}:{port}" for name in named)
     journal = Journal(folder)
-    clinic = Clinic(shelf, access, doors=Doors(tls=tls, diary=journal), origin=lambda: links[0])
+    clinic = Clinic(
+        shelf,
+        access,
+        doors=Doors(tls=tls, diary=journal),
+        origin=lambda: links[0],
+        jobs_at_once=options.jobs,
+    )
     reached = Reached(
         links=links,
         fingerprint=certificate.fingerprint,

@@ -56,7 +56,9 @@ def serve(options: ServeOptions, on_ready: Callable[[str], None]) -> None:
     port: int = listening.getsockname()[1]
     access = Access(frozenset({f"{LOOPBACK}:{port}", f"localhost:{port}"}))
     origin = f"http://{LOOPBACK}:{port}"
-    clinic = Clinic(Shelf(options.cases.absolute()), access, origin=lambda: origin)
+    clinic = Clinic(
+        Shelf(options.cases.absolute()), access, origin=lambda: origin, jobs_at_once=options.jobs
+    )
     clinic.shelf.open()
 
     def ready() -> str:

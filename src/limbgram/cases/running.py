@@ -3,9 +3,11 @@
 In      a Job; requests to hold it, let it go on, or end it.
 Out     CASE/job.json: what was asked for, how far it is, how long it took in all. A program that
         was ended meanwhile finds there what was interrupted, and `again` takes it up.
-Method  One thread a job waits for its process (`supervision`). Time left is told by what the stages
-        of earlier runs took a megapixel on this machine, and by the part of the stage that is done;
-        before the first run, by figures of another machine, which is said.
+Method  One thread a job waits for its process (`supervision`). So many work at once as the runner
+        was told; others wait in a line, and the first of them begins when one ends or rests. Time
+        left is told by what the stages of earlier runs took a megapixel on this machine, and by the
+        part of the stage that is done; before the first run, by figures of another machine, which
+        is said.
 Fails   CaseError: a run is working in the case already.
 """
 
@@ -30,7 +32,9 @@ from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
 from limbgram.report.stages import stage_title
 
-JobState = Literal["running", "held", "cancelled", "interrupted", "refused", "failed", "finished"]
+JobState = Literal[
+    "queued", "running", "held", "cancelled", "interrupted", "refused", "failed", "finished"
+]
 GRACE_S = 1.5
 """Between the wish to cancel and the end of the process."""
 _SCHEMA = "limbgram-job/1"
@@ -41,6 +45,8 @@ _SPREAD = (0.7, 1.6)
 """Time left is told from so much of the likely time to so much of it."""
 _REMEMBERED = 8
 _AS_WRITTEN = Strictness(pass_over_unknown=True)
+_WRITING = threading.Lock()
+"""Threads that write the same file beside its place would take it from each other."""
 
 _USUAL_S: dict[str, float] = {
     "read_photos": 0.018,
@@ -124,28 +130,44 @@ class RunningJob:
     file: JobFile
     on_change: Callable[[], None]
     on_finished: Callable[[], None]
+    on_rest: Callable[[], None]
+    """Called when it works no more, or not for now: another one may begin."""
     usual_s: dict[str, float]
     usual_known: bool
     _supervision: Supervision | None = None
     _thread: threading.Thread | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
-    _saving: threading.Lock = field(default_factory=threading.Lock)
     _since: float = 0.0
     _stage_since: float = 0.0
     _saved: float = 0.0
 
-    def start(self, job: Job, command: tuple[str, ...]) -> None:
+    def queue(self) -> None:
+        """Wait for its turn."""
+        with self._lock:
+            self.file = replace(self.file, state="queued")
+        self._save()
+
+    def begin(self, command: tuple[str, ...]) -> None:
+        """Its turn has come: start its process, or let the one that rests go on."""
+        with self._lock:
+            self.file = replace(self.file, state="running")
+            self._since = time.monotonic()
+        if self._supervision is not None:
+            self._supervision.go_on()
+            self._save()
+            return
+        self._stage_since = self._since
+        job = read_job(json.loads(self.file.order), self.case.root)
         self._supervision = Supervision(
             job, self._hear, command=command, grace_s=GRACE_S, slack_s=0.0
         )
-        self._since = self._stage_since = time.monotonic()
         self._save()
         self._thread = threading.Thread(target=self._wait, name="job", daemon=True)
         self._thread.start()
 
     @property
     def active(self) -> bool:
-        return self.file.state in ("running", "held")
+        return self.file.state in ("queued", "running", "held")
 
     @property
     def elapsed_s(self) -> float:
@@ -165,23 +187,15 @@ class RunningJob:
                 )
             self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held")
         self._save()
-        self.on_change()
-
-    def go_on(self) -> None:
-        """Let a resting job go on."""
-        with self._lock:
-            if self.file.state != "held" or self._supervision is None:
-                raise CaseError("Nothing rests here that could go on.")
-            self._supervision.go_on()
-            self._since = time.monotonic()
-            self.file = replace(self.file, state="running")
-        self._save()
+        self.on_rest()
         self.on_change()
 
     def cancel(self) -> None:
         """End it; what is finished is kept."""
         if self._supervision is not None:
             self._supervision.stop()
+        elif self.file.state == "queued":
+            self._end("cancelled", message=_STOPPED, kind=Cancelled.__name__)
 
     def join(self, timeout_s: float) -> None:
         """Wait for its end."""
@@ -190,7 +204,7 @@ class RunningJob:
 
     def left(self) -> TimeLeft | None:
         """How long it may still take; None where nobody knows."""
-        if not self.active:
+        if self.file.state not in ("running", "held"):
             return None
         return time_left(self.file, self.usual_s, known=self.usual_known, stage_s=self._stage_s())
 
@@ -236,6 +250,7 @@ class RunningJob:
         self._save()
         if state == "finished":
             self.on_finished()
+        self.on_rest()
         self.on_change()
 
     def _hear(self, event: Event) -> None:
@@ -275,14 +290,14 @@ class RunningJob:
 
     def _save(self) -> None:
         """One at a time, so that what an older state was does not end up as the last word."""
-        with self._saving:
+        with _WRITING:
             self._saved = time.monotonic()
             write_json(_place(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
 
 
 @dataclass
 class Runner:
-    """The jobs of a shelf: as many at a time as are asked for, one a case."""
+    """The jobs of a shelf, one a case."""
 
     pace_file: Path
     """What stages took in earlier runs on this machine."""
@@ -290,8 +305,13 @@ class Runner:
     """Called with the name of the case's folder."""
     command: tuple[str, ...] = COMMAND
     """That starts a job's process."""
+    at_once: int = 1
+    """So many work at a time: each uses all processors, and memory as photos need it."""
     _jobs: dict[Path, RunningJob] = field(default_factory=dict[Path, RunningJob])
-    _lock: threading.Lock = field(default_factory=threading.Lock)
+    _line: list[RunningJob] = field(default_factory=list[RunningJob])
+    """Those that wait for their turn, the first first."""
+    _closing: bool = False
+    _lock: threading.RLock = field(default_factory=threading.RLock)
 
     def running(self, case: CaseFolder) -> RunningJob | None:
         """The job of a case that this program started."""
@@ -331,22 +351,65 @@ class Runner:
                 file=replace(file, stages=stages),
                 on_change=lambda: self.on_change(case.root.name),
                 on_finished=lambda: self._learn(case),
+                on_rest=self._advance,
                 usual_s=usual,
                 usual_known=own,
             )
             self._jobs[case.root] = started
-            started.start(job, self.command)
+            self._queue(started)
         return started
+
+    def go_on(self, case: CaseFolder) -> None:
+        """Let a job that rests go on, now or when its turn has come.
+
+        Raises:
+            CaseError: nothing rests in the case.
+        """
+        with self._lock:
+            job = self._jobs.get(case.root)
+            if job is None or job.file.state != "held":
+                raise CaseError("Nothing rests here that could go on.")
+            self._queue(job)
+
+    def before(self, case: CaseFolder) -> int:
+        """How many runs work or wait before this one may begin; 0 where it does not wait."""
+        with self._lock:
+            job = self._jobs.get(case.root)
+            if job is None or job not in self._line:
+                return 0
+            return self._line.index(job) + self._working()
+
+    def _queue(self, job: RunningJob) -> None:
+        job.queue()
+        self._line.append(job)
+        self._advance()
+        job.on_change()
+
+    def _advance(self) -> None:
+        """Let those begin whose turn has come."""
+        with self._lock:
+            was = len(self._line)
+            self._line = [one for one in self._line if one.file.state == "queued"]
+            while self._line and not self._closing and self._working() < self.at_once:
+                self._line.pop(0).begin(self.command)
+            waiting = list(self._line) if len(self._line) != was else []
+        for one in waiting:
+            one.on_change()
+
+    def _working(self) -> int:
+        return sum(one.file.state == "running" for one in self._jobs.values())
 
     def close(self) -> None:
         """End what still runs: what is finished is kept, and the job files say interrupted."""
+        self._closing = True
         for job in list(self._jobs.values()):
             if job.active:
                 job.cancel()
                 job.join(2 * GRACE_S + 3)
                 kept = read_job_file(job.case)
                 if kept is not None and kept.state == "cancelled":
-                    write_json(_place(job.case), tree_of(replace(kept, state="interrupted")))
+                    with _WRITING:
+                        write_json(_place(job.case), tree_of(replace(kept, state="interrupted")))
 
     def _learn(self, case: CaseFolder) -> None:
         """Remember what the stages of a finished run took."""
@@ -396,7 +459,7 @@ def read_job_file(case: CaseFolder) -> JobFile | None:
 def mark_interrupted(case: CaseFolder) -> None:
     """Say of a job that nobody waits for any more that it was interrupted; end what rests of it."""
     kept = read_job_file(case)
-    if kept is None or kept.state not in ("running", "held"):
+    if kept is None or kept.state not in ("queued", "running", "held"):
         return
     if kept.process and _is_ours(kept.process, case):
         os.kill(kept.process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
@@ -405,7 +468,8 @@ def mark_interrupted(case: CaseFolder) -> None:
         replace(one, state="waiting") if one.state == "running" else one for one in kept.stages
     )
     kept = replace(kept, state="interrupted", message=message, process=0, stages=stages)
-    write_json(_place(case), tree_of(kept))
+    with _WRITING:
+        write_json(_place(case), tree_of(kept))
 
 
 def time_left(job: JobFile, usual_s: dict[str, float], *, known: bool, stage_s: float) -> TimeLeft:

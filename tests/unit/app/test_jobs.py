@@ -16,7 +16,7 @@ from PIL import Image
 
 from limbgram.app.clinic import Clinic
 from limbgram.cases.record import write_json
-from limbgram.cases.running import mark_interrupted, read_job_file
+from limbgram.cases.running import RunningJob, mark_interrupted, read_job_file
 from limbgram.cases.shelf import Shelf
 from limbgram.core.typed import tree_of
 
@@ -39,6 +39,10 @@ time.sleep(60)
 
 @pytest.fixture
 def case(client: TestClient) -> str:
+    return new_case(client)
+
+
+def new_case(client: TestClient) -> str:
     """A case with a photo."""
     case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
     made = io.BytesIO()
@@ -128,9 +132,10 @@ def test_elapsed_time_goes_on_where_a_run_is_taken_up_again(
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are told by /proc")
 def test_what_ran_when_the_program_was_killed_is_interrupted_and_ends(
-    client: TestClient, clinic: Clinic, case: str
+    client: TestClient, clinic: Clinic, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started(client, clinic, case, DEAF + "# limbgram.cases.start")
+    monkeypatch.setattr(RunningJob, "_save", lambda _: None)  # a killed program writes no more
     shelved = clinic.shelf.case(case.rpartition("/")[2])
     kept = read_job_file(shelved.folder)
     assert kept is not None
@@ -172,6 +177,64 @@ def test_what_rests_of_an_interrupted_run_is_ended_and_nothing_else(
     assert now is not None
     assert (now.state, now.process) == ("interrupted", 0)
     assert all(one.state != "running" for one in now.stages)
+
+
+def test_runs_wait_for_their_turn_in_order(client: TestClient, clinic: Clinic, case: str) -> None:
+    started(client, clinic, case, SLOW)
+    others = [new_case(client) for _ in range(3)]
+    asked = {"board": None, "unscaled": True}
+    for number, other in enumerate(others, 1):
+        waits = client.post(f"{other}/job", json=asked).json()
+        assert (waits["state"], waits["before"], waits["left"]) == ("queued", number, None)
+    assert client.get(others[0]).json()["state"] == "computing"
+    assert client.post(f"{others[0]}/job", json=asked).status_code == 409, "it waits already"
+    assert client.post(f"{others[0]}/job/pause").status_code == 409
+    assert client.post(f"{others[1]}/job/cancel").json()["state"] == "cancelled"
+    assert client.get(f"{others[2]}/job").json()["before"] == 2
+    client.post(f"{case}/job/cancel")
+    wait(client, others[0], lambda job: job["state"] == "running")
+    assert client.get(f"{others[2]}/job").json()["state"] == "queued"
+    kept = read_job_file(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
+    assert kept is not None
+    assert kept.state == "queued"
+    mark_interrupted(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
+    kept = read_job_file(clinic.shelf.case(others[2].rpartition("/")[2]).folder)
+    assert kept is not None
+    assert kept.state == "interrupted"
+    for one in (others[2], others[0]):
+        client.post(f"{one}/job/cancel")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="that system cannot hold a process")
+def test_a_run_that_rests_lets_another_begin_and_waits_for_its_turn(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    started(client, clinic, case, SLOW)
+    other = new_case(client)
+    asked = {"board": None, "unscaled": True}
+    assert client.post(f"{other}/job", json=asked).json()["state"] == "queued"
+    assert client.post(f"{case}/job/pause").json()["state"] == "held"
+    wait(client, other, lambda job: job["state"] == "running")
+    again = client.post(f"{case}/job/resume").json()
+    assert (again["state"], again["before"]) == ("queued", 1)
+    resting = stage(client.get(f"{case}/job").json(), "detect")["done"]
+    time.sleep(0.2)
+    assert stage(client.get(f"{case}/job").json(), "detect")["done"] - resting < 5
+    client.post(f"{other}/job/cancel")
+    wait(client, case, lambda job: stage(job, "detect")["done"] > resting + 10)
+    client.post(f"{case}/job/cancel")
+
+
+def test_more_than_one_run_at_a_time_where_it_is_wanted(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    clinic.runner.at_once = 2
+    started(client, clinic, case, SLOW)
+    other = new_case(client)
+    asked = {"board": None, "unscaled": True}
+    assert client.post(f"{other}/job", json=asked).json()["state"] == "running"
+    for one in (case, other):
+        client.post(f"{one}/job/cancel")
 
 
 def test_a_refusal_is_told_word_by_word(client: TestClient, clinic: Clinic, case: str) -> None:

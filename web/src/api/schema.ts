@@ -427,6 +427,8 @@ export interface paths {
         /**
          * Start Job
          * @description Compute the shape, for the first time or with other options; nothing is sent again.
+         *
+         *     It is queued while as many runs of other cases work as are allowed at a time.
          */
         post: operations["start_job"];
         delete?: never;
@@ -2611,7 +2613,7 @@ export interface components {
          */
         JobReply: {
             /** State */
-            state: ("running" | "held" | "cancelled" | "interrupted" | "refused" | "failed" | "finished") | "none";
+            state: ("queued" | "running" | "held" | "cancelled" | "interrupted" | "refused" | "failed" | "finished") | "none";
             /** Stages */
             stages: components["schemas"]["StageProgress"][];
             /**
@@ -2619,6 +2621,12 @@ export interface components {
              * @description Number of the stage that runs, from 1.
              */
             stage: number;
+            /**
+             * Before
+             * @description Runs of other cases that come first, while it is queued.
+             * @default 0
+             */
+            before: number;
             /**
              * Elapsed S
              * @description Of all starts together, without pauses.

@@ -70,7 +70,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         )}
       </main>
     );
-  const active = one.state === "running" || one.state === "held";
+  const active = one.state === "running" || one.state === "held" || one.state === "queued";
   const done = one.stages.filter((s) => s.state === "done").length;
   const failed = one.state === "refused" || one.state === "failed";
   return (
@@ -80,7 +80,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <h1 class="job-head">
-              {one.state === "running" ? t("job.running") : one.state === "held" ? t("job.held") : one.state === "finished" ? t("case.state.finished") : failed ? t("job.refused") : t("job.stopped", done, one.stages.length)}
+              {one.state === "running" ? t("job.running") : one.state === "held" ? t("job.held") : one.state === "queued" ? t("job.queued", one.before) : one.state === "finished" ? t("case.state.finished") : failed ? t("job.refused") : t("job.stopped", done, one.stages.length)}
             </h1>
             <p class="unseen" aria-live="polite">
               {announced.value}
@@ -138,6 +138,11 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
                 {t("cancel")}
               </Button>
             </div>
+          )}
+          {one.state === "queued" && (
+            <Button big onClick={() => (stopping.value = true)}>
+              {t("cancel")}
+            </Button>
           )}
           {one.state === "held" && (
             <div class="two-buttons">
