@@ -72,9 +72,9 @@ function Entry({ user }: { user?: string }) {
   };
   const [what, rest] = parted(why.value);
   return (
-    <main class="gate" id="content">
+    <main class="entry" id="content">
       <form class="card" onSubmit={(event) => void submit(event)}>
-        <p class="gate-brand">
+        <p class="entry-brand">
           <Icon name="limb" />
           limbgram
         </p>
