@@ -68,6 +68,7 @@ if what == "bug":
     sys.exit(1)
 (case / "deliverables").mkdir(exist_ok=True)
 (case / "deliverables" / "surface.ply").write_text(what * 100)
+(case / "threads").write_text(os.environ["OPENBLAS_NUM_THREADS"])
 (case / "summary.json").write_text(json.dumps(
     {"verdict": {"light": "green", "headline": "GREEN: 0.1 mm", "reasons": []}}))
 if (photos / "a.png").exists():
@@ -110,7 +111,7 @@ class Crew:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", f"distributed.cli.{name}", "--no-dashboard", *words],
             env={
-                **os.environ,
+                **{name: os.environ[name] for name in os.environ if "BLAS" not in name},
                 **SETTINGS,
                 "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": self.waits,
                 "PYTHONPATH": f"{self.folder}{os.pathsep}{source}",
@@ -206,6 +207,7 @@ def test_each_becomes_what_it_becomes_and_nothing_is_left(crew: Crew) -> None:
     assert "Traceback: here" in outcomes[1].message
     assert (out / "d" / "tries").read_text() == "xxx"  # continued, not begun anew
     assert (out / "c" / "deliverables" / "surface.ply").read_text() == "green" * 100
+    assert (out / "c" / "threads").read_text() == "1"  # the sums of the command line
     assert left_behind(crew.folder) == []
     ends = [event["capture"] for event in events if event["event"] == "ended"]
     assert sorted(ends) == ["a", "b", "c", "d", "d", "d", "e", "e", "f ü"]

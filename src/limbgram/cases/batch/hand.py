@@ -30,6 +30,8 @@ from limbgram.core.run import NEUTRAL_FOLDER
 _POLL_S = 0.2
 _GRACE_S = 10.0
 _LAST_LINES = 4
+_ONE_BY_ONE = {"OPENBLAS_NUM_THREADS": "1"}
+"""As the command line has it: matrix products add up in one order, on every machine."""
 _slots: set[int] = set()
 _slots_lock = threading.Lock()
 
@@ -54,7 +56,7 @@ def perform(order: str, module: str, topic: str, every_s: float, workers_here: i
             stdout=subprocess.PIPE,
             stderr=errors,
             cwd=NEUTRAL_FOLDER,
-            env=environment(),
+            env=environment() | _ONE_BY_ONE,
             start_new_session=True,
         )
         try:
