@@ -298,7 +298,7 @@ def page(results: Result) -> str:
         "these were held back.",
     ]
     heads = ("seed", "limb", "paint", "photos", "left out", "answer", "came", "sigma mm", "check",
-             "plan", "cells", "seen expected", "measured", "s")  # fmt: skip
+             "plan", "cells", "seen expected", "measured", "CPU s", "commit")  # fmt: skip
     rows: list[list[str]] = []
     for seed, line in sorted(results["captures"].items()):
         came = {0: "good", 7: "red"}.get(line["exit_code"], "refused")
@@ -316,8 +316,12 @@ def page(results: Result) -> str:
             ]
         else:
             row += [""] * 6
-        rows.append([*row, f"{line['check_s']:.0f}"])
+        cpu_s = f"{line['check_cpu_s']:.0f}" if "check_cpu_s" in line else ""
+        rows.append([*row, cpu_s, line["commit"]])
     said.append(table(heads, rows))
+    wrong = [seed for seed, line in sorted(results["captures"].items())
+             if line in bad or line in held_back]  # fmt: skip
+    said += [f"Seed {seed}: {results['captures'][seed]['headline']}" for seed in wrong]
     if "timing" in results:
         time_s = results["timing"]
         whole, each = time_s["whole"], time_s["each"]
