@@ -92,7 +92,8 @@ def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) 
 
     def work() -> None:
         try:
-            camera.calibrate(board, Run())
+            with clinic.calibrating:
+                camera.calibrate(board, Run())
         except LimbgramError:
             pass  # the camera's label says why
         finally:

@@ -2,6 +2,7 @@
 
 import shutil
 import threading
+from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -16,6 +17,7 @@ from limbgram.cases.record import read_verdict
 from limbgram.cases.running import read_job_file
 from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, ShelvedCase, last_change
+from limbgram.core.errors import CaseError
 from limbgram.core.run import Run
 from limbgram.workbench.limb import Kind, Side
 
@@ -160,11 +162,19 @@ def new_sample(clinic: ClinicHere, request: Request) -> Case:
     Its photos arrive one after the other, and a calibrated camera with them; then ask for its shape
     as for any other.
     """
-    made = begin_sample(clinic.shelf)
+    if not clinic.sampling.acquire(blocking=False):
+        raise CaseError("A sample case is being made already. It is in the list: open that one.")
+    with ExitStack() as undoing:
+        undoing.callback(clinic.sampling.release)
+        made = begin_sample(clinic.shelf)
+        undoing.pop_all()
     request.state.case = made.case_id
 
     def work() -> None:
-        fill_sample(clinic.shelf, made, Run())
+        try:
+            fill_sample(clinic.shelf, made, Run())
+        finally:
+            clinic.sampling.release()
         clinic.news.tell(made.case_id, "photos")
         clinic.news.tell("cameras", made.case_id)
 

@@ -63,6 +63,10 @@ class Clinic:
     origin: Callable[[], str] = lambda: ""
     """Address of this server, for links."""
     jobs_at_once: int = 1
+    sampling: threading.Lock = field(default_factory=threading.Lock)
+    """Held while a sample case is made: one at a time."""
+    calibrating: threading.Lock = field(default_factory=threading.Lock)
+    """Held while a camera is calibrated: one at a time, others wait."""
 
     def __post_init__(self) -> None:
         self.runner = Runner(

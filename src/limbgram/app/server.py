@@ -1,11 +1,15 @@
 """Server: all routes put together, and the client's pages beside them."""
 
+import gzip
+import mimetypes
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Annotated
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Header
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, Response
 from starlette.exceptions import HTTPException as StarletteHTTPException
@@ -71,6 +75,8 @@ _NO_CLIENT = """<!doctype html><html lang="en"><head><meta charset="utf-8"><titl
 </head><body><h1>The app's pages are missing</h1><p>The server runs, and its API answers under
 <code>/api/v1</code>, but the pages were not built into this installation. Install limbgram from its
 wheel; or, in a clone, build them: <code>cd web, npm ci, npm run build</code>.</p></body></html>"""
+_SHRINKING = (".js", ".css", ".html", ".svg", ".txt")
+"""Files of the client that are sent compressed; fonts and pictures are so already."""
 _LONG = "public, max-age=31536000, immutable"
 
 
@@ -106,9 +112,9 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
     app.add_exception_handler(OSError, answer_disk)
 
     @app.get("/{path:path}", include_in_schema=False)
-    def page(path: str) -> Response:
+    def page(path: str, accept_encoding: Annotated[str, Header()] = "") -> Response:
         """A file of the client; any other path is the client's own, and gets its page."""
-        return _page(static, path)
+        return _page(static, path, accept_encoding)
 
     return app
 
@@ -118,7 +124,7 @@ def guarded(clinic: Clinic, static: Path = STATIC) -> Guard:
     return Guard(build(clinic, static), clinic.access, diary=clinic.doors.diary)
 
 
-def _page(static: Path, path: str) -> Response:
+def _page(static: Path, path: str, accepted: str) -> Response:
     if path.startswith("api/"):
         raise missing("The API has no such route.")
     start = static / "index.html"
@@ -127,7 +133,19 @@ def _page(static: Path, path: str) -> Response:
     found = (static / path).resolve() if path else start
     if found.is_relative_to(static.resolve()) and found.is_file():
         kept = _LONG if path.startswith("assets/") else "no-cache"
-        return FileResponse(found, headers={"cache-control": kept})
+        status = found.stat()
+        if found.suffix in _SHRINKING and "gzip" in accepted:
+            kind = mimetypes.guess_type(found.name)[0] or "application/octet-stream"
+            small = _shrunk(found, status.st_mtime_ns, status.st_size)
+            headers = {"cache-control": kept, "content-encoding": "gzip", "vary": "accept-encoding"}
+            return Response(small, media_type=kind, headers=headers)
+        return FileResponse(found, headers={"cache-control": kept, "vary": "accept-encoding"})
     if "." in path.rpartition("/")[2]:
         raise missing("There is no such file.")
     return FileResponse(start, headers={"cache-control": "no-cache"})
+
+
+@lru_cache(maxsize=64)
+def _shrunk(file: Path, _changed: int, _size: int) -> bytes:
+    """A file of the client, compressed once: some hundred kB in all."""
+    return gzip.compress(file.read_bytes(), mtime=0)

@@ -1,11 +1,15 @@
 """Who may ask, and from where."""
 
+from pathlib import Path
+
 import pytest
 from fastapi.testclient import TestClient
 
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
 from limbgram.app.document import document
+from limbgram.app.server import guarded
+from limbgram.cases.shelf import Shelf
 
 API = "/api/v1"
 
@@ -116,3 +120,27 @@ def test_a_route_that_is_none_says_so(client: TestClient) -> None:
     for answer in (client.get(f"{API}/nothing"), client.put(f"{API}/cases")):
         assert answer.status_code in (404, 405)
         assert answer.json()["message"]
+
+
+def test_the_clients_files_travel_compressed_where_that_is_understood(tmp_path: Path) -> None:
+    text = "const some = 'text';\n" * 500
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "index.html").write_text("<!doctype html><title>limbgram</title>", "utf-8")
+    (tmp_path / "assets" / "a.js").write_text(text, "utf-8")
+    clinic = Clinic(Shelf(tmp_path / "cases"), Access(frozenset({"127.0.0.1:8000"})))
+    with TestClient(guarded(clinic, tmp_path), base_url="http://127.0.0.1:8000") as client:
+        small = client.get("/assets/a.js", headers={"accept-encoding": "br, gzip"})
+        plain = client.get("/assets/a.js", headers={"accept-encoding": "identity"})
+        assert small.headers["content-encoding"] == "gzip"
+        assert int(small.headers["content-length"]) < 500
+        assert "content-encoding" not in plain.headers
+        assert small.text == plain.text == text
+        assert small.headers["content-type"] == plain.headers["content-type"]
+        (tmp_path / "assets" / "a.js").write_text(text + "more", "utf-8")
+        assert client.get("/assets/a.js").text == text + "more"
+
+
+def test_one_sample_is_made_at_a_time(client: TestClient, clinic: Clinic) -> None:
+    with clinic.sampling:
+        assert client.post(f"{API}/cases/sample").status_code == 409
+    assert client.get(f"{API}/cases").json()["cases"] == []
