@@ -75,9 +75,14 @@ SETTINGS: dict[str, dict[str, Any]] = {
         "noise": 0.5,
         "mesh_step_mm": 0.6,
     },
+    "sparse": {"coverage": 0.08},
+    "bare": {"coverage": 0.05},
+    "patchy": {"coverage": 0.5, "bare": 0.5},
+    "wrinkled": {"coverage": 0.15, "relief": Relief(rms_mm=0.15, finest_mm=3.0, growth=0.2)},
 }
 """What a setting changes of the usual small capture: no relief, 2.5 times as much, relief that goes
-on to waves of 2.5 mm, photos of twice the resolution."""
+on to waves of 2.5 mm, photos of twice the resolution; a tenth or a thirtieth of the sock painted;
+half of the paint left out in patches; little paint on relief as high at 3 mm as at 40."""
 
 
 def main() -> None:

@@ -173,6 +173,7 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         texel_mm,
         options.spots,
         pixel_mm,
+        options.bare,
     )
     stick(skin, truth.limb, options.stickers)
     room = make_room(options.seed, under_stand=True)

@@ -29,6 +29,8 @@ class CaptureOptions:
     paint: Paint = Paint.DABS
     coverage: float = 0.55
     """Share of the sock that paint hides."""
+    bare: float = 0.0
+    """Share of the dabs that were left out, in patches: the brush did not come there."""
     spots: tuple[SockSpot, ...] = ()
     """Marks of one plain colour over the paint; their places stand in the truth's notes."""
     stickers: tuple[SockSticker, ...] = ()
@@ -80,8 +82,11 @@ class CaptureOptions:
     def __post_init__(self) -> None:
         _require(0 <= self.seed < 2**63, "a seed is a whole number from 0")
         _require(
-            0 <= self.relief.rms_mm <= 2 and 1 <= self.relief.finest_mm <= 40,
-            "relief is 0 to 2 mm high and its finest waves 1 to 40 mm long",
+            0 <= self.relief.rms_mm <= 2
+            and 1 <= self.relief.finest_mm <= 40
+            and 0 <= self.relief.growth <= 3,
+            "relief is 0 to 2 mm high, its finest waves are 1 to 40 mm long, and it grows with "
+            "their length to a power of 0 to 3",
         )
         _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
         _require(
@@ -106,6 +111,7 @@ class CaptureOptions:
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
         _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")
         _require(0 <= self.coverage <= 0.9, "paint covers 0 to 0.9 of the sock")
+        _require(0 <= self.bare < 1, "a share of the dabs from 0 to below 1 is left out")
         _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
         _require(
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)

@@ -185,6 +185,7 @@ def _notes(
         "shape_seed": options.seed,
         "paint": options.paint.value,
         "paint_coverage": options.coverage,
+        **({"paint_bare": options.bare} if options.bare else {}),
         "spots": [
             {
                 "place_mm": place.tolist(),

@@ -120,6 +120,35 @@ def test_paint_covers_the_share_that_was_asked_for(coverage: float) -> None:
     assert not (bake(limb, Paint.NONE, coverage, 5, 0.4)[..., 3] > 20).any()
 
 
+def test_paint_is_left_out_in_patches() -> None:
+    """Half of the dabs go, and what they leave bare hangs together."""
+    limb = make_limb(LimbKind.TRANSTIBIAL, 5, 2.0, 60.0)
+    even, patchy = (
+        bake(limb, Paint.DABS, coverage, 5, 0.8, bare=bare)[100:-100, :, 3] > 20
+        for coverage, bare in ((0.5, 0.0), (0.5, 0.5))
+    )
+    assert patchy.mean() < 0.75 * even.mean()
+    rows, columns = (size // 20 * 20 for size in even.shape)
+    blocks = [
+        one[:rows, :columns].reshape(rows // 20, 20, columns // 20, 20).mean((1, 3))
+        for one in (even, patchy)
+    ]
+    assert np.mean(blocks[0] < 0.02) < 0.05
+    assert np.mean(blocks[1] < 0.02) > 0.2
+    np.testing.assert_array_equal(patchy & ~even, False)
+
+
+def test_wrinkles_are_as_high_as_long_waves() -> None:
+    smooth = make_limb(LimbKind.TRANSTIBIAL, 5, 1.0, 60.0, relief=Relief(rms_mm=0.0)).mesh
+    ends, steep = smooth.faces[:, :2], []
+    for growth in (0.7, 0.0):
+        limb = make_limb(LimbKind.TRANSTIBIAL, 5, 1.0, 60.0, relief=Relief(growth=growth)).mesh
+        away = limb.vertices_mm - smooth.vertices_mm
+        lift = np.einsum("ij,ij->i", away, smooth.vertex_normals())
+        steep.append(np.abs(np.diff(lift[ends], axis=1)).mean())
+    assert steep[1] > 1.4 * steep[0]
+
+
 def test_a_plain_sock_shows_next_to_nothing_to_match(tmp_path: Path) -> None:
     options = replace(TINY, width_px=720, height_px=480, photos=3, calibration_photos=0)
     counts: dict[Paint, int] = {}

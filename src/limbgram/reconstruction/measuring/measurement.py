@@ -34,6 +34,7 @@ from limbgram.reconstruction.measuring.rounds import (
     match_jointly,
     match_patches,
     match_within,
+    signal_share,
 )
 from limbgram.reconstruction.measuring.uncertainty import with_sigma
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
@@ -138,7 +139,7 @@ def _jointly(
     """The mesh moved by all vertices at once, and what moved it last."""
     found: tuple[SeenSurface, JointEquations] | None = None
     light: Float32[np.ndarray, "n c 4"] | None = None
-    moves_mm = np.zeros(len(mesh))
+    moves_mm, signal = np.zeros(len(mesh)), np.ones(len(mesh))
     matching = options.matching
     early = replace(matching, robust_sigmas=matching.early_robust_sigmas)
     for number in track(range(options.joint_rounds)):
@@ -146,10 +147,12 @@ def _jointly(
         seen = look(mesh, imagery, views, seen_by)
         if light is None:
             light = light_at(mesh, imagery, seen, np.arange(len(mesh)))
+            signal = signal_share(mesh, imagery, seen, light, matching)
         else:
             light = light_after(light, mesh, imagery, seen, moves_mm)
         last = number + 1 == options.joint_rounds
-        equations = joint_equations(mesh, imagery, seen, light, matching if last else early)
+        robust = matching if last else early
+        equations = joint_equations(mesh, imagery, seen, light, signal, robust)
         found = seen, equations
         moved = _moved(mesh, match_jointly(mesh, seen, equations), seen, matching)
         moves_mm = np.einsum("ni,ni->n", moved.vertices_mm - mesh.vertices_mm, seen.axes[:, 2])

@@ -24,6 +24,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     ThinPlate,
     quadrics,
     smoothed_moves,
+    stiffness_of,
     tangent_axes,
     thin_plate_of,
 )
@@ -36,6 +37,17 @@ _GAIN_STEP_PX = 0.73
 """Sample distance of the windows for local gain and mean: their Gaussian has 3 such steps."""
 _SAME_LIGHT_PX = 0.2
 """Moves from which a vertex's gains and means are looked at again."""
+_STILL_BELIEVED = 0.1
+"""What is left of the belief in the given surface after two rounds of which each asks less of it
+than of the photos: the smallest that no error over a bare place grows beyond measure with."""
+_SIGNAL_STEP_PX, _SIGNAL_RINGS, _LEAST_SIGNAL = 0.1, 3, 0.05
+"""How far the surface is lifted to see what holds it; rings over which that is summed, for it is
+itself noisy where little is seen; and the least that is believed."""
+_OF_DENSEST = 0.3
+"""Median weight of painted skin over the weight from which half of the signal lies denser: 0.33 and
+0.35 on two captures painted all over, which are to stay as they are."""
+_ROWS = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Where the rows of a face's matrix stand in its upper triangle."""
 _OUTER, _INNER = (2 + 7**0.5) / 6, 1 / 6
 _FACE_POINTS = np.array(
     [
@@ -244,7 +256,9 @@ def _through(
     length_mm = options.patch_thin_plate_px * float(np.median(seen.pixel_mm))
     right = np.where(found.good, found.offsets_mm, 0.0) / sigma_mm**2
     data = sp.csr_matrix(sp.diags(1 / sigma_mm**2))
-    return smoothed_moves(mesh, seen.thin_plate, stiff, data, right, length_mm)
+    density = float(np.median(stiff / seen.thin_plate.area_mm2))
+    stiffness = stiffness_of(seen.thin_plate, density, length_mm)
+    return smoothed_moves(mesh, seen.thin_plate, stiff, data, right, stiffness, length_mm)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -254,7 +268,7 @@ class JointEquations:
     weights: Float64[np.ndarray, " n"]
     """1/mm^2, as the robust weights have it: how much the photos say about each vertex."""
     soft: sp.csr_matrix
-    """(n, n), 1/mm^2, as the robust cost really bends: what steps and errors are solved with."""
+    """(n, n), 1/mm^2, as the robust cost really bends: what steps are solved with."""
     right: Float64[np.ndarray, " n"]
     """1/mm."""
     pull: Float32[np.ndarray, "f c"]
@@ -262,7 +276,15 @@ class JointEquations:
     photos: Int64[np.ndarray, " n"]
     """Photos that measured each vertex."""
     length_mm: float
-    """Below this length the plate rules."""
+    """Below this length the plate rules where the limb is painted."""
+    stiffness: Float64[np.ndarray, " n"]
+    """Of that plate."""
+    signal: Float64[np.ndarray, " n"]
+    """How much of what holds each vertex is texture and not noise (`signal_share`)."""
+    held: sp.csr_matrix
+    """(n, n), 1/mm^2, what texture alone holds: what errors are solved with."""
+    given: Float64[np.ndarray, " n"]
+    """Share of the weight that is belief in the surface as it was given."""
 
 
 def match_jointly(
@@ -275,6 +297,7 @@ def match_jointly(
         equations.weights,
         equations.soft,
         equations.right,
+        equations.stiffness,
         equations.length_mm,
     )
 
@@ -325,10 +348,87 @@ def joint_equations(
     imagery: Imagery,
     seen: SeenSurface,
     light: Float32[np.ndarray, "n c 4"],
+    signal: Float64[np.ndarray, " n"],
     options: MatchingOptions,
 ) -> JointEquations:
     """What the photos say about all vertices at once, by samples on the faces."""
-    matrix, right, pull, curvature = assemble(
+    matrix, right, pull, curvature = _assembled(mesh, imagery, seen, light, options)
+    believed = 1 / (_UNMEASURED_PX * seen.pixel_mm) ** 2
+    data = _sparse(matrix, mesh.faces, len(mesh))
+    soft = data - _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
+    shares = sp.diags(np.sqrt(signal))
+    weights = data.diagonal() + believed
+    length_mm = options.joint_thin_plate_px * float(np.median(seen.pixel_mm))
+    density = _painted_density(weights / seen.thin_plate.area_mm2, signal)
+    return JointEquations(
+        weights=weights,
+        soft=sp.csr_matrix(soft + sp.diags(believed)),
+        right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
+        pull=pull,
+        photos=(light[..., GAIN] > 0).sum(1),
+        length_mm=length_mm,
+        stiffness=stiffness_of(seen.thin_plate, density, length_mm),
+        signal=signal,
+        held=sp.csr_matrix(shares @ soft @ shares + sp.diags(_STILL_BELIEVED * believed)),
+        given=believed / weights,
+    )
+
+
+def signal_share(
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    light: Float32[np.ndarray, "n c 4"],
+    options: MatchingOptions,
+) -> Float64[np.ndarray, " n"]:
+    """How much of what holds each vertex is texture that its photos have in common, 0 to 1.
+
+    The equations take every grey slope for texture, that of noise as well. How the photos' pull
+    changes when the surface is lifted and sunk by a tenth of a pixel is what truly holds it: the
+    slopes of noise are of one photo alone, and their sum does not change with the height.
+    """
+    count = len(mesh)
+    corners = mesh.faces.ravel()
+    held, believed = np.zeros(count), np.zeros(count)
+    for step_px in (-_SIGNAL_STEP_PX, _SIGNAL_STEP_PX):
+        moves_mm = step_px * seen.pixel_mm
+        lit = light.copy()
+        lit[..., MEAN] += lit[..., DRIFT] * moves_mm[:, None].astype(np.float32)
+        lifted = mesh.with_vertices(mesh.vertices_mm + moves_mm[:, None] * seen.axes[:, 2])
+        matrix, right, _, curvature = _assembled(lifted, imagery, seen, lit, options)
+        held -= np.bincount(corners, right.ravel(), count) / (2 * moves_mm)
+        rows = (matrix * curvature[:, None])[:, _ROWS].sum(axis=2)
+        believed += np.bincount(corners, rows.ravel(), count) / 2
+    ring = sp.csr_matrix(seen.thin_plate.neighbours + sp.eye(count))
+    for _ in range(_SIGNAL_RINGS):
+        held, believed = ring @ held, ring @ believed
+    return np.clip(held / np.maximum(believed, 1e-12), _LEAST_SIGNAL, 1.0)
+
+
+def _painted_density(
+    density: Float64[np.ndarray, " n"], signal: Float64[np.ndarray, " n"]
+) -> float:
+    """Typical weight per area where the limb is painted.
+
+    How stiff the plate is follows from the limb's relief and not from the share that is painted.
+    Half of all signal lies where it is denser than some weight, of which bare skin takes nothing
+    away; where paint is everywhere, the median over the surface is a third of that weight.
+    """
+    order = np.argsort(density, kind="stable")
+    below = np.cumsum((signal * density)[order])
+    half = np.searchsorted(below, below[-1] / 2)
+    return max(float(np.median(density)), _OF_DENSEST * float(density[order][half]))
+
+
+def _assembled(
+    mesh: Mesh,
+    imagery: Imagery,
+    seen: SeenSurface,
+    light: Float32[np.ndarray, "n c 4"],
+    options: MatchingOptions,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Matrix, right side, pull and curvature of all faces, as `assemble` has them."""
+    return assemble(
         imagery.coefficients,
         imagery.crops,
         imagery.factor,
@@ -342,17 +442,6 @@ def joint_equations(
         options.noise_grey,
         options.noise_px,
         options.robust_sigmas,
-    )
-    anchor = sp.diags(1 / (_UNMEASURED_PX * seen.pixel_mm) ** 2)
-    data = sp.csr_matrix(_sparse(matrix, mesh.faces, len(mesh)) + anchor)
-    less = _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
-    return JointEquations(
-        weights=data.diagonal(),
-        soft=sp.csr_matrix(data - less),
-        right=np.bincount(mesh.faces.ravel(), right.ravel(), len(mesh)),
-        pull=pull,
-        photos=(light[..., GAIN] > 0).sum(1),
-        length_mm=options.joint_thin_plate_px * float(np.median(seen.pixel_mm)),
     )
 
 

@@ -172,21 +172,21 @@ def smoothed_moves(
     weights: Float64[np.ndarray, " n"],
     data: sp.csr_matrix,
     right: Float64[np.ndarray, " n"],
+    stiffness: Float64[np.ndarray, " n"],
     length_mm: float,
 ) -> Float64[np.ndarray, " n"]:
     """Moves along the normals that balance the data against bending.
 
-    Minimises x'(data)x - 2 right'x + stiffness * area * (curvature after the move)^2, where
-    stiffness = length^4 * (typical data weight per area): over distances shorter than
-    `length_mm` the plate rules, over longer ones the data. A rim, which has no bending of its
-    own, moves as its neighbours do.
+    Minimises x'(data)x - 2 right'x + stiffness * (curvature after the move)^2. A rim, which has no
+    bending of its own, moves as its neighbours do.
 
     Args:
-        weights: how much is known of each vertex, 1/mm^2: what the stiffness is set by.
+        weights: how much is known of each vertex, 1/mm^2: what a rim is held by.
         data: (n, n) normal matrix of the measurements, 1/mm^2: the step's.
         right: its right side, 1/mm.
+        stiffness: of a plate of this length (`stiffness_of`).
     """
-    bending = bending_of(thin_plate, weights, length_mm)
+    bending = bending_of(thin_plate, stiffness)
     system = (data + bending @ thin_plate.laplacian + _rim(thin_plate, weights)).tocsr()
     force = bending @ curvature_of(mesh, thin_plate, length_mm)
     return solve(system, right - force, right / np.maximum(weights, 1e-12))
@@ -202,12 +202,19 @@ def _rim(thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"]) -> sp.csr_ma
     return sp.csr_matrix(_RIM_WEIGHT * float(np.median(weights)) * (apart.T @ apart))
 
 
-def bending_of(
-    thin_plate: ThinPlate, weights: Float64[np.ndarray, " n"], length_mm: float
-) -> sp.csr_matrix:
-    """(n, n) force on each vertex by the curvature of the surface; see `smoothed_moves`."""
-    density = float(np.median(weights / thin_plate.area_mm2))
-    stiffness = np.where(thin_plate.is_boundary, 0.0, length_mm**4 * density * thin_plate.area_mm2)
+def stiffness_of(
+    thin_plate: ThinPlate, density: float, length_mm: float
+) -> Float64[np.ndarray, " n"]:
+    """Of each vertex: length^4 * density * area, none at the rim.
+
+    Where the data weigh `density` per area, 1/mm^4, the plate rules over distances shorter than
+    `length_mm` and the data over longer ones.
+    """
+    return np.where(thin_plate.is_boundary, 0.0, length_mm**4 * density * thin_plate.area_mm2)
+
+
+def bending_of(thin_plate: ThinPlate, stiffness: Float64[np.ndarray, " n"]) -> sp.csr_matrix:
+    """(n, n) force on each vertex by the curvature of the surface; see `stiffness_of`."""
     return sp.csr_matrix(thin_plate.laplacian.T @ sp.diags(stiffness))
 
 

@@ -64,6 +64,16 @@ _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
 _MOST_OVER_POOLED = 9.0
 """An energy further over its wide mean than this is an oddity of the mesh."""
 _RIM_RINGS = 3
+_SEED, _DRAWS, _FREE_RINGS = 11, 4, 2
+"""Draws of relief, and rings over which their squares are averaged: more rings mix paint and bare
+skin, fewer scatter."""
+_PAINTED = 0.8
+"""Signal from which a vertex tells how high the relief is: bare skin has 0.1, dabs 0.9."""
+_LEAST_SEEN = 0.01
+"""Of the usual vertex's pull and hold, what every vertex has at least."""
+_GIVEN_PX, _ROUNDS = 0.3, 2
+"""What is wrong with the surface that the joint rounds start from, in pixels, and how many rounds
+take from it what the photos do not agree to."""
 _CORRELATION_LENGTHS = 2.26
 """Reach of the errors in lengths of the plate: pi reach^2 is the area 16 length^2 of its noise."""
 
@@ -81,33 +91,73 @@ class LocalErrors:
 
 def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> LocalErrors:
     """Variances along the normal of what the photos measured."""
-    thin_plate, length_mm = seen.thin_plate, equations.length_mm
-    bending = bending_of(thin_plate, equations.weights, length_mm)
-    system = sp.csr_matrix(equations.soft + bending @ thin_plate.laplacian)
+    thin_plate = seen.thin_plate
+    bending = bending_of(thin_plate, equations.stiffness)
+    system = sp.csr_matrix(equations.held + bending @ thin_plate.laplacian)
     pool = _Pool.of(thin_plate, equations.photos)
-    weak = pool.mean(thin_plate.area_mm2) / np.maximum(pool.mean(equations.soft.diagonal()), 1e-12)
-    weak = np.sqrt(weak / np.median(weak))  # where the data hold less, the plate rules further
+    painted = pool.among(equations.signal > _PAINTED)
+    free = _free(thin_plate, equations, system, pool)
+    loud = free * _loudness(mesh, equations, pool)
 
     probes = _probes(mesh, seen, equations, system)
-    noise = _noise([probe**2 for probe in probes], equations, pool, weak, _NOISE_RINGS)
-    taken = _solved(system, bending @ curvature_of(mesh, thin_plate, length_mm))
-    taken_again = (taken - _solved(system, equations.soft @ taken)) ** 2
-    detail = pool.energy(taken_again, _DETAIL_RINGS) - _NOISE_IN_SEEN * noise
-    variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * weak
+    squares = [probe**2 for probe in probes]
+    noise = _noise(squares, equations, pool, loud, _NOISE_RINGS)
+    in_seen = _noise(squares, equations, painted, loud, _NOISE_RINGS) / free
+    taken = _solved(system, bending @ curvature_of(mesh, thin_plate, equations.length_mm))
+    taken_again = (taken - _solved(system, equations.held @ taken)) ** 2
+    detail = painted.energy(taken_again / free, _DETAIL_RINGS)
+    detail -= _NOISE_IN_SEEN * painted.energy(in_seen, _NOISE_RINGS)
+    variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * free
     variance += _chord(seen, pool) ** 2
-    variance[equations.photos < 2] += seen.pixel_mm[equations.photos < 2] ** 2
+    variance += (_GIVEN_PX * seen.pixel_mm * equations.given**_ROUNDS) ** 2
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
-    roughened = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
-    fine = [probe - _solved(system, equations.soft @ probe) for probe in probes]
+    roughened = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
+    fine = [probe - _solved(system, equations.held @ probe) for probe in probes]
     steep = [_squared_slope(thin_plate, probe) for probe in fine]
-    in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, weak, _WIDE_RINGS)
+    in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
     relief = np.maximum(pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS) - in_taken, 0.0)
     return LocalErrors(
         variance_mm2=variance,
-        reach_mm=_CORRELATION_LENGTHS * length_mm,
+        reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
         lost_length=_lost_length(relief, in_taken, roughened, _flatness(seen, pool)),
     )
+
+
+def _free(
+    thin_plate: ThinPlate, equations: JointEquations, system: sp.csr_matrix, pool: "_Pool"
+) -> Float64[np.ndarray, " n"]:
+    """How far relief can stand off the plate unseen, squared, over the usual vertex's.
+
+    Drawn: relief whose curvature is white, as the plate has it, and what of it the data leave. It
+    is what kriging says: small in paint, larger in gaps, and more so the wider they are.
+    """
+    random = np.random.default_rng(_SEED)
+    root = np.sqrt(equations.stiffness)
+    left = np.zeros(len(root))
+    for _ in range(_DRAWS):
+        force = thin_plate.laplacian.T @ (root * random.standard_normal(len(root)))
+        left += _solved(system, force) ** 2
+    left = pool.mean(left, _FREE_RINGS)
+    return left / np.median(left[pool.counted] if pool.counted.any() else left)
+
+
+def _loudness(mesh: Mesh, equations: JointEquations, pool: "_Pool") -> Float64[np.ndarray, " n"]:
+    """Energy of the photos' pulls over what holds the surface against them."""
+    pulls = np.repeat(np.sum(equations.pull.astype(np.float64) ** 2, axis=1), 3)
+    loud = pool.mean(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
+    held = pool.mean(equations.held.diagonal())
+    # where next to nothing is seen, the ratio is that of the whole surface
+    loud += _LEAST_SEEN * np.median(loud)
+    held += _LEAST_SEEN * np.median(held)
+    return loud / held
+
+
+def _usual_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:
+    """Below what length the plate rules at the usual vertex, which may be a bare one."""
+    usual = np.median(equations.weights * equations.signal / thin_plate.area_mm2)
+    stiff = np.median(equations.stiffness / thin_plate.area_mm2)
+    return max(equations.length_mm, float((stiff / usual) ** 0.25))
 
 
 def _lost_length(
@@ -164,13 +214,13 @@ def _noise(
     energies: list[Float64[np.ndarray, " n"]],
     equations: JointEquations,
     pool: "_Pool",
-    weak: Float64[np.ndarray, " n"],
+    loud: Float64[np.ndarray, " n"],
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' disagreement, and of what they get wrong alike."""
     count = np.maximum(equations.photos, 2).astype(np.float64)
     unseen = count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
-    return unseen * weak * pool.energy(np.sum(energies, axis=0) / (_PROBES * weak), rings)
+    return unseen * loud * pool.energy(np.sum(energies, axis=0) / (_PROBES * loud), rings)
 
 
 def _solved(system: sp.csr_matrix, right: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
@@ -201,13 +251,21 @@ class _Pool:
         near_rim = thin_plate.is_boundary.astype(np.float64)
         for _ in range(_RIM_RINGS):
             near_rim = step @ near_rim
-        counted = (near_rim == 0) & (photos > 1)
+        return cls._counting(step, (near_rim == 0) & (photos > 1))
+
+    @classmethod
+    def _counting(cls, step: sp.csr_matrix, counted: Bool[np.ndarray, " n"]) -> "_Pool":
         shares, share = dict[int, Float64[np.ndarray, " n"]](), counted.astype(np.float64)
         for ring_count in range(1, _WIDE_RINGS + 1):
             share = step @ share
             if ring_count in (_DETAIL_RINGS, _NOISE_RINGS, _WIDE_RINGS):
                 shares[ring_count] = share
         return cls(step, counted, shares)
+
+    def among(self, chosen: Bool[np.ndarray, " n"]) -> "_Pool":
+        """The same of these vertices alone; of all where none is left."""
+        counted = self.counted & chosen
+        return self._counting(self.step, counted) if counted.any() else self
 
     def mean(self, values: Float64[np.ndarray, " n"], rings: int = 3) -> Float64[np.ndarray, " n"]:
         for _ in range(rings):

@@ -76,6 +76,9 @@ class Relief:
     """Its height in all; 0 for a smooth limb."""
     finest_mm: float = 5.0
     """Its shortest wave length."""
+    growth: float = 0.7
+    """The power of its length that a wave's height grows by: 0 for waves all of one height, as
+    wrinkles are, 0.7 for skin, more for skin that is smooth close by."""
 
 
 class LimbKind(Enum):
@@ -311,7 +314,7 @@ def _relief_mm(
     directions = rng.normal(size=(_WAVES, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     phases = rng.uniform(0, 2 * np.pi, _WAVES)
-    weights = lengths**0.7
+    weights = lengths**wanted.growth
     weights *= wanted.rms_mm * np.sqrt(2) / np.linalg.norm(weights)
     relief = np.zeros(points.shape[:-1])
     for length, direction, phase, weight in zip(lengths, directions, phases, weights, strict=True):

@@ -68,6 +68,8 @@ _HARMONICS = 3
 _LEAST_STRETCH = 0.65
 _MEAN_STRETCH = (1 + _LEAST_STRETCH) / 2
 _STRIP_ROWS = 256
+_PATCH_MM, _PATCH_WAVES = 60.0, 12
+"""Bare patches are about half as wide as this."""
 _CAP_ROUND = 0.75
 """Of the tube's girth: where the limb is slimmer at its end, the cap is sewn on."""
 _PALETTE = np.array(
@@ -120,10 +122,12 @@ def bake(
     texel_mm: float,
     spots: Sequence[SockSpot] = (),
     pixel_mm: float = 0.3,
+    bare: float = 0.0,
 ) -> UInt8[np.ndarray, "rows columns 4"]:
     """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart.
 
-    A printed pattern is made for a camera whose pixel shows `pixel_mm`.
+    A printed pattern is made for a camera whose pixel shows `pixel_mm`. Of dabs, a share `bare` is
+    left out in patches.
     """
     grid = limb.grid_mm
     step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
@@ -131,7 +135,10 @@ def bake(
     rows, columns = (grid.shape[0] - 1) * fine + 1, (grid.shape[1] - 1) * fine + 1
     texture = np.empty((rows, columns, 4), np.uint8)
     count = _dab_count(limb, coverage) if paint is Paint.DABS else 0
-    dabs = _with_spots(_scatter(limb, count, np.random.default_rng((seed, 2))), limb, spots)
+    dabs = _scatter(limb, count, np.random.default_rng((seed, 2)))
+    if bare > 0 and count:
+        dabs = _in_patches(dabs, bare, np.random.default_rng((seed, 4)))
+    dabs = _with_spots(dabs, limb, spots)
     seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
 
     printed = _printed(limb, pixel_mm, seed) if paint is Paint.PRINT else None
@@ -239,6 +246,22 @@ def _scatter(limb: Limb, count: int, rng: np.random.Generator) -> _Dabs:
         np.stack([first, np.cross(normal, first), normal], 1)[order],
         np.column_stack([radius, rng.uniform(_LEAST_STRETCH, 1.0, count), edge])[order],
         np.column_stack([colour, rng.uniform(0.8, 1.0, count)])[order],
+    )
+
+
+def _in_patches(dabs: _Dabs, bare: float, rng: np.random.Generator) -> _Dabs:
+    """The dabs less a share of them that lie together: the brush did not come there."""
+    ways = rng.normal(size=(_PATCH_WAVES, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    waves = 2 * np.pi / (_PATCH_MM * rng.uniform(0.7, 2.0, (_PATCH_WAVES, 1))) * ways
+    laid = np.sin(dabs.centre_mm @ waves.T + rng.uniform(0, 2 * np.pi, _PATCH_WAVES)).sum(1)
+    kept = laid >= np.quantile(laid, bare)
+    return _Dabs(
+        dabs.chart[kept],
+        dabs.centre_mm[kept],
+        dabs.frame[kept],
+        dabs.shape[kept],
+        dabs.colour[kept],
     )
 
 

@@ -1,6 +1,7 @@
 """Which vertices have a patch, and what is known of the photos after a small move."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,13 @@ import pytest
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.measuring.joint import GAIN, MEAN
 from limbgram.reconstruction.measuring.rounds import (
+    MatchingOptions,
+    joint_equations,
     light_after,
     light_at,
     look,
     no_two_neighbours,
+    signal_share,
 )
 from limbgram.reconstruction.measuring.thin_plate import thin_plate_of
 
@@ -62,3 +66,40 @@ def test_light_drifts_with_small_moves_and_is_looked_at_after_large_ones(
     )
     assert drifts < 0.2 * stays
     np.testing.assert_array_equal(after[..., GAIN], before[..., GAIN])
+
+
+def test_texture_that_photos_share_holds_and_noise_of_each_does_not(painted) -> None:
+    """Photos of pure noise have slopes as steep as those of paint, and agree on nothing."""
+    seen_by = np.tile(np.arange(5, dtype=np.int32), (SIDE * SIDE, 1))
+    mesh = sheet()
+    random = np.random.default_rng(3)
+    found = painted.imagery.coefficients
+    noise = (np.mean(found) + np.std(found) * random.normal(size=len(found))).astype(np.float32)
+    shares = []
+    for imagery in (painted.imagery, replace(painted.imagery, coefficients=noise)):
+        seen = look(mesh, imagery, painted.views, seen_by)
+        light = np.zeros((SIDE * SIDE, 5, 4), np.float32)
+        light[..., GAIN], light[..., MEAN] = 1.0, np.mean(found)
+        if imagery is painted.imagery:
+            light = light_at(mesh, imagery, seen, np.arange(SIDE * SIDE))
+        shares.append(signal_share(mesh, imagery, seen, light, MatchingOptions()))
+    paint, bare = shares
+    assert np.median(paint) > 0.7
+    assert np.median(bare) < 0.35
+
+
+def test_the_plate_is_as_stiff_where_most_of_the_limb_is_bare(painted) -> None:
+    """Bare skin says little, of which the relief knows nothing."""
+    seen_by = np.tile(np.arange(5, dtype=np.int32), (SIDE * SIDE, 1))
+    mesh, options = sheet(), MatchingOptions()
+    seen = look(mesh, painted.imagery, painted.views, seen_by)
+    light = light_at(mesh, painted.imagery, seen, np.arange(SIDE * SIDE))
+    signal = signal_share(mesh, painted.imagery, seen, light, options)
+    whole = joint_equations(mesh, painted.imagery, seen, light, signal, options)
+    bare = mesh.vertices_mm[:, 0] > np.quantile(mesh.vertices_mm[:, 0], 0.4)
+    light[bare] = 0.0
+    sparse = joint_equations(mesh, painted.imagery, seen, light, signal, options)
+    usual = np.median(whole.weights), np.median(sparse.weights)
+    assert usual[1] < 0.05 * usual[0]
+    stiff = np.median(sparse.stiffness[sparse.stiffness > 0])
+    assert 0.15 < stiff / np.median(whole.stiffness[whole.stiffness > 0]) < 2

@@ -13,6 +13,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     curvature_of,
     quadrics,
     smoothed_moves,
+    stiffness_of,
     tangent_axes,
     thin_plate_of,
 )
@@ -130,11 +131,10 @@ def test_bending_is_the_energy_of_the_curvature() -> None:
     random = np.random.default_rng(4)
     thin_plate, weights = thin_plate_of(mesh), random.uniform(1, 3, len(mesh))
     moves = random.normal(size=len(mesh))
-    energy = float(
-        moves @ (bending_of(thin_plate, weights, length_mm) @ thin_plate.laplacian @ moves)
-    )
     laplacian, area = cotangent_laplacian(mesh)
     density = float(np.median(weights / area))
+    bending = bending_of(thin_plate, stiffness_of(thin_plate, density, length_mm))
+    energy = float(moves @ (bending @ thin_plate.laplacian @ moves))
     expected = 0.0
     for k in range(len(mesh)):
         if not thin_plate.is_boundary[k]:
@@ -150,9 +150,10 @@ def test_moves_balance_the_data_against_bending() -> None:
     data = sp.csr_matrix(sp.diags(weights))
     wanted = random.normal(0, 0.1, len(mesh))
     right = weights * wanted
-    moves = smoothed_moves(mesh, thin_plate, weights, data, right, length_mm)
-
     laplacian, area = cotangent_laplacian(mesh)
+    stiff = stiffness_of(thin_plate, float(np.median(weights / area)), length_mm)
+    moves = smoothed_moves(mesh, thin_plate, weights, data, right, stiff, length_mm)
+
     inside = ~thin_plate.is_boundary
     stiffness = inside * length_mm**4 * np.median(weights / area) * area
     bent = curvature_of(mesh, thin_plate, length_mm)
