@@ -241,6 +241,10 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
         "scale_error": fit.scale_error,
         "spread": 1.4826 * float(np.median(np.abs(ratio))),
         "within_one": float(np.quantile(np.abs(ratio), 0.6827)),
+        "tenths": [
+            1.4826 * float(np.median(np.abs(ratio[part])))
+            for part in np.array_split(np.argsort(mesh.sigma_mm[known], kind="stable"), 10)
+        ],
     }
 
 
@@ -321,13 +325,14 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         "volume",
         "RMS mm",
         "spread",
+        "by tenths of sigma",
     )
     rows: list[list[str]] = []
     for line in sorted(lines, key=lambda one: (one["setting"], one["seed"])):
         kind = line["kind"]
         if "refused" in line:
             reason = f"refused: {line['refused'][:80]}"
-            rows.append([f"{line['seed']}", line["setting"], kind, reason, *[""] * 6])
+            rows.append([f"{line['seed']}", line["setting"], kind, reason, *[""] * 7])
             continue
         cells = [f"{line['seed']}", line["setting"], kind]
         for name in ("contour", "tape"):
@@ -338,7 +343,9 @@ def table_of(lines: list[dict[str, Any]]) -> str:
             ]
         volume = ratios_of([line], "volume")
         cells += [f"{volume[0]:+.2f}" if volume else "open"]
+        tenths = line.get("tenths", [math.nan])
         cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]
+        cells += [f"{min(tenths):.2f} to {max(tenths):.2f}"]
         rows.append(cells)
     return "\n\n".join([*parts, table(heads, rows)]) + "\n"
 

@@ -8,10 +8,14 @@ Out     the mesh with its sigmas: local errors of each vertex (variance, the dis
         source). It speaks of the shape: where the surface lies in the world is not part of it.
 Method  Noise: what single photos pull the surface by, each solved through the thin plate, is how
         they disagree (a sandwich with the photos as clusters: Liang and Zeger 1986); it holds
-        sensor noise, shading, pose errors and gaps alike. Detail: the plate takes (1 - H) off the
-        surface x, H being its response. What it would take off again and again, (1 - H)^2 H x, is
-        seen, and for relief whose power falls like the wave number's fifth to seventh power the
-        lost part has about a constant multiple of its energy. Both are pooled over neighbours.
+        sensor noise, shading, pose errors and gaps alike. What holds the surface against the pulls
+        is texture that the photos share, and not the slopes of their noise (`signal_share`).
+        Detail: the plate takes (1 - H) off the surface x, H being its response. What it would take
+        off again and again, (1 - H)^2 H x, is seen where there is paint, and for relief whose power
+        falls like the wave number's fifth to seventh power the lost part has about a constant
+        multiple of its energy. Elsewhere it is as much more as relief can stand off the plate
+        unseen: drawn from the plate's energy less what is held, which is kriging's variance.
+        Both are pooled over neighbours.
         Lines: relief of slope s makes a line longer by s^2 / 4 of itself, whatever its direction;
         what is lost follows from the slope of (1 - H) x, what noise adds from the slope of the
         photos' disagreement.

@@ -4,16 +4,19 @@ In      the figures of an assessment and the expected error.
 Out     findings, the gravest first; every rule has a number and a remedy.
 """
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evaluation import UNNAMED
-from limbgram.report.accuracy.figures import Figures
+from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE, LENS_FOUND
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
@@ -33,6 +36,9 @@ _SYSTEMATIC_SIGMAS = 0.5
 _ODD_PHOTO = 2.0
 _MOVED_SIGMAS = 3.0
 _FILLED = 0.02
+_SUREST, _UNSURE_TIMES, _UNSURE = 0.25, 2.0, 0.15
+"""Of the surest quarter's sigma, the multiple that is not sure, and the share of it that is told:
+limbs painted all over have up to 0.10, one with paint on a twelfth of it 0.3."""
 _NOT_ROUND = 0.10
 _OPEN = 0.05
 _LEFT_OUT = 0.02
@@ -58,7 +64,7 @@ def findings(
     uncalibrated: SelfCalibration | None = None,
 ) -> tuple[Finding, ...]:
     """What limits this result and how to better it, the gravest first."""
-    rules = (_scale, _surface, _movement, _photographs, _geometry, _lens, _largest_part)
+    rules = (_paint, _scale, _surface, _movement, _photographs, _geometry, _lens, _largest_part)
     found = [finding for rule in rules for finding in rule(figures)]
     if uncalibrated is not None:
         little = COVER * uncalibrated.sigma_mm <= LENS_FOUND.green  # not so where it is not known
@@ -70,6 +76,35 @@ def findings(
         if one.remark
     ]
     return tuple(sorted(found, key=lambda one: _ORDER.index(one.gravity)))
+
+
+def _paint(figures: Figures) -> Iterator[Finding]:
+    """Where little is seen: sigma there stands out over what this capture can do elsewhere."""
+    sigma = figures.surface.sigma
+    if sigma is None:
+        return
+    unsure = _share_beyond(sigma, _UNSURE_TIMES * _quantile(sigma, _SUREST))
+    if unsure > _UNSURE:
+        yield Finding(
+            "worth doing",
+            f"Paint is missing on the surface, or few photos see it: {unsure:.0%} of what was "
+            f"measured is more than {_UNSURE_TIMES:.0f} times less sure than the surest quarter "
+            "(light in the picture of the uncertainty), for relief there is not seen.",
+            "Dab spots of 1 to 8 mm on the bare places, no gap wider than a spot, and photograph "
+            "again.",
+        )
+
+
+def _quantile(sigma: SurfaceSigma, share: float) -> float:
+    """Sigma below which this share of the area lies."""
+    below = [0.0, *itertools.accumulate(sigma.area_share)]
+    return float(np.interp(share, below, sigma.edges_mm))
+
+
+def _share_beyond(sigma: SurfaceSigma, limit_mm: float) -> float:
+    """Share of the area whose sigma is larger."""
+    below = [0.0, *itertools.accumulate(sigma.area_share)]
+    return 1.0 - float(np.interp(limit_mm, sigma.edges_mm, below))
 
 
 def _scale(figures: Figures) -> Iterator[Finding]:

@@ -378,3 +378,18 @@ def test_every_reason_is_kept_the_gravest_first(with_sigmas: Evidence) -> None:
     assert [one.light for one in tree.criteria if one.light != "green"]
     assert "tape read" in tree.reasons[0]
     assert "A-B is off" in tree.reasons[1]
+
+
+def test_bare_places_are_said_before_all_that_is_as_grave(with_sigmas: Evidence) -> None:
+    """A third of the surface is three times less sure than the rest; then all of it is."""
+    mesh = with_sigmas.mesh
+    bare = mesh.vertices_mm[:, 2] > np.quantile(mesh.vertices_mm[:, 2], 2 / 3)
+    for sigma_mm, told in ((np.where(bare, 0.3, 0.1), True), (np.full(len(mesh), 0.3), False)):
+        sparse = replace(mesh, sigma_mm=sigma_mm.astype(np.float32))
+        found = assess(replace(with_sigmas, mesh=sparse)).findings
+        missing = [one for one in found if one.what.startswith("Paint is missing")]
+        assert bool(missing) == told
+        if told:
+            assert "3" in missing[0].what.split("%")[0]  # thirty-odd per cent
+            worth_doing = [one for one in found if one.gravity == "worth doing"]
+            assert worth_doing[0] is missing[0]
