@@ -177,9 +177,8 @@ def _page(result: dict[str, Any]) -> str:
         "capture", "own lenses", "set free", "sigma px", "RMS mm", "scale", "worst girth mm",
         "centres mm", "error / sigma", "movement",
     )  # fmt: skip
-    return "\n".join(
-        ["# Lenses of single photos", "", made_on(result), "", *table(heads, rows), ""]
-    )
+    parts = ("# Lenses of single photos", made_on(result["machine"]), table(heads, rows))
+    return "\n\n".join(parts) + "\n"
 
 
 if __name__ == "__main__":
