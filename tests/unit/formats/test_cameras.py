@@ -12,8 +12,9 @@ from limbgram.core.errors import ExportError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.formats.colmap import write_colmap, write_poses
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, Scene
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
+from limbgram.report.lenses import own_lenses
 
 CAMERA = Camera(
     width_px=2000, height_px=1500, fx=2400, fy=2410, cx=990, cy=760, k1=-0.1, k2=0.02, p1=1e-3
@@ -64,6 +65,31 @@ def test_colmap_reprojects_every_point_to_its_own_pixel(
             centre = metric.scene.view(element.image_id - 1).project(point.xyz)
             np.testing.assert_allclose(xy, centre + 0.5, atol=1e-6)
     assert worst < 1e-6
+
+
+def test_photos_with_lenses_of_their_own_are_written_with_them(
+    metric: MetricScene, tmp_path: Path
+) -> None:
+    shifts = np.zeros((4, 10))
+    shifts[:3, 2] = [3.0, -2.0, 0.5]
+    own = OwnLenses(
+        deviations=("principal point",),
+        values=shifts[:, 2:4] / CAMERA.width_px,
+        spread=np.full(2, 0.01),
+        shifts=shifts,
+        chances=(1e-9,),
+    )
+    scene = replace(metric.scene, own=own)
+    model = pycolmap.Reconstruction(write_colmap(replace(metric, scene=scene), tmp_path / "colmap"))
+    assert len(model.cameras) == 3
+    for photo in range(3):
+        image = model.images[photo + 1]
+        written = model.cameras[image.camera_id]
+        assert written.params[2] == pytest.approx(CAMERA.cx + 0.5 + shifts[photo, 2], abs=1e-9)
+    (told,) = own_lenses(scene)
+    assert told.largest_px == pytest.approx(3.0)
+    assert "by up to 3.0 px" in told.sentence
+    assert own_lenses(metric.scene) == ()
 
 
 def test_poses_are_camera_from_world(metric: MetricScene, tmp_path: Path) -> None:
