@@ -20,8 +20,9 @@ import numpy as np
 from jaxtyping import Int8
 
 from limbgram.core.errors import RegionError
-from limbgram.core.geometry.arrays import Points2
+from limbgram.core.geometry.arrays import AnyPoints3, Points2
 from limbgram.core.geometry.frames import fit_similarity
+from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.dense.region import Region, find_region, footprint
@@ -162,6 +163,9 @@ def still_board(detections: BoardDetections, scene: Scene, found: BodyMotion) ->
     The board lies in the surroundings: what moves these in a photo moves its corners too. Where
     enough photos of one group show the board, theirs are taken as they are and no others; that is
     0.07 px sure where corners that were moved are sure to 0.3 px (14 photos of 0.5 MP).
+    Things behind the limb can move as well, and limb and board keep still: corners that agree
+    better from where the photos are by the limb than from where they are by the surroundings are
+    taken as they are.
     """
     index = {scene.names[k]: k for k in scene.placed}
     seen = [photo for photo in detections.photos if photo.name in index]
@@ -190,14 +194,10 @@ def _carried(
         replace(view, camera_from_world=view.camera_from_world @ motion)
         for view, motion in zip(still, motions, strict=True)
     ]
-    ids = np.concatenate([photo.ids for photo in seen])
-    places = triangulate(
-        moved,
-        np.repeat(np.arange(len(seen), dtype=np.int32), [len(photo.ids) for photo in seen]),
-        ids,
-        np.concatenate([photo.xy_px for photo in seen]),
-        len(detections.corners_mm),
-    ).points_in_world
+    places = _located(seen, moved, len(detections.corners_mm))
+    kept_still = _located(seen, still, len(detections.corners_mm))
+    if _miss_px(seen, still, kept_still) < _miss_px(seen, moved, places):
+        return detections
     new: dict[str, PhotoCorners] = {}
     for photo, here, there in zip(seen, still, moved, strict=True):
         known = np.isfinite(places[photo.ids]).all(1)
@@ -208,6 +208,29 @@ def _carried(
     return replace(
         detections, photos=tuple(new.get(photo.name, photo) for photo in detections.photos)
     )
+
+
+def _located(seen: list[PhotoCorners], views: list[View], corners: int) -> AnyPoints3:
+    """Places of the board's corners by photos taken from these views."""
+    return triangulate(
+        views,
+        np.repeat(np.arange(len(seen), dtype=np.int32), [len(photo.ids) for photo in seen]),
+        np.concatenate([photo.ids for photo in seen]),
+        np.concatenate([photo.xy_px for photo in seen]),
+        corners,
+    ).points_in_world
+
+
+def _miss_px(seen: list[PhotoCorners], views: list[View], places: AnyPoints3) -> float:
+    """Typical distance between corners as photos show them and as they would be seen."""
+    misses = np.concatenate(
+        [
+            np.linalg.norm(view.project(places[photo.ids]) - photo.xy_px, axis=1)
+            for photo, view in zip(seen, views, strict=True)
+        ]
+    )
+    known = misses[np.isfinite(misses)]
+    return float(np.median(known)) if len(known) else np.inf
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,10 @@ class Capture:
             board=BOARD, corners_mm=BOARD.corners_mm, photos=tuple(photos), set_aside=()
         )
 
+    def corners_in_scene(self) -> np.ndarray:
+        """Where the board's corners are in the scene's frame."""
+        return SCENE_FROM_ROOM.apply(WORLD_FROM_BOARD.apply(BOARD.corners_mm))
+
     def distance(
         self, label: str, first_mm: np.ndarray, second_mm: np.ndarray, photos: tuple[int, ...]
     ) -> KnownDistance:
