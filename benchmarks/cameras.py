@@ -117,7 +117,7 @@ def measured(case: Case, folder: Path) -> dict[str, Any]:
     told["commit"] = machine()["commit"][:7]
     if "accuracy" not in run:
         failed = next(run[step] for step in ("reconstruct", "calibrate") if step in run)
-        return told | {"light": "refused", "message": failed["message"]}
+        return told | {"light": "refused", "message": _refusal(failed["message"])}
     said = run["accuracy"]
     truth = said["truth"]
     return told | {
@@ -133,6 +133,14 @@ def measured(case: Case, folder: Path) -> dict[str, Any]:
         "sigma_within_95": truth["sigma"]["within_95_share"],
         "cpu_s": run["calibrate"]["cpu_s"] + run["reconstruct"]["cpu_s"],
     }
+
+
+def _refusal(said: str) -> str:
+    """The refusal at the end of what a command said as JSON lines."""
+    try:
+        return json.loads(said.strip().splitlines()[-1])["message"]
+    except (IndexError, KeyError, ValueError):
+        return said
 
 
 def judge(captures: dict[str, dict[str, Any]]) -> None:
@@ -156,10 +164,11 @@ def table(results: dict[str, Any]) -> str:
     lines = [
         "# Real cameras",
         "",
-        f"Made by `python benchmarks/cameras.py` ({results['machine']['commit']}). "
+        f"Made by `python benchmarks/cameras.py`; each capture's commit stands in the JSON. "
         f"{sum(one['holds'] for one in judged)} of {len(judged)} captures hold "
         f"(RMS at most {WORST_RATIO} times the ideal camera's, or error over sigma within "
         f"{HONEST_SPREAD[0]} to {HONEST_SPREAD[1]}); "
+        f"{len(rows) - len(judged)} were refused or have no ideal twin. "
         f"{sum(one['green_but_wrong'] for one in judged)} are green with more than "
         f"{WORST_GREEN_P95_MM} mm at 95 %.",
         "",
@@ -170,7 +179,7 @@ def table(results: dict[str, Any]) -> str:
     for one in sorted(rows, key=lambda row: (row["setup"], row["seed"])):
         start = f"| {one['setup']} | {one['fault']} | {one['seed']} |"
         if one["light"] == "refused":
-            why = one["message"].splitlines()[-1] if one["message"] else ""
+            why = one["message"].split(". ")[0]
             lines.append(f"{start} | | | | | | | refused | {why} | |")
             continue
         girth = max(one["girths_mm"], key=abs, default=float("nan"))
