@@ -33,7 +33,10 @@ from limbgram.cases.batch import cluster as clusters  # noqa: E402
 from limbgram.cases.batch import versions  # noqa: E402
 from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun  # noqa: E402
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills as Linux has them")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="kills as Linux has them"),
+]
 
 ERRAND = """
 import sys
