@@ -168,9 +168,9 @@ def table(results: dict[str, Any]) -> str:
         f"{sum(one['holds'] for one in judged)} of {len(judged)} captures hold "
         f"(RMS at most {WORST_RATIO} times the ideal camera's, or error over sigma within "
         f"{HONEST_SPREAD[0]} to {HONEST_SPREAD[1]}); "
-        f"{len(rows) - len(judged)} were refused or have no ideal twin. "
-        f"{sum(one['green_but_wrong'] for one in judged)} are green with more than "
-        f"{WORST_GREEN_P95_MM} mm at 95 %.",
+        f"Refused, or without an ideal twin: {len(rows) - len(judged)}. "
+        f"Green with more than {WORST_GREEN_P95_MM} mm at 95 %: "
+        f"{sum(one['green_but_wrong'] for one in judged)}.",
         "",
         "| camera | fault | seed | RMS mm | times ideal | 95 % mm | expected 95 % | error/sigma "
         "| scale % | worst girth mm | verdict | not green | holds |",
