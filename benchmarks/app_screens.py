@@ -3,7 +3,8 @@
 Usage: python benchmarks/app_screens.py CASES CASE_ID -o FOLDER [--only result,send]
 
 CASES is a folder of cases of `limbgram app`, CASE_ID a case in it that is computed and aligned.
-Writes FOLDER/PAGE-SIZE.png at 1440 x 900, light and dark, at a tablet's and a phone's size.
+Writes FOLDER/PAGE-SIZE.png at 1440 x 900, light and dark, at a tablet's and a phone's size; with
+--beside DRAWN also FOLDER/PAGE-SIZE-beside.png, the page next to its drawing DRAWN/PAGE-1440.png.
 Needs Playwright and Chromium; WebGL is drawn by software, so this takes a minute or two.
 """
 
@@ -22,7 +23,7 @@ from playwright.sync_api import Page, sync_playwright
 SIZES: dict[str, tuple[int, int, Literal["light", "dark"]]] = {
     "desk": (1440, 900, "light"),
     "dark": (1440, 900, "dark"),
-    "tablet": (1180, 820, "light"),
+    "tablet": (1024, 768, "light"),
     "phone": (390, 844, "light"),
 }
 PAGES = {
@@ -32,6 +33,7 @@ PAGES = {
     "align": "case/{case}/align",
     "measure": "case/{case}/measure",
     "rectify": "case/{case}/rectify",
+    "compare": "case/{case}/compare",
     "send": "case/{case}/send",
     "record": "case/{case}/record",
     "cameras": "cameras",
@@ -44,6 +46,7 @@ SETTLED = {
     "align": ".right-tools",
     "measure": ".tape-input",
     "rectify": ".right-tools",
+    "compare": ".pane .verdict",
     "send": ".lr.left",
     "record": "iframe.sheet",
     "phone-page": ".phone-act",
@@ -61,6 +64,7 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, required=True)
     parser.add_argument("--only", default=",".join(PAGES))
     parser.add_argument("--sizes", default=",".join(SIZES))
+    parser.add_argument("--beside", type=Path, help="Folder of drawings of the pages.")
     parser.add_argument(
         "--width",
         type=int,
@@ -99,7 +103,10 @@ def main() -> None:
                 page = context.new_page()
                 for name in given.only.split(","):
                     shoot(page, f"{origin}/#/{PAGES[name].format(case=given.case_id)}", name)
-                    save(page.screenshot(), given.out / f"{name}-{size}.png", given.width)
+                    content = page.screenshot()
+                    save(content, given.out / f"{name}-{size}.png", given.width)
+                    if given.beside is not None:
+                        put_beside(content, given.beside, given.out, name, size)
                 context.close()
             browser.close()
     finally:
@@ -119,6 +126,20 @@ def shoot(page: Page, address: str, name: str) -> None:
     if name == "record":
         page.frame_locator("iframe.sheet").locator("h1").first.wait_for(timeout=90_000)
     page.wait_for_timeout(2500)
+
+
+def put_beside(content: bytes, drawn: Path, out: Path, name: str, size: str) -> None:
+    """The page at the right of its drawing, where there is one of that size."""
+    sizes = {"desk": f"{name}-1440", "dark": f"{name}-1440-dark", "phone": "phone-390"}
+    drawing = drawn / f"{sizes.get(size, '')}.png"
+    if not drawing.is_file() or (size == "phone" and name != "phone-page"):
+        return
+    left, right = Image.open(drawing).convert("RGB"), Image.open(io.BytesIO(content)).convert("RGB")
+    left = left.resize((round(left.width * right.height / left.height), right.height))
+    both = Image.new("RGB", (left.width + right.width + 12, right.height), "white")
+    both.paste(left, (0, 0))
+    both.paste(right, (left.width + 12, 0))
+    both.save(out / f"{name}-{size}-beside.png", optimize=True)
 
 
 def save(content: bytes, path: Path, width: int) -> None:

@@ -121,6 +121,7 @@ def test_photos_become_a_checked_file_by_clicks_alone(
     no_serious_fault(app)
     page.get_by_role("button", name="Set front and axis").click()
     page.get_by_text("Front set", exact=True).wait_for()
+    guessed_and_turned_by_hand(app, case_id)
 
     # Measure, then an edit by drawing and dragging.
     page.get_by_role("button", name="Next: measure").click()
@@ -139,6 +140,9 @@ def test_photos_become_a_checked_file_by_clicks_alone(
     page.locator(".edits .ed").wait_for()
     recipe = (app.cases / case_id / "work" / "recipe.toml").read_text("utf-8")
     assert tomllib.loads(recipe)["edit"][0]["do"] == "load"
+
+    template_learned_and_tried(app)
+    compared_with_the_scan(app)
 
     # The file, after the two checks.
     page.get_by_role("button", name="Next: send").click()
@@ -215,10 +219,11 @@ def test_every_page_is_without_serious_faults_of_access(app: App) -> None:
         app.page.locator("#content h1, #content h2").first.wait_for()
         no_serious_fault(app)
     case_id = next(one.name for one in app.cases.iterdir() if (one / "report.html").is_file())
-    for step in ("capture", "result", "align", "measure", "rectify", "send", "record"):
+    steps = ("capture", "result", "align", "measure", "rectify", "send", "record", "compare")
+    for step in steps:
         app.page.goto(f"{app.origin}/#/case/{case_id}/{step}")
         app.page.get_by_role("link", name=step.capitalize()).and_(
-            app.page.locator("[aria-current=step]")
+            app.page.locator("[aria-current]")
         ).wait_for()
         app.page.wait_for_timeout(1500)
         no_serious_fault(app)
@@ -259,6 +264,57 @@ def picked_again_lies_where_it_was(app: App, case_id: str) -> None:
         page.mouse.click(x, y)
     off_mm = float(np.linalg.norm(place_of(app, case_id) - before))
     assert off_mm < NEAR_MM, f"picked {off_mm:.3f} mm beside the place"
+
+
+def guessed_and_turned_by_hand(app: App, case_id: str) -> None:
+    """A guess is confirmed, and the axes are turned by degrees that are typed and kept."""
+    page = app.page
+    placed = page.locator(".places-list li.placed").count()
+    page.get_by_role("button", name="The guess is right: distal end").click()
+    page.locator(".places-list li.placed").nth(placed).wait_for()
+    before = front_of(app, case_id)
+    page.get_by_label("Turn", exact=True).fill("5")
+    page.get_by_label("Turn", exact=True).press("Enter")
+    page.locator(".hint-card").wait_for()
+    no_serious_fault(app)
+    page.get_by_role("button", name="Keep these axes").click()
+    page.get_by_text("The axes are kept as turned by hand.").wait_for()
+    turned_deg = math.degrees(math.acos(float(before @ front_of(app, case_id))))
+    assert abs(turned_deg - 5.0) < 1e-3, f"turned by {turned_deg} degrees"
+
+
+def front_of(app: App, case_id: str) -> np.ndarray:
+    """Forwards, in the mesh's frame."""
+    limb: dict[str, Any] = app.page.evaluate(
+        f"fetch('/api/v1/cases/{case_id}/limb').then((answer) => answer.json())"
+    )
+    return np.array(limb["rotation"][1])
+
+
+def template_learned_and_tried(app: App) -> None:
+    """What was done is learned as a template, and tried on the limb without keeping it."""
+    page = app.page
+    page.locator(".tool", has_text="Template").click()
+    page.get_by_role("button", name="Learn one").click()
+    page.get_by_label("Name of the template").fill("As here")
+    page.wait_for_timeout(400)  # the button's colour fades over while it is switched on
+    no_serious_fault(app)
+    page.get_by_role("button", name="Learn from 1 case").click()
+    page.get_by_label("Which one?").select_option(index=1)
+    page.locator(".pane .edit .btn.go:not(.off)").wait_for()
+    page.wait_for_timeout(400)
+    no_serious_fault(app)
+    page.locator(".pane .edit").get_by_role("button", name="Drop", exact=True).click()
+
+
+def compared_with_the_scan(app: App) -> None:
+    """The shape after the recipe beside the scan: the edit is where it differs."""
+    page = app.page
+    page.get_by_role("link", name="Compare").click()
+    page.locator(".pane .verdict .chip").wait_for()
+    page.locator(".legend .hatched").wait_for()
+    page.get_by_text("Taken as they lie.").wait_for()
+    no_serious_fault(app)
 
 
 def place_of(app: App, case_id: str) -> np.ndarray:

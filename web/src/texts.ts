@@ -644,7 +644,7 @@ const TEXTS = {
   "tool.other": ["Others", "Andere"],
   "rectify.keys.place": ["Click a place. Drag beside the limb to turn.", "Eine Stelle anklicken. Neben dem Gliedmaß ziehen dreht."],
   "rectify.keys.region": ["Draw round the region, or click its corners. Right-drag moves.", "Den Bereich umfahren oder Ecken anklicken. Rechts ziehen schiebt."],
-  "rectify.keys.brush": ["Drag over the limb. [ and ] change the size.", "Über das Gliedmaß ziehen. [ und ] ändern die Größe."],
+  "rectify.keys.brush": ["Drag over the limb. [ and ] or Alt and the wheel: size; ; and ' the soft edge.", "Über das Gliedmaß ziehen. [ und ] oder Alt mit Rad: Größe; ; und ' der weiche Rand."],
   "rectify.keys.levels": ["Type heights and per cent in the panel.", "Höhen und Prozent in der Tafel eintippen."],
   "rectify.keys.trimline": ["Click points round the limb; the first closes the line.", "Punkte rundum anklicken; der erste schließt."],
   "rectify.keys.other": ["Choose an edit in the panel.", "Änderung in der Tafel wählen."],

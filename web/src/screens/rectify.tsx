@@ -75,6 +75,10 @@ export function RectifyScreen({ room }: RoomProps) {
   const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["Line"] | null } | null>(null);
   const trimline = useSignal<readonly Vector3[]>([]);
   const size = useSignal(14);
+  /** Of the brush: how wide its edge falls off. */
+  const soft = useSignal(8);
+  /** Where the brush would touch the limb now. */
+  const over = useSignal<Hit | null>(null);
   const waits = useSignal(false);
   const refused = useSignal<Refused | null>(null);
   const asksDepth = useSignal(false);
@@ -241,10 +245,29 @@ export function RectifyScreen({ room }: RoomProps) {
       else if (event.key === "Enter" && draft.value && !typing && !(event.target instanceof HTMLButtonElement)) keep();
       else if (event.key === "[" && !typing) size.value = Math.max(4, size.value - 1);
       else if (event.key === "]" && !typing) size.value = Math.min(60, size.value + 1);
+      else if (event.key === ";" && !typing) soft.value = Math.max(1, soft.value - 1);
+      else if (event.key === "'" && !typing) soft.value = Math.min(60, soft.value + 1);
+    };
+    // The wheel with Alt is the brush's size, before the canvas takes it for coming nearer.
+    const wheel = (event: WheelEvent) => {
+      if (!event.altKey || tool.value !== "brush" || event.target !== viewer.current?.canvas) return;
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      size.value = Math.max(4, Math.min(60, size.value - Math.sign(event.deltaY || event.deltaX)));
     };
     addEventListener("keydown", key);
-    return () => removeEventListener("keydown", key);
+    addEventListener("wheel", wheel, { capture: true, passive: false });
+    return () => {
+      removeEventListener("keydown", key);
+      removeEventListener("wheel", wheel, { capture: true });
+    };
   });
+  useEffect(() => {
+    const v = viewer.current;
+    if (!v) return;
+    v.onHover = tool.value === "brush" && !d ? (hit) => (over.value = hit) : null;
+    over.value = null;
+  }, [tool.value, d === null, limb]);
 
   // The tool is made once a kind; what it calls is that of the latest render.
   const latest = useRef({ open, limb, draft, closeRegion, strokeRegion });
@@ -302,7 +325,7 @@ export function RectifyScreen({ room }: RoomProps) {
           if (!points.length || !v) {
             // Single clicks give the corners of a region, one after the other; the first closes it.
             if (what === "brush") {
-              latest.current.open(fresh(first.hit, { at: [first.point.x, first.point.y, first.point.z], falloff_mm: size.value }));
+              latest.current.open(fresh(first.hit, { at: [first.point.x, first.point.y, first.point.z], flat_mm: Math.max(0, size.value - soft.value), falloff_mm: Math.min(soft.value, size.value) }));
               return;
             }
             const corners = corner.current;
@@ -336,7 +359,7 @@ export function RectifyScreen({ room }: RoomProps) {
       drawing.value = [];
       return;
     }
-    latest.current.open(fresh(points[0].hit, { within: line, ...inside, falloff_mm: Math.max(4, Math.min(size.value, inside.reach * 0.8)) }));
+    latest.current.open(fresh(points[0].hit, { within: line, ...inside, falloff_mm: tool.value === "brush" ? Math.max(1, Math.min(soft.value, inside.reach)) : Math.max(4, Math.min(size.value, inside.reach * 0.8)) }));
   }
 
   /** A stroke becomes the region round it, half its size wide on each side. */
@@ -413,7 +436,9 @@ export function RectifyScreen({ room }: RoomProps) {
   const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
   const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
 
+  const rings = over.value && !drawing.value.length ? [size.value, size.value - soft.value].filter((radius) => radius > 0.5).map((radius) => ringOn(over.value as Hit, radius)) : [];
   const drawn: Line[] = [
+    ...rings.map((points): Line => ({ points, closed: true, look: "draft" })),
     ...(d?.within.length ? [{ points: d.within.map((p) => new Vector3(...p)), closed: true, look: "region" as const }] : []),
     ...(drawing.value.length > 0 ? [{ points: drawing.value, closed: false, look: "draft" as const, knots: corner.current.length > 0 }] : []),
     ...(trimline.value.length ? [{ points: trimline.value, closed: trimline.value.length > 2, look: "trimline" as const, knots: true }] : []),
@@ -537,6 +562,7 @@ export function RectifyScreen({ room }: RoomProps) {
               <p class="soft">{t(`rectify.how.${tool.value}` as TextKey)}</p>
               <div class="row2">
                 <NumberField label={t(tool.value === "brush" ? "brush.size" : "soft.edge")} unit="mm" step={1} decimals={0} min={4} max={60} value={size.value} onChange={(value) => (size.value = value)} />
+                {tool.value === "brush" && <NumberField label={t("soft.edge")} unit="mm" step={1} decimals={0} min={1} max={60} value={soft.value} onChange={(value) => (soft.value = value)} />}
                 {tool.value === "place" && (limb?.reply.places.length ?? 0) > 0 && (
                   <label class="number">
                     <span class="label-line">{t("at.place")}</span>
@@ -588,13 +614,25 @@ export function RectifyScreen({ room }: RoomProps) {
           {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={line} level={level.value} onLevel={(h) => (level.value = h)} />}
         </div>
         <div class="next">
-          <Button go={!d} big off={d ? t("rectify.open") : null} trailing={d ? undefined : "next"} onClick={() => go(href.step(room.id, "send"))}>
+          <Button go={!d && !["template", "levels", "other"].includes(tool.value)} big off={d ? t("rectify.open") : null} trailing={d ? undefined : "next"} onClick={() => go(href.step(room.id, "send"))}>
             {d ? t("rectify.open") : t("rectify.next")}
           </Button>
         </div>
       </aside>
     </div>
   );
+}
+
+/** A ring round a place of the surface, in the plane that touches it there. */
+function ringOn(hit: Hit, radius_mm: number): Vector3[] {
+  const along = new Vector3(0, 0, 1).cross(hit.normal);
+  if (along.lengthSq() < 1e-6) along.set(1, 0, 0);
+  along.normalize();
+  const across = hit.normal.clone().cross(along);
+  return Array.from({ length: 36 }, (_, i) => {
+    const angle = (Math.PI * i) / 18;
+    return hit.point.clone().addScaledVector(along, radius_mm * Math.cos(angle)).addScaledVector(across, radius_mm * Math.sin(angle)).addScaledVector(hit.normal, 0.3);
+  });
 }
 
 /** A line without points that lie on their neighbour; a hand closes a line where it began. */

@@ -11,6 +11,7 @@ import { Button, Chip, Confirm, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
 import { useAct, useAsked } from "../state/asked";
+import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
 import type { Room } from "./room";
 
@@ -130,13 +131,13 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
               {t("drop.edit")}
             </Button>
           </div>
-          <p class="small">
+          <p class="small template-links">
             <a href={`${ROOT}/templates/${one.id}/picture`} target="_blank" rel="noreferrer">
               {t("template.picture")}
-            </a>{" "}
+            </a>
             <a href={`${ROOT}/templates/${one.id}/file`} download={`${one.name}.json`}>
               {t("template.file")}
-            </a>{" "}
+            </a>
             <button type="button" class="linkish" onClick={() => (removing.value = true)}>
               {t("cameras.delete")}
             </button>
@@ -179,7 +180,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
           }}
         />
       )}
-      {notes.value.length > 0 && (
+      {expert.value && notes.value.length > 0 && (
         <ul class="findings small-note soft">
           {notes.value.map((text) => (
             <li key={text}>{text}</li>

@@ -504,7 +504,8 @@ export class Overlay {
     const aside = this.axes ? 64 : 0; // beside the handles of the axes
     put("top", towards(up), middle + aside, bound(box.top - 14));
     put("bottom", towards(up.clone().negate()), middle + aside, bound(box.bottom + 28));
-    put("left", towards(right.clone().negate()), 62, height / 2);
+    const tools = this.viewer.holder.classList.contains("with-tools") ? 96 : 0; // beside the column of tools
+    put("left", towards(right.clone().negate()), 62 + tools, height / 2);
     put("right", towards(right), width - 62, height / 2);
   }
 }
