@@ -287,6 +287,8 @@ def counts_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, dict[str, floa
         own = [line for line in lines if line["setting"] == setting]
         for kind in ("contour", "tape", "volume"):
             ratios = ratios_of(own, kind)
+            if not ratios:
+                continue
             short, long = missed(ratios)
             found.setdefault(setting, {})[kind] = {
                 "captures": len(own),
@@ -337,6 +339,9 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         cells = [f"{line['seed']}", line["setting"], kind]
         for name in ("contour", "tape"):
             ratios = ratios_of([line], name)
+            if not ratios:
+                cells += ["open", ""]
+                continue
             cells += [
                 f"{len(ratios) - sum(missed(ratios))} of {len(ratios)}",
                 f"{np.mean(ratios):+.2f}",
