@@ -270,7 +270,7 @@ def guessed_and_turned_by_hand(app: App, case_id: str) -> None:
     """A guess is confirmed, and the axes are turned by degrees that are typed and kept."""
     page = app.page
     placed = page.locator(".places-list li.placed").count()
-    page.get_by_role("button", name="The guess is right: distal end").click()
+    page.get_by_role("button", name="It is there: distal end").click()
     page.locator(".places-list li.placed").nth(placed).wait_for()
     before = front_of(app, case_id)
     page.get_by_label("Turn", exact=True).fill("5")

@@ -563,7 +563,7 @@ const TEXTS = {
   "align.guess.shape": ["guess, by the shape", "geraten, nach der Form"],
   "align.guess.sticker": ["guess, by its sticker", "geraten, nach dem Aufkleber"],
   "align.guess.confirm": ["It is there", "Stimmt"],
-  "align.guess.confirm.long": ["The guess is right: {0}", "Der Vorschlag stimmt: {0}"],
+  "align.guess.confirm.long": ["It is there: {0}", "Stimmt: {0}"],
   "align.keys.axes": ["Upper handle tilts in the picture, lower one turns about the axis; Alt goes finely.", "Der obere Griff kippt im Bild, der untere dreht um die Achse; Alt geht fein."],
   "align.by.hand": ["By hand", "Von Hand"],
   "align.by.hand.how": ["Drag the handles of the axis, or type degrees. Nothing is kept before you say so.", "Die Griffe der Achse ziehen oder Grad eintippen. Nichts gilt, bevor Sie es sagen."],
