@@ -27,7 +27,7 @@ def s3() -> Iterator[str]:
     import s3fs
 
     s3fs.S3FileSystem.clear_instance_cache()
-    s3fs.S3FileSystem().mkdir(BUCKET)
+    s3fs.S3FileSystem().makedirs(BUCKET, exist_ok=True)  # a server of this process may have it
     yield f"s3://{BUCKET}"
     for name, value in before.items():
         if value is None:

@@ -8,7 +8,9 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         is counted in the adjustment's inflated sigmas, which stays below: sound captures reach 0.1
         to 0.4 a degree, and what is asked for is 2.3 (20 photos) and more. The kind with the lowest
         Bayesian information criterion (Schwarz 1978) is set free, the scene adjusted with its
-        numbers drawn to nought by the spread that the capture itself shows, and asked again.
+        numbers drawn to nought by the spread that the capture itself shows, and asked again. A
+        spread that no camera has is another fault, such as the file of another camera: no own
+        lens may hide it.
 """
 
 from collections.abc import Sequence
@@ -18,7 +20,13 @@ import numpy as np
 from scipy import stats
 
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.own import DEVIATIONS, numbers_of, with_own, with_room_for
+from limbgram.reconstruction.mapping.own import (
+    DEVIATIONS,
+    beyond_cameras,
+    numbers_of,
+    with_own,
+    with_room_for,
+)
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
 
@@ -43,7 +51,7 @@ def answered(
     while (asked := asked_for(best, priors)) is not None:
         room = with_room_for(start, asked.deviation, asked.chance)
         trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
-        if trial.sigma_px >= best.sigma_px:
+        if trial.sigma_px >= best.sigma_px or beyond_cameras(trial.scene):
             break
         best, start = trial, room
     return best

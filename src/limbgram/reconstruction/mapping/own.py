@@ -24,7 +24,7 @@ from limbgram.reconstruction.mapping.scene import Deviation, OwnLenses, Scene
 DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling shutter")
 _WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
 """Standard deviation of the numbers before the capture tells it: of the picture's width, of the
-focal length, and of pixels a row; three times what phones show."""
+focal length, and of pixels a row. More than that is no fault of a single photo."""
 _LEAST_SPREAD = 1e-4
 """In parts of the same: a spread of nothing would hold the numbers."""
 _ROW = {name: k for k, name in enumerate(PARAMETERS)}
@@ -89,6 +89,14 @@ def with_room_for(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Sc
         chances=(*before.chances, chance),
     )
     return replace(scene, own=own, camera_covariance=None)
+
+
+def beyond_cameras(scene: Scene) -> bool:
+    """Whether lenses of single photos differ by more than those of real cameras can."""
+    own = scene.own
+    assert own is not None
+    most = [_WIDE[kind] for kind in own.deviations for _ in range(numbers_of(kind))]
+    return bool(np.any(own.spread > np.array(most)))
 
 
 @dataclass(frozen=True)
