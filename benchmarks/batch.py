@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from captures import machine
-from kills import _COMMAND, contents, difference, done
+from kills import COMMAND, contents, difference, done
 
 HERE = Path(__file__).parent
 SETTINGS = """
@@ -295,7 +295,7 @@ def record(folder: Path, name: str) -> list[dict[str, Any]]:
 def started(words: list[str], options: argparse.Namespace) -> "subprocess.Popen[str]":
     more = ["--json", "--at-once", str(options.at_once)]
     return subprocess.Popen(
-        [*_COMMAND, *words, *more], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        [*COMMAND, *words, *more], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
 
 

@@ -30,26 +30,15 @@ from typing import Any
 import numpy as np
 import psutil
 
+from batch import SETTINGS
 from captures import machine
 from crew import NET, Crew, cable, crew_of, far_network, lay_stubs, small_disk, stub_sha256
-from kills import _COMMAND, contents, difference, done
+from kills import COMMAND, contents, difference, done
 from limbgram.cases.batch.attempt import Plan
 from limbgram.cases.batch.cluster import ClusterOptions, ClusterRun
 from limbgram.cases.batch.finding import find_captures
 from limbgram.cases.batch.settings import Batch
 from limbgram.cases.order import Job
-
-SETTINGS = """
-camera = "camera.json"
-side = "left"
-[align]
-axis = "+z"
-anterior = "+y"
-[measure]
-every_mm = 20
-[[export]]
-to = "aop"
-"""
 
 
 def main() -> None:
@@ -294,7 +283,7 @@ def laid(folder: Path, options: argparse.Namespace) -> Path:
 
 def way(folder: Path, name: str, words: list[str]) -> dict[str, Any]:
     began = time.monotonic()
-    command = [*_COMMAND, "batch", str(folder / "in"), "-o", str(folder / name), *words, "--json"]
+    command = [*COMMAND, "batch", str(folder / "in"), "-o", str(folder / name), *words, "--json"]
     ended = subprocess.run(command, check=False, capture_output=True)
     row = {
         "way": name,

@@ -26,7 +26,7 @@ import numpy as np
 
 from captures import machine
 
-_COMMAND = (sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()")
+COMMAND = (sys.executable, "-P", "-c", "from limbgram.cli.main import app; app()")
 _TIMED = ("case.json", "summary.json", "report.html", "stage.json", "log.txt", ".lock")
 """Files that hold times. What else is in them is compared apart."""
 _EXPORT = "deliver"
@@ -189,7 +189,7 @@ def finished(words: list[str]) -> None:
 
 def started(words: list[str]) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [*_COMMAND, *words[:-2], "--json", *words[-2:]],
+        [*COMMAND, *words[:-2], "--json", *words[-2:]],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -232,7 +232,7 @@ def difference(reference: dict[str, str], found: dict[str, str]) -> dict[str, li
 
 
 def done(*words: str) -> None:
-    subprocess.run([*_COMMAND, *words], check=True, capture_output=True)
+    subprocess.run([*COMMAND, *words], check=True, capture_output=True)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import secrets
 import socket
 import time
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -93,8 +94,8 @@ class ClusterRun:
     _given: dict[str, _Given] = field(default_factory=dict[str, _Given])
     _waiting: list[tuple[Plan, int, str]] = field(default_factory=list[tuple[Plan, int, str]])
     _begun: dict[str, set[str]] = field(default_factory=dict[str, set[str]])
-    _done: "queue.SimpleQueue[str]" = field(default_factory=lambda: queue.SimpleQueue())
-    _heard: "queue.SimpleQueue[Event]" = field(default_factory=lambda: queue.SimpleQueue())
+    _heard: "queue.SimpleQueue[Event | str]" = field(default_factory=lambda: queue.SimpleQueue())
+    """Events, and names of captures whose task is done, in the order in which they came."""
     _workers_seen: int = 0
     _topic: str = field(default_factory=lambda: f"limbgram-{secrets.token_hex(8)}")
 
@@ -150,24 +151,25 @@ class ClusterRun:
 
     def _follow(self, client: Client, workers: int, cases: Cases) -> None:
         """Until every capture has ended, or the scheduler is lost."""
-        looked_at = time.monotonic()
-        while self._waiting or self._given:
+        while (self._waiting or self._given) and not self._is_lost(client):
             self._give_out(client, workers)
             try:
-                name = self._done.get(timeout=_POLL_S)
+                heard = self._heard.get(timeout=_POLL_S)
             except queue.Empty:
-                name = ""
-            while not self._heard.empty():
-                self._pass_on(self._heard.get())
-            if name in self._given and self._given[name].future.done():
-                self._take(self._given.pop(name), cases)
-            if time.monotonic() - looked_at > _LOOK_S:
-                looked_at = time.monotonic()
-                if client.status != "running" or self._any_lost():
+                continue
+            if not isinstance(heard, str):
+                self._pass_on(heard)
+            elif heard in self._given and self._given[heard].future.done():
+                try:
+                    answer = _answer(self._given[heard].future)
+                except (CancelledError, OSError):
                     return
+                self._take(self._given.pop(heard), answer, cases)
 
-    def _any_lost(self) -> bool:
-        return any(one.future.cancelled() for one in self._given.values())
+    def _is_lost(self, client: Client) -> bool:
+        """A client that finds its scheduler again by itself has lost all its tasks and topics."""
+        oldest = next(iter(self._given.values()), None)
+        return client.status != "running" or (oldest is not None and oldest.future.cancelled())
 
     def _take_back(self) -> None:
         """What was given out and has no answer waits again."""
@@ -206,22 +208,18 @@ class ClusterRun:
 
     def _tell_done(self, name: str, _: object) -> None:
         """Called by the client's own thread."""
-        self._done.put(name)
+        self._heard.put(name)
 
-    def _take(self, given: _Given, cases: Cases) -> None:
+    def _take(self, given: _Given, answer: "str | BaseException | None", cases: Cases) -> None:
         """What became of a task: an answer, a worker that was lost, a fault."""
-        plan, number, future = given.plan, given.number, given.future
-        if future.cancelled():
-            self._waiting.append((plan, number, ""))
-            return
-        where = ""
-        if future.status == "finished":
-            tree: dict[str, Any] = json.loads(future.result())
+        plan, number = given.plan, given.number
+        name, where = plan.capture.name, ""
+        if isinstance(answer, str):
+            tree: dict[str, Any] = json.loads(answer)
             where = str(tree["worker"])
             outcome = self._accepted(plan, number, tree, cases)
         else:
-            outcome = _without_answer(plan, number, cast(BaseException | None, future.exception()))
-        name = plan.capture.name
+            outcome = _without_answer(plan, number, answer)
         outcome = replace(outcome, attempts=max(number, len(self._begun.get(name, ()))))
         again = outcome.died and number < self.options.attempts
         if again:
@@ -264,6 +262,17 @@ class ClusterRun:
         elif event["event"] == "progress":
             shown = {word: event[word] for word in ("event", "stage", "done", "total")}
             self.listener({**shown, "capture": name})
+
+
+def _answer(future: "Future[str]") -> "str | BaseException | None":
+    """What a task that is done answered, or why it did not.
+
+    Raises:
+        CancelledError, OSError: the scheduler was lost before it had told.
+    """
+    if future.status == "error":
+        return cast(BaseException | None, future.exception())
+    return future.result()
 
 
 def _addresses(client: Client) -> list[str]:
