@@ -1,10 +1,11 @@
 """Limbs that turn before a still camera, and casts that are turned over, against the exact truth.
 
-    python benchmarks/turntable.py -o benchmarks/results/turntable.json [--seeds 3] [--only NAME]
+    python benchmarks/turntable.py -o benchmarks/results/turntable.json [--first 71] [--seeds 3]
 
 Every capture is made by the project's generator, small, and run through the command line; the
-results are written after each, and a run goes on where an earlier one ended. `right` is a surface
-within its own stated error, `refused` says what to do; `wrong` and `failed` must not be.
+results are written after each with its commit, and a run goes on where an earlier one ended.
+`right` is a surface within its own stated error, `refused` says what to do; `wrong` and `failed`
+must not be.
 """
 
 import argparse
@@ -44,7 +45,6 @@ CASES: dict[str, CaptureOptions] = {
     ),
     "walk round, nothing stands still": SMALL,
 }
-FIRST_SEED = 71
 WITHIN = 3.0
 """A surface is wrong if its error is more than this many times the error that it states, and no red
 light warns of it."""
@@ -55,6 +55,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("-o", "--out", type=Path, required=True)
+    parser.add_argument("--first", type=int, default=71, help="first seed")
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", nargs="*", help="these cases alone")
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
@@ -67,11 +68,12 @@ def main() -> None:
         folder = chosen.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         camera = calibrated(folder)
-        for seed in range(FIRST_SEED, FIRST_SEED + chosen.seeds):
+        for seed in range(chosen.first, chosen.first + chosen.seeds):
             for name in chosen.only or CASES:
                 if any((run["case"], run["seed"]) == (name, seed) for run in found["runs"]):
                     continue
-                found["runs"].append(one(name, seed, camera, folder))
+                made = {"commit": found["machine"]["commit"][:12]}
+                found["runs"].append(one(name, seed, camera, folder) | made)
                 chosen.out.write_text(json.dumps(found, indent=1) + "\n", "utf-8")
                 chosen.out.with_suffix(".md").write_text(table(found), "utf-8")
                 sys.stderr.write(f"{name}, seed {seed}: {found['runs'][-1]['outcome']}\n")
