@@ -177,3 +177,25 @@ def test_the_command_watches_until_go(capture: Capture, tmp_path: Path) -> None:
     assert said.exit_code == 0, said.output
     assert json.loads(said.stdout)["go"]
     assert (tmp_path / "ring.png").stat().st_size > 10_000
+
+
+def test_masks_hide_the_room_from_the_check(capture: Capture, tmp_path: Path) -> None:
+    limb = capture.truth.limb.mesh.vertices_mm
+    for view, photo in zip(capture.truth.views, capture.photos, strict=True):
+        hull = cv2.convexHull(np.round(view.project(limb)).astype(np.int32))
+        mask = np.zeros((view.camera.height_px, view.camera.width_px), np.uint8)
+        Image.fromarray(cv2.fillConvexPoly(mask, hull, 255)).save(tmp_path / f"{photo.stem}.png")
+    whole = checked(capture, list(capture.photos))
+    found = check_sources(
+        list(capture.photos), [lens_of(capture)], parse_board(DEFAULT_BOARD), Run(),
+        masks=tmp_path,
+    )  # fmt: skip
+    assert found.go, found.headline
+    assert f"All {PHOTOS} photos have masks" in found.notes[0]
+    shown, all_of_it = (np.mean([p.points for p in one.photos]) for one in (found, whole))
+    assert 0.3 * all_of_it < shown < 0.95 * all_of_it
+    assert found.board_photos == whole.board_photos
+    nothing = tmp_path / "nothing"
+    nothing.mkdir()
+    with pytest.raises(PhotoError, match="is named as the mask of a photo"):
+        check_sources(list(capture.photos), [], None, Run(), masks=nothing)

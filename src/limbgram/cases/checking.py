@@ -20,10 +20,18 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.photos.masks import (
+    held_upright,
+    load_mask,
+    mask_notes,
+    no_mask_fits,
+    require_masks_folder,
+)
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
     grouped,
+    masked_by,
     natural_order,
     read_photos,
 )
@@ -39,11 +47,15 @@ def check_sources(
     board: Board | None,
     run: Run,
     options: CheckOptions = DEFAULTS,
+    masks: Path | None = None,
 ) -> CaptureCheck:
     """Check photos, folders of them, or the frames of a video.
 
+    Args:
+        masks: Folder of masks that take the place of those beside the photos.
+
     Raises:
-        PhotoError: a source does not exist, or no photos are readable.
+        PhotoError: a source does not exist, no photos are readable, or no mask is any photo's.
     """
     with tempfile.TemporaryDirectory(prefix="limbgram-check-") as scratch:
         folder = Path(scratch)
@@ -54,12 +66,28 @@ def check_sources(
             for number, source in enumerate(sources)
         ]
         photos = run(read_photos, named)
+        if masks is not None:
+            photos = masked_by(photos, masks)
+            if not any(one.mask_path for one in photos.photos) and not bad_masks_of(photos):
+                raise no_mask_fits(masks, photos.photos[0].path)
         small = run(reduce_photos, photos, folder)
-        return check_capture(photos, small, calibrations, board, options, run)
+        found = check_capture(photos, small, calibrations, board, options, run)
+    return with_mask_notes(found, photos)
 
 
 _Stamp = tuple[int, int]
 """Size and time of a file: what tells that it is the one that was read."""
+
+
+def with_mask_notes(found: CaptureCheck, photos: PhotoSet) -> CaptureCheck:
+    """The answer, and which photos have masks."""
+    aside = tuple(f"{one.name} is not used {one.reason}." for one in bad_masks_of(photos))
+    return replace(found, notes=(*mask_notes(photos), *aside, *found.notes))
+
+
+def bad_masks_of(photos: PhotoSet) -> tuple[SetAside, ...]:
+    """Masks that were set aside."""
+    return tuple(one for one in photos.set_aside if one.reason.startswith("as mask of "))
 
 
 class CaptureWatch:
@@ -70,7 +98,11 @@ class CaptureWatch:
         calibrations: Sequence[Calibration],
         board: Board | None,
         options: CheckOptions = DEFAULTS,
+        masks: Path | None = None,
     ) -> None:
+        if masks is not None:
+            require_masks_folder(masks)
+        self._masks = masks
         self._coach = Coach(calibrations, board, options)
         self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
         self._read: dict[Path, tuple[_Stamp, Photo | None, Photo | None]] = {}
@@ -109,7 +141,7 @@ class CaptureWatch:
             )
         photos = grouped([photo for photo, _ in pairs], ())
         small = grouped([copy for _, copy in pairs], ())
-        return self._coach.check(photos, small, run)
+        return with_mask_notes(self._coach.check(photos, small, run), photos)
 
     def _take_in(self, new: Sequence[Path], stamps: dict[Path, _Stamp], run: Run) -> None:
         """Read new files, and make their small copies."""
@@ -120,6 +152,7 @@ class CaptureWatch:
         except PhotoError:  # none of them is a photo
             photos = None
         if photos is not None:
+            photos = photos if self._masks is None else masked_by(photos, self._masks)
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
             small = run(reduce_photos, photos, folder)
             for photo, copy in zip(photos.photos, small.photos):
@@ -156,7 +189,7 @@ def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
 
 
 def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
-    """Small copies, in shades of grey, with the pixel centres kept."""
+    """Small copies, in shades of grey, with the pixel centres kept, and of their masks."""
     factors = [
         min(1.0, (_SMALL_MEGAPIXELS * 1e6 / (one.width_px * one.height_px)) ** 0.5)
         for one in photos.cameras
@@ -173,8 +206,9 @@ def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
         luma = cv2.resize(load_luma(photo), (width, height), interpolation=cv2.INTER_AREA)
         written = cv2.imencode(".png", np.asarray(luma), (cv2.IMWRITE_PNG_COMPRESSION, 1))[1]
         place.write_bytes(written.tobytes())
+        mask_path = _reduced_mask(photo, place, (width, height))
         return replace(
-            photo, path=place, width_px=width, height_px=height, mask_path=None, bits=None
+            photo, path=place, width_px=width, height_px=height, mask_path=mask_path, bits=None
         )
 
     each_mb = in_flight_mb(photos.photos, 2.0)
@@ -184,3 +218,15 @@ def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
         for one, f in zip(photos.cameras, factors)
     )
     return replace(photos, photos=tuple(reduced), cameras=cameras)
+
+
+def _reduced_mask(photo: Photo, place: Path, size: tuple[int, int]) -> Path | None:
+    """The small copy of a photo's mask, beside that of the photo; upright, as masks are."""
+    mask = load_mask(photo)
+    if mask is None:
+        return None
+    white = cv2.resize(mask.astype(np.uint8) * 255, size, interpolation=cv2.INTER_AREA)
+    path = place.with_suffix(".mask.png")
+    levels = held_upright(np.asarray(white) > 0, photo.exif).astype(np.uint8) * 255
+    path.write_bytes(cv2.imencode(".png", levels)[1].tobytes())
+    return path

@@ -25,7 +25,13 @@ from typing import IO, Literal
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.core.errors import CaseError, PhotoError, disk_advice, is_full
 from limbgram.core.files import written_whole
-from limbgram.reconstruction.photos.masks import MASKS_FOLDER, mask_in, masks_among
+from limbgram.reconstruction.photos.masks import (
+    MASKS_FOLDER,
+    mask_in,
+    masks_among,
+    no_mask_fits,
+    require_masks_folder,
+)
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.quality import name_for_people, sifted
 
@@ -210,20 +216,12 @@ def incoming(
 
 def _masked_by(folder: Path, pictures: list[tuple[Path, Path]]) -> list[tuple[Path, Path]]:
     """The photos, with the masks in a folder instead of those that lie beside them."""
-    if not folder.is_dir():
-        raise PhotoError(
-            f"{folder} is no folder of masks. Name the folder that holds NAME.png for each photo "
-            "NAME; `limbgram masks CASE -o FOLDER` makes one."
-        )
+    require_masks_folder(folder)
     beside = masks_among([source for source, _ in pictures])
     photos = [(source, name) for source, name in pictures if source not in beside]
     found = [mask for source, _ in photos if (mask := mask_in(folder, source)) is not None]
     if not found and photos:
-        raise PhotoError(
-            f"No picture in {folder} is named as the mask of a photo. The mask of "
-            f"{photos[0][0].name} is called {photos[0][0].stem}.png: rename the masks, or leave "
-            "them out."
-        )
+        raise no_mask_fits(folder, photos[0][0])
     return [*photos, *((mask, Path(MASKS_FOLDER) / mask.name) for mask in found)]
 
 

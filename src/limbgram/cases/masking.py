@@ -21,19 +21,20 @@ from PIL import Image
 
 from limbgram.cases.assessing import kept_evidence, require_unaltered
 from limbgram.cases.folder import CaseFolder
-from limbgram.core.errors import CaseError
+from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.files import written_whole
 from limbgram.core.geometry.arrays import ColourImage, Mask
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.photos.decoding import halvings_to, load_colour
-from limbgram.reconstruction.photos.masks import held_upright
+from limbgram.reconstruction.photos.masks import held_upright, upright
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.report.drawings.shading import rasterise
 
 MARGIN_MM = 5.0
 """Round the surface: more than the surface and the photos' places are ever unsure by."""
+WIDEST_MARGIN_MM = 100.0
 SHEET = "at-a-glance.jpg"
 _DRAWN_PX = 1600
 """Longest side at which the surface is drawn; its outline is smooth between those pixels."""
@@ -64,7 +65,13 @@ def write_masks(case: CaseFolder, folder: Path, run: Run, margin_mm: float) -> M
 
     Raises:
         CaseError: it is no finished case, its photos were altered, or the folder is not empty.
+        OptionsError: the margin is no length from 0 to 100 mm.
     """
+    if not 0.0 <= margin_mm <= WIDEST_MARGIN_MM:  # not a number is not either
+        raise OptionsError(
+            f"A margin of {margin_mm:g} mm round the limb was asked for; it must be a number from "
+            f"0 to {WIDEST_MARGIN_MM:g}. Leave it out to have {MARGIN_MM:g} mm."
+        )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise CaseError(
             f"{folder} is there already. Masks in it may have been corrected by hand, so nothing "
@@ -141,7 +148,7 @@ def _thumb(photo: Photo, mask: Mask) -> UInt8[np.ndarray, "rows columns 3"]:
     small[used == 0] = (small[used == 0] * _DIMMED).astype(np.uint8)
     outlines, _ = cv2.findContours(used, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
     cv2.drawContours(small, outlines, -1, _OUTLINE, 1)
-    return np.ascontiguousarray(np.rot90(small, -photo.exif.quarter_turns))
+    return upright(small, photo.exif)
 
 
 def _write_sheet(path: Path, drawn: Sequence[tuple[str, ColourImage]]) -> None:

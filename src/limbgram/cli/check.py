@@ -49,6 +49,13 @@ def check_command(
             "expected interval on the unrolled limb."
         ),
     ] = None,
+    masks: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of masks, NAME.png for each photo NAME: white is used, black is not.",
+            show_default="NAME.png beside the photos, or in a folder `masks` there",
+        ),
+    ] = None,
     watch: Annotated[
         bool,
         typer.Option("--watch", help="Stay and check again whenever a photo comes, until GO."),
@@ -66,10 +73,10 @@ def check_command(
     scale = None if no_board else parse_board(board or DEFAULT_BOARD)
     with display(as_json) as screen:
         if watch:
-            found = _watched(photos, calibrations, scale, picture, screen)
+            found = _watched(photos, calibrations, scale, masks, picture, screen)
         else:
             run = Run(listener=screen.listen)
-            found = check_sources(photos, calibrations, scale, run)
+            found = check_sources(photos, calibrations, scale, run, masks=masks)
     lines = _lines(found)
     if picture is not None:
         write_bytes(picture, coverage_picture(found).tobytes())
@@ -90,6 +97,7 @@ def _watched(
     sources: Sequence[Path],
     calibrations: Sequence[Calibration],
     board: Board | None,
+    masks: Path | None,
     picture: Path | None,
     screen: Display,
 ) -> CaptureCheck:
@@ -97,7 +105,7 @@ def _watched(
     if any(is_video(source) for source in sources):
         raise OptionsError("--watch waits for photos. Check a video without it.")
     checked: Mapping[Path, tuple[int, int]] | None = None
-    with CaptureWatch(calibrations, board) as watch:
+    with CaptureWatch(calibrations, board, masks=masks) as watch:
         while True:
             there = stamps_of(sources)
             time.sleep(_POLL_S)

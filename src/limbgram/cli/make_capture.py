@@ -70,7 +70,7 @@ def make_capture_command(
         typer.Option(help="What moves between the photos: the limb in a step, in a slow drift ..."),
     ] = None,
     movement_mm: Annotated[
-        float, typer.Option(min=0.0, max=30.0, help="How far it moves, with --movement.")
+        float, typer.Option(help="How far it moves, mm, 0 to 30, with --movement.")
     ] = 8.0,
     turned: Annotated[
         Turned | None,

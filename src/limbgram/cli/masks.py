@@ -17,7 +17,7 @@ def masks_command(
     case: Annotated[Path, typer.Argument(help="Case folder of `limbgram reconstruct`.")],
     folder: Annotated[Path, typer.Option("-o", "--out", help="Folder to make.")],
     margin: Annotated[
-        float, typer.Option(min=0.0, max=100.0, help="White round the surface, mm.")
+        float, typer.Option(help="White round the surface, mm, 0 to 100.")
     ] = MARGIN_MM,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:

@@ -19,6 +19,7 @@ from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.still import Still
+from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -244,7 +245,7 @@ def summarise(
             observations=len(scene.observations.xy_px),
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
             notes=(
-                *_mask_notes(done.photos),
+                *mask_notes(done.photos),
                 *_still_notes(done.still),
                 *_poses_notes(done),
                 *_placing_notes(scene),
@@ -262,24 +263,6 @@ def summarise(
         ),
         self_calibration=assessed.self_calibration,
         setups=assessed.setups,
-    )
-
-
-_NAMED_AT_MOST = 5
-
-
-def _mask_notes(photos: PhotoSet) -> tuple[str, ...]:
-    whole = [one.name for one in photos.photos if one.mask_path is None]
-    count = len(photos.photos)
-    if len(whole) == count:
-        return ()
-    if not whole:
-        return (f"All {count} photos have masks: only what is white in them was used.",)
-    named = ", ".join(whole[:_NAMED_AT_MOST])
-    more = f" and {len(whole) - _NAMED_AT_MOST} more" if len(whole) > _NAMED_AT_MOST else ""
-    return (
-        f"{count - len(whole)} of {count} photos have masks: only what is white in them was used. "
-        f"Used whole, for want of a mask: {named}{more}.",
     )
 
 

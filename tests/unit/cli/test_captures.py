@@ -4,9 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from limbgram.cli.calibrate import as_board
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board, parse_box, parse_tape, read_distances
+from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError
 from limbgram.reconstruction.scale.given import TapedGirth
 
@@ -90,3 +92,14 @@ def test_taped_girths() -> None:
 def test_what_is_no_taped_girth_is_refused(text: str) -> None:
     with pytest.raises(OptionsError):
         parse_tape(text)
+
+
+@pytest.mark.parametrize("margin", ["nan", "inf", "-5", "101"])
+def test_a_margin_that_is_no_length_is_refused_by_its_name(margin: str, tmp_path: Path) -> None:
+    asked = ["masks", str(tmp_path), "-o", str(tmp_path / "out"), "--margin", margin, "--json"]
+    said = CliRunner().invoke(app, asked)
+    assert said.exit_code == OptionsError("").exit_code
+    error = json.loads(said.stdout)["error"]
+    assert error["kind"] == "OptionsError"
+    assert "argin" in error["message"]
+    assert not (tmp_path / "out").exists()

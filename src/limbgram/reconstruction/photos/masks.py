@@ -6,6 +6,7 @@ of the stored photo, or of the photo held upright, and is then turned back to th
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar, cast
 
 import numpy as np
 from jaxtyping import Bool
@@ -15,13 +16,15 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, fault_for_people
 from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
-from limbgram.reconstruction.photos.photo import Exif, Photo
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 MASKS_FOLDER = "masks"
 _PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 _COLOURED = 24
 """Difference of two colour channels that no mask has."""
+_NAMED_AT_MOST = 5
+Picture = TypeVar("Picture", bound=np.ndarray)
 
 
 def load_mask(photo: Photo) -> Mask | None:
@@ -62,15 +65,35 @@ def mask_in(folder: Path, photo: Path) -> Path | None:
     return None
 
 
+def require_masks_folder(folder: Path) -> None:
+    """Raises PhotoError where there is no such folder."""
+    if not folder.is_dir():
+        raise PhotoError(
+            f"{folder} is no folder of masks. Name the folder that holds NAME.png for each photo "
+            "NAME; `limbgram masks CASE -o FOLDER` makes one."
+        )
+
+
+def no_mask_fits(folder: Path, photo: Path) -> PhotoError:
+    """The refusal of a folder in which no picture is the mask of a photo."""
+    return PhotoError(
+        f"No picture in {folder} is named as the mask of a photo. The mask of "
+        f"{photo.name} is called {photo.stem}.png: rename the masks, or leave them out."
+    )
+
+
 def held_upright(mask: Mask, exif: Exif) -> Bool[np.ndarray, "rows columns"]:
     """A mask in the sensor's frame as people see its photo; `read_mask` turns it back.
 
     One that is upside down stays so: only of a quarter turn does the size of a file tell.
     """
-    if exif.quarter_turns % 2 == 0:
-        return mask
-    stored = mask[:, ::-1] if exif.mirrored else mask
-    return np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns))
+    return mask if exif.quarter_turns % 2 == 0 else upright(mask, exif)
+
+
+def upright(picture: Picture, exif: Exif) -> Picture:
+    """A picture in the sensor's frame as people see its photo."""
+    stored = picture[:, ::-1] if exif.mirrored else picture
+    return cast(Picture, np.ascontiguousarray(np.rot90(stored, -exif.quarter_turns)))
 
 
 def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | str:
@@ -98,6 +121,22 @@ def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> str | N
     except DECODING_FAULTS as fault:
         return fault_for_people(path, fault)
     return mask if isinstance(mask, str) else None
+
+
+def mask_notes(photos: PhotoSet) -> tuple[str, ...]:
+    """How many photos have masks, and which of them have none; nothing where none has."""
+    whole = [one.name for one in photos.photos if one.mask_path is None]
+    count = len(photos.photos)
+    if len(whole) == count:
+        return ()
+    if not whole:
+        return (f"All {count} photos have masks: only what is white in them was used.",)
+    named = ", ".join(whole[:_NAMED_AT_MOST])
+    more = f" and {len(whole) - _NAMED_AT_MOST} more" if len(whole) > _NAMED_AT_MOST else ""
+    return (
+        f"{count - len(whole)} of {count} photos have masks: only what is white in them was used. "
+        f"Used whole, for want of a mask: {named}{more}.",
+    )
 
 
 def _png_named(base: Path) -> Path | None:

@@ -29,7 +29,14 @@ from limbgram.reconstruction.photos.decoding import (
     open_picture,
     read_exif,
 )
-from limbgram.reconstruction.photos.masks import find_mask, load_mask, mask_fault, masks_among
+from limbgram.reconstruction.photos.masks import (
+    find_mask,
+    load_mask,
+    mask_fault,
+    mask_in,
+    masks_among,
+    require_masks_folder,
+)
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import (
     brightest_luma,
@@ -74,7 +81,15 @@ def _label(exif: Exif) -> str:
     return ", ".join(part for part in (model, exif.lens, focal, zoom) if part)
 
 
-__all__ = ["DEFAULTS", "PhotoOptions", "load_colour", "load_luma", "load_mask", "read_photos"]
+__all__ = [
+    "DEFAULTS",
+    "PhotoOptions",
+    "load_colour",
+    "load_luma",
+    "load_mask",
+    "masked_by",
+    "read_photos",
+]
 
 _SMALLEST_SIDE_PX = 64
 _MOST_PX_PER_BYTE = 1000
@@ -120,6 +135,18 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     if len(photos) < max(1, options.min_photos):
         raise _too_few(sources, photos, set_aside, options)
     return grouped(photos, tuple(set_aside))
+
+
+def masked_by(photos: PhotoSet, folder: Path) -> PhotoSet:
+    """The photos with the masks in a folder instead of those that lie beside them.
+
+    Raises:
+        PhotoError: it is no folder.
+    """
+    require_masks_folder(folder)
+    named = [replace(one, mask_path=mask_in(folder.absolute(), one.path)) for one in photos.photos]
+    kept, bad_masks = _without_bad_masks(named)
+    return replace(photos, photos=tuple(kept), set_aside=(*photos.set_aside, *bad_masks))
 
 
 def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:

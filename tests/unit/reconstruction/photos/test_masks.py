@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
-from limbgram.reconstruction.photos.masks import held_upright, load_mask
-from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.core.errors import PhotoError
+from limbgram.reconstruction.photos.masks import held_upright, load_mask, mask_notes, upright
+from limbgram.reconstruction.photos.reading import masked_by, read_photos
 
 Writer = Callable[..., Path]
 
@@ -96,3 +97,38 @@ def test_a_broken_mask_is_set_aside(write_photo: Writer, tmp_path: Path) -> None
     photos = read_photos([tmp_path])
     assert [part.name for part in photos.set_aside] == ["1.png"]
     assert photos.names == ("1.jpg", "2.jpg")
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_pictures_are_turned_as_people_see_their_photo(
+    write_photo: Writer, tmp_path: Path, orientation: int
+) -> None:
+    write_photo("1.jpg", 1, orientation=orientation)
+    write_photo("2.jpg", 2)
+    stored = Image.fromarray(corner_mask(120, 90))
+    stored.getexif()[0x0112] = orientation
+    seen = np.asarray(ImageOps.exif_transpose(stored))
+    exif = read_photos([tmp_path]).photos[0].exif
+    np.testing.assert_array_equal(upright(corner_mask(120, 90), exif), seen)
+
+
+def test_a_folder_of_masks_takes_the_place_of_those_beside_the_photos(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    for k in (1, 2, 3):
+        write_photo(f"{k}.jpg", k)
+    Image.fromarray(255 - corner_mask(120, 90)).save(tmp_path / "1.png")
+    folder = tmp_path / "corrected"
+    folder.mkdir()
+    Image.fromarray(corner_mask(120, 90)).save(folder / "1.png")
+    (folder / "3.png").write_bytes(b"no picture")
+    photos = masked_by(read_photos([tmp_path]), folder)
+    np.testing.assert_array_equal(load_mask(photos.photos[0]), corner_mask(120, 90) > 0)
+    assert [one.mask_path is None for one in photos.photos] == [False, True, True]
+    assert [one.name for one in photos.set_aside] == ["3.png"]
+    assert mask_notes(photos) == (
+        "1 of 3 photos have masks: only what is white in them was used. Used whole, for want of a "
+        "mask: 2.jpg, 3.jpg.",
+    )
+    with pytest.raises(PhotoError, match="no folder of masks"):
+        masked_by(photos, tmp_path / "elsewhere")
