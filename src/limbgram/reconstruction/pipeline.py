@@ -29,11 +29,23 @@ from limbgram.reconstruction.dense.fusion import FusionOptions, fuse
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region
 from limbgram.reconstruction.dense.solving import DenseOptions
 from limbgram.reconstruction.features.detection import FeatureOptions, Features, detect
+from limbgram.reconstruction.joining import (
+    join_by_marks,
+    joins_better,
+    leaves_open,
+    shared_marks,
+)
 from limbgram.reconstruction.mapping.following import FollowingOptions, follow_points
 from limbgram.reconstruction.mapping.movement import BodyMotion
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-from limbgram.reconstruction.matching.matching import Matches, MatchingOptions, match
+from limbgram.reconstruction.matching.coded import Coded
+from limbgram.reconstruction.matching.matching import (
+    Matches,
+    MatchingOptions,
+    match,
+    match_what_there_is,
+)
 from limbgram.reconstruction.matching.still import Still, StillOptions, find_still
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.movement import (
@@ -66,7 +78,7 @@ from limbgram.reconstruction.surface.pivoting import PivotOptions, pivot
 from limbgram.reconstruction.surface.poisson import PoissonOptions, poisson
 from limbgram.reconstruction.surface.repair import RepairOptions, repair
 from limbgram.reconstruction.surface.resampling import refine
-from limbgram.reconstruction.targets.board import Board, BoardDetections
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY, Board, BoardDetections
 from limbgram.reconstruction.targets.finding import TargetOptions, find_board
 from limbgram.reconstruction.targets.marks import MarkOptions, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate
@@ -202,7 +214,8 @@ def reconstruct(
     cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
     board = capture.board
     found = None if board is None else run(find_board, photos, board, options.targets)
-    placing = place_photos(photos, cameras, options, run, found)
+    dictionary = capture.plates[0].dictionary if capture.plates else KIT_DICTIONARY
+    placing = place_photos(photos, cameras, options, run, found, dictionary)
     if found is not None and (placing.still.groups or placing.poses.sides):
         found = run(board_of_object, found, placing.still, placing.poses)
     placing, found = by_the_limb(photos, cameras, placing, found, options, run)
@@ -210,7 +223,7 @@ def reconstruct(
     distances = capture.distances
     if capture.plates:
         lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
-        marks = run(find_marks, photos, capture.plates[0].dictionary, lenses, options.marks)
+        marks = run(find_marks, photos, dictionary, lenses, options.marks)
         distances = (*distances, *mark_distances(marks, capture.plates))
     metric = run(to_millimetres, scene, found, distances, options.scale, cameras)
     region = run(find_region, photos, metric, options.region)
@@ -289,6 +302,8 @@ class Placing:
     poses: Poses = field(default_factory=Poses)
     followed: bool = False
     """Whether points of reduced photos were followed at full size."""
+    coded: Coded | None = None
+    """Which keypoints are points of coded marks, where these joined the photos."""
 
 
 def place_photos(
@@ -297,6 +312,65 @@ def place_photos(
     options: PipelineOptions,
     run: Run,
     found: BoardDetections | None = None,
+    dictionary: str = KIT_DICTIONARY,
+) -> Placing:
+    """By paint; where that leaves photos out or the ring open, by coded marks too if these help.
+
+    Args:
+        dictionary: Of the coded marks.
+    """
+    try:
+        placing = _by_paint(photos, cameras, options, run, found)
+    except (MatchingError, PlacementError):
+        marked = _by_marks(photos, cameras, options, run, dictionary, None)
+        if marked is None:
+            raise
+        return marked
+    if placing.poses.sides or not leaves_open(placing.scene):
+        return placing
+    marked = _by_marks(photos, cameras, options, run, dictionary, placing)
+    if marked is None or not joins_better(marked.scene, placing.scene):
+        return placing
+    return marked
+
+
+def _by_marks(
+    photos: PhotoSet,
+    cameras: Cameras,
+    options: PipelineOptions,
+    run: Run,
+    dictionary: str,
+    before: Placing | None,
+) -> Placing | None:
+    """The photos by paint and coded marks; None where no two of them share a mark that helps."""
+    lenses = tuple(cameras.calibrations[one.camera_idx].camera for one in photos.photos)
+    marks = run(find_marks, photos, dictionary, lenses, options.marks)
+    if not shared_marks(marks):
+        return None
+    features = run(detect, photos, options.features)
+    still = run(find_still, features, options.still)
+    features = still.moving(features)
+    matches = run(match_what_there_is, photos, features, options.matching)
+    by_paint = 0 if before is None else len(before.scene.placed)
+    twoview, mapping = options.twoview, options.mapping
+    try:
+        joined = join_by_marks(
+            photos, features, matches, marks, still, cameras, twoview, mapping, run, by_paint
+        )
+    except (MatchingError, PlacementError):
+        return None
+    scene = joined.scene
+    if before is not None:
+        scene = replace(scene, full_size=before.scene.full_size)
+    return Placing(joined.features, joined.matches, joined.pairs, scene, still, coded=joined.coded)
+
+
+def _by_paint(
+    photos: PhotoSet,
+    cameras: Cameras,
+    options: PipelineOptions,
+    run: Run,
+    found: BoardDetections | None,
 ) -> Placing:
     """By keypoints of reduced photos, followed at full size; where that fails, by those of all.
 
@@ -409,13 +483,27 @@ def _by_limb_alone(
             following = replace(options.following, mapping=options.mapping)
             scene = run(follow_points, photos, rough, cameras, following)
         else:
-            scene = run(place, photos, features, pairs, cameras, options.mapping)
+            scene = _placed(photos, features, pairs, cameras, options, run, placing.coded)
     except (MatchingError, PlacementError):
         return None
     if len(scene.placed) < _MOST_OF_THEM * len(before.placed):
         return None
-    scene = replace(scene, full_size=before.full_size)
+    scene = replace(scene, full_size=before.full_size, marks=before.marks)
     return replace(placing, matches=matches, pairs=pairs, scene=scene)
+
+
+def _placed(
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    options: PipelineOptions,
+    run: Run,
+    coded: Coded | None,
+) -> Scene:
+    if coded is None:
+        return run(place, photos, features, pairs, cameras, options.mapping)
+    return run(place, photos, features, pairs, cameras, options.mapping, coded)
 
 
 def _by_full_size(

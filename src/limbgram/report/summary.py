@@ -298,6 +298,7 @@ def _placing_notes(scene: Scene) -> tuple[str, ...]:
             "The photos were placed by feature points of their full size, which takes longer: "
             f"reduced photos left {scene.full_size}."
         )
+    notes += _mark_notes(scene)
     notes += [one.sentence for one in own_lenses(scene)]
     if scene.movement is not None and scene.movement.alone:
         notes.append(
@@ -305,6 +306,24 @@ def _placing_notes(scene: Scene) -> tuple[str, ...]:
             "board counts only in photos that agree on where it lies, or as if all had kept still."
         )
     return tuple(notes)
+
+
+def _mark_notes(scene: Scene) -> list[str]:
+    marks, photos = scene.marks, len(scene.names)
+    if marks is None:
+        return []
+    paint = (
+        f"Paint alone placed {marks.photos_by_paint} of {photos} photos"
+        if marks.photos_by_paint < photos
+        else "Paint alone left a gap in the ring"
+    )
+    ids = ", ".join(map(str, marks.ids))
+    notes = [f"{paint}; with the coded marks {ids} {len(scene.placed)} are placed."]
+    notes += [
+        f"The coded mark {one} was left out: {why}."
+        for one, why in zip(marks.left_out, marks.reasons, strict=True)
+    ]
+    return notes
 
 
 def _named(parts: tuple[PartSummary, ...], light: Light) -> tuple[PartSummary, ...]:

@@ -29,6 +29,8 @@ class Bundle:
     photo_idx: Int64[np.ndarray, " m"]
     point_idx: Int64[np.ndarray, " m"]
     xy_px: Float64[np.ndarray, "m 2"]
+    own_sigma_px: Float64[np.ndarray, " m"] | None = None
+    """Of corners of coded marks; zero for paint."""
     ties: Ties | None = None
     """How lenses hang together where every photo has one of its own."""
 
@@ -48,6 +50,7 @@ class Bundle:
             place[seen.photo_idx[order]].astype(np.int64),
             seen.point_idx[order].astype(np.int64),
             np.ascontiguousarray(seen.xy_px[order]),
+            None if seen.own_sigma_px is None else seen.own_sigma_px[order],
         )
 
     @property
@@ -92,7 +95,10 @@ class Bundle:
             own=None if before.own is None else self._own(before.own, placed),
             points_in_world=self.points,
             observations=Observations(
-                placed[self.photo_idx].astype(np.int32), self.point_idx.astype(np.int32), self.xy_px
+                placed[self.photo_idx].astype(np.int32),
+                self.point_idx.astype(np.int32),
+                self.xy_px,
+                self.own_sigma_px,
             ),
         )
 
@@ -114,18 +120,27 @@ class Bundle:
         """Standard deviation of a measured coordinate, from the median of the residuals.
 
         A point takes three of the freedoms of its rays, so residuals are smaller than errors;
-        points with two rays are left out where there are others.
+        points with two rays are left out where there are others, and so are marks.
         """
         rays = np.bincount(self.point_idx, minlength=len(self.points))[self.point_idx]
         asked = rays >= min(_TELLING_RAYS, int(rays.max()))
+        if self.own_sigma_px is not None and (asked & (self.own_sigma_px == 0)).any():
+            asked &= self.own_sigma_px == 0
         freedom = np.sqrt((2 * rays[asked] - 3) / (2 * rays[asked]))
         errors = np.abs(self.residuals_px(scene)[asked]) / freedom[:, None]
         return max(_MAD_TO_SIGMA * float(np.nanmedian(errors)), _SMALLEST_SIGMA_PX)
 
-    def without_outliers(self, scene: Scene, largest_px: float) -> "Bundle":
-        """Less the observations beyond `largest_px`, then the points that are left too weak."""
+    def without_outliers(self, scene: Scene, sigma_px: float, most: float) -> "Bundle":
+        """Less the observations beyond so many sigmas, then the points that are left too weak.
+
+        Corners of marks are judged by their own sigma where that is the larger one: paint in sharp
+        photos agrees better than corners on bent paper.
+        """
         residuals = self.residuals_px(scene)
-        kept = self._observations(np.linalg.norm(residuals, axis=1) < largest_px)
+        own = np.zeros(len(residuals)) if self.own_sigma_px is None else self.own_sigma_px
+        kept = self._observations(
+            np.linalg.norm(residuals, axis=1) < most * np.maximum(sigma_px, own)
+        )
         rays = np.bincount(kept.point_idx, minlength=len(self.points))
         return kept._points(
             (rays >= _FEWEST_RAYS) & (kept.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
@@ -153,6 +168,7 @@ class Bundle:
             photo_idx=self.photo_idx[keep],
             point_idx=self.point_idx[keep],
             xy_px=self.xy_px[keep],
+            own_sigma_px=None if self.own_sigma_px is None else self.own_sigma_px[keep],
         )
 
     def _points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":

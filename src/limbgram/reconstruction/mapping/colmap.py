@@ -39,6 +39,7 @@ def map_incrementally(
     pairs: Pairs,
     cameras: Cameras,
     seed: int = 0,
+    own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
 ) -> tuple[Scene, ...]:
     """Seed pair, resection of each next photo, triangulation, bundle adjustment.
 
@@ -47,6 +48,7 @@ def map_incrementally(
 
     Args:
         places_px: Keypoints of every photo, in the order that the pairs number them.
+        own_sigmas_px: Of the same, where some are points of coded marks.
     """
     pycolmap.logging.minloglevel = pycolmap.logging.ERROR.value
     with pycolmap.Database.open(":memory:") as database:
@@ -66,7 +68,7 @@ def map_incrementally(
     pipeline.run()
     models = [manager.get(idx) for idx in range(manager.size())]
     models.sort(key=lambda model: (-model.num_reg_images(), -model.num_points3D()))
-    return tuple(_scene(model, photos, places_px, cameras) for model in models)
+    return tuple(_scene(model, photos, places_px, cameras, own_sigmas_px) for model in models)
 
 
 def _options(cameras: Cameras, seed: int) -> pycolmap.IncrementalPipelineOptions:
@@ -128,6 +130,7 @@ def _scene(
     photos: PhotoSet,
     places_px: Sequence[Points2],
     cameras: Cameras,
+    own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None,
 ) -> Scene:
     poses: list[Rigid | None] = [None] * len(photos.photos)
     for image_id in model.reg_image_ids():
@@ -139,9 +142,12 @@ def _scene(
     points = [model.points3D[point_id] for point_id in ids]
     elements = _elements(points)
     xy_px = np.empty((len(elements), 2))
+    own_sigma_px = None if own_sigmas_px is None else np.empty(len(elements))
     for photo_idx, places in enumerate(places_px):
         rows = elements[:, 0] == photo_idx
         xy_px[rows] = places[elements[rows, 1]]
+        if own_sigmas_px is not None and own_sigma_px is not None:
+            own_sigma_px[rows] = own_sigmas_px[photo_idx][elements[rows, 1]]
     return Scene(
         names=photos.names,
         cameras=tuple(
@@ -151,7 +157,10 @@ def _scene(
         camera_from_world=tuple(poses),
         points_in_world=np.array([point.xyz for point in points], float).reshape(-1, 3),
         observations=Observations(
-            np.ascontiguousarray(elements[:, 0]), np.ascontiguousarray(elements[:, 2]), xy_px
+            np.ascontiguousarray(elements[:, 0]),
+            np.ascontiguousarray(elements[:, 2]),
+            xy_px,
+            own_sigma_px,
         ),
         verdicts=(),
     )

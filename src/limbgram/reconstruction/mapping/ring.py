@@ -25,7 +25,7 @@ from limbgram.reconstruction.calibration.cameras import (
 )
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.answering import answered
-from limbgram.reconstruction.mapping.scene import Observations, Ring, Scene
+from limbgram.reconstruction.mapping.scene import Ring, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
@@ -35,12 +35,15 @@ from limbgram.reconstruction.mapping.verdicts import (
     photo_points,
 )
 from limbgram.reconstruction.mapping.zoom import odd_focals
+from limbgram.reconstruction.matching.coded import Coded
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.twoview.pairs import Pairs
 
 _BRIDGE_DEG = 60.0
 _FEWEST_BRIDGES = 15
+_CODED_WORTH = 2
+"""A corner of a coded mark, which cannot be mistaken, bridges as so many points of paint do."""
 _SAME_SPOT = (
     "They were taken from nearly the same spot, or the matches are too few. Walk round the object "
     "in steps of 20 degrees or less, keep it sharp and filling the frame, and see that its surface "
@@ -92,10 +95,15 @@ def place(
     pairs: Pairs,
     cameras: Cameras,
     options: MappingOptions = DEFAULTS,
+    coded: Coded | None = None,
 ) -> Scene:
-    """Place the photos and their common points in one world frame of arbitrary scale."""
+    """Place the photos and their common points in one world frame of arbitrary scale.
+
+    Args:
+        coded: Which keypoints are points of coded marks.
+    """
     try:
-        scene = _placed(photos, features, pairs, cameras, options)
+        scene = _placed(photos, features, pairs, cameras, options, coded)
         return readjusted(scene, cameras, options)
     except PlacementError as refusal:
         cause = _foreign(photos, features, pairs, cameras, options) or common_fault(photos.photos)
@@ -117,7 +125,12 @@ def place_roughly(
 
 
 def _placed(
-    photos: PhotoSet, features: Features, pairs: Pairs, cameras: Cameras, options: MappingOptions
+    photos: PhotoSet,
+    features: Features,
+    pairs: Pairs,
+    cameras: Cameras,
+    options: MappingOptions,
+    coded: Coded | None = None,
 ) -> Scene:
     if not pairs.verified:
         raise PlacementError(f"No two photos show the same points. {_ADVICE}")
@@ -125,7 +138,8 @@ def _placed(
     seeds = farthest_reaching(pairs, options.mapper_matches)
     from limbgram.reconstruction.mapping.colmap import map_incrementally  # loads pycolmap
 
-    found = map_incrementally(photos, places_px, seeds, cameras, options.seed)
+    own_sigmas_px = None if coded is None else coded.own_sigmas_px()
+    found = map_incrementally(photos, places_px, seeds, cameras, options.seed, own_sigmas_px)
     if not found:
         raise PlacementError(
             f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene. "
@@ -135,7 +149,7 @@ def _placed(
     dropped = _misplaced(rough, pairs, options)
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
-    scene = with_all_tracks(rough, places_px, pairs, options.track_px)
+    scene = with_all_tracks(rough, places_px, pairs, options.track_px, coded)
     verdicts = judge(scene, features, pairs, found[1:], dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
@@ -270,8 +284,7 @@ def without_photos(scene: Scene, photos: set[int]) -> Scene:
     poses = [
         None if photo in photos else pose for photo, pose in enumerate(scene.camera_from_world)
     ]
-    kept = Observations(seen.photo_idx[keep], seen.point_idx[keep], seen.xy_px[keep])
-    return replace(scene, camera_from_world=tuple(poses), observations=kept)
+    return replace(scene, camera_from_world=tuple(poses), observations=seen.some(keep))
 
 
 def ring_of(scene: Scene) -> Ring:
@@ -286,12 +299,16 @@ def ring_of(scene: Scene) -> Ring:
 
     seen = np.zeros((len(scene.points_in_world), len(scene.names)), bool)
     seen[scene.observations.point_idx, scene.observations.photo_idx] = True
+    worth = np.ones(len(scene.points_in_world), np.int64)
+    if scene.observations.own_sigma_px is not None:
+        coded = scene.observations.own_sigma_px > 0
+        worth[scene.observations.point_idx[coded]] = _CODED_WORTH
     bridges: list[int] = []
     for start in angles[order]:
         before, after = (start - angles) % 360.0 < _BRIDGE_DEG, (angles - start) % 360.0 > 0.0
         after &= (angles - start) % 360.0 < _BRIDGE_DEG
         both = seen[:, placed[before]].any(1) & seen[:, placed[after]].any(1)
-        bridges.append(int(both.sum()))
+        bridges.append(int(worth[both].sum()))
     narrow = float(gaps.max()) < _BRIDGE_DEG
     return Ring(
         largest_gap_deg=float(gaps.max()),

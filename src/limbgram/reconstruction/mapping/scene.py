@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float64, Int32, Int64
+from jaxtyping import Bool, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid, Similarity
@@ -36,6 +36,19 @@ class Observations:
     photo_idx: Int32[np.ndarray, " m"]
     point_idx: Int32[np.ndarray, " m"]
     xy_px: Points2
+    own_sigma_px: Float64[np.ndarray, " m"] | None = None
+    """Of a coordinate of corners of coded marks, which are measured by themselves; zero for paint.
+    None where there are no marks."""
+
+    def some(self, keep: Bool[np.ndarray, " m"]) -> "Observations":
+        """Those that are kept, in their order."""
+        own = self.own_sigma_px
+        return Observations(
+            self.photo_idx[keep],
+            self.point_idx[keep],
+            self.xy_px[keep],
+            None if own is None else own[keep],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +103,20 @@ class Movement:
         return self.kind in ("step", "drift", "restless")
 
 
+@dataclass(frozen=True, kw_only=True)
+class JoinedByMarks:
+    """What coded marks did for photos that paint alone did not join all round."""
+
+    photos_by_paint: int
+    """Placed by paint alone."""
+    ids: tuple[int, ...]
+    """Marks that hold the photos together."""
+    left_out: tuple[int, ...]
+    """Marks that do not fit,"""
+    reasons: tuple[str, ...]
+    """and why, in the same order."""
+
+
 Deviation = Literal["principal point", "focal length", "rolling shutter"]
 
 
@@ -140,6 +167,8 @@ class Scene:
     """Of what the photos aim at against its surroundings. None where nobody looked."""
     bending: Movement | None = None
     """Of one half of its length against the other."""
+    marks: JoinedByMarks | None = None
+    """None where paint joins the photos, or marks do not help."""
     own: OwnLenses | None = None
     """Beside the cameras' lenses. None where one lens explains all photos of a camera."""
 

@@ -84,7 +84,7 @@ def adjust(
         bundle, body = _descend(bundle, body, prior, sigma_px, gain)
         sigma_px = bundle.sigma_px(scene)
         bundle = _respread(bundle, body, prior, sigma_px)
-        bundle = bundle.without_outliers(scene, outlier_sigmas * sigma_px)
+        bundle = bundle.without_outliers(scene, sigma_px, outlier_sigmas)
     covariance = _Equations.at(bundle, body, prior, sigma_px, 0.0).covariance()
     first, cameras = POSE_SIZE * len(bundle.views), len(scene.cameras)
     rows = [slice(first + LENS_SIZE * k, first + LENS_SIZE * (k + 1)) for k in range(cameras)]

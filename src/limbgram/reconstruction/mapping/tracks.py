@@ -10,13 +10,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Int32, Int64
+from jaxtyping import Bool, Float64, Int32, Int64
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.triangulation import sampson_px, triangulate
 from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.matching.coded import Coded
 from limbgram.reconstruction.matching.matching import PairMatches
 from limbgram.reconstruction.twoview.essential import fundamental_from_pose, straightened
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
@@ -55,29 +56,56 @@ class _Keypoints:
     xy_px: Points2
     first_of: Int64[np.ndarray, " p"]
     """Where each photo's keypoints start."""
+    own_sigma_px: Float64[np.ndarray, " k"] | None = None
+    """Of corners of coded marks; zero for paint."""
 
     @classmethod
-    def of(cls, places_px: Sequence[Points2]) -> "_Keypoints":
+    def of(
+        cls,
+        places_px: Sequence[Points2],
+        own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
+    ) -> "_Keypoints":
         sizes = [len(places) for places in places_px]
         return cls(
             np.repeat(np.arange(len(sizes), dtype=np.int32), sizes),
             np.concatenate(list(places_px)),
             np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+            None if own_sigmas_px is None else np.concatenate(list(own_sigmas_px)),
         )
 
 
 def with_all_tracks(
-    scene: Scene, places_px: Sequence[Points2], pairs: Pairs, largest_px: float
+    scene: Scene,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    largest_px: float,
+    coded: Coded | None = None,
 ) -> Scene:
-    """The scene with its points made anew from all matches that obey its cameras."""
-    return with_tracks(scene, places_px, [pair.matches for pair in pairs.verified], largest_px)
+    """The scene with its points made anew from all matches that obey its cameras.
+
+    Args:
+        coded: Which keypoints are points of coded marks: of these the corners are taken.
+    """
+    matches = [pair.matches for pair in pairs.verified]
+    if coded is None:
+        return with_tracks(scene, places_px, matches, largest_px)
+    corners = [coded.corners_only(pair) for pair in matches]
+    return with_tracks(scene, places_px, corners, largest_px, coded.own_sigmas_px())
 
 
 def with_tracks(
-    scene: Scene, places_px: Sequence[Points2], matches: Sequence[PairMatches], largest_px: float
+    scene: Scene,
+    places_px: Sequence[Points2],
+    matches: Sequence[PairMatches],
+    largest_px: float,
+    own_sigmas_px: Sequence[Float64[np.ndarray, " k"]] | None = None,
 ) -> Scene:
-    """The scene with its points made anew from matches, verified or not, that obey its cameras."""
-    keypoints = _Keypoints.of(places_px)
+    """The scene with its points made anew from matches, verified or not, that obey its cameras.
+
+    Args:
+        own_sigmas_px: By photo and keypoint, of corners of coded marks; zero for paint.
+    """
+    keypoints = _Keypoints.of(places_px, own_sigmas_px)
     edges = np.concatenate(
         [
             pair.keypoint_idx[_obeying(scene, places_px, pair, largest_px)]
@@ -139,6 +167,9 @@ def _triangulated(
         scene,
         points_in_world=found.points_in_world[good],
         observations=Observations(
-            keypoints.photo_idx[members][keep], number[point_idx[keep]], xy_px[keep]
+            keypoints.photo_idx[members][keep],
+            number[point_idx[keep]],
+            xy_px[keep],
+            None if keypoints.own_sigma_px is None else keypoints.own_sigma_px[members][keep],
         ),
     )

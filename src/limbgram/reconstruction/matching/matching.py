@@ -290,6 +290,15 @@ def match(photos: PhotoSet, features: Features, options: MatchingOptions = DEFAU
     return joined(photos, match_pairs(photos, features, candidates, options), options)
 
 
+def match_what_there_is(
+    photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
+) -> Matches:
+    """The same where photos that show too little are no refusal: something else joins them too."""
+    candidates = select_pairs(features, options.selection)
+    matched = match_pairs(photos, features, candidates, options)
+    return _joined(matched, options)
+
+
 def pairs_worth_matching(
     photos: PhotoSet, features: Features, options: MatchingOptions = DEFAULTS
 ) -> tuple[Candidate, ...]:
@@ -335,10 +344,14 @@ def joined(
     Raises:
         MatchingError: most photos match no other.
     """
-    pairs = tuple(one.pair for one in matched if one.turning_alike >= options.min_matches)
-    _refuse_strangers(photos, pairs)
+    found = _joined(matched, options)
+    _refuse_strangers(photos, found.pairs)
+    return found
+
+
+def _joined(matched: Sequence[MatchedPair], options: MatchingOptions) -> Matches:
     return Matches(
-        pairs=pairs,
+        pairs=tuple(one.pair for one in matched if one.turning_alike >= options.min_matches),
         pairs_tried=len(matched),
         descriptor_matches=sum(one.descriptor_matches for one in matched),
     )

@@ -77,7 +77,7 @@ def test_outliers_go_and_points_that_are_left_weak_with_them(make_scene: MakeSce
     wrong = random.random(len(seen.xy_px)) < 0.25
     xy = seen.xy_px + np.where(wrong[:, None], 8.0, 0.0)
     scene = replace(scene, observations=Observations(seen.photo_idx, seen.point_idx, xy))
-    kept = Bundle.of(scene).without_outliers(scene, 5.0)
+    kept = Bundle.of(scene).without_outliers(scene, 1.25, 4.0)
     good = [
         (int(point), int(photo))
         for photo, point, bad in zip(seen.photo_idx, seen.point_idx, wrong)

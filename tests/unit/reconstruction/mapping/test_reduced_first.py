@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.errors import MatchingError
+from limbgram.core.geometry.lens import Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, from_exif
 from limbgram.reconstruction.features.detection import Features, Keypoints
@@ -18,6 +19,8 @@ from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, place_photos
+from limbgram.reconstruction.targets.board import KIT_DICTIONARY
+from limbgram.reconstruction.targets.marks import MarkDetections
 from limbgram.reconstruction.twoview.pairs import Pairs
 
 MakeScene = Callable[..., Scene]
@@ -75,6 +78,7 @@ def photos(width_px: int = 1500) -> PhotoSet:
     return PhotoSet((one,) * 3, ())
 
 
+NO_MARKS = MarkDetections(dictionary=KIT_DICTIONARY, photos=())
 FULL_SIZE = ["detect", "find_still", "match", "verify", "place"]
 REDUCED = ["detect", "find_still", "match", "verify", "place_roughly"]
 
@@ -90,8 +94,9 @@ def placed(ring: Scene, **told: Any) -> tuple[Placing, list[str]]:
         "follow_points": ring,
     }
     run = Told({**products, **told})
-    none: tuple[Calibration, ...] = ()
-    return place_photos(photos(), Cameras(none), PipelineOptions(), run), run.called
+    lens = Camera(width_px=1500, height_px=1000, fx=2000.0, fy=2000.0, cx=750.0, cy=500.0)
+    given = Calibration(camera=lens, covariance=np.zeros((10, 10)), source="board")
+    return place_photos(photos(), Cameras((given,)), PipelineOptions(), run), run.called
 
 
 def test_a_firm_ring_is_followed_and_nothing_is_done_at_full_size(ring: Scene) -> None:
@@ -161,4 +166,12 @@ def test_a_refusal_at_reduced_size_is_none(ring: Scene) -> None:
 
 def test_a_refusal_at_full_size_is_one(ring: Scene) -> None:
     with pytest.raises(MatchingError):
-        placed(ring, match=MatchingError("too little"))
+        placed(ring, match=MatchingError("too little"), find_marks=NO_MARKS)
+
+
+def test_marks_are_looked_for_only_where_paint_leaves_the_ring_open(ring: Scene) -> None:
+    part = firm(without_photos(ring, {3}))
+    placing, called = placed(ring, place_roughly=part, place=part, find_marks=NO_MARKS)
+    assert called == [*REDUCED, *FULL_SIZE, "find_marks"]
+    assert placing.scene.marks is None
+    assert len(placing.scene.placed) == 11
