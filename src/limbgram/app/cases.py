@@ -6,12 +6,12 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Query, Request
-from fastapi.responses import FileResponse
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
 from limbgram.app.replies import PICTURE, missing
+from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.bench import Bench
 from limbgram.cases.record import read_verdict
 from limbgram.cases.running import read_job_file
@@ -222,12 +222,17 @@ def clear_case(clinic: ClinicHere, case: CaseHere) -> Freed:
     return Freed(bytes=freed)
 
 
-@router.get("/cases/{case_id}/thumbnail", response_class=FileResponse, responses=PICTURE)
-def read_thumbnail(case: CaseHere) -> FileResponse:
-    """A picture of the case's surface."""
+@router.get("/cases/{case_id}/thumbnail", response_class=Response, responses=PICTURE)
+def read_thumbnail(case: CaseHere) -> Response:
+    """A small picture of the case's surface, without a ground."""
     if case.thumbnail is None:
         raise missing("This case has no picture yet.")
-    return FileResponse(case.thumbnail, headers={"cache-control": "private, max-age=60"})
+    changed = case.thumbnail.stat().st_mtime_ns
+    return Response(
+        thumbnail_of(case.thumbnail, changed),
+        media_type="image/png",
+        headers={"cache-control": "private, max-age=60"},
+    )
 
 
 _MAY_BE_NO = ("kind", "side")

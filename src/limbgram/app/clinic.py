@@ -67,6 +67,8 @@ class Clinic:
     """Held while a sample case is made: one at a time."""
     calibrating: threading.Lock = field(default_factory=threading.Lock)
     """Held while a camera is calibrated: one at a time, others wait."""
+    closing: bool = False
+    """The server ends: answers that stay open, such as streams of events, end by themselves."""
 
     def __post_init__(self) -> None:
         self.runner = Runner(
@@ -85,6 +87,7 @@ class Clinic:
 
     def close(self) -> None:
         """End what runs; what is finished is kept."""
+        self.closing = True
         self.doors.close_all()
         self.coaches.close()
         self.runner.close()

@@ -43,18 +43,21 @@ def _stream(
     access = clinic.access_of(request)
     session = session_in(request.headers.get("cookie", ""))
     return StreamingResponse(
-        _changes(request, counts, lambda: access.state(session) == "open"),
+        _changes(clinic, request, counts, lambda: access.state(session) == "open"),
         media_type="text/event-stream",
         headers={"cache-control": "no-store", "x-accel-buffering": "no"},
     )
 
 
 async def _changes(
-    request: Request, counts: Callable[[], dict[str, int]], may_listen: Callable[[], bool]
+    clinic: Clinic,
+    request: Request,
+    counts: Callable[[], dict[str, int]],
+    may_listen: Callable[[], bool],
 ) -> AsyncGenerator[str]:
     before: dict[str, int] | None = None
     quiet_s = 0.0
-    while not request.app.state.closing and may_listen() and not await request.is_disconnected():
+    while not clinic.closing and may_listen() and not await request.is_disconnected():
         now = counts()
         changed = [name for name, count in now.items() if (before or {}).get(name) != count]
         if changed or before is None:

@@ -87,7 +87,6 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
     async def living(app: FastAPI) -> AsyncGenerator[None]:
         clinic.open()
         yield
-        app.state.closing = True
         clinic.close()
 
     app = FastAPI(
@@ -101,7 +100,6 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.clinic = clinic
-    app.state.closing = False
     for resource in _RESOURCES:
         app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
     app.include_router(session.start_router)

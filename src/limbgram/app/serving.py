@@ -84,7 +84,7 @@ def serve_clinic(
     """
     with no_search_for_garbage():
         routes = guarded(clinic)
-    server = EndingServer(configured(routes, tls, lifespan="on"))
+    server = EndingServer(configured(routes, tls, lifespan="on"), clinic)
 
     def tell() -> None:
         while not server.started and not server.should_exit:
@@ -104,7 +104,16 @@ class EndingServer(uvicorn.Server):
 
     Libraries that are loaded meanwhile put handlers of their own in the place of its own (glog,
     which comes with pycolmap, prints a stack trace and aborts): it puts them back once a second.
+    Streams of events never end by themselves: the clinic tells them to, before they are waited for.
     """
+
+    def __init__(self, config: uvicorn.Config, clinic: Clinic) -> None:
+        super().__init__(config)
+        self._clinic = clinic
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._clinic.closing = True
+        await super().shutdown(sockets)
 
     @contextmanager
     def capture_signals(self) -> Generator[None]:

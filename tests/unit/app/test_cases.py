@@ -1,8 +1,11 @@
 """The list of cases: ids, labels, room on the disk, and going for good."""
 
+import io
 import re
 
+import numpy as np
 from fastapi.testclient import TestClient
+from PIL import Image
 
 from limbgram.app.clinic import Clinic
 from limbgram.cases.shelf import ID_PATTERN
@@ -55,3 +58,23 @@ def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic:
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     assert client.get(f"{API}/cases/{case_id}").status_code == 404
     assert not list(clinic.shelf.root.rglob("a.jpg"))
+
+
+def test_the_thumbnail_is_the_first_view_alone_without_a_ground(
+    client: TestClient, clinic: Clinic
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    assert client.get(f"{API}/cases/{case_id}/thumbnail").status_code == 404
+    picture = np.full((400, 1000, 3), 255, np.uint8)
+    picture[:20, 80:120] = 90  # words above the views, and a scale below them
+    picture[385:, 30:200] = 90
+    picture[60:360, 50:150] = (200, 30, 30)
+    picture[60:360, 300:400] = (30, 30, 200)
+    report = clinic.shelf.case(case_id).folder.report
+    report.mkdir(parents=True)
+    Image.fromarray(picture).save(report / "surface.png")
+    answer = client.get(f"{API}/cases/{case_id}/thumbnail")
+    with Image.open(io.BytesIO(answer.content)) as small:
+        assert small.size == (37, 112)
+        drawn = np.asarray(small.convert("RGBA")).astype(int)
+    assert np.abs(drawn[1:-1, 1:-1] - (200, 30, 30, 255)).max() <= 2

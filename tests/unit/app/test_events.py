@@ -6,16 +6,18 @@ import socket
 import sys
 import threading
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
 import pytest
-import uvicorn
 from PIL import Image
 
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
+from limbgram.app.listening import configured
 from limbgram.app.server import guarded
+from limbgram.app.serving import EndingServer
 from limbgram.cases.shelf import Shelf
 
 API = "/api/v1"
@@ -26,21 +28,32 @@ for stage in ("read photos", "detect"):
 """
 
 
+@dataclass
+class Served:
+    """A server on a socket, and somebody who is signed in to it."""
+
+    server: EndingServer
+    client: httpx.Client
+
+
 @pytest.fixture
-def browser(tmp_path: Path) -> Iterator[httpx.Client]:
-    """Somebody who is signed in to a server on a socket."""
+def browser(served: Served) -> httpx.Client:
+    return served.client
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Served]:
     listening = socket.create_server(("127.0.0.1", 0))
     host = f"127.0.0.1:{listening.getsockname()[1]}"
     clinic = Clinic(Shelf(tmp_path / "cases"), Access(frozenset({host})))
     clinic.runner.command = (sys.executable, "-c", RUN)
-    config = uvicorn.Config(guarded(clinic, tmp_path), log_level="error")
-    server = uvicorn.Server(config)
+    server = EndingServer(configured(guarded(clinic, tmp_path), None, "on"), clinic)
     serving = threading.Thread(target=server.run, args=([listening],))
     serving.start()
     try:
         with httpx.Client(base_url=f"http://{host}", timeout=20) as client:
             client.get(f"/start?token={clinic.access.new_link_token()}")
-            yield client
+            yield Served(server, client)
     finally:
         server.should_exit = True
         serving.join(20)
@@ -77,3 +90,14 @@ def test_photos_and_steps_of_a_run_are_told_as_they_come(browser: httpx.Client) 
 def test_nobody_listens_without_a_session(browser: httpx.Client) -> None:
     browser.cookies.clear()
     assert browser.get(f"{API}/events").status_code == 401
+
+
+def test_a_server_that_ends_ends_its_streams_first(
+    served: Served, caplog: pytest.LogCaptureFixture
+) -> None:
+    with served.client.stream("GET", f"{API}/events") as stream:
+        lines = stream.iter_lines()
+        next(changes(lines))
+        served.server.should_exit = True
+        assert not any(changes(lines))  # to its end, and no further
+    assert not caplog.records

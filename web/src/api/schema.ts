@@ -256,7 +256,7 @@ export interface paths {
         };
         /**
          * Read Thumbnail
-         * @description A picture of the case's surface.
+         * @description A small picture of the case's surface, without a ground.
          */
         get: operations["read_thumbnail"];
         put?: never;

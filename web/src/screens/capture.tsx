@@ -87,10 +87,11 @@ export function CaptureScreen({ room }: RoomProps) {
   const goes = answer?.go === true && said?.current === true;
   const few = here.length < 3 ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : null;
   const busy = room.info.state === "computing" || room.info.state === "held";
+  const computed = room.info.state === "finished";
 
   return (
     <main class="capture" id="content" tabIndex={-1}>
-      <Banner said={said} photos={here.length} busy={busy} done={room.info.state === "finished"} off={few ?? (goes || busy ? null : t("capture.not.go"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
+      <Banner said={said} photos={here.length} busy={busy} done={room.info.state === "finished"} off={few ?? (goes || busy ? null : t("capture.not.go"))} onResult={() => go(href.step(room.id, "result"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
       <div class="cols">
         <section
           class={`photos ${over.value ? "over" : ""}`}
@@ -186,19 +187,19 @@ export function CaptureScreen({ room }: RoomProps) {
             </section>
             {answer && !goes && answer.missing.length > 0 && <HowToStand answer={answer} />}
             {answer?.coverage && <Expected coverage={answer.coverage} />}
-            <Findings said={said} />
+            <Findings said={said} onCheck={here.length > 2 ? () => void askCheck() : null} />
           </div>
           {!goes && !busy && (
             <div class="next side-by-side">
-              <p class="small faint grow">{t("capture.left")}</p>
+              <p class="small faint grow">{t(computed ? "capture.again.when" : "capture.left")}</p>
               <Button off={few} onClick={() => (anyway.value = true)}>
-                {t("capture.anyway")}
+                {t(computed ? "capture.again" : "capture.anyway")}
               </Button>
             </div>
           )}
           {anyway.value && !goes && (
-            <Confirm title={t("capture.anyway.sure")} yes={t("capture.anyway")} onYes={() => void compute()} onNo={() => (anyway.value = false)}>
-              <p>{t("capture.anyway.why")}</p>
+            <Confirm title={t(computed ? "capture.again.sure" : "capture.anyway.sure")} yes={t(computed ? "capture.again" : "capture.anyway")} onYes={() => void compute()} onNo={() => (anyway.value = false)}>
+              <p>{t(computed ? "capture.again.why" : "capture.anyway.why")}</p>
             </Confirm>
           )}
         </aside>
@@ -237,25 +238,33 @@ export function dialOf(answer: Check["answer"] | null | undefined): DialData | n
   };
 }
 
-function Banner({ said, photos, busy, done, off, onCompute, act }: { said: Check | null; photos: number; busy: boolean; done: boolean; off: string | null; onCompute: () => void; act: boolean }) {
+function Banner({ said, photos, busy, done, off, onCompute, onResult, act }: { said: Check | null; photos: number; busy: boolean; done: boolean; off: string | null; onCompute: () => void; onResult: () => void; act: boolean }) {
   const answer = said?.answer;
   const running = said?.state === "running";
   const goes = answer?.go === true && said?.current === true;
-  const tone = goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy ? t("capture.computing") : done && !answer && !running ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
-  const why = busy ? "" : done && !answer && !running ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t("capture.begin.why");
+  /** Computed, and nothing new here. */
+  const rests = done && !answer && !running;
+  const tone = rests ? "green" : goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
+  const lead = busy ? t("capture.computing") : rests ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
+  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t("capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>
-        <Icon name={goes ? "tick" : tone === "amber" ? "warn" : "camera"} />
+        <Icon name={goes || rests ? "tick" : tone === "amber" ? "warn" : "camera"} />
       </span>
       <div class="grow">
         <h1 class="lead">{lead}</h1>
         <span class="soft">{why}</span>
       </div>
-      <Button go={goes || busy} off={busy ? null : (off ?? (act ? t("loading") : null))} onClick={onCompute}>
-        {t(busy ? "next.watch" : "capture.compute")}
-      </Button>
+      {rests ? (
+        <Button go trailing="next" onClick={onResult}>
+          {t("capture.see")}
+        </Button>
+      ) : (
+        <Button go={goes || busy} off={busy ? null : (off ?? (act ? t("loading") : null))} onClick={onCompute}>
+          {t(busy ? "next.watch" : "capture.compute")}
+        </Button>
+      )}
     </div>
   );
 }
@@ -333,9 +342,19 @@ function HowToStand({ answer }: { answer: NonNullable<Check["answer"]> }) {
   );
 }
 
-function Findings({ said }: { said: Check | null }) {
+function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void) | null }) {
   const answer = said?.answer;
-  if (!answer) return <section class="soft small-note">{said?.state === "running" ? t("capture.checking.why") : t("capture.check.later")}</section>;
+  if (!answer)
+    return (
+      <section class="soft small-note">
+        <p>{said?.state === "running" ? t("capture.checking.why") : t("capture.check.later")}</p>
+        {onCheck && said?.state !== "running" && (
+          <div class="acts">
+            <Button onClick={onCheck}>{t("capture.check.now")}</Button>
+          </div>
+        )}
+      </section>
+    );
   const sharp = answer.photos.filter((one) => one.counts).length;
   const checks: { ok: boolean; text: string }[] = [
     { ok: answer.missing.length === 0, text: answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },

@@ -179,7 +179,7 @@ export function StateOf({ one }: { one: Case }) {
       <>
         <Chip tone={one.verdict.light}>{t(`verdict.${one.verdict.light}`)}</Chip>
         <div class="small soft nt" title={one.verdict.headline}>
-          {withoutColour(one.verdict.headline)}
+          {inShort(one.verdict.headline)}
         </div>
       </>
     );
@@ -202,6 +202,16 @@ export function StateOf({ one }: { one: Case }) {
 export function withoutColour(headline: string): string {
   const rest = headline.replace(/^(GREEN|AMBER|RED)( for the shape)?[:;,.]?\s*/, "");
   return rest ? rest[0].toUpperCase() + rest.slice(1) : headline;
+}
+
+/** The same in one line of the list: what the surface keeps to, and the first doubt. */
+export function inShort(headline: string): string {
+  const rest = withoutColour(headline);
+  const within = /within ([\d.]+) mm/.exec(rest)?.[1];
+  const doubt = /^[\d.]+ mm/.test(rest) ? "" : rest.split(/[:;]|\. /)[0];
+  if (!within) return doubt || rest;
+  const kept = t("case.within", within);
+  return doubt ? `${kept}; ${doubt[0].toLowerCase()}${doubt.slice(1)}` : kept;
 }
 
 function nextOf(one: Case): { text: string; to: string } {

@@ -175,7 +175,7 @@ export function MeasureScreen({ room }: RoomProps) {
                       </td>
                       <td>
                         {one.over_surface_mm.value.toFixed(1)} mm
-                        {one.over_surface_mm.within ? <span class="faint"> ± {one.over_surface_mm.within.toFixed(1)}</span> : null}
+                        {one.over_surface_mm.within ? <span class="faint"> ± {Math.max(0.1, one.over_surface_mm.within).toFixed(1)}</span> : null}
                       </td>
                     </tr>
                   ))}

@@ -1,32 +1,107 @@
-/** Any edit by its parameters: for those that are not drawn on the limb. What each means stands beside it. */
+/**
+ * Any edit by its parameters: for those that are not drawn on the limb. What each means stands beside it.
+ *
+ * Once something was typed and nothing lacks, the server tries the edit and the limb shows it; it is
+ * kept by the button alone.
+ */
 import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 
-import { type Schemas, api, taken } from "../api/client";
+import { type Schemas, type Refused, api, taken } from "../api/client";
 import { Button } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { signed } from "../geometry/scales";
 import { useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
 
 const FIRST_LEVEL = ["sock", "smoothing", "offset", "extension", "flare", "distal-end", "plane-cut", "fill", "wall", "clean"];
+/** Parameters that an expert alone is asked for; left out, they have their usual value. */
+const FOR_EXPERTS = ["positions_in", "leave", "leave_mm", "least_mm", "forward_deg", "right_deg", "sheets_mm", "spikes"];
+const TRY_AFTER_MS = 600;
+const FIRST_LEVELS: readonly Level[] = [
+  { height: "", amount: "" },
+  { height: "", amount: "" },
+];
 
-export function OtherEdit({ first, only, places, busy, onKeep }: { first: string; only: readonly string[] | null; places: readonly string[]; busy: boolean; onKeep: (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => void }) {
+interface Level {
+  readonly height: string;
+  readonly amount: string;
+}
+
+interface Body {
+  readonly kind: string;
+  readonly parameters: Record<string, unknown>;
+  readonly accept: string[];
+}
+
+interface Props {
+  readonly first: string;
+  readonly only: readonly string[] | null;
+  readonly places: readonly string[];
+  readonly busy: boolean;
+  readonly waits: boolean;
+  /** What the trial does to the volume, mL; null where nothing is tried. */
+  readonly volume_ml: number | null;
+  readonly refused: Refused | null;
+  readonly onTry: (body: Body) => void;
+  readonly onKeep: (body: Body) => void;
+  readonly onDrop: () => void;
+}
+
+export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused, onTry, onKeep, onDrop }: Props) {
   const kinds = useAsked(() => taken(api.GET("/api/v1/edits", {})), []);
   const kind = useSignal(first);
   const given = useSignal<Record<string, string>>({});
-  const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && ((only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind))));
+  const levels = useSignal(FIRST_LEVELS);
+  const wait = useRef(0);
+  useEffect(() => () => clearTimeout(wait.current), []);
+  const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && (only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind)));
   const one = all.find((k) => k.kind === kind.value) ?? all[0];
-  const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in");
-  const lacks = parameters.filter((p) => !/else/.test(p.expected) && !(given.value[p.name] ?? "").trim());
-  const keep = () => {
-    if (!one) return;
+  const parameters = (one?.parameters ?? []).filter((p) => p.name !== "positions_in" && (expert.value || !FOR_EXPERTS.includes(p.name)));
+  const byLevels = parameters.some((p) => p.name === "heights_mm");
+  const fields = parameters.filter((p) => p.name !== "heights_mm" && p.name !== "per_cent");
+  const rows = levels.value.filter((row) => row.height.trim() && row.amount.trim());
+  const textOf = (p: Schemas["Parameter"]) => (given.value[p.name] ?? "").trim();
+  const lacks = [...fields.filter((p) => isAsked(p) && !textOf(p)).map(labelOf), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
+  const body = (): Body | null => {
+    if (!one) return null;
     const made: Record<string, unknown> = {};
-    for (const p of parameters) {
-      const text = (given.value[p.name] ?? "").trim();
+    for (const p of fields) {
+      const text = textOf(p);
       if (text) made[p.name] = valueOf(text, p);
     }
-    onKeep({ kind: one.kind, parameters: made, accept: [] });
+    if (byLevels) {
+      const sorted = rows.map((row) => [numberOf(row.height), numberOf(row.amount)] as const).sort((a, b) => a[0] - b[0]);
+      made["heights_mm"] = sorted.map(([height]) => height);
+      made["per_cent"] = sorted.map(([, amount]) => amount);
+    }
+    return { kind: one.kind, parameters: made, accept: [] };
   };
+  const keep = () => {
+    clearTimeout(wait.current);
+    const made = body();
+    if (made) onKeep(made);
+  };
+  // What is typed is shown on the limb once the hand rests.
+  const change = () => {
+    clearTimeout(wait.current);
+    wait.current = window.setTimeout(() => {
+      const made = latest.current();
+      if (made) onTry(made);
+    }, TRY_AFTER_MS);
+  };
+  const latest = useRef<() => Body | null>(() => null);
+  latest.current = () => (lacks.length ? null : body());
+  const set = (name: string, value: string) => {
+    given.value = { ...given.value, [name]: value };
+    change();
+  };
+  const setLevel = (number: number, part: Partial<Level>) => {
+    levels.value = levels.value.map((row, i) => (i === number ? { ...row, ...part } : row));
+    change();
+  };
+  const onEnter = (event: KeyboardEvent) => event.key === "Enter" && !lacks.length && keep();
   return (
     <section class="edit other-edit">
       <h2>{t(only ? "tool.levels" : "tool.other")}</h2>
@@ -36,8 +111,10 @@ export function OtherEdit({ first, only, places, busy, onKeep }: { first: string
           aria-label={t("tool.other")}
           value={one?.kind ?? ""}
           onChange={(event) => {
+            clearTimeout(wait.current);
             kind.value = event.currentTarget.value;
             given.value = {};
+            onDrop();
           }}
         >
           {all.map((k) => (
@@ -48,35 +125,113 @@ export function OtherEdit({ first, only, places, busy, onKeep }: { first: string
         </select>
       </span>
       {one && <p class="soft small-note">{one.does}</p>}
-      {parameters.map((p) => (
+      {byLevels && (
+        <div class="level-rows" role="group" aria-label={t("other.levels")}>
+          <div class="level-row small soft" aria-hidden="true">
+            <span>{t("other.height")}</span>
+            <span>{t(one?.kind === "increase" ? "other.larger" : "other.smaller")}</span>
+          </div>
+          {levels.value.map((row, i) => (
+            <div key={i} class="level-row">
+              <span class="field">
+                <input aria-label={`${t("other.height")} ${i + 1}`} inputMode="decimal" placeholder={["40", "200"][i] ?? ""} value={row.height} onInput={(event) => setLevel(i, { height: event.currentTarget.value })} onKeyDown={onEnter} />
+                <span class="u">mm</span>
+              </span>
+              <span class="field">
+                <input aria-label={`${t("other.amount")} ${i + 1}`} inputMode="decimal" placeholder={["1", "3"][i] ?? ""} value={row.amount} onInput={(event) => setLevel(i, { amount: event.currentTarget.value })} onKeyDown={onEnter} />
+                <span class="u">%</span>
+              </span>
+              <Button
+                bare
+                icon="close"
+                class="icon-only"
+                label={t("other.level.off", i + 1)}
+                off={levels.value.length > 1 ? null : t("other.level")}
+                onClick={() => {
+                  levels.value = levels.value.filter((_, k) => k !== i);
+                  change();
+                }}
+              />
+            </div>
+          ))}
+          <button type="button" class="linkish" onClick={() => (levels.value = [...levels.value, { height: "", amount: "" }])}>
+            {t("other.level.add")}
+          </button>
+          <p class="small faint">{t("other.levels.between")}</p>
+        </div>
+      )}
+      {fields.map((p) => (
         <label key={p.name} class="stacked">
-          <span>{p.name.replace(/_mm$/, "").replaceAll("_", " ")}</span>
+          <span>{labelOf(p)}</span>
           <span class="field">
-            <input list={/Place/.test(p.expected) ? "places-known" : undefined} placeholder={placeholder(p)} value={given.value[p.name] ?? ""} onInput={(event) => (given.value = { ...given.value, [p.name]: event.currentTarget.value })} onKeyDown={(event) => event.key === "Enter" && !lacks.length && keep()} />
+            {choicesOf(p).length > 0 ? (
+              <select value={given.value[p.name] ?? usual(p)} onChange={(event) => set(p.name, event.currentTarget.value)}>
+                {isAsked(p) && <option value="">{t("choose")}</option>}
+                {choicesOf(p).map((choice) => (
+                  <option key={choice} value={choice}>
+                    {tOr(`choice.${choice}`, choice)}
+                  </option>
+                ))}
+              </select>
+            ) : p.name === "above" ? (
+              <select value={given.value[p.name] ?? ""} onChange={(event) => set(p.name, event.currentTarget.value)}>
+                <option value="">{t("place.distal end")}</option>
+                {places.map((name) => (
+                  <option key={name} value={name}>
+                    {tOr(`place.${name}`, name)}
+                  </option>
+                ))}
+              </select>
+            ) : (
+              <input inputMode="decimal" placeholder={usual(p)} value={given.value[p.name] ?? ""} onInput={(event) => set(p.name, event.currentTarget.value)} onKeyDown={onEnter} />
+            )}
             {p.name.endsWith("_mm") && <span class="u">mm</span>}
+            {p.name.endsWith("_deg") && <span class="u">°</span>}
           </span>
           <span class="small faint">{p.meaning}</span>
         </label>
       ))}
-      <datalist id="places-known">
-        {places.map((name) => (
-          <option key={name} value={name} />
-        ))}
-      </datalist>
+      <Refusal refused={refused} />
+      {(volume_ml !== null || waits) && (
+        <div class={`eff ${waits ? "waits" : ""}`} role="status">
+          <span>
+            {t("volume")} <b class={(volume_ml ?? 0) < 0 ? "neg" : "pos"}>{volume_ml === null ? "…" : `${signed(volume_ml)} mL`}</b>
+          </span>
+        </div>
+      )}
       <div class="acts">
-        <Button go class="grow" off={busy ? t("loading") : lacks.length ? t("other.lacks", lacks.map((p) => p.name).join(", ")) : null} onClick={keep}>
+        <Button go class="grow" off={busy ? t("loading") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null} onClick={keep}>
           {t("keep.edit")}
         </Button>
+        {volume_ml !== null && <Button onClick={onDrop}>{t("drop.edit")}</Button>}
       </div>
+      {lacks.length > 0 && <p class="small faint">{t("other.lacks", lacks.join(", "))}</p>}
     </section>
   );
 }
 
-const placeholder = (p: Schemas["Parameter"]) => {
-  const otherwise = /else (.*)$/.exec(p.expected)?.[1];
-  if (otherwise && otherwise !== "None") return otherwise.replaceAll("'", "");
-  return /tuple|list/.test(p.expected) ? "20, 200" : "";
+/** A parameter without a usual value. */
+const isAsked = (p: Schemas["Parameter"]) => !/else/.test(p.expected);
+
+const labelOf = (p: Schemas["Parameter"]): string => {
+  const plain = p.name.replace(/_(mm|deg)$/, "").replaceAll("_", " ");
+  return tOr(`param.${p.name}`, plain[0].toUpperCase() + plain.slice(1));
 };
+
+/** The words that a parameter may be, where it may be only some. */
+export function choicesOf(p: { readonly expected: string }): string[] {
+  if (/^bool/.test(p.expected)) return ["True", "False"];
+  const words = /^Literal\[([^\]]*)\]/.exec(p.expected)?.[1];
+  return words ? [...words.matchAll(/'([^']*)'/g)].map((found) => found[1]) : [];
+}
+
+/** What counts where nothing is said. */
+const usual = (p: Schemas["Parameter"]): string => {
+  const otherwise = /else (.*)$/.exec(p.expected)?.[1];
+  return otherwise && otherwise !== "None" && otherwise !== "()" ? otherwise.replaceAll("'", "") : "";
+};
+
+const numberOf = (text: string) => Number(text.trim().replace(",", ".").replace("−", "-"));
 
 /** What was typed as the server wants it: a number, a list of numbers, yes or no, or a word. */
 export function valueOf(text: string, p: { readonly expected: string }): unknown {

@@ -54,6 +54,10 @@ const ASK_BEYOND_MM = 8;
 const MOST_POINTS = 48;
 const CLOSE_PX = 14;
 const APART_MM = 1;
+/** Points round the limb that make a trimline. */
+const LEAST_TRIM = 4;
+/** Pieces into which a trimline is parted between two points, so that it lies on the surface. */
+const GLUED = 10;
 const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
   { name: "place", icon: "place" },
   { name: "region", icon: "region" },
@@ -74,6 +78,7 @@ export function RectifyScreen({ room }: RoomProps) {
   const drawing = useSignal<readonly Vector3[]>([]);
   const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["Line"] | null } | null>(null);
   const trimline = useSignal<readonly Vector3[]>([]);
+  const trimClosed = useSignal(false);
   const size = useSignal(14);
   /** Of the brush: how wide its edge falls off. */
   const soft = useSignal(8);
@@ -186,6 +191,12 @@ export function RectifyScreen({ room }: RoomProps) {
     level.value = limb ? Math.round(apply(limb.frame, next.anchor)[2]) : null;
     void tryOut(next);
   };
+  /** Try an edit that is not drawn on the limb. */
+  const tryNew = (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => {
+    const v = viewer.current;
+    if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
+    void tryEdit(body);
+  };
   const change = (part: Partial<Draft>) => {
     if (!draft.value) return;
     const next = { ...draft.value, ...part };
@@ -198,6 +209,7 @@ export function RectifyScreen({ room }: RoomProps) {
     trial.value = null;
     drawing.value = [];
     trimline.value = [];
+    trimClosed.value = false;
     refused.value = null;
     waits.value = false;
     const v = viewer.current;
@@ -243,7 +255,10 @@ export function RectifyScreen({ room }: RoomProps) {
         void redo();
       } else if (event.key === "Escape") drop();
       else if (event.key === "Enter" && draft.value && !typing && !(event.target instanceof HTMLButtonElement)) keep();
-      else if (event.key === "[" && !typing) size.value = Math.max(4, size.value - 1);
+      else if (event.key === "Backspace" && !typing && trimline.value.length) {
+        trimClosed.value = false;
+        trimline.value = trimline.value.slice(0, -1);
+      } else if (event.key === "[" && !typing) size.value = Math.max(4, size.value - 1);
       else if (event.key === "]" && !typing) size.value = Math.min(60, size.value + 1);
       else if (event.key === ";" && !typing) soft.value = Math.max(1, soft.value - 1);
       else if (event.key === "'" && !typing) soft.value = Math.min(60, soft.value + 1);
@@ -270,12 +285,14 @@ export function RectifyScreen({ room }: RoomProps) {
   }, [tool.value, d === null, limb]);
 
   // The tool is made once a kind; what it calls is that of the latest render.
-  const latest = useRef({ open, limb, draft, closeRegion, strokeRegion });
-  latest.current = { open, limb, draft, closeRegion, strokeRegion };
+  const latest = useRef({ open, limb, draft, closeRegion, strokeRegion, knotAt, withPoint });
+  latest.current = { open, limb, draft, closeRegion, strokeRegion, knotAt, withPoint };
   const hands = useMemo<Tool | null>(() => {
     const what = tool.value;
     if (what === "levels" || what === "template" || what === "other") return null;
     let path_: { point: Vector3; x: number; y: number; hit: Hit }[] = [];
+    /** Which point of the trimline is dragged. */
+    let dragged: number | null = null;
     const fresh = (hit: Hit, part: Partial<Draft>): Draft => ({
       kind: latest.current.draft.value?.kind ?? "load",
       depth_mm: 2,
@@ -292,9 +309,11 @@ export function RectifyScreen({ room }: RoomProps) {
     return {
       press(hit, event) {
         path_ = [{ point: hit.point, x: event.clientX, y: event.clientY, hit }];
+        if (what === "trimline") dragged = latest.current.knotAt(event);
         return true;
       },
       slide(hit, event) {
+        if (hit && what === "trimline" && dragged !== null) trimline.value = trimline.value.map((p, i) => (i === dragged ? hit.point : p));
         if (!hit || what === "place" || what === "trimline") return;
         const last = path_[path_.length - 1];
         if (Math.hypot(event.clientX - last.x, event.clientY - last.y) < 5) return;
@@ -310,15 +329,9 @@ export function RectifyScreen({ room }: RoomProps) {
           const anchor: Vec3 = named ? vec3(named.position_mm) : [one.point.x, one.point.y, one.point.z];
           latest.current.open(fresh(one, { at: named?.name ?? anchor, anchor }));
         } else if (what === "trimline") {
-          const v = viewer.current;
-          const line = trimline.value;
-          const start = line[0];
-          if (v?.surface && start && line.length > 3) {
-            const p = v.toScreen(v.surface.toShown(start));
-            const box = v.canvas.getBoundingClientRect();
-            if (Math.hypot(p.x + box.left - first.x, p.y + box.top - first.y) < CLOSE_PX) return;
-          }
-          trimline.value = [...line, first.point];
+          if (dragged === 0 && trimline.value.length >= LEAST_TRIM) trimClosed.value = true;
+          else if (dragged === null) trimline.value = latest.current.withPoint(first.point, first.x, first.y);
+          dragged = null;
         } else {
           const v = viewer.current;
           const points = path_.length < 8 ? [] : path_;
@@ -345,6 +358,7 @@ export function RectifyScreen({ room }: RoomProps) {
       },
       cancel() {
         path_ = [];
+        dragged = null;
         drawing.value = [];
       },
     };
@@ -360,6 +374,64 @@ export function RectifyScreen({ room }: RoomProps) {
       return;
     }
     latest.current.open(fresh(points[0].hit, { within: line, ...inside, falloff_mm: tool.value === "brush" ? Math.max(1, Math.min(soft.value, inside.reach)) : Math.max(4, Math.min(size.value, inside.reach * 0.8)) }));
+  }
+
+  function onScreen(point: Vector3): readonly [number, number] | null {
+    const v = viewer.current;
+    if (!v?.surface) return null;
+    const shown = v.surface.toShown(point);
+    const box = v.canvas.getBoundingClientRect();
+    const at = v.toScreen(shown);
+    return v.isSeen(shown) ? [at.x + box.left, at.y + box.top] : null;
+  }
+
+  /** The point of the trimline under a pointer. */
+  function knotAt(event: PointerEvent): number | null {
+    const reach = event.pointerType === "touch" ? 2 * CLOSE_PX : CLOSE_PX;
+    let [best, least] = [null as number | null, reach];
+    trimline.value.forEach((point, i) => {
+      const at = onScreen(point);
+      const gap = at ? Math.hypot(at[0] - event.clientX, at[1] - event.clientY) : Infinity;
+      if (gap < least) [best, least] = [i, gap];
+    });
+    return best;
+  }
+
+  /** The trimline with one point more: on the line where that was clicked, else at its end. */
+  function withPoint(point: Vector3, x: number, y: number): readonly Vector3[] {
+    const line = trimline.value;
+    let [after, least] = [-1, CLOSE_PX / 2];
+    const joins = trimClosed.value ? line.length : line.length - 1;
+    for (let i = 0; i < joins; i++)
+      for (const p of glued([line[i], line[(i + 1) % line.length]], false)) {
+        const at = onScreen(p);
+        const gap = at ? Math.hypot(at[0] - x, at[1] - y) : Infinity;
+        if (gap < least) [after, least] = [i, gap];
+      }
+    return after >= 0 ? [...line.slice(0, after + 1), point, ...line.slice(after + 1)] : [...line, point];
+  }
+
+  /** A line through points that lies on the surface between them: round the long axis, then to the nearest point. */
+  function glued(points: readonly Vector3[], closed: boolean): Vector3[] {
+    const surface = viewer.current?.surface;
+    if (!surface || points.length < 2) return [...points];
+    const shown = points.map((p) => surface.toShown(p));
+    const made: Vector3[] = [];
+    for (let i = 0; i < (closed ? points.length : points.length - 1); i++) {
+      const [a, b] = [shown[i], shown[(i + 1) % points.length]];
+      const [from, to] = [Math.atan2(a.y, a.x), Math.atan2(b.y, b.x)];
+      const turn = Math.atan2(Math.sin(to - from), Math.cos(to - from));
+      const [ra, rb] = [Math.hypot(a.x, a.y), Math.hypot(b.x, b.y)];
+      for (let k = 0; k < GLUED; k++) {
+        const s = k / GLUED;
+        const angle = from + s * turn;
+        const r = ra + s * (rb - ra);
+        const near = new Vector3(r * Math.cos(angle), r * Math.sin(angle), a.z + s * (b.z - a.z));
+        made.push(k === 0 ? points[i] : surface.nearest(surface.toMesh(near)));
+      }
+    }
+    if (!closed) made.push(points[points.length - 1]);
+    return made;
   }
 
   /** A stroke becomes the region round it, half its size wide on each side. */
@@ -436,12 +508,16 @@ export function RectifyScreen({ room }: RoomProps) {
   const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
   const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
 
+  const trimDrawn = useMemo(() => {
+    const line = glued(trimline.value, trimClosed.value);
+    return trimClosed.value ? [...line, trimline.value[0]] : line;
+  }, [trimline.value, trimClosed.value, limb]);
   const rings = over.value && !drawing.value.length ? [size.value, size.value - soft.value].filter((radius) => radius > 0.5).map((radius) => ringOn(over.value as Hit, radius)) : [];
   const drawn: Line[] = [
     ...rings.map((points): Line => ({ points, closed: true, look: "draft" })),
     ...(d?.within.length ? [{ points: d.within.map((p) => new Vector3(...p)), closed: true, look: "region" as const }] : []),
     ...(drawing.value.length > 0 ? [{ points: drawing.value, closed: false, look: "draft" as const, knots: corner.current.length > 0 }] : []),
-    ...(trimline.value.length ? [{ points: trimline.value, closed: trimline.value.length > 2, look: "trimline" as const, knots: true }] : []),
+    ...(trimline.value.length ? [{ points: trimDrawn, closed: false, look: "trimline" as const }, { points: trimline.value, closed: false, look: "knots" as const, knots: true }] : []),
   ];
   const marks: Mark[] = (limb?.reply.places ?? []).map((one) => ({ name: one.name, label: tOr(`place.${one.name}`, one.name), point: new Vector3(...vec3(one.position_mm)), state: d?.at === one.name ? "chosen" : "set" }));
 
@@ -550,7 +626,7 @@ export function RectifyScreen({ room }: RoomProps) {
               <h2>{t("tool.trimline")}</h2>
               <p class="soft small-note">{t("trimline.points", trimline.value.length)}</p>
               <div class="acts">
-                <Button go class="grow" off={trimline.value.length < 4 && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: trimline.value.map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
+                <Button go class="grow" off={trimline.value.length < LEAST_TRIM && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: trimline.value.map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
                   {t("trimline.cut")}
                 </Button>
                 <Button onClick={drop}>{t("drop.edit")}</Button>
@@ -591,7 +667,7 @@ export function RectifyScreen({ room }: RoomProps) {
               </div>
             </section>
           )}
-          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : "sock"} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={act.busy.value} onKeep={(body) => void add(body)} />}
+          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : "sock"} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={act.busy.value} waits={waits.value} volume_ml={trial.value && line ? line.after.volume_ml - line.before.volume_ml : null} refused={refused.value} onTry={tryNew} onKeep={(body) => void add(body)} onDrop={drop} />}
           {tool.value === "template" && (
             <TemplateEdits
               room={room}
@@ -599,11 +675,7 @@ export function RectifyScreen({ room }: RoomProps) {
               waits={waits.value}
               refused={refused.value}
               busy={act.busy.value}
-              onTry={(body) => {
-                const v = viewer.current;
-                if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
-                void tryEdit({ ...body, parameters: { ...body.parameters } });
-              }}
+              onTry={(body) => tryNew({ ...body, parameters: { ...body.parameters } })}
               onKeep={(body) => void add({ ...body, parameters: { ...body.parameters } })}
               onDrop={drop}
             />

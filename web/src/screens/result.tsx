@@ -117,7 +117,7 @@ function Finished({ room }: RoomProps) {
             )}
             {measured && limb && measured.worst_mm > 0 && (
               <div class="todo">
-                <Icon name="eye" small />
+                <Icon name="eye" />
                 <span>
                   {t("result.least", measured.worst_mm.toFixed(1), Math.max(0, apply(limb.frame, measured.where)[2]).toFixed(0))}{" "}
                   <button type="button" class="linkish" onClick={() => viewer.current?.lookAt(new Vector3(...measured.where), new Vector3(...measured.normal))}>

@@ -30,6 +30,8 @@ export function SendScreen({ room }: RoomProps) {
   const held = useSignal(false);
   const signer = useSignal("");
   const more = useSignal(false);
+  /** Whether the fields of an AOP file's grid are open. */
+  const grid = useSignal(false);
   const spokes = useSignal(120);
   const spacing = useSignal(2);
   const distal = useSignal(0);
@@ -94,9 +96,17 @@ export function SendScreen({ room }: RoomProps) {
           )}
           {(kind.value === "aop" || kind.value === "dxf" || kind.value === "gcode") && (
             <div class="own-board">
-              {kind.value === "aop" && <NumberField label={t("send.spokes")} unit="" step={10} decimals={0} min={8} max={3600} value={spokes.value} onChange={(v) => ((spokes.value = v), write())} />}
-              {kind.value === "aop" && <NumberField label={t("send.spacing")} unit="mm" step={0.5} decimals={2} min={0.1} max={50} value={spacing.value} onChange={(v) => ((spacing.value = v), write())} />}
-              {kind.value === "aop" && <NumberField label={t("send.distal")} unit="" step={2} decimals={0} min={0} max={100} value={distal.value} onChange={(v) => ((distal.value = v), write())} />}
+              {kind.value === "aop" && !grid.value && (
+                <p class="soft small-note">
+                  {t("send.grid", spokes.value, spacing.value)}{" "}
+                  <button type="button" class="linkish" onClick={() => (grid.value = true)}>
+                    {t("send.grid.change")}
+                  </button>
+                </p>
+              )}
+              {kind.value === "aop" && grid.value && <NumberField label={t("send.spokes")} unit="" step={10} decimals={0} min={8} max={3600} value={spokes.value} onChange={(v) => ((spokes.value = v), write())} />}
+              {kind.value === "aop" && grid.value && <NumberField label={t("send.spacing")} unit="mm" step={0.5} decimals={2} min={0.1} max={50} value={spacing.value} onChange={(v) => ((spacing.value = v), write())} />}
+              {kind.value === "aop" && grid.value && <NumberField label={t("send.distal")} unit="" step={2} decimals={0} min={0} max={100} value={distal.value} onChange={(v) => ((distal.value = v), write())} />}
               {kind.value === "dxf" && <NumberField label={t("send.sections")} unit="mm" step={5} decimals={1} min={0.5} max={200} value={sections.value} onChange={(v) => ((sections.value = v), write())} />}
               {kind.value === "gcode" && <NumberField label={t("send.tool")} unit="mm" step={1} decimals={1} min={1} max={60} value={tool.value} onChange={(v) => ((tool.value = v), write())} />}
             </div>

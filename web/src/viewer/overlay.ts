@@ -22,7 +22,7 @@ export interface Line {
   /** In the mesh's frame. */
   readonly points: readonly Vector3[];
   readonly closed: boolean;
-  readonly look: "region" | "trimline" | "draft";
+  readonly look: "region" | "trimline" | "draft" | "knots";
   readonly knots?: boolean;
 }
 
@@ -241,7 +241,7 @@ export class Overlay {
       const points = line.points.map((p) => surface.toShown(p));
       const seen: string[] = [];
       const hidden: string[] = [];
-      this.trace(points, line.closed, seen, hidden);
+      if (line.look !== "knots") this.trace(points, line.closed, seen, hidden);
       el("path", { class: "hidden", d: hidden.join("") }, this.drawn);
       el("path", { class: "halo", d: seen.join("") }, this.drawn);
       el("path", { class: line.look, d: seen.join("") }, this.drawn);
@@ -271,7 +271,7 @@ export class Overlay {
     const perMm = (bottom - top) / (high - low);
     const yOf = (h: number) => bottom - (h - low) * perMm;
     this.heightAt = (y) => low + (bottom - y) / perMm;
-    const x = Math.max(120, Math.min(width - 150, box.right + 128));
+    const x = width < 700 ? Math.max(120, Math.min(width - 88, box.right + 60)) : Math.max(120, Math.min(width - 150, box.right + 128));
     this.ticks.replaceChildren();
     el("line", { x1: x, x2: x, y1: yOf(low), y2: yOf(high) }, this.ticks);
     const every = perMm > 1.4 ? 10 : perMm > 0.7 ? 20 : 50;
@@ -315,7 +315,7 @@ export class Overlay {
       const [x, y] = this.screen(shown);
       const group = el("g", { class: `place ${mark.state} ${seen ? "" : "unseen-place"}`, "data-place": mark.name }, this.places);
       if (seen && mark.label) {
-        const left = x < middle;
+        const left = x < middle || (this.span !== null && this.viewer.holder.clientWidth < 700);
         const lx = left ? Math.min(x - 30, box.left - 14) : Math.max(x + 30, box.right + 14);
         let ly = y - 22;
         while (taken.some((one) => one.left === left && Math.abs(one.y - ly) < 17)) ly += 17;

@@ -77,6 +77,9 @@ export function words(): Words {
   };
 }
 
+/** A phone's canvas is looked at; what is placed or drawn by hand needs a larger one. */
+const narrow = matchMedia("(max-width: 640px)");
+
 export function Stage(props: StageProps) {
   const holder = useRef<HTMLElement>(null);
   const viewer = useRef<Viewer | null>(null);
@@ -151,24 +154,24 @@ export function Stage(props: StageProps) {
     o.span = props.level ? span : null;
     o.marks = props.marks ?? [];
     o.lines = props.lines ?? [];
-    o.handle = props.handle ?? null;
+    o.handle = narrow.matches ? null : (props.handle ?? null);
     o.aligned = shown?.aligned ?? false;
     o.onLevel = (h) => {
       if (props.level) props.level.value = h;
       props.onLevel?.(h);
     };
     o.onHandle = props.onHandle ?? null;
-    o.axes = props.onAxes !== undefined;
+    o.axes = props.onAxes !== undefined && !narrow.matches;
     o.onAxes = props.onAxes ?? null;
     if (viewer.current) {
-      viewer.current.tool = props.tool ?? null;
+      viewer.current.tool = narrow.matches ? null : (props.tool ?? null);
       viewer.current.onClick = props.onClick ?? null;
       viewer.current.draw();
     }
   });
 
   return (
-    <main ref={holder} id="content" class={`stage ${props.tool ? "armed" : ""} ${props.tools ? "with-tools" : ""}`} aria-label={props.label} data-language={language.value}>
+    <main ref={holder} id="content" class={`stage ${props.tool && !narrow.matches ? "armed" : ""} ${props.tools && !narrow.matches ? "with-tools" : ""}`} aria-label={props.label} data-language={language.value}>
       {broken.value && (
         <div class="empty">
           <Icon name="warn" />
@@ -209,8 +212,11 @@ export function Stage(props: StageProps) {
       )}
       {shown && mode === "sure" && <SureLegend />}
       {shown && mode === "difference" && <DifferenceLegend wider={shown.difference?.wider ?? 1} against={props.against ?? t("against.scan")} ends={props.ends ?? [t("taken"), t("added")]} hatched={props.hatched} />}
+      {(props.tool || props.tools) && narrow.matches && <p class="phone-only">{t("stage.phone")}</p>}
       {props.children}
-      <p class="keys">{props.keys}</p>
+      <p class="keys" title={props.keys}>
+        {props.keys}
+      </p>
     </main>
   );
 }

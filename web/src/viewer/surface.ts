@@ -255,6 +255,13 @@ export class Surface {
     return { signed_mm: Math.sign(out) * found.distance, vertex };
   }
 
+  /** The point of the surface nearest to one of the mesh's frame. */
+  nearest(point: Vector3): Vector3 {
+    this.settle();
+    this.refit();
+    return this.tree.closestPointToPoint(point, this.near)?.point.clone() ?? point;
+  }
+
   /** Other places for some vertices; normals round them follow. */
   move(vertices: Uint32Array, positions: Float32Array): void {
     const attribute = this.geometry.attributes.position as BufferAttribute;

@@ -90,6 +90,9 @@ export class Viewer {
   private ended = false;
   private resting = 0;
   private slow = 0;
+  /** As it was fitted: a stage of another size fits it again, until somebody turns or moves it. */
+  private fitted = false;
+  private size = { width: 0, height: 0 };
   private readonly listeners = new AbortController();
 
   constructor(readonly holder: HTMLElement) {
@@ -163,6 +166,7 @@ export class Viewer {
     const distance = this.distanceFor(sphere);
     const from = sphere.center.clone().addScaledVector(direction.normalize(), distance);
     const moving = smooth && !this.calm.matches;
+    this.fitted = true;
     this.controls.setOrbitPoint(sphere.center.x, sphere.center.y, sphere.center.z);
     void this.controls.setFocalOffset(0, 0, 0, moving);
     if (this.isParallel) void this.controls.zoomTo(this.zoomFor(sphere), moving);
@@ -178,6 +182,7 @@ export class Viewer {
     const direction = this.camera.getWorldDirection(new Vector3()).negate();
     const from = sphere.center.clone().addScaledVector(direction, this.distanceFor(sphere));
     const moving = smooth && !this.calm.matches;
+    this.fitted = true;
     void this.controls.setFocalOffset(0, 0, 0, moving);
     if (this.isParallel) void this.controls.zoomTo(this.zoomFor(sphere), moving);
     void this.controls.setLookAt(from.x, from.y, from.z, sphere.center.x, sphere.center.y, sphere.center.z, moving);
@@ -191,22 +196,26 @@ export class Viewer {
     const along = this.surface.toShown(point.clone().add(normal)).sub(at);
     const distance = this.controls.distance;
     const from = at.clone().addScaledVector(along.normalize(), distance);
+    this.fitted = false;
     void this.controls.setLookAt(from.x, from.y, from.z, at.x, at.y, at.z, !this.calm.matches);
     this.draw();
   }
 
   turn(right_deg: number, up_deg: number): void {
+    this.fitted = false;
     void this.controls.rotate((-right_deg * Math.PI) / 180, (-up_deg * Math.PI) / 180, false);
     this.draw();
   }
 
   shift(right: number, up: number): void {
+    this.fitted = false;
     const step = this.mmPerPixel();
     void this.controls.truck(-right * step, up * step, false);
     this.draw();
   }
 
   nearer(factor: number): void {
+    this.fitted = false;
     if (this.isParallel) void this.controls.zoomTo(this.orthographic.zoom * factor, false);
     else void this.controls.dollyTo(this.controls.distance / factor, false);
     this.draw();
@@ -301,6 +310,7 @@ export class Viewer {
     c.touches.two = camera === this.perspective ? A.TOUCH_DOLLY_TRUCK : A.TOUCH_ZOOM_TRUCK;
     c.touches.three = A.TOUCH_TRUCK;
     for (const name of ["update", "control", "transitionstart"] as const) c.addEventListener(name, () => this.draw());
+    c.addEventListener("control", () => (this.fitted = false));
     return c;
   }
 
@@ -399,7 +409,9 @@ export class Viewer {
 
   private distanceFor(sphere: Sphere): number {
     const aspect = Math.min(1, this.perspective.aspect);
-    const distance = (sphere.radius * 1.2) / Math.sin((FIELD_DEG * Math.PI) / 360) / aspect;
+    // On a low stage the legend and the length bar need their share below the limb.
+    const room = this.holder.clientHeight < 520 ? 1.5 : 1.2;
+    const distance = (sphere.radius * room) / Math.sin((FIELD_DEG * Math.PI) / 360) / aspect;
     return this.isParallel ? Math.max(distance, 2000) : distance;
   }
 
@@ -419,6 +431,8 @@ export class Viewer {
     this.orthographic.updateProjectionMatrix();
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    if (this.fitted && (width !== this.size.width || height !== this.size.height)) this.fit(false);
+    this.size = { width, height };
     this.draw();
   }
 
