@@ -10,12 +10,14 @@ Needs Playwright, Chromium and `npm ci` in web/; takes minutes, so it runs when 
 import json
 import math
 import shutil
+import socket
 import subprocess
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -25,6 +27,9 @@ pytestmark = pytest.mark.slow
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 NEAR_MM = 0.2
+USER, PASSWORD = "A. Meier", "a password of the walk"
+PLACES = ("cases", "cameras", "settings")
+STEPS = ("capture", "result", "align", "measure", "rectify", "send", "record", "compare")
 COMPUTED_MS = 480_000
 
 
@@ -49,28 +54,17 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
     """The app in Chromium, signed in by its start link."""
     cases = tmp_path_factory.mktemp("cases")
-    server = subprocess.Popen(
-        [program(), "app", "--no-browser", "--json", "--cases", str(cases)],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert server.stdout is not None
-        link: str = json.loads(server.stdout.readline())["link"]
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(
-                executable_path=shutil.which("chromium"),
-                args=["--enable-unsafe-swiftshader", "--no-sandbox"],
-            )
-            page = browser.new_page(viewport={"width": 1200, "height": 750}, locale="en-GB")
-            page.set_default_timeout(120_000)
-            page.goto(link)
-            page.get_by_role("heading", name="Cases").wait_for()
-            yield App(link.split("/start")[0], cases, page)
-            browser.close()
-    finally:
-        server.terminate()
-        server.wait(20)
+    with serving("--cases", str(cases)) as link, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            args=["--enable-unsafe-swiftshader", "--no-sandbox"],
+        )
+        page = browser.new_page(viewport={"width": 1200, "height": 750}, locale="en-GB")
+        page.set_default_timeout(120_000)
+        page.goto(link)
+        page.get_by_role("heading", name="Cases").wait_for()
+        yield App(link.split("/start")[0], cases, page)
+        browser.close()
 
 
 def test_photos_become_a_checked_file_by_clicks_alone(
@@ -214,19 +208,146 @@ def test_a_phone_sends_photos_through_a_door_that_is_switched_on(app: App, captu
 
 
 def test_every_page_is_without_serious_faults_of_access(app: App) -> None:
-    for place in ("cases", "cameras", "settings"):
+    every_page(app)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "scheme"),
+    [(1440, 900, "dark"), (1024, 768, "light"), (820, 1180, "dark"), (390, 844, "light")],
+)
+def test_pages_of_other_sizes_and_dark_ones_too(
+    app: App, width: int, height: int, scheme: Literal["light", "dark"]
+) -> None:
+    with another_window(app, width, height, scheme) as other:
+        every_page(other)
+        wider = "document.documentElement.scrollWidth - innerWidth"
+        assert other.page.evaluate(wider) <= 0, "the page is wider than its window"
+        opened_panels(other)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "scheme"), [(1440, 900, "light"), (390, 844, "dark"), (1024, 768, "dark")]
+)
+def test_signing_in_and_the_lock_are_without_faults_and_hide_the_limb(
+    app: App, width: int, height: int, scheme: Literal["light", "dark"], tmp_path: Path
+) -> None:
+    cases = tmp_path / "cases"
+    add = ["app", "users", "add", USER, "--cases", str(cases), "--password-stdin"]
+    subprocess.run([program(), *add], input=PASSWORD + "\n", text=True, check=True)
+    network = ("--network", "--address", "127.0.0.1", "--port", str(free_port()))
+    with (
+        serving("--cases", str(cases), *network) as link,
+        another_window(app, width, height, scheme, link) as other,
+    ):
+        page = other.page
+        page.get_by_role("heading", name="Sign in").wait_for()
+        no_serious_fault(other)
+        signed_in(page, "not the password")
+        page.get_by_text("The name or the password is not right.").wait_for()
+        no_serious_fault(other)
+        signed_in(page, PASSWORD)
+        page.get_by_role("heading", name="Cases").wait_for()
+        no_serious_fault(other)
+
+        # Locked: what lies beneath is neither seen nor reached, and goes on after the password.
+        page.get_by_role("button", name="New case").first.click()
+        page.get_by_label("A few words, if you want").fill("second fitting")
+        page.get_by_role("button", name="Lock", exact=True).click()
+        page.get_by_role("heading", name="This page is locked.").wait_for()
+        assert not page.get_by_label("A few words, if you want").is_visible()
+        assert page.evaluate(f"fetch('{other.origin}/api/v1/cases').then((a) => a.status)") == 423
+        no_serious_fault(other)
+        page.get_by_label("Password").fill(PASSWORD)
+        page.get_by_role("button", name="Unlock").click()
+        words = page.get_by_label("A few words, if you want")
+        words.wait_for()
+        assert words.input_value() == "second fitting"
+
+
+def every_page(app: App) -> None:
+    """Each place and each step of a case that is computed."""
+    for place in PLACES:
         app.page.goto(f"{app.origin}/#/{place}")
         app.page.locator("#content h1, #content h2").first.wait_for()
         no_serious_fault(app)
-    case_id = next(one.name for one in app.cases.iterdir() if (one / "report.html").is_file())
-    steps = ("capture", "result", "align", "measure", "rectify", "send", "record", "compare")
-    for step in steps:
+    case_id = computed(app)
+    for step in STEPS:
         app.page.goto(f"{app.origin}/#/case/{case_id}/{step}")
-        app.page.get_by_role("link", name=step.capitalize()).and_(
-            app.page.locator("[aria-current]")
-        ).wait_for()
+        app.page.locator(f'.rail [aria-current][href$="/{step}"]').wait_for()
         app.page.wait_for_timeout(1500)
         no_serious_fault(app)
+
+
+def opened_panels(app: App) -> None:
+    """What opens in pages: help, a new case, a new camera, edits by numbers and by templates."""
+    page = app.page
+    page.goto(f"{app.origin}/#/cases")
+    page.get_by_role("button", name="New case").first.click()
+    page.get_by_role("button", name="Help").click()
+    no_serious_fault(app)
+    page.goto(f"{app.origin}/#/cameras")
+    page.get_by_role("button", name="New camera").click()
+    no_serious_fault(app)
+    page.goto(f"{app.origin}/#/case/{computed(app)}/rectify")
+    page.locator(".right-tools").wait_for()
+    for tool in ("Brush", "By levels", "Trimline", "Template", "Others"):
+        if page.locator(".tool", has_text=tool).is_visible():
+            page.locator(".tool", has_text=tool).click()
+            page.wait_for_timeout(400)
+            no_serious_fault(app)
+
+
+def computed(app: App) -> str:
+    """The case that has a shape."""
+    return next(one.name for one in app.cases.iterdir() if (one / "report.html").is_file())
+
+
+@contextmanager
+def another_window(
+    app: App, width: int, height: int, scheme: Literal["light", "dark"], link: str | None = None
+) -> Generator[App]:
+    """A window of another size: of the same session, or at a link of another server."""
+    browser = app.page.context.browser
+    assert browser is not None
+    context = browser.new_context(
+        viewport={"width": width, "height": height},
+        color_scheme=scheme,
+        locale="en-GB",
+        has_touch=width < 1200,
+        storage_state=app.page.context.storage_state() if link is None else None,
+        ignore_https_errors=True,
+    )
+    page = context.new_page()
+    page.set_default_timeout(120_000)
+    if link is not None:
+        page.goto(link)
+    yield App(link or app.origin, app.cases, page)
+    context.close()
+
+
+@contextmanager
+def serving(*options: str) -> Generator[str]:
+    """The app as its own process; its link."""
+    server = subprocess.Popen(
+        [program(), "app", "--no-browser", "--json", *options], stdout=subprocess.PIPE, text=True
+    )
+    assert server.stdout is not None
+    try:
+        yield json.loads(server.stdout.readline())["link"]
+    finally:
+        server.terminate()
+        server.wait(20)
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        return int(listening.getsockname()[1])
+
+
+def signed_in(page: Page, password: str) -> None:
+    page.get_by_label("Name").fill(USER)
+    page.get_by_label("Password").fill(password)
+    page.get_by_role("button", name="Sign in", exact=True).click()
 
 
 def new_case(app: App) -> None:

@@ -84,7 +84,7 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
     """The routes over one clinic, without their guard."""
 
     @asynccontextmanager
-    async def living(app: FastAPI) -> AsyncGenerator[None]:
+    async def living(_app: FastAPI) -> AsyncGenerator[None]:
         clinic.open()
         yield
         clinic.close()

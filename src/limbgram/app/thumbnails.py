@@ -1,4 +1,4 @@
-"""Thumbnails: the limb alone, small and without a ground, out of the report's picture of the surface."""
+"""Thumbnails: the limb alone, small and without a ground, of the report's picture."""
 
 import io
 from functools import lru_cache

@@ -89,21 +89,24 @@ export function SendScreen({ room }: RoomProps) {
         </div>
         <Card step={1} done title={t("send.what")}>
           <div class="opts">{FIRST.map(option)}</div>
-          {more.value || MORE.includes(kind.value) ? <div class="opts">{MORE.map(option)}</div> : (
-            <button type="button" class="linkish" onClick={() => (more.value = true)}>
-              {t("send.more")}
-            </button>
-          )}
-          {(kind.value === "aop" || kind.value === "dxf" || kind.value === "gcode") && (
+          {(more.value || MORE.includes(kind.value)) && <div class="opts">{MORE.map(option)}</div>}
+          <p class="opt-links">
+            {!more.value && !MORE.includes(kind.value) && (
+              <button type="button" class="linkish" onClick={() => (more.value = true)}>
+                {t("send.more")}
+              </button>
+            )}
+            {kind.value === "aop" && !grid.value && (
+              <span class="soft small-note">
+                {t("send.grid", spokes.value, spacing.value)}{" "}
+                <button type="button" class="linkish" onClick={() => (grid.value = true)}>
+                  {t("send.grid.change")}
+                </button>
+              </span>
+            )}
+          </p>
+          {((kind.value === "aop" && grid.value) || kind.value === "dxf" || kind.value === "gcode") && (
             <div class="own-board">
-              {kind.value === "aop" && !grid.value && (
-                <p class="soft small-note">
-                  {t("send.grid", spokes.value, spacing.value)}{" "}
-                  <button type="button" class="linkish" onClick={() => (grid.value = true)}>
-                    {t("send.grid.change")}
-                  </button>
-                </p>
-              )}
               {kind.value === "aop" && grid.value && <NumberField label={t("send.spokes")} unit="" step={10} decimals={0} min={8} max={3600} value={spokes.value} onChange={(v) => ((spokes.value = v), write())} />}
               {kind.value === "aop" && grid.value && <NumberField label={t("send.spacing")} unit="mm" step={0.5} decimals={2} min={0.1} max={50} value={spacing.value} onChange={(v) => ((spacing.value = v), write())} />}
               {kind.value === "aop" && grid.value && <NumberField label={t("send.distal")} unit="" step={2} decimals={0} min={0} max={100} value={distal.value} onChange={(v) => ((distal.value = v), write())} />}
