@@ -37,7 +37,7 @@ from limbgram.workbench.frame.alignment import AlignOptions, align
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.geodesic import shortest_path
 
-CAPTURE = replace(SMALL, photos=14)
+CAPTURE = replace(SMALL, photos=14, samples=2, mesh_step_mm=1.8)
 """The smallest that goes all the way."""
 _LOOK_S = 0.2
 _LONGEST_S = 120.0
@@ -68,7 +68,8 @@ def work_on_shape(limb: Limb, program: Path) -> None:
     up = np.array([0.0, 0.0, 1.0])
     limb = align(limb, AlignOptions(side="none", axis=up, anterior=np.array([0.0, 1.0, 0.0])))
     offset(limb.mesh, -0.5)
-    shortest_path(limb.mesh, limb.mesh.vertices_mm[0], limb.mesh.vertices_mm[-1])
+    near, far = limb.mesh.vertices_mm[limb.mesh.faces[0, [0, 1]]]
+    shortest_path(limb.mesh, near, far)
     middle_mm = float(np.ptp(limb.mesh.vertices_mm[:, 2])) / 2
     PlaneCut(height_mm=middle_mm, capped=True).apply(limb)
     write_gcode(limb, program, CarveOptions(scallop_mm=0.5, tolerance_mm=0.04))

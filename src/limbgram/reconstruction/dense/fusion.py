@@ -266,7 +266,7 @@ def project_to_surface(
     coefficients = np.zeros(_UNKNOWNS)
     for s in range(len(seeds)):
         p = seeds[s]
-        x, y, z = float(points[p, 0]), float(points[p, 1]), float(points[p, 2])
+        x, y, z = np.float64(points[p, 0]), np.float64(points[p, 1]), np.float64(points[p, 2])
         axes[2, 0], axes[2, 1], axes[2, 2] = normals[p, 0], normals[p, 1], normals[p, 2]
         sunk = 0.0
         solved = False

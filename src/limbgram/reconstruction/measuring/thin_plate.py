@@ -269,7 +269,7 @@ def quadrics(
     diagonal = np.einsum("nii->ni", normal)
     diagonal *= 1.0 + 1e-4
     diagonal += 1e-9
-    return np.linalg.solve(normal, right[..., None])[:, 2:, 0]
+    return np.ascontiguousarray(np.linalg.solve(normal, right[..., None])[:, 2:, 0])
 
 
 @njit(cache=True, nogil=True)
