@@ -133,8 +133,8 @@ def _odd_marks(scene: Scene, detections: MarkDetections, coded: Coded) -> dict[i
             if mark_id in used:
                 shown.setdefault(mark_id, []).append(stays)
     return {
-        mark_id: f"it fits in {sum(stays)} of the {len(stays)} photos that show it, so it moved "
-        "against the others"
+        mark_id: f"it fits in {sum(stays)} of the {len(stays)} photos that show it: it moved "
+        "against the others, or it is bent"
         for mark_id, stays in sorted(shown.items())
         if len(stays) >= _FEWEST_PHOTOS and 2 * sum(stays) < len(stays)
     }

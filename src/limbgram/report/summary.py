@@ -318,7 +318,7 @@ def _mark_notes(scene: Scene) -> list[str]:
         else "Paint alone left a gap in the ring"
     )
     ids = ", ".join(map(str, marks.ids))
-    notes = [f"{paint}; with the coded marks {ids} {len(scene.placed)} are placed."]
+    notes = [f"{paint}; the coded marks {ids} helped: now {len(scene.placed)} are placed."]
     notes += [
         f"The coded mark {one} was left out: {why}."
         for one, why in zip(marks.left_out, marks.reasons, strict=True)

@@ -19,6 +19,7 @@ from limbgram.core.geometry.arrays import Matrix3, Vector3
 from limbgram.core.geometry.frames import Similarity, fit_similarity
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.board import (
     SceneBoard,
     adjusted_with_board,
@@ -34,6 +35,7 @@ from limbgram.reconstruction.scale.floor import (
 )
 from limbgram.reconstruction.scale.given import KnownDistance
 from limbgram.reconstruction.scale.metric import LengthCheck, MetricScene, Scale
+from limbgram.reconstruction.scale.pushed import without_pushed_board
 from limbgram.reconstruction.scale.ruler import Ruler, scale_by_cameras
 from limbgram.reconstruction.scale.visibility import Aim, aim_of
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -173,6 +175,11 @@ def _scaled(
     options: ScaleOptions,
     cameras: Cameras | None,
 ) -> MetricScene:
+    pushed: tuple[SetAside, ...] = ()
+    if detections is not None:
+        agreeing = without_pushed_board(scene, detections)
+        pushed = agreeing.set_aside[len(detections.set_aside) :]
+        detections = agreeing
     scene_board = find_scene_board(scene, detections) if detections is not None else None
     if scene_board is not None and detections is not None and cameras is not None:
         scene = adjusted_with_board(scene, scene_board, detections, cameras)
@@ -192,6 +199,7 @@ def _scaled(
             scale,
             relative_sigma=scene_board.relative_sigma,
             board_stretch=scene_board.sure_stretch,
+            set_aside=(*pushed, *scale.set_aside),
         )
     if scene_board is not None:
         check_scene_board(scene_board, options.max_disagreement, scene)

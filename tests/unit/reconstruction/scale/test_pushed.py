@@ -1,0 +1,88 @@
+"""A board that was pushed while limb and room kept still: told, and scaled by what agrees."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.unit.reconstruction.scale.conftest import (
+    SCENE_FROM_ROOM,
+    WORLD_FROM_BOARD,
+    Capture,
+)
+
+from limbgram.core.errors import ScaleError
+from limbgram.core.geometry.frames import Rigid
+from limbgram.reconstruction.scale.pushed import without_pushed_board
+from limbgram.reconstruction.scale.scaling import to_millimetres
+from limbgram.reconstruction.targets.board import BoardDetections
+
+NOISE_PX = 0.08
+
+
+def pushed(capture: Capture, shifts_mm: dict[int, float], turn_deg: float = 0.5) -> BoardDetections:
+    """The board slid along the table from these photos on."""
+    found = capture.detections(noise_px=NOISE_PX)
+    photos = list(found.photos)
+    for first, shift_mm in shifts_mm.items():
+        push = Rigid.from_rotation_vector(
+            np.array([0.0, 0.0, np.radians(turn_deg)]),
+            np.array([0.6 * shift_mm, 0.8 * shift_mm, 0]),
+        )
+        for k in range(first, len(photos)):
+            view, seen = capture.room_views[k], photos[k]
+            still = WORLD_FROM_BOARD.apply(found.corners_mm)
+            moved = view.project(push.apply(still)) - view.project(still)
+            photos[k] = replace(seen, xy_px=found.photos[k].xy_px + moved[seen.ids])
+    return replace(found, photos=tuple(photos))
+
+
+def scale_error(capture: Capture, detections: BoardDetections) -> float:
+    mm_per_unit = to_millimetres(capture.scene, detections).scene
+    first, last = (mm_per_unit.view(k).centre_in_world for k in (0, 5))
+    true = [capture.room_views[k].centre_in_world for k in (0, 5)]
+    return float(np.linalg.norm(first - last) / np.linalg.norm(true[0] - true[1]) - 1)
+
+
+@pytest.mark.parametrize("shift_mm", [2.0, 8.0, 30.0])
+def test_the_larger_part_sets_the_scale_and_the_push_is_named(
+    capture: Capture, shift_mm: float
+) -> None:
+    detections = pushed(capture, {7: shift_mm})
+    agreeing = without_pushed_board(capture.scene, detections)
+    assert [one.photo_idx for one in agreeing.photos] == list(range(7))
+    metric = to_millimetres(capture.scene, detections)
+    assert [one.name for one in metric.scale.set_aside] == [
+        f"photo{k:02d}.jpg" for k in range(7, 12)
+    ]
+    assert "pushed between photo06.jpg and photo07.jpg" in metric.scale.set_aside[0].reason
+    assert abs(scale_error(capture, detections)) < 5e-4
+
+
+def test_two_pushes_leave_the_largest_part(capture: Capture) -> None:
+    agreeing = without_pushed_board(capture.scene, pushed(capture, {3: 8.0, 9: -9.0}))
+    assert [one.photo_idx for one in agreeing.photos] == list(range(3, 9))
+    assert agreeing.set_aside[0].reason.endswith(
+        "pushed between photo02.jpg and photo03.jpg and between photo08.jpg and photo09.jpg"
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_board_that_kept_still_is_left_as_it_is(capture: Capture, seed: int) -> None:
+    for noise_px in (0.0, 0.1, 0.5):
+        found = capture.detections(noise_px=noise_px, seed=seed)
+        assert without_pushed_board(capture.scene, found) is found
+
+
+def test_a_board_that_moves_in_every_photo_is_refused_as_before(capture: Capture) -> None:
+    restless = pushed(capture, {k: 7.0 * (-1) ** k * (1 + k % 5) for k in range(12)})
+    assert without_pushed_board(capture.scene, restless) is restless
+    with pytest.raises(ScaleError):
+        to_millimetres(capture.scene, restless)
+
+
+def test_what_the_scene_is_measured_in_does_not_matter(capture: Capture) -> None:
+    detections = pushed(capture, {6: 8.0})
+    elsewhere = capture.scene.moved(SCENE_FROM_ROOM.inverse)
+    here = without_pushed_board(capture.scene, detections)
+    there = without_pushed_board(elsewhere, detections)
+    assert [one.name for one in here.photos] == [one.name for one in there.photos]
