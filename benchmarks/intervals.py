@@ -29,6 +29,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ from limbgram.cases.store import CachingRun
 from limbgram.core.errors import LimbgramError
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.uncertainty import filled_sigma_mm
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.reading import read_photos
@@ -55,6 +57,7 @@ from limbgram.workbench.measures.levels import (
     Refused,
     Sigmas,
     Volumes,
+    area_mm2,
     contour_mm,
     levels_at,
     tape_mm,
@@ -63,6 +66,9 @@ from tables import made_on, table
 
 SHARES = (0.2, 0.35, 0.5, 0.65, 0.8)
 """Heights of the girths, as shares of the seen height."""
+MEASURED = {"contour": contour_mm, "tape": tape_mm, "area": area_mm2}
+KINDS = (*MEASURED, "volume", "slice")
+"""What is measured: at each height, between the outer two, and between neighbours."""
 SETTINGS: dict[str, dict[str, Any]] = {
     "usual": {},
     "smooth": {"relief": Relief(rms_mm=0.0)},
@@ -220,22 +226,30 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
     for one, other in zip(levels_at(placed, heights), levels_at(true, heights), strict=True):
         if isinstance(one, Refused) or isinstance(other, Refused):
             continue
-        for kind, measure in (("contour", contour_mm), ("tape", tape_mm)):
+        for kind, measure in MEASURED.items():
             figure = ours.figure(one, measure(one))
             found.append(_figure(kind, figure.value, figure.sigma, measure(other).value))
-    try:
-        volume = Volumes.of(ours).between(heights[0], heights[-1])
-        whole = Volumes.of(theirs).between(heights[0], heights[-1]).value
-        found.append(_figure("volume", volume.value, volume.sigma, whole))
-    except LimbgramError:  # open between the heights: no volume
-        pass
+    of_ours, of_theirs = Volumes.of(ours), Volumes.of(theirs)
+    spans = [("volume", heights[0], heights[-1])]
+    spans += [("slice", low, high) for low, high in pairwise(heights)]
+    for kind, low, high in spans:
+        try:
+            volume = of_ours.between(low, high)
+            whole = of_theirs.between(low, high).value
+        except LimbgramError:  # open between the heights: no volume
+            continue
+        found.append(_figure(kind, volume.value, volume.sigma, whole))
     off_mm, near = signed_mm(placed.vertices_mm, truth)
     known = near & np.isfinite(mesh.sigma_mm)
     ratio = off_mm[known] / mesh.sigma_mm[known]
+    filled = ~np.isfinite(mesh.sigma_mm)
+    in_fills = off_mm[near & filled] / filled_sigma_mm(mesh, filled)[near & filled]
     return {
         "figures": found,
         "vertices": len(mesh),
-        "filled": float(np.mean(~np.isfinite(mesh.sigma_mm))),
+        "filled": float(np.mean(filled)),
+        "in_fills": rms_of(in_fills),
+        "beyond_in_fills": float(np.mean(np.abs(in_fills) > COVER)) if len(in_fills) else None,
         "rms_mm": float(np.sqrt(np.mean(off_mm[known] ** 2))),
         "mean_mm": float(np.mean(off_mm[known])),
         "scale_error": fit.scale_error,
@@ -246,6 +260,11 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
             for part in np.array_split(np.argsort(mesh.sigma_mm[known], kind="stable"), 10)
         ],
     }
+
+
+def rms_of(ratios: np.ndarray) -> float | None:
+    """Root mean square; None of nothing."""
+    return float(np.sqrt(np.mean(ratios**2))) if len(ratios) else None
 
 
 def _figure(kind: str, value: float, sigma: float | None, true: float) -> dict[str, Any]:
@@ -261,7 +280,7 @@ def lines_of(path: Path) -> list[dict[str, Any]]:
 def told(lines: list[dict[str, Any]]) -> str:
     """How many intervals held, by kind, and how the errors over their sigmas scatter."""
     parts = [f"{len(lines)} captures, {sum('refused' in line for line in lines)} refused"]
-    for kind in ("contour", "tape", "volume"):
+    for kind in KINDS:
         ratios = ratios_of(lines, kind)
         if not ratios:
             continue
@@ -285,7 +304,7 @@ def counts_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, dict[str, floa
     found: dict[str, dict[str, dict[str, float]]] = {}
     for setting in dict.fromkeys(line["setting"] for line in lines):
         own = [line for line in lines if line["setting"] == setting]
-        for kind in ("contour", "tape", "volume"):
+        for kind in KINDS:
             ratios = ratios_of(own, kind)
             if not ratios:
                 continue

@@ -283,8 +283,9 @@ class JointEquations:
     """How much of what holds each vertex is texture and not noise (`signal_share`)."""
     held: sp.csr_matrix
     """(n, n), 1/mm^2, what texture alone holds: what errors are solved with."""
-    given: Float64[np.ndarray, " n"]
-    """Share of the weight that is belief in the surface as it was given."""
+    unheld: sp.csr_matrix
+    """(n, n), 1/mm^2, what holds steps back and is no texture: belief in the surface as it was
+    given, and slopes of noise."""
 
 
 def match_jointly(
@@ -358,6 +359,7 @@ def joint_equations(
     soft = data - _sparse(matrix * (1 - curvature[:, None]), mesh.faces, len(mesh))
     shares = sp.diags(np.sqrt(signal))
     weights = data.diagonal() + believed
+    textured = shares @ soft @ shares
     length_mm = options.joint_thin_plate_px * float(np.median(seen.pixel_mm))
     density = _painted_density(weights / seen.thin_plate.area_mm2, signal)
     return JointEquations(
@@ -369,8 +371,8 @@ def joint_equations(
         length_mm=length_mm,
         stiffness=stiffness_of(seen.thin_plate, density, length_mm),
         signal=signal,
-        held=sp.csr_matrix(shares @ soft @ shares + sp.diags(_STILL_BELIEVED * believed)),
-        given=believed / weights,
+        held=sp.csr_matrix(textured + sp.diags(_STILL_BELIEVED * believed)),
+        unheld=sp.csr_matrix(soft - textured + sp.diags(believed)),
     )
 
 

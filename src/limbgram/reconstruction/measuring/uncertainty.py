@@ -68,16 +68,23 @@ _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
 _MOST_OVER_POOLED = 9.0
 """An energy further over its wide mean than this is an oddity of the mesh."""
 _RIM_RINGS = 3
-_SEED, _DRAWS, _FREE_RINGS = 11, 4, 2
-"""Draws of relief, and rings over which their squares are averaged: more rings mix paint and bare
-skin, fewer scatter."""
+_SEED, _DRAWS = 11, 4
+"""Draws of relief."""
 _PAINTED = 0.8
 """Signal from which a vertex tells how high the relief is: bare skin has 0.1, dabs 0.9."""
 _LEAST_SEEN = 0.01
 """Of the usual vertex's pull and hold, what every vertex has at least."""
-_GIVEN_PX, _ROUNDS = 0.3, 2
-"""What is wrong with the surface that the joint rounds start from, in pixels, and how many rounds
-take from it what the photos do not agree to."""
+_SMOOTH_RINGS, _EVEN_RINGS = 3, 12
+"""Rings over which the hold of the data is averaged (its logarithm) for what a plate would leave of
+relief, and rings over which the draws correct that: four draws alone scatter by a third."""
+_GIVEN_PX, _ROUNDS, _GAP_RINGS = 0.45, 2, 6
+"""What is wrong with the surface that the joint rounds start from in the middle of a wide gap, in
+pixels; how many rounds take from it what the photos do not agree to; and rings within which the
+gap's deepest place is looked for."""
+_ALONE_PX = 0.12
+"""What is more wrong, in pixels, where fewer than two photos agree: fits, texts or shine differ."""
+_PUSHED_PX = 0.35
+"""No noise pushes the surface further, in pixels, where nothing holds it but belief."""
 _CORRELATION_LENGTHS = 2.26
 """Reach of the errors in lengths of the plate: pi reach^2 is the area 16 length^2 of its noise."""
 
@@ -103,9 +110,11 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     free = _free(thin_plate, equations, system, pool)
     loud = free * _loudness(mesh, equations, pool)
 
+    left = _left(thin_plate, equations)
     probes = _probes(mesh, seen, equations, system)
     squares = [probe**2 for probe in probes]
     noise = _noise(squares, equations, pool, loud, _NOISE_RINGS)
+    noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
     in_seen = _noise(squares, equations, painted, loud, _NOISE_RINGS) / free
     taken = _solved(system, bending @ curvature_of(mesh, thin_plate, equations.length_mm))
     taken_again = (taken - _solved(system, equations.held @ taken)) ** 2
@@ -113,7 +122,7 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     detail -= _NOISE_IN_SEEN * painted.energy(in_seen, _NOISE_RINGS)
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * free
     variance += _chord(seen, pool) ** 2
-    variance += (_GIVEN_PX * seen.pixel_mm * equations.given**_ROUNDS) ** 2
+    variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
     roughened = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
@@ -142,8 +151,40 @@ def _free(
     for _ in range(_DRAWS):
         force = thin_plate.laplacian.T @ (root * random.standard_normal(len(root)))
         left += _solved(system, force) ** 2
-    left = pool.mean(left, _FREE_RINGS)
+    # what a plate leaves where data hold it evenly, so that the draws only tell of gaps and rims
+    density = np.maximum(equations.held.diagonal() / thin_plate.area_mm2, np.finfo(float).tiny)
+    even = np.exp(-pool.mean(np.log(density), _SMOOTH_RINGS) / 2)
+    left = even * pool.mean(left / even, _EVEN_RINGS)
     return left / np.median(left[pool.counted] if pool.counted.any() else left)
+
+
+def _left(thin_plate: ThinPlate, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+    """What the rounds leave of an error of the given surface that is the same everywhere, 0 to 1.
+
+    Paint takes it away, and the plate carries that into narrow gaps.
+    """
+    bending = bending_of(thin_plate, equations.stiffness)
+    system = sp.csr_matrix(equations.soft + bending @ thin_plate.laplacian)
+    left = np.ones(len(equations.weights))
+    for _ in range(_ROUNDS):
+        left = _solved(system, equations.unheld @ left)
+    return np.clip(left, 0.0, 1.0)
+
+
+def _given(
+    left: Float64[np.ndarray, " n"], equations: JointEquations, thin_plate: ThinPlate
+) -> Float64[np.ndarray, " n"]:
+    """Variance of what is left of the given surface's own errors, px^2.
+
+    Depth maps go wrong in the middle of wide gaps, and the plate carries that towards the paint;
+    over a gap with dabs round it they are right.
+    """
+    ring = sp.csr_matrix(thin_plate.neighbours + sp.eye(len(left)))
+    deepest = left
+    for _ in range(_GAP_RINGS):
+        deepest = np.maximum.reduceat(deepest[ring.indices], ring.indptr[:-1])
+    alone = np.where(equations.photos < 2, _ALONE_PX**2, 0.0)
+    return _GIVEN_PX**2 * left * deepest**2 + alone
 
 
 def _loudness(mesh: Mesh, equations: JointEquations, pool: "_Pool") -> Float64[np.ndarray, " n"]:
