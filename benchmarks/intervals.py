@@ -4,7 +4,8 @@
 
 Every capture gets its own limb, paint, walk, noise and lens calibration from its seed, is
 reconstructed from nothing, laid on its truth without changing size, and measured: girths (along
-the contour, and of a taut tape) at five heights, and the volume between the outer two. One line
+the contour, and of a taut tape) and areas at five heights, the volume between the outer two, and
+those of the slices between neighbours; vertices, and what was filled, against the truth. One line
 of JSON a capture; seeds that are in the file already are not run again. The last line printed
 says how many of all intervals held, and how many missed on either side.
 
@@ -240,9 +241,10 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
             continue
         found.append(_figure(kind, volume.value, volume.sigma, whole))
     off_mm, near = signed_mm(placed.vertices_mm, truth)
-    known = near & np.isfinite(mesh.sigma_mm)
-    ratio = off_mm[known] / mesh.sigma_mm[known]
-    filled = ~np.isfinite(mesh.sigma_mm)
+    sigma_mm = np.full(len(mesh), np.nan) if mesh.sigma_mm is None else mesh.sigma_mm
+    filled = ~np.isfinite(sigma_mm)
+    known = near & ~filled
+    ratio = off_mm[known] / sigma_mm[known]
     in_fills = off_mm[near & filled] / filled_sigma_mm(mesh, filled)[near & filled]
     return {
         "figures": found,
@@ -257,7 +259,7 @@ def figures(result: Reconstruction, truth: Truth) -> dict[str, Any]:
         "within_one": float(np.quantile(np.abs(ratio), 0.6827)),
         "tenths": [
             1.4826 * float(np.median(np.abs(ratio[part])))
-            for part in np.array_split(np.argsort(mesh.sigma_mm[known], kind="stable"), 10)
+            for part in np.array_split(np.argsort(sigma_mm[known], kind="stable"), 10)
         ],
     }
 
@@ -296,6 +298,10 @@ def told(lines: list[dict[str, Any]]) -> str:
     spreads = [line["spread"] for line in lines if "spread" in line]
     if spreads:
         parts.append(f"vertices {np.median(spreads):.2f} ({min(spreads):.2f}-{max(spreads):.2f})")
+    tenths = [line["tenths"] for line in lines if "tenths" in line]
+    if tenths:
+        by_tenth = np.median(tenths, axis=0)
+        parts.append(f"tenths of sigma {by_tenth.min():.2f} to {by_tenth.max():.2f}")
     return "; ".join(parts)
 
 
@@ -316,6 +322,15 @@ def counts_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, dict[str, floa
                 "too_much": long,
                 "mean_error_over_sigma": float(np.mean(ratios)),
                 "rms_error_over_sigma": float(np.sqrt(np.mean(np.square(ratios)))),
+            }
+        spreads = [line["spread"] for line in own if "spread" in line]
+        if spreads:
+            found[setting]["vertices"] = {
+                "captures": len(own),
+                "refused": len(own) - len(spreads),
+                "median_spread": float(np.median(spreads)),
+                "least_spread": min(spreads),
+                "most_spread": max(spreads),
             }
     return found
 
@@ -343,17 +358,23 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         "mean",
         "tape held",
         "mean",
+        "area held",
         "volume",
+        "slices held",
         "RMS mm",
         "spread",
         "by tenths of sigma",
+        "filled",
+        "beyond 95 % in fills",
     )
     rows: list[list[str]] = []
     for line in sorted(lines, key=lambda one: (one["setting"], one["seed"])):
         kind = line["kind"]
         if "refused" in line:
             reason = f"refused: {line['refused'][:80]}"
-            rows.append([f"{line['seed']}", line["setting"], kind, reason, *[""] * 7])
+            rows.append(
+                [f"{line['seed']}", line["setting"], kind, reason, *[""] * (len(heads) - 4)]
+            )
             continue
         cells = [f"{line['seed']}", line["setting"], kind]
         for name in ("contour", "tape"):
@@ -366,12 +387,21 @@ def table_of(lines: list[dict[str, Any]]) -> str:
                 f"{np.mean(ratios):+.2f}",
             ]
         volume = ratios_of([line], "volume")
-        cells += [f"{volume[0]:+.2f}" if volume else "open"]
+        cells += [held_of([line], "area"), f"{volume[0]:+.2f}" if volume else "open"]
+        cells += [held_of([line], "slice")]
         tenths = line.get("tenths", [math.nan])
         cells += [f"{line['rms_mm']:.3f}", f"{line['spread']:.2f}"]
-        cells += [f"{min(tenths):.2f} to {max(tenths):.2f}"]
+        cells += [f"{min(tenths):.2f} to {max(tenths):.2f}", f"{line['filled']:.1%}"]
+        beyond = line.get("beyond_in_fills")
+        cells += ["" if beyond is None else f"{beyond:.1%}"]
         rows.append(cells)
     return "\n\n".join([*parts, table(heads, rows)]) + "\n"
+
+
+def held_of(lines: list[dict[str, Any]], kind: str) -> str:
+    """How many intervals of one kind hold."""
+    ratios = ratios_of(lines, kind)
+    return f"{len(ratios) - sum(missed(ratios))} of {len(ratios)}" if ratios else "open"
 
 
 def ratios_of(lines: list[dict[str, Any]], kind: str) -> list[float]:

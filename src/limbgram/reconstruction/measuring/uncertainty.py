@@ -74,7 +74,7 @@ _PAINTED = 0.8
 """Signal from which a vertex tells how high the relief is: bare skin has 0.1, dabs 0.9."""
 _LEAST_SEEN = 0.01
 """Of the usual vertex's pull and hold, what every vertex has at least."""
-_SMOOTH_RINGS, _EVEN_RINGS = 3, 12
+_SMOOTH_RINGS, _EVEN_RINGS = 3, 8
 """Rings over which the hold of the data is averaged (its logarithm) for what a plate would leave of
 relief, and rings over which the draws correct that: four draws alone scatter by a third."""
 _GIVEN_PX, _ROUNDS, _GAP_RINGS = 0.45, 2, 6
@@ -82,7 +82,7 @@ _GIVEN_PX, _ROUNDS, _GAP_RINGS = 0.45, 2, 6
 pixels; how many rounds take from it what the photos do not agree to; and rings within which the
 gap's deepest place is looked for."""
 _ALONE_PX = 0.12
-"""What is more wrong, in pixels, where fewer than two photos agree: fits, texts or shine differ."""
+"""What is more wrong, in pixels, where fewer than two photos agree on what they show."""
 _PUSHED_PX = 0.35
 """No noise pushes the surface further, in pixels, where nothing holds it but belief."""
 _CORRELATION_LENGTHS = 2.26
