@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import uvicorn
 
 from limbgram.app.access import Access, Asgi, Diary, Guard
-from limbgram.app.listening import Tls, configured
+from limbgram.app.listening import Tls, configured, prompt_socket
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import OptionsError
 
@@ -70,7 +70,9 @@ class Doors:
         if known is not None:
             return known
         host = address()
-        listening = socket.create_server((host, 0), backlog=32)
+        listening = prompt_socket()
+        listening.bind((host, 0))
+        listening.listen(32)
         at = f"{host}:{listening.getsockname()[1]}"
         scheme = "http" if self.tls is None else "https"
         access = Access(frozenset({at}), scheme)

@@ -10,6 +10,7 @@ Method  uvicorn with h11. A connection that does not send a whole request head w
 
 import asyncio
 import logging
+import socket
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -24,6 +25,9 @@ _END_S = 3
 """Open answers, such as streams of events, get so long to end."""
 _HEAD_S = 20.0
 _MOST_CONNECTIONS = 500
+_RECEIVED = 1 << 16
+"""Bytes of a connection that wait unread, twice of it by the system's own count: sixty photos that
+come at once hold so much each, and no more."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,17 @@ class ImpatientProtocol(H11Protocol):
         self._head_due = None
         if not self._is_answering and not self.transport.is_closing():
             self.transport.close()
+
+
+def prompt_socket() -> socket.socket:
+    """A socket whose connections send each answer at once.
+
+    asyncio asks for that where the socket names its protocol, and only there. Without it the end of
+    an answer waits up to 40 ms until the browser has confirmed the beginning.
+    """
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVED)
+    return made
 
 
 def configured(routes: Asgi, tls: Tls | None, lifespan: Literal["on", "off"]) -> uvicorn.Config:

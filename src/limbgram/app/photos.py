@@ -4,6 +4,8 @@ import asyncio
 import io
 import re
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
@@ -31,7 +33,13 @@ router = APIRouter(tags=["photos"])
 
 NameHere = Annotated[str, Path(max_length=200, description="The file's own name.")]
 _RANGE = re.compile(r"bytes (\d{1,15})-(\d{1,15})/(\d{1,15}|\*)")
-_PIECE = 1 << 18
+_PIECE = 1 << 16
+"""Bytes that are written at once at least: sixty photos may come at the same time, and little more
+of each waits in memory."""
+_KEEPER = ThreadPoolExecutor(1, thread_name_prefix="keeper")
+"""Hashes and cleans one whole photo after the other. Each is in memory meanwhile, and the next one
+takes the room of the last: with a thread for each, the threads would all keep such room. A zip has
+work of its own and goes elsewhere."""
 _SMALLEST_PX, _LARGEST_PX = 32, 4096
 
 
@@ -167,16 +175,21 @@ async def receive(
             here += len(piece)
             if here > most:
                 raise OptionsError(f"{name} is longer than was announced, or than is taken.")
+            if not pending and len(piece) >= _PIECE:
+                await asyncio.to_thread(stream.write, piece)
+                continue
             pending += piece
             if len(pending) >= _PIECE:
-                await asyncio.to_thread(stream.write, bytes(pending))
-                pending.clear()
-        await asyncio.to_thread(stream.write, bytes(pending))
+                await asyncio.to_thread(stream.write, pending)
+                pending = bytearray()
+        await asyncio.to_thread(stream.write, pending)
     on_change()
     whole = content_range is None if total is None else here >= total
     if not whole:
         return Sent(whole=False, new=True, bytes=here)
-    ended = await asyncio.to_thread(_finished, intake, name, replace)
+    keeper = None if is_zip(name) else _KEEPER
+    work = partial(_finished, intake, name, replace)
+    ended = await asyncio.get_running_loop().run_in_executor(keeper, work)
     on_change()
     return Sent(
         whole=True,

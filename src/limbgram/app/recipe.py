@@ -1,6 +1,7 @@
 """Recipe: the edits in order, which are the list of what can be undone; previews and the ledger."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Annotated, Any, cast
 
 from fastapi import APIRouter, Path, Response
@@ -117,7 +118,13 @@ class RecipeText(BaseModel):
 @router.get("/edits")
 def list_kinds() -> list[EditKind]:
     """The kinds of edits there are, and their parameters."""
-    return [
+    return list(_kinds())
+
+
+@cache
+def _kinds() -> tuple[EditKind, ...]:
+    """They stay the same as long as the program runs, and take 0.1 s to put together."""
+    return tuple(
         EditKind(
             kind=kind,
             does=purpose_of(made),
@@ -127,7 +134,7 @@ def list_kinds() -> list[EditKind]:
             ],
         )
         for kind, made in EDIT_NAMED.items()
-    ]
+    )
 
 
 @router.get("/cases/{case_id}/recipe")

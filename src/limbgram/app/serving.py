@@ -20,7 +20,7 @@ from uvicorn.server import HANDLED_SIGNALS
 
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
-from limbgram.app.listening import Tls, configured
+from limbgram.app.listening import Tls, configured, prompt_socket
 from limbgram.app.server import guarded
 from limbgram.cases.shelf import Shelf
 from limbgram.core.errors import OptionsError, printable
@@ -146,7 +146,7 @@ def socket_at(address: str, port: int) -> socket.socket:
     """
     if port and not 1024 <= port <= 65535:
         raise OptionsError(f"Port {port} cannot be used. Choose one from 1024 to 65535.")
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening = prompt_socket()
     try:
         listening.bind((address, port))
         listening.listen(128)

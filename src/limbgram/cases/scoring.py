@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.folder import CaseFolder
@@ -23,6 +22,8 @@ _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 def score_case(case: Path, truth: Path) -> TruthComparison:
     """Compare the surface that a case delivered with the truth of its capture."""
+    import trimesh  # with networkx it takes 30 MB, which a server that never scores does without
+
     deliverables = CaseFolder(case).deliverables
     surface = trimesh.load_mesh(surface_of(deliverables), process=False)
     found = centres_mm(deliverables / "poses.json")

@@ -59,11 +59,11 @@ export function Shell({ place, head, children, onHelp, helping }: { place: Place
           {t(person.value?.network ? "local.clinic" : "local")}
         </span>
         <WhoIsHere />
-        <button type="button" class="btn bare quiet-btn" aria-expanded={helping} onClick={onHelp}>
+        <button type="button" class="btn bare quiet-btn" aria-label={t("help")} aria-expanded={helping} onClick={onHelp}>
           <Icon name="help" />
           <span>{t("help")}</span>
         </button>
-        <button type="button" class={`btn bare quiet-btn ${expert.value ? "chosen" : ""}`} aria-pressed={expert.value} onClick={() => setExpert(!expert.value)}>
+        <button type="button" class={`btn bare quiet-btn hide-small ${expert.value ? "chosen" : ""}`} aria-pressed={expert.value} onClick={() => setExpert(!expert.value)}>
           <span class="always">{t("expert")}</span>
         </button>
       </header>

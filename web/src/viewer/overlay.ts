@@ -315,7 +315,7 @@ export class Overlay {
       const [x, y] = this.screen(shown);
       const group = el("g", { class: `place ${mark.state} ${seen ? "" : "unseen-place"}`, "data-place": mark.name }, this.places);
       if (seen && mark.label) {
-        const left = x < middle || (this.span !== null && this.viewer.holder.clientWidth < 700);
+        const left = x < middle || (this.span !== null && this.viewer.holder.clientWidth >= 480 && this.viewer.holder.clientWidth < 700);
         const lx = left ? Math.min(x - 30, box.left - 14) : Math.max(x + 30, box.right + 14);
         let ly = y - 22;
         while (taken.some((one) => one.left === left && Math.abs(one.y - ly) < 17)) ly += 17;
@@ -431,8 +431,10 @@ export class Overlay {
   private drawCube(): void {
     const { right, up, back } = this.viewer.axes();
     const width = this.viewer.holder.clientWidth;
-    this.cube.setAttribute("transform", `translate(${width - 70} 66)`);
-    const half = 26;
+    // On a phone it is smaller, beside the modes.
+    const small = width < 480;
+    this.cube.setAttribute("transform", small ? `translate(${width - 46} 46)` : `translate(${width - 70} 66)`);
+    const half = small ? 18 : 26;
     const flat = (v: Vector3): readonly [number, number] => [v.dot(right) * half, -v.dot(up) * half];
     const across: Record<View, readonly [Vector3, Vector3]> = {
       front: [new Vector3(-1, 0, 0), new Vector3(0, 0, 1)],
