@@ -22,6 +22,7 @@ from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
 
 API = "/api/v1"
+KINDS = {"brush": "load", "levels": "reduction", "trimline": "trimline", "smoothing": "smoothing"}
 LOAD = {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 20.0}
 
 
@@ -61,6 +62,43 @@ def typed(*words: str | Path) -> Any:
 
 def surface(client: TestClient, case: str, of: str) -> dict[str, np.ndarray]:
     return decode_blocks(client.get(f"{case}/surface?of={of}").content)[1]
+
+
+def changed_by(
+    before: dict[str, np.ndarray], header: dict[str, Any], blocks: dict[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and faces after a change, put together as a browser does."""
+    positions = np.zeros((header["vertices"], 3), np.float32)
+    kept = min(len(positions), len(before["positions"]))
+    positions[:kept] = before["positions"][:kept]
+    positions[blocks["changed"]] = blocks["positions"]
+    faces = np.zeros((header["faces"], 3), np.uint32)
+    kept = min(len(faces), len(before["indices"]))
+    faces[:kept] = before["indices"][:kept]
+    faces[blocks["faces_changed"]] = blocks["indices"]
+    return positions, faces
+
+
+def by_hand(drawn: str, limb: Mesh) -> dict[str, Any]:
+    """What a browser sends of a stroke, of levels or of a line round the limb."""
+    at = limb.vertices_mm
+    middle = float(at[:, 2].mean())
+    if drawn == "levels":
+        return {"heights_mm": [middle - 40, middle + 40], "per_cent": [1.0, 3.0], "of": "girth"}
+    if drawn == "smoothing":
+        return {"passes": 2}
+    if drawn == "trimline":
+        above = np.abs(at[:, 2] - middle - 60) < 3
+        angles = np.arctan2(at[above, 1], at[above, 0])
+        round_it = [at[above][np.argmin(np.abs(angles - a))] for a in np.linspace(-3, 2.1, 6)]
+        return {"through": np.array(round_it).tolist(), "keep": "distal", "positions_in": "mesh"}
+    stroke = [(-12, -25), (-12, 0), (-12, 25), (12, 25), (12, 0), (12, -25)]  # a brush 24 mm wide
+    front = at[at[:, 1] > 0]
+    line = [
+        front[np.argmin(np.hypot(front[:, 0] - x, front[:, 2] - middle - z))] for x, z in stroke
+    ]
+    within = np.array(line).tolist()
+    return {"within": within, "depth_mm": 2.0, "falloff_mm": 8.0, "positions_in": "mesh"}
 
 
 def test_the_surface_comes_as_it_is_and_once(client: TestClient, case: str, limb: Mesh) -> None:
@@ -135,17 +173,31 @@ def test_a_preview_is_what_is_kept_afterwards(client: TestClient, aligned: str) 
     kept = client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD}).json()
     assert kept["recipe"]["tag"] == header["tag"]
     after = surface(client, aligned, "rectified")
-    positions = np.zeros((header["vertices"], 3), np.float32)
-    positions[: len(before["positions"])] = before["positions"]
-    positions[blocks["changed"]] = blocks["positions"]
+    positions, faces = changed_by(before, header, blocks)
     np.testing.assert_array_equal(positions, after["positions"])
-    faces = np.zeros((header["faces"], 3), np.uint32)
-    faces[: len(before["indices"])] = before["indices"]
-    faces[blocks["faces_changed"]] = blocks["indices"]
     np.testing.assert_array_equal(faces, after["indices"])
     far = decode_blocks(client.get(f"{aligned}/surface/differences").content)[1]["signed_mm"]
     assert far.min() == pytest.approx(-3.0, abs=0.05)
     assert kept["ledger"]["lines"][0]["displacement"]["largest_mm"] == pytest.approx(-3.0, abs=0.05)
+
+
+@pytest.mark.parametrize("drawn", ["brush", "levels", "trimline", "smoothing"])
+def test_what_is_shown_after_release_is_what_is_made(
+    client: TestClient, aligned: str, limb: Mesh, drawn: str
+) -> None:
+    before = surface(client, aligned, "rectified")
+    asked = {"kind": KINDS[drawn], "parameters": by_hand(drawn, limb)}
+    tried = client.post(f"{aligned}/recipe/preview", json=asked)
+    assert tried.status_code == 200, tried.text
+    header, blocks = decode_blocks(tried.content)
+    client.post(f"{aligned}/recipe/edits", json=asked).raise_for_status()
+    after = surface(client, aligned, "rectified")
+    positions, faces = blocks["positions"], blocks["indices"]
+    if "changed" in blocks:
+        positions, faces = changed_by(before, header, blocks)
+    np.testing.assert_array_equal(positions, after["positions"])
+    np.testing.assert_array_equal(faces, after["indices"])
+    assert not np.array_equal(after["positions"], before["positions"])
 
 
 def test_undo_goes_back_over_every_gesture(client: TestClient, aligned: str) -> None:
