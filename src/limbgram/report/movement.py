@@ -34,7 +34,11 @@ def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> st
         case "drift":
             return f"The limb moved slowly through all photos, by {far} in all."
         case "restless":
-            return f"The limb stood elsewhere in every photo, by up to {far} and {turn}."
+            return (
+                "Limb and surroundings lie otherwise against each other in every photo, by up to "
+                f"{far} and {turn}: the limb swayed, things round it were moved, or the camera's "
+                "stabiliser or rolling shutter bent the photos."
+            )
         case "step":
             return (
                 f"The limb moved by up to {far} and turned by {turn} between the photos: it lies "

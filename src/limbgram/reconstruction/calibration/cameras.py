@@ -55,6 +55,43 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance))
 
 
+SQUARE_WITHIN = 0.001
+"""How far pixels may seem to be from square and still be those of a sensor. Sound calibrations find
+0.00000 to 0.00007; one from photos with a rolling shutter 0.0037."""
+ROUNDED_PX = 0.5
+"""A reduced picture has whole pixels: by so much its height and width are rounded."""
+_ANAMORPHIC = 0.02
+"""From here on they are meant to be oblong: those of film and video are, by 7 % and more."""
+_SQUARE_SIGMA = 1e-4
+"""Of a sensor's ratio of width and height."""
+
+
+def squareness(camera: Camera) -> float:
+    """How far pixels may seem to be from square, as a fraction, by what a picture is rounded to."""
+    return max(SQUARE_WITHIN, ROUNDED_PX / min(camera.width_px, camera.height_px))
+
+
+def squared(given: Calibration) -> Calibration:
+    """The calibration, of square pixels where it says that they are nearly so.
+
+    Sensors are made with square pixels. A calibration that finds others found something else: rows
+    that were read while the camera moved, or a board that is stretched. It is conditioned on their
+    being square: the other parameters follow by their covariance.
+    """
+    camera, across = given.camera, np.zeros(len(given.covariance))
+    across[0], across[1] = 1.0, -1.0
+    off = (camera.fx - camera.fy) / camera.fy
+    variance_px2 = float(across @ given.covariance @ across)
+    if not (squareness(camera) < abs(off) < _ANAMORPHIC and variance_px2 > 0):
+        return given
+    gain = given.covariance @ across / (variance_px2 + (_SQUARE_SIGMA * camera.fx) ** 2)
+    return replace(
+        given,
+        camera=camera.with_parameters(camera.packed - gain * (camera.fx - camera.fy)),
+        covariance=given.covariance - np.outer(gain, across @ given.covariance),
+    )
+
+
 @dataclass(frozen=True)
 class Cameras:
     """One calibration for each camera group of a PhotoSet, in its order."""

@@ -142,13 +142,19 @@ class Bundle:
             np.linalg.norm(residuals, axis=1) < most * np.maximum(sigma_px, own)
         )
         rays = np.bincount(kept.point_idx, minlength=len(self.points))
-        return kept._points(
+        return kept.with_points(
             (rays >= _FEWEST_RAYS) & (kept.widest_angle_deg() > _SMALLEST_ANGLE_DEG)
         )
 
+    def with_points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":
+        """With the points that are to be kept, and what shows them."""
+        kept = self._observations(keep[self.point_idx])
+        number = np.cumsum(keep) - 1
+        return replace(kept, points=self.points[keep], point_idx=number[kept.point_idx])
+
     def with_points_thinned(self, every: int) -> "Bundle":
         """With every so-many-th point."""
-        return self if every < 2 else self._points(np.arange(len(self.points)) % every == 0)
+        return self if every < 2 else self.with_points(np.arange(len(self.points)) % every == 0)
 
     def widest_angle_deg(self) -> Float64[np.ndarray, " n"]:
         """Per point: angle between its first ray and the ray farthest from that."""
@@ -170,8 +176,3 @@ class Bundle:
             xy_px=self.xy_px[keep],
             own_sigma_px=None if self.own_sigma_px is None else self.own_sigma_px[keep],
         )
-
-    def _points(self, keep: Bool[np.ndarray, " n"]) -> "Bundle":
-        kept = self._observations(keep[self.point_idx])
-        number = np.cumsum(keep) - 1
-        return replace(kept, points=self.points[keep], point_idx=number[kept.point_idx])

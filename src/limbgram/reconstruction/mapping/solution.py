@@ -18,7 +18,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
 from limbgram.core.optimisation import Descent, Trial, minimise
 from limbgram.core.run import track
-from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.calibration.cameras import Calibration, squared
 from limbgram.reconstruction.mapping.body import Body, BodyEquations
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.normals import point_steps, reduce_equations, robust_cost
@@ -32,6 +32,7 @@ _CAUCHY_SIGMAS = 2.5
 _GAUGE_FREEDOM = 7
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
+_TINY = 1e-300
 _SHARED_ERROR = 3.0
 """How much less the residuals tell about photos and lenses than if all were independent.
 
@@ -127,6 +128,50 @@ def predicted_falls(
 
 
 @dataclass(frozen=True)
+class OwnEquations:
+    """What some points say of the photos' newest own numbers, all else being free.
+
+    Normal equations in units of sigma, photo by photo, without a prior on the numbers.
+    """
+
+    normal: Float64[np.ndarray, "n n"]
+    right: Float64[np.ndarray, " n"]
+
+    def fall(self, values: Float64[np.ndarray, " n"]) -> float:
+        """By how much the sum of squares of these points falls with the numbers held at values."""
+        return float(2.0 * values @ self.right - values @ self.normal @ values)
+
+
+def own_equations(
+    scenes: Sequence[Scene],
+    priors: Sequence[Calibration],
+    sigma_px: float,
+    chosen: Bool[np.ndarray, " n"],
+    newest: Sequence[int],
+    observations: int,
+) -> tuple[OwnEquations, ...]:
+    """Of each scene's newest own numbers, by the chosen points alone.
+
+    The scenes differ only in what photos may have for themselves; the equations are made once.
+
+    Args:
+        newest: By scene, how many of a photo's numbers were added last.
+        observations: At most about so many of the chosen points' are asked.
+    """
+    prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
+    bundle = Bundle.of(scenes[0]).with_points(chosen)
+    bundle = bundle.with_points_thinned(-(-len(bundle.xy_px) // observations))
+    measured = _Measured.at(bundle, sigma_px, _ALMOST_NONE)
+    found: list[OwnEquations] = []
+    for scene, size in zip(scenes, newest, strict=True):
+        ties = Ties.of(scene, cameras, solve=True)
+        tied = replace(bundle, ties=ties)
+        equations = _Equations.of(measured, tied, None, prior, sigma_px, _ALMOST_NONE)
+        found.append(equations.of_newest(ties, size))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
 class _Prior:
     """Lens parameters as calibrated, their information, and which of them may move.
 
@@ -141,6 +186,8 @@ class _Prior:
     def of(cls, priors: Sequence[Calibration], hold_board_lenses: bool) -> "_Prior":
         size = LENS_SIZE * len(priors)
         information, free = np.zeros((size, size)), np.zeros(size, bool)
+        if not hold_board_lenses:
+            priors = [squared(given) if given.source == "board" else given for given in priors]
         for idx, given in enumerate(priors):
             if given.source == "board" and hold_board_lenses:
                 continue
@@ -337,6 +384,25 @@ class _Equations:
         scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
         step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
         return step
+
+    def of_newest(self, ties: Ties, newest_size: int) -> OwnEquations:
+        """Of so many of each photo's own numbers that were added last, all others eliminated.
+
+        A photo of which the points show nothing says nothing.
+        """
+        photos, size = ties.values.shape
+        own = np.tile(np.arange(size) >= size - newest_size, photos)
+        newest = np.concatenate([np.zeros(len(self.right) - len(own), bool), own])
+        rest = self.free & ~newest
+        weights = np.diag(self.normal)[rest]
+        scale = np.where(weights > 0.0, 1.0 / np.sqrt(np.maximum(weights, _TINY)), 0.0)
+        among = self.normal[np.ix_(rest, rest)] * np.outer(scale, scale)
+        among[np.diag_indices_from(among)] += _ALMOST_NONE
+        mixed = scale[:, None] * self.normal[np.ix_(rest, newest)]
+        solved = cho_solve(cho_factor(among), np.column_stack([mixed, scale * self.right[rest]]))
+        normal = self.normal[np.ix_(newest, newest)] - mixed.T @ solved[:, :-1]
+        normal[np.diag_indices_from(normal)] -= ties.information[own]
+        return OwnEquations(0.5 * (normal + normal.T), self.right[newest] - mixed.T @ solved[:, -1])
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:
         """Of photos and lenses: seven directions of the world's frame carry nothing."""

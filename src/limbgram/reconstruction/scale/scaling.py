@@ -57,11 +57,13 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: S
             f"{max_disagreement:.2%} is allowed. It is too small, too far away or seen in too "
             "few photos. Lay it close beside the limb, flat and in view of most photos."
         )
-    if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
+    # x and y are each half of the stretch beside the scale, as a length that checks it may be
+    most_stretch = 2 * max_disagreement
+    if abs(scene_board.stretch) > max(most_stretch, _SURE_SIGMAS * scene_board.stretch_sigma):
         longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
             f"The board is {abs(scene_board.stretch):.2%} longer along its {longer} than along its "
-            f"{shorter}; {max_disagreement:.2%} is allowed. {_moved(scene_board, scene)}It was "
+            f"{shorter}; {most_stretch:.2%} is allowed. {_moved(scene_board, scene)}It was "
             "printed at different scales across and along the paper, or it is bent. Print it at "
             "100 %, without fitting to the page, glue it to a flat plate and measure both ways; "
             "or give a known distance."

@@ -14,6 +14,7 @@ from typing import Literal
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
+from limbgram.reconstruction.calibration.cameras import ROUNDED_PX, SQUARE_WITHIN
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.figures import (
     BudgetPart,
@@ -93,13 +94,13 @@ LENS = _Limit("lens", "Camera: photos against its calibration", "sigmas", 3.0)
 """Never red by itself: what it does to the size, a length tells. Six good captures have 0.5 to 1.0,
 one with a focal length 3 % wrong 6.6."""
 LENS_PATTERN = _Limit("lens_pattern", "Camera: pattern in the residuals", "px", 0.05)
-SQUARE = _Limit("square_pixels", "Camera: pixels higher than wide, or wider", "%", 0.1)
+SQUARE = _Limit(
+    "square_pixels", "Camera: pixels higher than wide, or wider", "%", 100 * SQUARE_WITHIN
+)
 """Never red by itself, as the others of a camera. Sensors are made with square pixels; what a lens
 is found to have else was done to it: a picture read row by row from a hand that moved, one shifted
 by a stabiliser, a calibration board that is stretched. Half of it goes into sizes. Good captures
 have 0.000 to 0.007 %, a phone's with a rolling shutter 0.37 %."""
-_ROUNDED_PX = 0.5
-"""A reduced picture has whole pixels: by so much its height and width are rounded."""
 _PATTERN_SIGMAS = 0.5
 """A pattern below so many sigmas of one coordinate is not told from noise."""
 TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
@@ -371,17 +372,29 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
 
 
 def _square(lens: LensFigures) -> Criterion:
-    """Whether the pixels of a lens are as wide as high, as those of sensors are."""
-    named = {one.name: one.value for one in lens.parameters}
-    off = 100 * (named["fx"] / named["fy"] - 1)
+    """Whether the pixels of a lens are as wide as high, as those of sensors are.
+
+    Both as it was calibrated and as the photos have it: the adjustment holds a board's calibration
+    to square pixels.
+    """
+    named = {one.name: one for one in lens.parameters}
+    fx, fy = named["fx"], named["fy"]
+    found, calibrated = fx.value / fy.value - 1, fx.calibrated / fy.calibrated - 1
+    of_file = abs(calibrated) > abs(found)
+    off = 100 * (calibrated if of_file else found)
     shorter_px = min(lens.width_px, lens.height_px)
-    limit = replace(SQUARE, green=max(SQUARE.green, 100 * _ROUNDED_PX / shorter_px))
+    limit = replace(SQUARE, green=max(SQUARE.green, 100 * ROUNDED_PX / shorter_px))
     if abs(off) <= limit.green:
         return limit.judge(abs(off), f"The pixels of {lens.name} come out square.")
     longer, shorter = ("wider", "high") if off < 0 else ("higher", "wide")
+    whose = (
+        f"The calibration of {lens.name} says that its pixels are"
+        if of_file
+        else (f"The pixels of {lens.name} come out")
+    )
     return limit.judge(
         abs(off),
-        f"The pixels of {lens.name} come out {abs(off):.2f} % {longer} than {shorter} (limit "
+        f"{whose} {abs(off):.2f} % {longer} than {shorter} (limit "
         f"{limit.green:.1f} %), and sensors have square ones: the camera moved while its rows were "
         "read (rolling shutter), its stabiliser shifted the picture, or the calibration board is "
         "stretched. Hold the camera still for each photo, with stabiliser and electronic shutter "
@@ -404,6 +417,8 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
         yield limit.judge(movement.shift, sentence)
     if math.isfinite(movement.bending):
         again = " No rigid surface fits all photos. Take them again." if movement.bending else ""
+        if again and any(lens.source == "exif" for lens in figures.cameras):
+            again = f" Or the lens, which no board calibrated, is another than was found.{again}"
         yield BENT.judge(movement.bending, movement.bending_sentence + again)
 
 

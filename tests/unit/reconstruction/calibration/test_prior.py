@@ -12,6 +12,7 @@ from limbgram.reconstruction.calibration.cameras import (
     cameras_for,
     focal_from_exif,
     label_of,
+    squared,
 )
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
 
@@ -217,3 +218,35 @@ def test_a_guess_says_that_it_is_one() -> None:
     aspect = np.array([-1.0, 1.0]) / camera.fx
     assert np.sqrt(aspect @ guess.covariance[:2, :2] @ aspect) == pytest.approx(0.001)
     assert np.linalg.eigvalsh(guess.covariance).min() > -1e-9
+
+
+def oblong(ratio: float) -> Calibration:
+    """A calibration whose pixels are not square; fy is known twice as well as fx."""
+    found = calibrated()
+    camera = replace(found.camera, fx=10_000.0 * ratio, fy=10_000.0)
+    covariance = found.covariance.copy()
+    covariance[:4, :4] = 0.0
+    covariance[[0, 1, 2], [0, 1, 2]] = 400.0, 100.0, 25.0
+    covariance[0, 2] = covariance[2, 0] = 50.0
+    return replace(found, camera=camera, covariance=covariance)
+
+
+def test_a_calibration_of_almost_square_pixels_is_held_to_square_ones() -> None:
+    """The weighted mean of both focal lengths, and what hangs on them follows."""
+    given = oblong(1.004)
+    held = squared(given)
+    mean = 10_000.0 + 40.0 * 100.0 / (100.0 + 400.0)
+    assert held.camera.fx == pytest.approx(mean, abs=0.1)
+    assert held.camera.fy == pytest.approx(mean, abs=0.1)
+    assert held.camera.cx == pytest.approx(given.camera.cx - 40.0 * 50.0 / 500.0, abs=0.01)
+    assert held.camera.k1 == given.camera.k1
+    assert held.sigmas[0] == pytest.approx(np.sqrt(100.0 * 400.0 / 500.0), rel=0.01)
+    ratio = held.covariance[0, 0] + held.covariance[1, 1] - 2 * held.covariance[0, 1]
+    assert np.sqrt(ratio) == pytest.approx(1.0, rel=0.01), "a ten thousandth, as sound ones are"
+    assert np.linalg.eigvalsh(held.covariance)[0] > -1e-9
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.0009, 0.9991, 1.067, 1.33])
+def test_square_pixels_and_those_meant_to_be_oblong_are_left_alone(ratio: float) -> None:
+    given = oblong(ratio)
+    assert squared(given) is given

@@ -10,9 +10,15 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
+from limbgram.reconstruction.mapping.halves import foretold
 from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
 from limbgram.reconstruction.mapping.scene import Deviation, Observations, Scene
-from limbgram.reconstruction.mapping.solution import Adjusted, adjust
+from limbgram.reconstruction.mapping.solution import (
+    Adjusted,
+    OwnEquations,
+    adjust,
+    own_equations,
+)
 
 MakeScene = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=900, fx=700.0, fy=700.0, cx=450.0, cy=450.0, k1=-0.05)
@@ -89,6 +95,52 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     off = (found - found.mean(0)) - (shifts - shifts.mean(0))
     assert 0.01 < np.sqrt((off**2).mean()) < 0.5, "the shifts come out as they were"
     np.testing.assert_allclose(own.spread * LENS.width_px, shifts.std(0), rtol=0.3)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 6])
+def test_what_moved_half_of_the_points_is_no_lens(make_scene: MakeScene, seed: int) -> None:
+    """The residuals ask for own lenses, and numbers of one half do not serve the other."""
+    scene = near(make_scene, seed)
+    middle = float(np.median(scene.points_in_world[:, 0]))
+    size = float(np.ptp(scene.points_in_world))
+    moves = np.random.default_rng(seed).normal(0.0, 0.002 * size, (PHOTOS, 3))
+
+    def swaying(k: int, points: np.ndarray) -> np.ndarray:
+        return scene.view(k).project(points + np.where(points[:, :1] > middle, moves[k], 0.0))
+
+    faulty = taken(scene, seed, swaying)
+    before = fixed(faulty)
+    assert min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6
+    assert answered(before, faulty, [CALIBRATED], 4.0) is before
+
+
+def test_equations_of_all_points_foretell_the_fall_of_the_score_test(
+    make_scene: MakeScene,
+) -> None:
+    faulty, _ = stabilised(near(make_scene), 3, 2.0)
+    before = fixed(faulty)
+    room = with_room_for(with_own(before.scene), "principal point")
+    points = np.ones(len(room.points_in_world), bool)
+    (all_of_them,) = own_equations([room], [CALIBRATED], before.sigma_px, points, [2], 10**9)
+    assert room.own is not None
+    drawn = all_of_them.normal + np.diag(np.tile(room.own.spread**-2.0, PHOTOS))
+    values = np.linalg.solve(drawn, all_of_them.right)
+    asked = next(one for one in scores_of(before, [CALIBRATED]) if one.freedom == 2 * PHOTOS)
+    assert all_of_them.right @ values == pytest.approx(asked.fall, rel=1e-3)
+    assert 0 < all_of_them.fall(values) - asked.fall < 0.05 * asked.fall, "without the prior"
+
+
+def test_halves_that_agree_foretell_each_other_and_others_do_not() -> None:
+    draw = np.random.default_rng(1)
+    values = draw.normal(0.0, 0.01, 40)
+    normal = np.diag(draw.uniform(1.0, 4.0, 40) * 1e6)
+    one = OwnEquations(normal, normal @ values)
+    other = OwnEquations(2.0 * normal, 2.0 * normal @ values)
+    strange = OwnEquations(normal, normal @ draw.normal(0.0, 0.01, 40))
+    assert foretold(one, other, 2) > 1000.0
+    assert foretold(one, strange, 2) < 0.0
+    nothing = OwnEquations(np.zeros((40, 40)), np.zeros(40))
+    assert foretold(one, nothing, 2) == pytest.approx(0.0), "it says nothing"
 
 
 def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> None:

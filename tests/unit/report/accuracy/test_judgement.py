@@ -130,6 +130,19 @@ def test_pixels_that_are_not_square_are_amber_and_told_why(
     assert said in found.sentence
 
 
+def test_a_calibration_whose_pixels_are_not_square_is_amber_though_the_photos_mend_it(
+    with_sigmas: Evidence,
+) -> None:
+    (given,) = with_sigmas.cameras.calibrations
+    lens = replace(given.camera, fx=given.camera.fy * 0.9963)
+    spoiled = replace(with_sigmas.cameras, calibrations=(replace(given, camera=lens),))
+    judged = assess(replace(with_sigmas, cameras=spoiled)).criteria
+    found = next(one for one in judged if one.key == "square_pixels")
+    assert found.light == "amber"
+    assert "says that its pixels are 0.37 % wider than high (limit 0.1 %)" in found.sentence
+    assert "the calibration board is stretched" in found.sentence
+
+
 def test_a_board_stretched_one_way_is_amber_and_the_reason_is_told(
     with_sigmas: Evidence,
 ) -> None:

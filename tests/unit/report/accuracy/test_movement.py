@@ -51,6 +51,13 @@ def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
     assert found.light == "green"
 
 
+def test_restlessness_has_more_causes_than_the_limb(with_sigmas: Evidence) -> None:
+    swayed = movement(shifts(with_sigmas, 1.6), "restless")
+    (said,) = [one for one in assessed(with_sigmas, swayed).criteria if one.key == "movement"]
+    assert "in every photo, by up to 1.6 mm and 0.2 degrees: the limb swayed" in said.sentence
+    assert "stabiliser or rolling shutter" in said.sentence
+
+
 def test_a_limb_that_moved_is_amber_where_it_alone_places_the_photos(
     with_sigmas: Evidence,
 ) -> None:
