@@ -57,13 +57,11 @@ def check_scene_board(scene_board: SceneBoard, max_disagreement: float, scene: S
             f"{max_disagreement:.2%} is allowed. It is too small, too far away or seen in too "
             "few photos. Lay it close beside the limb, flat and in view of most photos."
         )
-    # x and y are each half of the stretch beside the scale, as a length that checks it may be
-    most_stretch = 2 * max_disagreement
-    if abs(scene_board.stretch) > max(most_stretch, _SURE_SIGMAS * scene_board.stretch_sigma):
+    if abs(scene_board.stretch) > max(max_disagreement, _SURE_SIGMAS * scene_board.stretch_sigma):
         longer, shorter = ("x", "y") if scene_board.stretch > 0 else ("y", "x")
         raise ScaleError(
             f"The board is {abs(scene_board.stretch):.2%} longer along its {longer} than along its "
-            f"{shorter}; {most_stretch:.2%} is allowed. {_moved(scene_board, scene)}It was "
+            f"{shorter}; {max_disagreement:.2%} is allowed. {_moved(scene_board, scene)}It was "
             "printed at different scales across and along the paper, or it is bent. Print it at "
             "100 %, without fitting to the page, glue it to a flat plate and measure both ways; "
             "or give a known distance."
@@ -91,7 +89,9 @@ def _moved(scene_board: SceneBoard, scene: Scene) -> str:
     return (
         f"The board or the limb probably moved while the photos were taken: {seen}. Fix the board "
         "where nobody touches it, let the limb rest, and take the photos again. If both kept "
-        "still, there is another cause. "
+        "still, there is another cause: a stabiliser or a rolling shutter bent the photos, so "
+        "switch both off where the camera allows it and hold it still, for the calibration too. "
+        "The last cause is the board. "
     )
 
 

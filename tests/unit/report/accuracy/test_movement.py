@@ -51,6 +51,20 @@ def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
     assert found.light == "green"
 
 
+def test_bending_by_a_lens_that_no_board_calibrated_may_be_the_lens(
+    with_sigmas: Evidence,
+) -> None:
+    still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
+    bent = movement(shifts(with_sigmas, 0.4))
+    (given,) = with_sigmas.cameras.calibrations
+    guessed = replace(with_sigmas.cameras, calibrations=(replace(given, source="exif"),))
+    for evidence, doubted in ((with_sigmas, False), (replace(with_sigmas, cameras=guessed), True)):
+        criteria = assessed(evidence, still, bent).criteria
+        (said,) = [one.sentence for one in criteria if one.key == "bending"]
+        assert "No rigid surface fits all photos" in said
+        assert ("Or the lens, which no board calibrated" in said) is doubted
+
+
 def test_restlessness_has_more_causes_than_the_limb(with_sigmas: Evidence) -> None:
     swayed = movement(shifts(with_sigmas, 1.6), "restless")
     (said,) = [one for one in assessed(with_sigmas, swayed).criteria if one.key == "movement"]
