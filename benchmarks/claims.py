@@ -154,6 +154,9 @@ def intervals() -> str:
         "rough": "2.5 times the relief",
         "fine": "relief down to waves of 2.5 mm",
         "sharp": "twice the resolution",
+        "sparse": "8 % painted",
+        "patchy": "half of the paint left out in patches",
+        "wrinkled": "15 % painted, wrinkles down to 3 mm",
     }
     heads = ("captures", "figure", "interval holds", "states too little", "states too much",
              "mean error / sigma", "RMS error / sigma")  # fmt: skip

@@ -109,7 +109,12 @@ def main() -> None:
     if chosen.table:
         found = [line for path in chosen.out for line in lines_of(path)]
         chosen.table.write_text(table_of(found))
-        counted = {"machine": machine(), "settings": counts_of(found), "captures": found}
+        counted = {
+            "machine": machine(),
+            "settings": counts_of(found),
+            "vertices": spreads_of(found),
+            "captures": found,
+        }
         chosen.table.with_suffix(".json").write_text(json.dumps(counted, indent=1) + "\n")
         return
     (out,) = chosen.out
@@ -182,6 +187,8 @@ def one(seed: int, setting: str, keep: Path | None) -> dict[str, Any]:
             line |= figures(result, truth_of(photos / "truth", np.array(placed)))
         except LimbgramError as refusal:
             line["refused"] = str(refusal)
+        except np.linalg.LinAlgError as fault:  # no refusal but a fault, and counted as such
+            line["refused"] = f"fault: {fault}"
     return line | {"cpu_s": [round(made - start, 1), round(time.process_time() - made, 1)]}
 
 
@@ -323,15 +330,30 @@ def counts_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, dict[str, floa
                 "mean_error_over_sigma": float(np.mean(ratios)),
                 "rms_error_over_sigma": float(np.sqrt(np.mean(np.square(ratios)))),
             }
-        spreads = [line["spread"] for line in own if "spread" in line]
-        if spreads:
-            found[setting]["vertices"] = {
-                "captures": len(own),
-                "refused": len(own) - len(spreads),
-                "median_spread": float(np.median(spreads)),
-                "least_spread": min(spreads),
-                "most_spread": max(spreads),
-            }
+    return found
+
+
+def spreads_of(lines: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """How errors of vertices over their sigmas scatter, by setting."""
+    found: dict[str, dict[str, Any]] = {}
+    for setting in dict.fromkeys(line["setting"] for line in lines):
+        own = [line for line in lines if line["setting"] == setting]
+        measured = [line for line in own if "spread" in line]
+        if not measured:
+            continue
+        spreads = [line["spread"] for line in measured]
+        fills = [line for line in measured if line.get("beyond_in_fills") is not None]
+        within = [1 - line["beyond_in_fills"] for line in fills]
+        found[setting] = {
+            "captures": len(own),
+            "refused": len(own) - len(measured),
+            "median_spread": float(np.median(spreads)),
+            "least_spread": min(spreads),
+            "most_spread": max(spreads),
+            "tenths": np.median([line["tenths"] for line in measured], axis=0).tolist(),
+            "captures_with_fills": len(fills),
+            "fills_within": float(np.mean(within)) if within else None,
+        }
     return found
 
 
@@ -345,6 +367,7 @@ def table_of(lines: list[dict[str, Any]]) -> str:
     parts = [
         "# Do stated 95 % intervals hold?",
         f"{made_on(machine())}. Error over sigma by capture; girths: the mean of five levels.",
+        _vertices_table(lines),
         *(
             f"{setting}: {told([line for line in lines if line['setting'] == setting])}."
             for setting in dict.fromkeys(line["setting"] for line in lines)
@@ -396,6 +419,21 @@ def table_of(lines: list[dict[str, Any]]) -> str:
         cells += ["" if beyond is None else f"{beyond:.1%}"]
         rows.append(cells)
     return "\n\n".join([*parts, table(heads, rows)]) + "\n"
+
+
+def _vertices_table(lines: list[dict[str, Any]]) -> str:
+    """Vertices of each setting: how their errors over their sigmas spread."""
+    heads = ("captures", "refused", "spread", "least", "most", "by tenths of sigma")
+    rows = [
+        [
+            f"{setting}, {one['captures']}",
+            f"{one['refused']}",
+            *(f"{one[key]:.2f}" for key in ("median_spread", "least_spread", "most_spread")),
+            " ".join(f"{tenth:.2f}" for tenth in one["tenths"]),
+        ]
+        for setting, one in spreads_of(lines).items()
+    ]
+    return table(heads, rows)
 
 
 def held_of(lines: list[dict[str, Any]], kind: str) -> str:
