@@ -349,7 +349,8 @@ def _bounded(receive: Receive, most: int | None) -> Receive:
         if whole:  # what may come now is the end of the connection
             return await receive()
         try:
-            message = await asyncio.wait_for(receive(), _SILENCE_S)
+            async with asyncio.timeout(_SILENCE_S):
+                message = await receive()
         except TimeoutError:
             return {"type": "http.disconnect"}
         came += len(message.get("body", b""))

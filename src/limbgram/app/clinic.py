@@ -104,7 +104,7 @@ class Clinic:
         return Intake(folder, secret_of(self.shelf.root))
 
 
-def clinic_of(request: Request) -> Clinic:
+async def clinic_of(request: Request) -> Clinic:  # so that no thread is asked for it
     clinic: Clinic = request.app.state.clinic
     return clinic
 

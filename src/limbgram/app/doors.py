@@ -7,6 +7,7 @@ Method  It closes when it is told to, when the app ends, and after half an hour.
 Fails   OptionsError: this machine is in no network.
 """
 
+import asyncio
 import re
 import socket
 import threading
@@ -23,6 +24,21 @@ from limbgram.core.errors import OptionsError
 
 _OPEN_S = 30 * 60.0
 _LOOK_S = 1.0
+_SHUT_S = 2.0
+"""As long as somebody who shuts a door waits until it is; a server looks ten times a second."""
+
+
+class DoorServer(uvicorn.Server):
+    """A server that tells when it lets nothing more in."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.shut = threading.Event()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        # Done once the socket and all connections that wait are closed: before the first pause.
+        asyncio.get_running_loop().call_soon(self.shut.set)
+        await super().shutdown(sockets)
 
 
 @dataclass
@@ -31,7 +47,7 @@ class Door:
 
     case_id: str
     access: Access
-    server: uvicorn.Server
+    server: DoorServer
     origin: str
     since: float = field(default_factory=time.monotonic)
 
@@ -40,7 +56,10 @@ class Door:
         return max(0.0, _OPEN_S - (time.monotonic() - self.since))
 
     def close(self) -> None:
+        """Shut it; afterwards nothing comes in."""
         self.server.should_exit = True
+        if self.server.started:
+            self.server.shut.wait(_SHUT_S)
 
 
 @dataclass
@@ -77,7 +96,7 @@ class Doors:
         scheme = "http" if self.tls is None else "https"
         access = Access(frozenset({at}), scheme)
         guard = Guard(inner, access, allows=_allowed(case.case_id), diary=self.diary)
-        server = uvicorn.Server(configured(guard, self.tls, lifespan="off"))
+        server = DoorServer(configured(guard, self.tls, lifespan="off"))
         door = Door(case.case_id, access, server, f"{scheme}://{at}")
         self._doors[case.case_id] = door
         threading.Thread(target=_serve, args=(door, listening), name="phone", daemon=True).start()
