@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Bool, Float32, Float64
 
 from limbgram.capture.prediction import Prediction, Showing, predict
-from limbgram.capture.proxy import COLUMNS, LimbProxy, proxy_of
+from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of
 from limbgram.capture.stands import (
     Stand,
     clock,
@@ -90,6 +90,11 @@ _SAME_BOX = 0.05
 """Of its sides: a limb that lies no further off in a photo than this was looked at already."""
 _OTHER_RING_DEG = 8.0
 """Between the heights of photos of one ring and those of the next: hands waver by half of it."""
+_BARE_PX = 24.0
+"""Pixels of the small copies to the nearest feature point beyond which paint is missing: measured
+surfaces are 1.7 times less sure there than where paint is dense."""
+_BARE_SHARE = 0.25
+"""Of a region that lies so far from paint: less is a gap between dabs."""
 _LOOKING_BYTES = 40
 """Bytes a pixel while the sharpness of a part of a photo is looked at."""
 
@@ -606,7 +611,7 @@ def missing_round(
 ) -> tuple[MissingPhotos, ...]:
     """Photos to add where neighbouring photos that count lie too far apart, most of them first."""
     around = sorted((one for one in checked if one.counts), key=lambda one: one.azimuth_deg)
-    first = next((one.name for one in checked if one.placed), "")
+    first = first_placed(checked)
     found: list[MissingPhotos] = []
     gaps = _gaps_deg([one.azimuth_deg for one in around])
     limit_deg = min(options.max_gap_ratio * _usual_gap_deg(around), options.widest_gap_deg)
@@ -636,6 +641,11 @@ def missing_round(
     return tuple(sorted(found, key=lambda one: -one.count))
 
 
+def first_placed(checked: Sequence[CheckedPhoto]) -> str:
+    """The photo that stands at 12 o'clock."""
+    return next((one.name for one in checked if one.placed), "")
+
+
 def _usual_gap_deg(around: Sequence[CheckedPhoto]) -> float:
     """The mean gap of the ring that has most photos.
 
@@ -658,6 +668,8 @@ class _Shown:
     proxy: LimbProxy
     prediction: Prediction
     coverage: Coverage
+    bare: tuple[str, ...] = ()
+    """Regions in which paint is missing, in words."""
 
 
 def _shown(seen: _Seen, checked: Sequence[CheckedPhoto]) -> _Shown:
@@ -673,6 +685,8 @@ def _shown(seen: _Seen, checked: Sequence[CheckedPhoto]) -> _Shown:
         np.zeros(len(proxy.mesh)) if own is None else own.at(_full_px(view, proxy, by))
         for view, by, own in zip(views, ratio, (looked_at[idx].slopes for idx in counted))
     ]
+    # pixels of the small copies, whose feature points these are: large photos find finer ones
+    gap_px = gaps_mm(proxy, seen.limb) / _usual_pixel(views, proxy)
     prediction = predict(
         proxy,
         views,
@@ -681,10 +695,34 @@ def _shown(seen: _Seen, checked: Sequence[CheckedPhoto]) -> _Shown:
             edge_px=np.nan_to_num(np.array([checked[idx].edge_px for idx in counted])),
             slope=np.stack(slopes, axis=1) if slopes else np.zeros((len(proxy.mesh), 0)),
             relative_sigma=float(np.nan_to_num(seen.metric.scale.relative_sigma)),
+            gap_px=gap_px,
         ),
     )
     in_mm = seen.metric.scale.unit == "mm"
-    return _Shown(proxy, prediction, coverage_of(proxy, prediction, in_mm))
+    bare = tuple(_bare_regions(proxy, prediction, gap_px))
+    return _Shown(proxy, prediction, coverage_of(proxy, prediction, in_mm), bare)
+
+
+def _usual_pixel(views: Sequence[View], proxy: LimbProxy) -> float:
+    """Of a photo in the middle of the limb, in units of the scene."""
+    away = [
+        float(view.camera_from_world.apply(proxy.middle[None])[0, 2])
+        / math.sqrt(view.camera.fx * view.camera.fy)
+        for view in views
+    ]
+    return float(np.median(np.abs(away))) if away else math.inf
+
+
+def _bare_regions(
+    proxy: LimbProxy, prediction: Prediction, gap_px: Float64[np.ndarray, " n"]
+) -> list[str]:
+    """Regions of which much is farther from paint than can be bridged, though photos see it."""
+    bare = (gap_px > _BARE_PX) & (prediction.squarely >= 2) & proxy.known
+    return [
+        f"{title} ({bare[cells].mean():.0%} of it)"
+        for title, cells in _cells_of_regions(proxy)
+        if cells.any() and bare[cells].mean() > _BARE_SHARE
+    ]
 
 
 def _full_px(view: View, proxy: LimbProxy, ratio: float) -> Float64[np.ndarray, "n 2"]:
@@ -732,20 +770,27 @@ def _regions(
     proxy: LimbProxy, prediction: Prediction, sigma_mm: Float64[np.ndarray, " n"]
 ) -> tuple[CoveredRegion, ...]:
     """Thirds of the side by quarter hours of a clock, and the end."""
+    return tuple(
+        _region(title, cells, prediction, sigma_mm) for title, cells in _cells_of_regions(proxy)
+    )
+
+
+def _cells_of_regions(proxy: LimbProxy) -> list[tuple[str, Bool[np.ndarray, " n"]]]:
+    """The regions by name, from below upwards, and which cells are theirs."""
     row, column = np.divmod(np.arange(len(proxy.mesh)), COLUMNS)
     third = np.minimum(row * len(_THIRDS) // proxy.side_rows, len(_THIRDS) - 1)
-    found: list[CoveredRegion] = []
+    found: list[tuple[str, Bool[np.ndarray, " n"]]] = []
     for part, name in enumerate(_THIRDS):
         for hour in range(0, 12, _HOURS):
             middle = -hour * COLUMNS / 12 % COLUMNS
             off = np.abs((column - middle + COLUMNS / 2) % COLUMNS - COLUMNS / 2)
             cells = (row < proxy.side_rows) & (third == part) & (off <= _HOURS * COLUMNS / 24)
             title = f"{name} third, side that faces {hour or 12} o'clock"
-            found.append(_region(title, cells, prediction, sigma_mm))
+            found.append((title, cells))
     end = (row >= proxy.side_rows) & proxy.known
     if end.any():
-        found.append(_region("upper end", end, prediction, sigma_mm))
-    return tuple(found)
+        found.append(("upper end", end))
+    return found
 
 
 _THIRDS = ("lower", "middle", "upper")
@@ -784,7 +829,7 @@ def _asked_for(
     asked: tuple[MissingPhotos, ...] = ()
     if unseen > options.max_unseen:
         asked = _for_places(shown, metric, missing, options)
-        first = next((one.name for one in checked if one.placed), "")
+        first = first_placed(checked)
         places = _grouped_words([one for part in asked for one in _stands_of(part)])
         findings.append(
             f"{unseen:.0%} of the limb is seen by fewer than {options.least_photos} photos"
@@ -808,6 +853,12 @@ def _asked_for(
         notes.append(
             "Nothing is seen on the limb's upper end. If it is not open there, add a photo from "
             "straight above."
+        )
+    if shown.bare:
+        notes.append(
+            f"Paint is missing here: {'; '.join(shown.bare)}. {first_placed(checked)} stands at 12 "
+            "o'clock, seen from above. The surface is bridged there and less sure: paint spots on "
+            "the plain sock and take the photos again, or stick coded marks on it."
         )
     if shown.coverage.weakest:
         notes.append(f"Least sure: {shown.coverage.weakest}.")

@@ -7,11 +7,14 @@ Method  `measuring` takes up to six photos a vertex, the most frontal ones; the 
 
             sigma = 0.067 pixel (pixel / 0.4 mm)^0.13 sqrt(1 + edge^2)
                     (photos / 5)^-0.33 sqrt(1 + 0.5 / spread) (slope / 20)^-0.15
+                    sqrt(1 + (gap / 17 px)^2)
 
         edge    width of the sharpest edges, px: blur is what photos disagree by
         spread  sum of |t_k - t|^2, t_k being how far photo k sees the surface move along itself for
                 a millimetre along its normal: without it there is no depth
         slope   root mean square of the grey slope, grey levels a pixel: the paint
+        gap     how far the paint's nearest feature point lies, pixels: what lies between dabs is
+                bridged, and what no paint holds is not known
         The form follows `measuring` (uncertainty.py): noise by the plate, whose length is counted
         in pixels; lost detail, which grows faster than the pixel. The numbers are a fit to 18
         captures: docs/method/prediction.md. What all vertices share (scale) is added. Where the
@@ -38,6 +41,7 @@ USUAL_PIXEL_MM, FINE_POWER = 0.4, 0.13
 USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.33
 LEAST_SPREAD = 0.5
 USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
+BRIDGED_PX = 17.0
 OFFSET_PX = 0.0045
 """What `measuring` states for the surface as a whole."""
 _GRAZING_DEG = 85.0
@@ -86,6 +90,8 @@ class Showing:
     """Root mean square of the grey slope round each cell, grey levels a full-size pixel."""
     relative_sigma: float = 0.0
     """Of the scale."""
+    gap_px: Float64[np.ndarray, " n"] | None = None
+    """How far the nearest feature point of the paint is, pixels; None: paint is everywhere."""
 
     @classmethod
     def alike(cls, cells: int, views: int, edge_px: float, slope: float) -> "Showing":
@@ -146,6 +152,8 @@ def predict(
     slope2 = np.where(chosen, showing.slope**2, 0.0).sum(axis=1) / least[:, 0]
     coarse = np.maximum(_mesh_pixel_mm(proxy) / pixel_mm, 1.0)
     sigma_mm = sigma_of(pixel_mm * coarse, edge_px / coarse, count, spread, np.sqrt(slope2))
+    if showing.gap_px is not None:
+        sigma_mm = sigma_mm * bridging(showing.gap_px)
     shared2 = (OFFSET_PX * pixel_mm) ** 2
     shared2 = shared2 + (showing.relative_sigma * np.linalg.norm(cells - proxy.middle, axis=1)) ** 2
     measured = count >= 2
@@ -155,6 +163,11 @@ def predict(
         pixel_mm=np.where(count > 0, pixel_mm, np.nan),
         sigma_mm=np.where(measured, np.sqrt(sigma_mm**2 + shared2), np.nan),
     )
+
+
+def bridging(gap_px: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """By how much a surface is less sure whose nearest paint is so far away."""
+    return np.sqrt(1.0 + (gap_px / BRIDGED_PX) ** 2)
 
 
 def _mesh_pixel_mm(proxy: LimbProxy) -> float:

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float64
+from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
@@ -127,6 +128,34 @@ def proxy_of(points: Points3, towards: Vector3) -> LimbProxy:
     seen = np.concatenate([*known[:-1], known[-1][:1]])
     frame = np.stack([first, second, axis])
     return _proxy(vertices @ frame, seen, axis, first)
+
+
+_SPREAD = 1 / 3
+"""Of the way to a cell's neighbours: spots that stand for the cell."""
+_NEAREST = 12
+
+
+def gaps_mm(proxy: LimbProxy, points: Points3) -> Float64[np.ndarray, " c"]:
+    """Of each cell, how far along the skin the nearest of these points is, for a spot in its middle
+    half.
+
+    Points lie beside the proxy, because it is rough: what counts is how far they lie along it.
+    """
+    mesh = proxy.mesh
+    cells, normals = mesh.vertices_mm, mesh.vertex_normals()
+    edges = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+    edges = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0)
+    own = np.concatenate([np.arange(len(cells)), edges[:, 0]])
+    spots = np.concatenate(
+        [cells, cells[edges[:, 0]] + _SPREAD * (cells[edges[:, 1]] - cells[edges[:, 0]])]
+    )
+    _, near = KDTree(points).query(spots, k=min(_NEAREST, len(points)))
+    off = points[np.asarray(near).reshape(len(spots), -1)] - spots[:, None]
+    along = off - (off * normals[own][:, None]).sum(2, keepdims=True) * normals[own][:, None]
+    gap_mm = np.linalg.norm(along, axis=2).min(axis=1)
+    order = np.argsort(own, kind="stable")
+    parts = np.split(gap_mm[order], np.flatnonzero(np.diff(own[order])) + 1)
+    return np.array([np.median(part) for part in parts])
 
 
 def tube(

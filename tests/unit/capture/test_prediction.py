@@ -1,10 +1,12 @@
 """The prediction: which photos see a cell, against geometry known beforehand; how sigma moves."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from limbgram.capture.prediction import Prediction, Showing, predict, sigma_of
+from limbgram.capture.prediction import Prediction, Showing, bridging, predict, sigma_of
 from limbgram.capture.proxy import COLUMNS, LimbProxy, tube
 from limbgram.capture.stands import Stand, stands_to_add
 from limbgram.core.geometry.lens import Camera, View
@@ -122,3 +124,19 @@ def test_nothing_is_asked_for_from_under_the_floor() -> None:
     asked = stands_to_add(LIMB, none, 3, CAMERA, DISTANCE, 0.0, floor, 12)
     heights = [one.view(CAMERA, LIMB.middle, 0.0).centre_in_world[2] for one in asked]
     assert min(heights) > floor
+
+
+def test_a_surface_far_from_paint_is_less_sure_there_alone() -> None:
+    views = ring(np.arange(0, 360, 20.0))
+    cells = len(LIMB.mesh)
+    alike = Showing.alike(cells, len(views), 0.6, 20.0)
+    gap_px = np.zeros(cells)
+    gap_px[40:50] = 24.0
+    dense = predict(LIMB, views, alike).sigma_mm
+    bare = predict(LIMB, views, replace(alike, gap_px=gap_px)).sigma_mm
+    grown = bare / dense
+    np.testing.assert_array_equal(grown[:40], 1.0)
+    assert ((grown[40:50] > 1.6) & (grown[40:50] < 1.8)).all()
+    assert bridging(np.array([0.0, 10.0, 20.0, 40.0])).tolist() == sorted(
+        bridging(np.array([0.0, 10.0, 20.0, 40.0]))
+    )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from limbgram.capture.proxy import COLUMNS, LimbProxy, proxy_of, tube
+from limbgram.capture.proxy import COLUMNS, LimbProxy, gaps_mm, proxy_of, tube
 
 FIRST = np.array([1000.0, 0.0, 0.0])
 LENGTH, LOWER, UPPER = 240.0, 60.0, 45.0
@@ -81,3 +81,18 @@ def test_a_planned_limb_has_the_size_that_was_asked(radius: float) -> None:
     assert abs(proxy.radius / radius - 1) < 0.05
     assert abs(proxy.length / (300 + 0.8 * radius) - 0.95) < 0.06
     assert np.linalg.norm(proxy.middle[:2]) < 1.0
+
+
+def test_gaps_are_the_way_to_the_nearest_point_along_the_skin() -> None:
+    points = cone(6000, 3)
+    proxy = proxy_of(points, FIRST)
+    dense = gaps_mm(proxy, points)
+    assert 0.5 < np.median(dense[proxy.known]) < 4.0  # 2,500 mm^2 for 19 points: 3 mm on average
+    turn, z = np.arctan2(points[:, 1], points[:, 0]), points[:, 2]
+    window = (np.abs(turn) < np.radians(45)) & (np.abs(z) < 40)
+    bare = gaps_mm(proxy, points[~window])
+    side = proxy.by_row(bare)[: proxy.side_rows]
+    before = proxy.by_row(dense)[: proxy.side_rows]
+    middle = side[proxy.side_rows // 2]
+    assert 25 < middle[0] < 45  # 42 mm round to the window's side, 40 mm to its ends
+    np.testing.assert_allclose(middle[6:19], before[proxy.side_rows // 2][6:19], atol=1e-9)
