@@ -90,7 +90,11 @@ def options_of(seed: int) -> CaptureOptions:
 def one(seed: int, folder: Path) -> dict[str, Any]:
     options = options_of(seed)
     capture = make_capture(folder, options)
-    told = {"photos": options.photos, "marks": len(options.stickers), "coverage": options.coverage}
+    told: dict[str, Any] = {
+        "photos": options.photos,
+        "marks": len(options.stickers),
+        "coverage": options.coverage,
+    }
     for name, marks in (("paint", NO_MARKS), ("paint and marks", MarkOptions())):
         told[name] = placed(capture, PipelineOptions(marks=marks))
     return told

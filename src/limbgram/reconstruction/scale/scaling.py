@@ -178,7 +178,8 @@ def _scaled(
     cameras: Cameras | None,
 ) -> MetricScene:
     pushed: tuple[SetAside, ...] = ()
-    if detections is not None:
+    told_apart = scene.movement is not None and scene.movement.moved  # and so were the corners
+    if detections is not None and not told_apart:
         agreeing = without_pushed_board(scene, detections)
         pushed = agreeing.set_aside[len(detections.set_aside) :]
         detections = agreeing
