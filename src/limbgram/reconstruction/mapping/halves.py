@@ -38,6 +38,8 @@ def log_ratios(
     adjusted: Adjusted, priors: Sequence[Calibration], kinds: Sequence[Deviation]
 ) -> tuple[float, ...]:
     """Of each kind, the logarithm of its split likelihood ratio in the worst cut."""
+    if not kinds:
+        return ()
     base = with_own(adjusted.scene)
     rooms = [with_room_for(base, kind) for kind in kinds]
     sizes = [numbers_of(kind) for kind in kinds]

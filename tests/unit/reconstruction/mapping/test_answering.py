@@ -10,7 +10,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
-from limbgram.reconstruction.mapping.halves import foretold
+from limbgram.reconstruction.mapping.halves import foretold, log_ratios
 from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
 from limbgram.reconstruction.mapping.scene import Deviation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import (
@@ -141,6 +141,14 @@ def test_halves_that_agree_foretell_each_other_and_others_do_not() -> None:
     assert foretold(one, strange, 2) < 0.0
     nothing = OwnEquations(np.zeros((40, 40)), np.zeros(40))
     assert foretold(one, nothing, 2) == pytest.approx(0.0), "it says nothing"
+
+
+def test_too_few_photos_ask_for_nothing_and_nothing_is_foretold(make_scene: MakeScene) -> None:
+    few = make_scene(photos=5, points=200, lenses=(LENS,))
+    adjusted = fixed(few)
+    assert scores_of(adjusted, [CALIBRATED]) == ()
+    assert log_ratios(adjusted, [CALIBRATED], []) == ()
+    assert asked_for(adjusted, [CALIBRATED]) is None
 
 
 def test_the_covariance_has_a_lens_for_every_photo(make_scene: MakeScene) -> None:
