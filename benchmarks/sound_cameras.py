@@ -5,10 +5,9 @@
 Small captures (0.35 MP) of other kinds than the usual walk round a painted limb: other limbs,
 sparse paint, few photos, two heights, a turntable, a limb that moves, cloth that creeps, things
 round it that are moved, no camera file. They are placed, and not made a surface of. A row says how
-far the sum of squares would fall for each number that photos had for themselves, the logarithm of
-the likelihood ratio with which the worst half of the points foretells the other, and what was set
-free: nothing should be. Beside them stand a stabiliser and a rolling shutter, which should be
-found. What OUT holds already is not done again.
+far the sum of squares would fall if photos had numbers for themselves, how far if the points were
+two bodies that move against each other, and what was set free: nothing should be. Beside them stand
+a stabiliser and a rolling shutter, which should be found. What OUT holds already is not done again.
 """
 
 import argparse
@@ -27,7 +26,7 @@ from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
 from limbgram.reconstruction.mapping.answering import scores_of
-from limbgram.reconstruction.mapping.halves import log_ratios
+from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos
@@ -117,7 +116,6 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
     scene = placing.scene
     alike = adjust(replace(scene, own=None), cameras.calibrations)
     scores = scores_of(alike, cameras.calibrations)
-    ratios = log_ratios(alike, cameras.calibrations, [one.deviation for one in scores])
     return {
         "faulty": kind in _FAULTY,
         "placed": len(scene.placed),
@@ -126,10 +124,13 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
             one.deviation: {
                 "fall_a_number": one.fall / one.freedom,
                 "chance": one.chance,
-                "log_ratio": ratio,
+                "fall": one.fall,
             }
-            for one, ratio in zip(scores, ratios, strict=True)
+            for one in scores
         },
+        "two_bodies_fall": fall_of_two_bodies(alike, cameras.calibrations, 30_000)
+        if scores
+        else None,
         "set_free": [one.kind for one in own_lenses(scene)],
     }
 
@@ -152,6 +153,7 @@ def _page(result: dict[str, Any]) -> str:
             str(one["placed"]),
             f"{one['sigma_px']:.3f}",
             *(_asked(one["asked"].get(kind)) for kind in _ASKED),
+            "" if one["two_bodies_fall"] is None else f"{one['two_bodies_fall']:.0f}",
             ", ".join(one["set_free"]) or "nothing",
         )
         for name, one in result["captures"].items()
@@ -162,11 +164,11 @@ def _page(result: dict[str, Any]) -> str:
     sound = sum(not one["faulty"] for one in result["captures"].values())
     told = (
         f"{len(false)} of {sound} captures by sound cameras were given lenses of single photos"
-        f"{': ' + '; '.join(false) if false else ''}. Cells: fall of the sum of squares per number "
-        "and, after the comma, logarithm of the likelihood ratio of the worst cut; a kind is set "
-        "free where both are beyond chance."
+        f"{': ' + '; '.join(false) if false else ''}. Cells: fall of the sum of squares, and "
+        "per number; a kind is set free where that is beyond chance and beyond what two bodies "
+        "explain."
     )
-    heads = ("capture", "placed", "sigma px", *_ASKED, "set free")
+    heads = ("capture", "placed", "sigma px", *_ASKED, "two bodies", "set free")
     parts = ("# Sound cameras", made_on(result["machine"]), told, table(heads, rows))
     return "\n\n".join(parts) + "\n"
 
@@ -175,7 +177,7 @@ _ASKED = ("principal point", "focal length", "rolling shutter")
 
 
 def _asked(one: dict[str, float] | None) -> str:
-    return "" if one is None else f"{one['fall_a_number']:.2f}, {one['log_ratio']:.1f}"
+    return "" if one is None else f"{one['fall']:.0f} ({one['fall_a_number']:.2f})"
 
 
 if __name__ == "__main__":

@@ -8,8 +8,9 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         is counted in the adjustment's inflated sigmas, which stays below: sound captures reach 0.1
         to 0.4 a number. What is asked for is a chance of one in a million: 1.6 a number of 60
         photos with three each, 2.8 of 15 with two, 6.8 of 6 with one.
-        A kind that asks must also be true of all that the photos show (halves.py): a body that
-        moved asks for own lenses too, and with them would be hidden instead of told.
+        A kind that asks must also explain more than halves of the points that move against each
+        other would (halves.py): a body that moved asks for own lenses too, and with them would be
+        hidden instead of told.
         Of the kinds that pass, the one with the lowest Bayesian information criterion (Schwarz
         1978) is set free, the scene adjusted with its numbers drawn to nought by the spread that
         the capture itself shows, and asked again. A spread that no camera has is another fault,
@@ -23,7 +24,7 @@ import numpy as np
 from scipy import stats
 
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.halves import log_ratios
+from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
 from limbgram.reconstruction.mapping.own import (
     DEVIATIONS,
     beyond_cameras,
@@ -36,11 +37,6 @@ from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted
 
 _FALSE_ALARM = 1e-6
 """Chance that photos of one lens are given own ones, for all kinds together."""
-_NOT_TRUE = 1e-2
-"""Chance that numbers of one half of the points serve the other where they are not true there.
-Noise was excluded before, so that this one need not be small: the worst of six cuts reaches a
-likelihood ratio of at most e^0.7 where half of the points sway, and e^9.7 to e^80 where a camera
-has the fault."""
 _FEWEST_PHOTOS = 6
 """Fewer tell nothing: every photo's numbers are a part of its pose."""
 _OBSERVATIONS = 30_000
@@ -83,15 +79,15 @@ class Asked:
 
 
 def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None:
-    """The kind that explains most of what an adjusted scene leaves, and does so everywhere.
+    """The kind that explains most of what an adjusted scene leaves.
 
-    None where chance would explain as much.
+    None where chance, or bodies that move against each other, would explain as much.
     """
     scores = [one for one in scores_of(adjusted, priors) if one.chance < _FALSE_ALARM]
     if not scores:
         return None
-    ratios = log_ratios(adjusted, priors, [one.deviation for one in scores])
-    true = [one for one, ratio in zip(scores, ratios, strict=True) if ratio > -np.log(_NOT_TRUE)]
+    bodies = fall_of_two_bodies(adjusted, priors, _OBSERVATIONS)
+    true = [one for one in scores if one.fall > bodies]
     observations = 2 * len(adjusted.scene.observations.xy_px)
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 

@@ -127,48 +127,32 @@ def predicted_falls(
     return np.array(falls)
 
 
-@dataclass(frozen=True)
-class OwnEquations:
-    """What some points say of the photos' newest own numbers, all else being free.
-
-    Normal equations in units of sigma, photo by photo, without a prior on the numbers.
-    """
-
-    normal: Float64[np.ndarray, "n n"]
-    right: Float64[np.ndarray, " n"]
-
-    def fall(self, values: Float64[np.ndarray, " n"]) -> float:
-        """By how much the sum of squares of these points falls with the numbers held at values."""
-        return float(2.0 * values @ self.right - values @ self.normal @ values)
-
-
-def own_equations(
-    scenes: Sequence[Scene],
+def falls_apart(
+    scene: Scene,
     priors: Sequence[Calibration],
     sigma_px: float,
-    chosen: Bool[np.ndarray, " n"],
-    newest: Sequence[int],
     observations: int,
-) -> tuple[OwnEquations, ...]:
-    """Of each scene's newest own numbers, by the chosen points alone.
-
-    The scenes differ only in what photos may have for themselves; the equations are made once.
+    halves: Sequence[Bool[np.ndarray, " n"]],
+) -> Float64[np.ndarray, " h"]:
+    """By how much it would fall if a half of the points moved against the other between photos.
 
     Args:
-        newest: By scene, how many of a photo's numbers were added last.
-        observations: At most about so many of the chosen points' are asked.
+        observations: At most about so many are asked, as by `predicted_falls`.
+        halves: By point of the scene, whether it is of the one half.
     """
     prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
-    bundle = Bundle.of(scenes[0]).with_points(chosen)
-    bundle = bundle.with_points_thinned(-(-len(bundle.xy_px) // observations))
-    measured = _Measured.at(bundle, sigma_px, _ALMOST_NONE)
-    found: list[OwnEquations] = []
-    for scene, size in zip(scenes, newest, strict=True):
-        ties = Ties.of(scene, cameras, solve=True)
-        tied = replace(bundle, ties=ties)
-        equations = _Equations.of(measured, tied, None, prior, sigma_px, _ALMOST_NONE)
-        found.append(equations.of_newest(ties, size))
-    return tuple(found)
+    bundle = Bundle.of(scene)
+    every = -(-len(bundle.xy_px) // observations)
+    bundle = replace(bundle.with_points_thinned(every), ties=Ties.of(scene, cameras, solve=True))
+
+    def fall(part: Bundle) -> float:
+        measured = _Measured.at(part, sigma_px, _ALMOST_NONE)
+        return _Equations.of(measured, part, None, prior, sigma_px, _ALMOST_NONE).fall()
+
+    together = fall(bundle)
+    thinned = [half[::every] for half in halves]
+    apart = [fall(bundle.with_points(one)) + fall(bundle.with_points(~one)) for one in thinned]
+    return np.array(apart) - together
 
 
 @dataclass(frozen=True)
@@ -385,24 +369,14 @@ class _Equations:
         step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
         return step
 
-    def of_newest(self, ties: Ties, newest_size: int) -> OwnEquations:
-        """Of so many of each photo's own numbers that were added last, all others eliminated.
-
-        A photo of which the points show nothing says nothing.
-        """
-        photos, size = ties.values.shape
-        own = np.tile(np.arange(size) >= size - newest_size, photos)
-        newest = np.concatenate([np.zeros(len(self.right) - len(own), bool), own])
-        rest = self.free & ~newest
-        weights = np.diag(self.normal)[rest]
+    def fall(self) -> float:
+        """Of the sum of squares by the step; a photo of which nothing is seen says nothing."""
+        normal, right = self.normal[np.ix_(self.free, self.free)], self.right[self.free]
+        weights = np.diag(normal)
         scale = np.where(weights > 0.0, 1.0 / np.sqrt(np.maximum(weights, _TINY)), 0.0)
-        among = self.normal[np.ix_(rest, rest)] * np.outer(scale, scale)
-        among[np.diag_indices_from(among)] += _ALMOST_NONE
-        mixed = scale[:, None] * self.normal[np.ix_(rest, newest)]
-        solved = cho_solve(cho_factor(among), np.column_stack([mixed, scale * self.right[rest]]))
-        normal = self.normal[np.ix_(newest, newest)] - mixed.T @ solved[:, :-1]
-        normal[np.diag_indices_from(normal)] -= ties.information[own]
-        return OwnEquations(0.5 * (normal + normal.T), self.right[newest] - mixed.T @ solved[:, -1])
+        scaled = normal * np.outer(scale, scale)
+        scaled[np.diag_indices_from(scaled)] += _ALMOST_NONE
+        return float((scale * right) @ cho_solve(cho_factor(scaled), scale * right))
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:
         """Of photos and lenses: seven directions of the world's frame carry nothing."""
