@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
 from limbgram.reconstruction.mapping.own import (
@@ -87,7 +88,9 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
     if not scores:
         return None
     bodies = fall_of_two_bodies(adjusted, priors, _OBSERVATIONS)
-    true = [one for one in scores if one.fall > bodies]
+    # each less what chance explains, one for each number
+    bodies -= POSE_SIZE * len(adjusted.scene.placed)
+    true = [one for one in scores if one.fall - one.freedom > bodies]
     observations = 2 * len(adjusted.scene.observations.xy_px)
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 
