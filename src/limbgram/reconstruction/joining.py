@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from limbgram.core.errors import PlacementError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
@@ -115,10 +114,7 @@ def _joined(
     run: Run,
 ) -> Joined:
     pairs = run(verify, photos, given.matches, cameras, verifying)
-    try:
-        scene = run(place, photos, given.features, pairs, cameras, mapping, given.coded)
-    except np.linalg.LinAlgError as fault:  # a photo loses all its points
-        raise PlacementError("Paint and coded marks do not hold all photos.") from fault
+    scene = run(place, photos, given.features, pairs, cameras, mapping, given.coded)
     return Joined(given.features, given.matches, pairs, scene, given.coded)
 
 

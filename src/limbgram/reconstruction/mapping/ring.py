@@ -145,7 +145,7 @@ def _placed(
             f"{len(pairs.verified)} pairs of photos match, but no pair of them starts a scene. "
             f"{_SAME_SPOT}"
         )
-    rough = _adjusted(found[0], cameras, options)
+    rough = _adjusted(without_photos(found[0], _unheld(found[0])), cameras, options)
     dropped = _misplaced(rough, pairs, options)
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
@@ -216,13 +216,27 @@ def _adjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
 
 
 def _adjusted_alike(scene: Scene, cameras: Cameras, options: MappingOptions) -> Adjusted:
-    """With one lens for all photos of a camera."""
-    return adjust(
-        scene,
-        cameras.calibrations,
-        hold_board_lenses=options.board_lenses == "hold",
-        outlier_sigmas=options.outlier_sigmas,
-    )
+    """With one lens for all photos of a camera.
+
+    Raises:
+        PlacementError: a photo lost all points that it shares with others.
+    """
+    try:
+        return adjust(
+            scene,
+            cameras.calibrations,
+            hold_board_lenses=options.board_lenses == "hold",
+            outlier_sigmas=options.outlier_sigmas,
+        )
+    except np.linalg.LinAlgError as fault:
+        raise PlacementError(
+            f"The points that photos share do not hold all of them in place. {_ADVICE}"
+        ) from fault
+
+
+def _unheld(scene: Scene) -> set[int]:
+    """Photos that the mapper placed, and that kept none of their points."""
+    return {*scene.placed} - {*scene.observations.photo_idx.tolist()}
 
 
 def _as_asked(

@@ -8,10 +8,13 @@ import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import (
     MappingOptions,
     _misplaced,
     _refuse_too_few,
+    _unheld,
+    readjusted,
     ring_of,
     without_photos,
 )
@@ -93,3 +96,15 @@ def test_a_scene_of_half_the_photos_is_the_least(
         return
     with pytest.raises(PlacementError, match=r"Only 2 of 6 photos .*0\.jpg, 1\.jpg"):
         _refuse_too_few(scene, MappingOptions())
+
+
+def test_a_photo_that_kept_no_point_is_left_out_and_not_adjusted(make_scene: MakeScene) -> None:
+    scene = make_scene(photos=6, points=60, share=1.0)
+    lone = replace(scene, observations=scene.observations.some(scene.observations.photo_idx != 4))
+    known = 1e-4 * np.eye(10)
+    given = [Calibration(camera=one, covariance=known, source="exif") for one in scene.cameras]
+    with pytest.raises(PlacementError, match="do not hold all of them in place"):
+        readjusted(lone, Cameras(tuple(given)), MappingOptions())
+    assert _unheld(scene) == set()
+    assert _unheld(lone) == {4}
+    assert _unheld(without_photos(lone, {4})) == set()
