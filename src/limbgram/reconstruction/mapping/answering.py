@@ -9,8 +9,8 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         to 0.4 a number. What is asked for is a chance of one in a million: 1.6 a number of 60
         photos with three each, 2.8 of 15 with two, 6.8 of 6 with one.
         A kind that asks must also explain more than halves of the points that move against each
-        other would (halves.py): a body that moved asks for own lenses too, and with them would be
-        hidden instead of told.
+        other would (halves.py), by Akaike's criterion (1974): a body that moved asks for own
+        lenses too, and with them would be hidden instead of told.
         Of the kinds that pass, the one with the lowest Bayesian information criterion (Schwarz
         1978) is set free, the scene adjusted with its numbers drawn to nought by the spread that
         the capture itself shows, and asked again. A spread that no camera has is another fault,
@@ -38,6 +38,9 @@ from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted
 
 _FALSE_ALARM = 1e-6
 """Chance that photos of one lens are given own ones, for all kinds together."""
+_A_NUMBER = 2.0
+"""What each number must explain where a lens is held against two bodies (Akaike 1974): so much
+would the sum of squares fall by chance, and rise again in other measurements."""
 _FEWEST_PHOTOS = 6
 """Fewer tell nothing: every photo's numbers are a part of its pose."""
 _OBSERVATIONS = 30_000
@@ -88,9 +91,8 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
     if not scores:
         return None
     bodies = fall_of_two_bodies(adjusted, priors, _OBSERVATIONS)
-    # each less what chance explains, one for each number
-    bodies -= POSE_SIZE * len(adjusted.scene.placed)
-    true = [one for one in scores if one.fall - one.freedom > bodies]
+    bodies -= _A_NUMBER * POSE_SIZE * len(adjusted.scene.placed)
+    true = [one for one in scores if one.fall - _A_NUMBER * one.freedom > bodies]
     observations = 2 * len(adjusted.scene.observations.xy_px)
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 
