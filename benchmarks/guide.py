@@ -75,7 +75,7 @@ def draw_walk(capture: Path, out: Path) -> None:
     draw_table(plan, capture)
     plan.set_aspect("equal")
     plan.axis("off")
-    plan.legend(loc="lower left", frameon=False, fontsize=8)
+    plan.legend(loc="upper left", frameon=False, fontsize=8)
     plan.set_title("From above: two rounds, a step apart")
     for k, picture in enumerate(shown):
         draw_photo(figure.add_subplot(grid[k // 4, 4 + k % 4]), picture, str(2 * k + 1))
