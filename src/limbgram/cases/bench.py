@@ -1,11 +1,13 @@
 """The bench: the shape of a case that people work on by hand, and all that they did to it.
 
-CASE/work/surface.ply         the surface as it was delivered, and its limb file beside it
-CASE/work/recipe.toml         the edits in order; CASE/work/history.json what undo and redo go to
-CASE/work/tape.json           girths read on the patient
-CASE/work/rectified.ply       the shape after the recipe, and its limb file
-CASE/work/files/              what was written for machines
-CASE/work/shapes/             shapes of elsewhere, to compare with
+In the case's folder:
+
+work/surface.ply         the surface as it was delivered, and its limb file beside it
+work/recipe.toml         the edits in order; work/history.json what undo and redo go to
+work/tape.json           girths read on the patient
+work/rectified.ply       the shape after the recipe, and its limb file
+work/files/              what was written for machines
+work/shapes/             shapes of elsewhere, to compare with
 
 The copy keeps the work when the case is computed again: the new surface is another file, its hash
 tells, and people decide when to take it. Every file here is what the commands of `limbgram` read

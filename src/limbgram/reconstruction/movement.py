@@ -42,7 +42,6 @@ from limbgram.reconstruction.matching.matching import Matches, PairMatches
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
-from limbgram.reconstruction.twoview.pairs import some_of
 
 _BOARD_PHOTOS = 4
 """Photos of one group whose board sets the scale alone."""
@@ -89,7 +88,7 @@ class Sides:
                 continue
             ends = pair.keypoint_idx
             keep = np.isin(first[ends[:, 0]], kinds) & np.isin(second[ends[:, 1]], kinds)
-            found.append(some_of(pair, keep))
+            found.append(pair.some(keep))
         return found
 
 
@@ -312,7 +311,7 @@ def _thinned(pairs: list[PairMatches], most: int) -> list[PairMatches]:
         reach = reach + uses[pair.second][pair.keypoint_idx[:, 1]]
         keep = np.zeros(len(pair), bool)
         keep[np.argsort(-reach, kind="stable")[:most]] = True
-        thin.append(some_of(pair, keep))
+        thin.append(pair.some(keep))
     return thin
 
 

@@ -483,27 +483,14 @@ def _by_limb_alone(
             following = replace(options.following, mapping=options.mapping)
             scene = run(follow_points, photos, rough, cameras, following)
         else:
-            scene = _placed(photos, features, pairs, cameras, options, run, placing.coded)
+            mapping = options.mapping
+            scene = run(place, photos, features, pairs, cameras, mapping, placing.coded)
     except (MatchingError, PlacementError):
         return None
     if len(scene.placed) < _MOST_OF_THEM * len(before.placed):
         return None
     scene = replace(scene, full_size=before.full_size, marks=before.marks)
     return replace(placing, matches=matches, pairs=pairs, scene=scene)
-
-
-def _placed(
-    photos: PhotoSet,
-    features: Features,
-    pairs: Pairs,
-    cameras: Cameras,
-    options: PipelineOptions,
-    run: Run,
-    coded: Coded | None,
-) -> Scene:
-    if coded is None:
-        return run(place, photos, features, pairs, cameras, options.mapping)
-    return run(place, photos, features, pairs, cameras, options.mapping, coded)
 
 
 def _by_full_size(

@@ -49,7 +49,7 @@ from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
-from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair, some_of
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
@@ -134,8 +134,7 @@ class Poses:
         return replace(
             matches,
             pairs=tuple(
-                some_of(
-                    one,
+                one.some(
                     inside[one.first][one.keypoint_idx[:, 0]]
                     & inside[one.second][one.keypoint_idx[:, 1]],
                 )

@@ -58,7 +58,7 @@ class Calibration:
 SQUARE_WITHIN = 0.001
 """How far pixels may seem to be from square and still be those of a sensor. Sound calibrations find
 0.00000 to 0.00007; one from photos with a rolling shutter 0.0037."""
-ROUNDED_PX = 0.5
+_ROUNDED_PX = 0.5
 """A reduced picture has whole pixels: by so much its height and width are rounded."""
 _ANAMORPHIC = 0.02
 """From here on they are meant to be oblong: those of film and video are, by 7 % and more."""
@@ -66,9 +66,9 @@ _SQUARE_SIGMA = 1e-4
 """Of a sensor's ratio of width and height."""
 
 
-def squareness(camera: Camera) -> float:
+def squareness(width_px: int, height_px: int) -> float:
     """How far pixels may seem to be from square, as a fraction, by what a picture is rounded to."""
-    return max(SQUARE_WITHIN, ROUNDED_PX / min(camera.width_px, camera.height_px))
+    return max(SQUARE_WITHIN, _ROUNDED_PX / min(width_px, height_px))
 
 
 def squared(given: Calibration) -> Calibration:
@@ -82,7 +82,9 @@ def squared(given: Calibration) -> Calibration:
     across[0], across[1] = 1.0, -1.0
     off = (camera.fx - camera.fy) / camera.fy
     variance_px2 = float(across @ given.covariance @ across)
-    if not (squareness(camera) < abs(off) < _ANAMORPHIC and variance_px2 > 0):
+    if not (
+        squareness(camera.width_px, camera.height_px) < abs(off) < _ANAMORPHIC and variance_px2 > 0
+    ):
         return given
     gain = given.covariance @ across / (variance_px2 + (_SQUARE_SIGMA * camera.fx) ** 2)
     return replace(

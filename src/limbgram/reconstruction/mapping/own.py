@@ -25,7 +25,7 @@ DEVIATIONS: tuple[Deviation, ...] = ("principal point", "focal length", "rolling
 _WIDE = {"principal point": 0.01, "focal length": 0.02, "rolling shutter": 0.01}
 """Standard deviation of the numbers before the capture tells it: of the picture's width, of the
 focal length, and of pixels a row. More than that is no fault of a single photo."""
-LEAST_SPREAD = 1e-4
+_LEAST_SPREAD = 1e-4
 """In parts of the same: a spread of nothing would hold the numbers."""
 _ROW = {name: k for k, name in enumerate(PARAMETERS)}
 
@@ -195,4 +195,4 @@ class Ties:
         One step of expectation and maximisation (Dempster, Laird, Rubin 1977).
         """
         spread = np.sqrt((self.values**2 + variance).mean(0))
-        return replace(self, spread=np.maximum(spread, LEAST_SPREAD))
+        return replace(self, spread=np.maximum(spread, _LEAST_SPREAD))

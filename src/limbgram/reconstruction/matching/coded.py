@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float64, Int32
+from jaxtyping import Float64, Int32
 
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
@@ -54,7 +54,7 @@ class Coded:
         for side, photo in enumerate((pair.first, pair.second)):
             row = pair.keypoint_idx[:, side] - self.own[photo]
             keep &= (row < 0) | np.isin(row % _POINTS, _CORNERS)
-        return _some(pair, keep)
+        return pair.some(keep)
 
     def own_sigmas_px(self) -> tuple[Float64[np.ndarray, " k"], ...]:
         """Of every photo's keypoints: a mark's sigma; zero for paint."""
@@ -201,14 +201,4 @@ def _added(one: PairMatches, other: PairMatches) -> PairMatches:
         xy_first_px=np.concatenate([one.xy_first_px, other.xy_first_px]),
         xy_second_px=np.concatenate([one.xy_second_px, other.xy_second_px]),
         correlation=np.concatenate([one.correlation, other.correlation]),
-    )
-
-
-def _some(pair: PairMatches, keep: Bool[np.ndarray, " m"]) -> PairMatches:
-    return replace(
-        pair,
-        keypoint_idx=pair.keypoint_idx[keep],
-        xy_first_px=pair.xy_first_px[keep],
-        xy_second_px=pair.xy_second_px[keep],
-        correlation=pair.correlation[keep],
     )

@@ -12,7 +12,7 @@ Fails   MatchingError: the photos show too little, or hardly any pair matches.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations
 
@@ -57,6 +57,16 @@ class PairMatches:
 
     def __len__(self) -> int:
         return len(self.keypoint_idx)
+
+    def some(self, keep: Bool[np.ndarray, " m"]) -> "PairMatches":
+        """Those that are kept, in their order."""
+        return replace(
+            self,
+            keypoint_idx=self.keypoint_idx[keep],
+            xy_first_px=self.xy_first_px[keep],
+            xy_second_px=self.xy_second_px[keep],
+            correlation=self.correlation[keep],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

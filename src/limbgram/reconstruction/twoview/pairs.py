@@ -45,20 +45,7 @@ class VerifiedPair:
 
     def chosen(self, keep: Bool[np.ndarray, " m"]) -> "VerifiedPair":
         """The pair with some of its matches."""
-        return replace(
-            self, matches=some_of(self.matches, keep), residual_px=self.residual_px[keep]
-        )
-
-
-def some_of(matches: PairMatches, keep: Bool[np.ndarray, " m"]) -> PairMatches:
-    """Some of the matches, in their order."""
-    return replace(
-        matches,
-        keypoint_idx=matches.keypoint_idx[keep],
-        xy_first_px=matches.xy_first_px[keep],
-        xy_second_px=matches.xy_second_px[keep],
-        correlation=matches.correlation[keep],
-    )
+        return replace(self, matches=self.matches.some(keep), residual_px=self.residual_px[keep])
 
 
 @dataclass(frozen=True)

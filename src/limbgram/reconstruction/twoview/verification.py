@@ -36,7 +36,7 @@ from limbgram.reconstruction.twoview.fundamental import (
     estimate_fundamental,
     refine_fundamental_gold_standard,
 )
-from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair, some_of
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +87,7 @@ def verify_pair(
     options: TwoViewOptions = DEFAULTS,
 ) -> VerifiedPair | None:
     """One pair; None where too few matches agree."""
-    moving = some_of(matches, ~still_background(matches, options.still_px))
+    moving = matches.some(~still_background(matches, options.still_px))
     pair = _Straight.of(moving, first, second)
     fit = _fit(pair, options)
     fewest = max(options.min_inliers, round(options.min_inlier_share * len(moving)))
@@ -102,7 +102,7 @@ def verify_pair(
     pair = pair.chosen(front)
     gold = refine_fundamental_gold_standard(fit.fundamental, pair.xy_first, pair.xy_second)
     return VerifiedPair(
-        matches=some_of(some_of(moving, fit.inliers), front),
+        matches=moving.some(fit.inliers).some(front),
         fundamental=gold.fundamental,
         second_from_first=pose,
         kind=motion.kind,

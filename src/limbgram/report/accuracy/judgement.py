@@ -14,7 +14,7 @@ from typing import Literal
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
-from limbgram.reconstruction.calibration.cameras import ROUNDED_PX, SQUARE_WITHIN
+from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.report.accuracy.figures import (
     BudgetPart,
@@ -382,15 +382,14 @@ def _square(lens: LensFigures) -> Criterion:
     found, calibrated = fx.value / fy.value - 1, fx.calibrated / fy.calibrated - 1
     of_file = abs(calibrated) > abs(found)
     off = 100 * (calibrated if of_file else found)
-    shorter_px = min(lens.width_px, lens.height_px)
-    limit = replace(SQUARE, green=max(SQUARE.green, 100 * ROUNDED_PX / shorter_px))
+    limit = replace(SQUARE, green=100 * squareness(lens.width_px, lens.height_px))
     if abs(off) <= limit.green:
         return limit.judge(abs(off), f"The pixels of {lens.name} come out square.")
     longer, shorter = ("wider", "high") if off < 0 else ("higher", "wide")
     whose = (
         f"The calibration of {lens.name} says that its pixels are"
         if of_file
-        else (f"The pixels of {lens.name} come out")
+        else f"The pixels of {lens.name} come out"
     )
     return limit.judge(
         abs(off),

@@ -21,6 +21,13 @@ def corner_mask(width_px: int, height_px: int) -> np.ndarray:
     return mask
 
 
+def as_people_see(mask: np.ndarray, orientation: int) -> np.ndarray:
+    """Turned by Pillow as EXIF's orientation says."""
+    stored = Image.fromarray(mask)
+    stored.getexif()[0x0112] = orientation
+    return np.asarray(ImageOps.exif_transpose(stored))
+
+
 @pytest.mark.parametrize("place", ["1.png", "1.jpg.png", "1.PNG", "masks/1.png", "masks/1.jpg.png"])
 def test_a_mask_is_found_and_is_no_photo(write_photo: Writer, tmp_path: Path, place: str) -> None:
     write_photo("1.jpg", 1)
@@ -48,9 +55,7 @@ def test_a_mask_drawn_upright_is_turned_back(
 ) -> None:
     write_photo("1.jpg", 1, orientation=orientation)
     write_photo("2.jpg", 2)
-    stored = Image.fromarray(corner_mask(120, 90))
-    stored.getexif()[0x0112] = orientation
-    upright = np.asarray(ImageOps.exif_transpose(stored))
+    upright = as_people_see(corner_mask(120, 90), orientation)
     assert upright.shape == (120, 90)
     Image.fromarray(upright).save(tmp_path / "1.png")
     photo = read_photos([tmp_path]).photos[0]
@@ -105,9 +110,7 @@ def test_pictures_are_turned_as_people_see_their_photo(
 ) -> None:
     write_photo("1.jpg", 1, orientation=orientation)
     write_photo("2.jpg", 2)
-    stored = Image.fromarray(corner_mask(120, 90))
-    stored.getexif()[0x0112] = orientation
-    seen = np.asarray(ImageOps.exif_transpose(stored))
+    seen = as_people_see(corner_mask(120, 90), orientation)
     exif = read_photos([tmp_path]).photos[0].exif
     np.testing.assert_array_equal(upright(corner_mask(120, 90), exif), seen)
 
