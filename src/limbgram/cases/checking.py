@@ -136,8 +136,8 @@ class CaptureWatch:
         pairs = self._pairs()
         if len(pairs) < 2:
             raise PhotoError(
-                f"{len(pairs)} readable photos so far; 2 are needed for a check. Go on taking "
-                "photos."
+                f"Photos that can be read so far: {len(pairs)}; 2 are needed for a check. Go on "
+                "taking photos."
             )
         photos = grouped([photo for photo, _ in pairs], ())
         small = grouped([copy for _, copy in pairs], ())

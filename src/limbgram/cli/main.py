@@ -223,8 +223,17 @@ def _imported(module: str) -> ModuleType:
             "The folder that you are in was moved or deleted. Change to another one (cd) and run "
             "the command again."
         ) from error
-    with no_search_for_garbage(), chdir(NEUTRAL_FOLDER):
-        return import_module(module)
+    try:
+        with no_search_for_garbage(), chdir(NEUTRAL_FOLDER):
+            return import_module(module)
+    except RuntimeError as error:
+        if "no locator available" not in str(error):  # numba's words; it has no class for it
+            raise
+        raise _UsageError(
+            "What limbgram compiles for this processor can be kept nowhere: neither beside the "
+            "program nor in your home may files be written, nor in NUMBA_CACHE_DIR if that is set. "
+            "Set NUMBA_CACHE_DIR to a folder that you may write and that stays."
+        ) from error
 
 
 class _Away(SourceFileLoader):

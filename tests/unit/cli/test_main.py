@@ -195,3 +195,17 @@ app(["measure", "a.stl", "--json"])
     )
     assert told.returncode == 2, told.stderr
     assert "moved or deleted" in json.loads(told.stdout)["error"]["message"]
+
+
+def test_without_a_place_for_what_is_compiled_the_advice_says_where_to_make_one() -> None:
+    asked = """
+import numba.core.caching as caching
+caching.CacheImpl._locator_classes = []  # no folder of this machine may be written
+from limbgram.cli.main import app
+app(["measure", "a.stl", "--json"])
+"""
+    told = subprocess.run(
+        [sys.executable, "-P", "-c", asked], check=False, capture_output=True, text=True
+    )
+    assert told.returncode == 2, told.stderr
+    assert "NUMBA_CACHE_DIR" in json.loads(told.stdout)["error"]["message"]

@@ -292,7 +292,7 @@ def test_nothing_is_written(write_photo: Writer, tmp_path: Path) -> None:
 def test_too_few_photos_are_refused_with_the_reasons(write_photo: Writer, tmp_path: Path) -> None:
     write_photo("1.jpg")
     (tmp_path / "broken.jpg").write_bytes(b"no")
-    with pytest.raises(PhotoError, match=r"1 readable photos(.|\n)*broken\.jpg"):
+    with pytest.raises(PhotoError, match=r"can be read in .*: 1; 2 are needed(.|\n)*broken\.jpg"):
         read_photos([tmp_path])
 
 
