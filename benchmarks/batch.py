@@ -12,7 +12,7 @@ more and must compute nothing.
     python benchmarks/batch.py --data DATA --keep FOLDER -o benchmarks/results/batch-real.json
 
 With --data the captures of DATA (`rendered/SET`, `photos/flowerpot`) are done in one batch by one
-settings file.
+settings file; and once more under kills, if --kills is given with it.
 """
 
 import argparse
@@ -57,7 +57,8 @@ every_mm = 20
 [[export]]
 to = "stl"
 [report]
-[capture.flowerpot]
+"""
+FLOWERPOT = """[capture.flowerpot]
 board = "none"
 known_distances = "flowerpot_picks.json"
 side = "none"
@@ -73,16 +74,19 @@ RENDERED = {
 def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--captures", type=int, default=6, help="good ones")
-    asked.add_argument("--kills", type=int, default=10)
+    asked.add_argument("--kills", type=int, help="10 if not given, with --data none")
     asked.add_argument("--every-s", type=float, default=8.0, help="between kills, on average")
     asked.add_argument("--seed", type=int, default=1)
     asked.add_argument("--photos", type=int, default=14)
     asked.add_argument("--width", type=int, default=600)
     asked.add_argument("--at-once", type=int, default=2)
     asked.add_argument("--data", type=Path, help="do the captures that lie there instead")
+    asked.add_argument("--sets", nargs="+", help="only these of DATA, if not all")
     asked.add_argument("--keep", type=Path, help="work in this folder, and keep it")
     asked.add_argument("-o", "--out", type=Path, required=True)
     options = asked.parse_args()
+    if options.kills is None:
+        options.kills = 10 if options.data is None else 0
     with TemporaryDirectory() as scratch:
         folder = options.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
@@ -244,7 +248,7 @@ def real(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
     text = REAL
     for name, board in RENDERED.items():
         place = options.data / "rendered" / name
-        if not place.is_dir():
+        if not place.is_dir() or not wanted(name, options):
             continue
         camera = inside / f"{board}.camera.json"
         if not camera.exists():
@@ -255,13 +259,19 @@ def real(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
         kind = 'kind = "foot"\n' if name.startswith("foot") else ""
         text += f'[capture.{name}]\ncamera = "{camera.name}"\n{kind}'
     (inside / "flowerpot").unlink(missing_ok=True)
-    (inside / "flowerpot").symlink_to((options.data / "photos" / "flowerpot").resolve())
-    shutil.copy(HERE / "flowerpot_picks.json", inside)
+    if wanted("flowerpot", options):
+        (inside / "flowerpot").symlink_to((options.data / "photos" / "flowerpot").resolve())
+        shutil.copy(HERE / "flowerpot_picks.json", inside)
+        text += FLOWERPOT
     (inside / "batch.toml").write_text(text)
+    words = ["batch", str(inside), "-o"]
     began = time.monotonic()
-    code = ended(started(["batch", str(inside), "-o", str(folder / "cases")], options))
+    code = ended(started([*words, str(folder / "undisturbed")], options))
     seconds = time.monotonic() - began
-    found = outcomes(folder / "cases")
+    codes, kills = {"undisturbed": code}, []
+    if options.kills:
+        kills, codes["killed"] = disturbed([*words, str(folder / "killed")], options)
+    found = outcomes(folder / "undisturbed")
     rows = [
         {
             "capture": name,
@@ -274,22 +284,31 @@ def real(folder: Path, options: argparse.Namespace) -> dict[str, Any]:
                 max((one.get("peak_mb", 0.0) for one in record(folder, name)), default=0)
             ),
             "seconds": one["seconds"],
+            "difference": compared(folder, name, one) if options.kills else {},
         }
         for name, one in found.items()
     ]
-    wrong = [row["capture"] for row in rows if row["message"]]
-    codes = {"undisturbed": code}
+    wrong = [row["capture"] for row in rows if row["message"] or row["difference"]]
+    if options.kills:
+        ends = outcomes(folder / "killed")
+        wrong += [name for name, one in found.items() if one["light"] != ends[name]["light"]]
+        wrong += [str(path) for path in (folder / "killed").rglob(".*.part*")]
     return {
         "wrong": wrong,
         "captures": rows,
         "exit_codes": codes,
+        "kills": kills,
         "undisturbed_s": round(seconds, 1),
     }
 
 
+def wanted(name: str, options: argparse.Namespace) -> bool:
+    return options.sets is None or name in options.sets
+
+
 def record(folder: Path, name: str) -> list[dict[str, Any]]:
     """What the stages of a case cost."""
-    return json.loads((folder / "cases" / name / "case.json").read_text()).get("stages", [])
+    return json.loads((folder / "undisturbed" / name / "case.json").read_text()).get("stages", [])
 
 
 def started(words: list[str], options: argparse.Namespace) -> "subprocess.Popen[str]":
@@ -321,9 +340,9 @@ def compared(folder: Path, name: str, outcome: dict[str, Any]) -> dict[str, list
 
 def page(report: dict[str, Any]) -> str:
     lines = ["# Batch", ""]
-    if "kills" in report:
-        hits = len(report["kills"])
-        commands = sum(kill["who"] == "the command" for kill in report["kills"])
+    hits = len(report["kills"])
+    commands = sum(kill["who"] == "the command" for kill in report["kills"])
+    if "again_s" in report:
         lines += [
             f"{len(report['captures'])} captures, {report['at_once']} at a time, in "
             f"{report['undisturbed_s']} s undisturbed. {hits} kills: {commands} of the command, "
@@ -337,19 +356,24 @@ def page(report: dict[str, Any]) -> str:
             f"{bytes_of(row)} | {row['message'][:90]} |"
             for row in report["captures"]
         ]
-        lines += ["", "| killed | at stage |", "|---|---|"]
-        lines += [f"| {kill['who']} | {stage_of(kill)} |" for kill in report["kills"]]
     else:
         lines += [
-            "| capture | became | CPU s | peak MB | steps | verdict |",
-            "|---|---|---|---|---|---|",
+            f"In {report['undisturbed_s']} s undisturbed; once more under {hits} kills: {commands} "
+            f"of the command, {hits - commands} of workers.",
+            "",
+            "| capture | became | CPU s | peak MB | steps | after the kills | verdict |",
+            "|---|---|---|---|---|---|---|",
         ]
         lines += [
             f"| {row['capture']} | {row['undisturbed']} | {row['cpu_s']} | {row['peak_mb']} | "
             f"{', '.join(f'{name}: {state}' for name, state in row['steps'].items())} | "
+            f"{row['difference'] or 'same bytes' if hits else 'not tried'} | "
             f"{row['headline'] or row['message']} |"
             for row in report["captures"]
         ]
+    if hits:
+        lines += ["", "| killed | at stage |", "|---|---|"]
+        lines += [f"| {kill['who']} | {stage_of(kill)} |" for kill in report["kills"]]
     about = report["machine"]
     lines += ["", f"Exit codes: {report['exit_codes']}. Wrong: {report['wrong'] or 'nothing'}.", ""]
     lines += [f"Seed {report['seed']}. {json.dumps(about)}", ""]

@@ -309,8 +309,8 @@ def _too_few(
     reasons = "".join(f"\n  {part.name}: {part.reason}" for part in set_aside[:_NAMED_AT_MOST])
     more = len(set_aside) - _NAMED_AT_MOST
     return PhotoError(
-        f"Photos that can be read in {where}: {len(photos)}; {options.min_photos} are needed at least. "
-        f"Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not searched."
+        f"Photos that can be read in {where}: {len(photos)}; {options.min_photos} are needed at "
+        "least. Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not searched."
         + (f" Set aside:{reasons}" if reasons else "")
         + (f"\n  and {more} more" if more > 0 else "")
     )
