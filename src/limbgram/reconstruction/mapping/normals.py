@@ -91,6 +91,7 @@ def _point_equations(
 def reduce_equations(
     views: np.ndarray,
     lens_idx: np.ndarray,
+    basis: np.ndarray,
     photo_idx: np.ndarray,
     bounds: np.ndarray,
     xy_px: np.ndarray,
@@ -103,22 +104,20 @@ def reduce_equations(
 ) -> None:
     """Fill the reduced normal matrix, its right side, and the diagonal before the reduction.
 
-    The diagonal, what photos and lenses have by themselves, is what damping scales.
+    The diagonal, what unknowns have by themselves, is what damping scales. `basis` (lenses, 10, q):
+    what the numbers of a photo's own add to its lens; q is 0 where photos have none.
     """
-    longest = longest_track(bounds)
+    longest, lenses, more = longest_track(bounds), basis.shape[0], basis.shape[2]
     residual, by_point = np.empty((longest, 2)), np.empty((longest, 2, 3))
     by_all = np.empty((longest, 2, POSE_SIZE + LENS_SIZE))
+    by_own = np.empty((longest, 2, more))
     own, own_right, inverse = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    lenses = normal.shape[0] - POSE_SIZE * len(views)
-    columns = np.empty((longest, POSE_SIZE + LENS_SIZE), np.int64)
-    most = min(lenses, LENS_SIZE * longest)
-    touched = np.empty(POSE_SIZE * longest + most, np.int64)
-    place = np.full(lenses // LENS_SIZE, -1, np.int64)
-    cross, solved = np.empty((len(touched), 3)), np.empty((len(touched), 3))
+    most = (POSE_SIZE + more) * longest + LENS_SIZE * min(lenses, longest)
+    touched, place = np.empty(most, np.int64), np.full(lenses, -1, np.int64)
+    cross, parts = np.empty((3, most)), np.empty(most)
     normal[:], right[:], diagonal[:] = 0.0, 0.0, 0.0
     for k in range(len(points)):
         first, last = bounds[k], bounds[k + 1]
-        count = last - first
         _point_equations(
             views, photo_idx, first, last, xy_px, points[k], cauchy_px,
             residual, by_all, by_point, own, own_right,
@@ -127,17 +126,20 @@ def reduce_equations(
             own[i, i] *= 1.0 + damping
         if not invert_symmetric(own, inverse):
             continue
-        for n in range(count):
-            photo = photo_idx[first + n]
-            for i in range(POSE_SIZE):
-                columns[n, i] = POSE_SIZE * photo + i
-            for i in range(LENS_SIZE):
-                columns[n, POSE_SIZE + i] = POSE_SIZE * len(views) + LENS_SIZE * lens_idx[photo] + i
-        _add_observations(count, by_all, residual, columns, normal, right, diagonal)
-        numbers = _cross_products(
-            count, lenses, by_all, by_point, columns, normal.shape[0], place, touched, cross
-        )
-        _subtract_point(numbers, touched, cross, inverse, own_right, solved, normal, right)
+        for row in range(first, last):
+            _own_slopes(by_all[row - first], basis[lens_idx[photo_idx[row]]], by_own[row - first])
+        _add_observations(
+            photo_idx[first:last], lens_idx, len(views), lenses, by_all, by_own, residual,
+            normal, right, diagonal,
+        )  # fmt: skip
+        count = _cross_products(
+            photo_idx[first:last], lens_idx, len(views), by_all, by_own, by_point, place,
+            touched, cross,
+        )  # fmt: skip
+        _subtract_point(count, touched, cross, inverse, own_right, parts, normal, right)
+    for a in range(len(normal)):
+        for b in range(a):
+            normal[a, b] = normal[b, a]
 
 
 @njit(cache=True, nogil=True)
@@ -150,61 +152,107 @@ def longest_track(bounds: np.ndarray) -> int:
 
 
 @njit(cache=True, nogil=True)
+def _own_slopes(by_all: np.ndarray, basis: np.ndarray, by_own: np.ndarray) -> None:
+    """Fill the derivatives by a photo's own numbers."""
+    for axis in range(2):
+        for j in range(basis.shape[1]):
+            by_own[axis, j] = 0.0
+            for i in range(LENS_SIZE):
+                by_own[axis, j] += by_all[axis, POSE_SIZE + i] * basis[i, j]
+
+
+@njit(cache=True, nogil=True)
 def _add_observations(
-    count: int,
+    photos: np.ndarray,
+    lens_idx: np.ndarray,
+    views: int,
+    lenses: int,
     by_all: np.ndarray,
+    by_own: np.ndarray,
     residual: np.ndarray,
-    columns: np.ndarray,
     normal: np.ndarray,
     right: np.ndarray,
     diagonal: np.ndarray,
 ) -> None:
-    for n in range(count):
-        for axis in range(2):
-            for i in range(columns.shape[1]):
-                slope, a = by_all[n, axis, i], columns[n, i]
-                right[a] += slope * residual[n, axis]
-                diagonal[a] += slope * slope
-                for j in range(columns.shape[1]):
-                    normal[a, columns[n, j]] += slope * by_all[n, axis, j]
+    """Add what a point's observations say of photos and lenses; counted is the upper triangle."""
+    more = by_own.shape[2]
+    for n in range(len(photos)):
+        pose = POSE_SIZE * photos[n]
+        lens = POSE_SIZE * views + LENS_SIZE * lens_idx[photos[n]]
+        own = POSE_SIZE * views + LENS_SIZE * lenses + more * photos[n]
+        across, down, own_across, own_down = by_all[n, 0], by_all[n, 1], by_own[n, 0], by_own[n, 1]
+        off_x, off_y = residual[n, 0], residual[n, 1]
+        for i in range(POSE_SIZE + LENS_SIZE + more):
+            if i < POSE_SIZE:
+                a, p, q = pose + i, across[i], down[i]
+                line = normal[a, pose : pose + POSE_SIZE]
+                for j in range(POSE_SIZE):
+                    line[j] = line[j] + p * across[j] + q * down[j]
+            elif i < POSE_SIZE + LENS_SIZE:
+                a, p, q = lens + i - POSE_SIZE, across[i], down[i]
+            else:
+                k = i - POSE_SIZE - LENS_SIZE
+                a, p, q = own + k, own_across[k], own_down[k]
+            if i < POSE_SIZE + LENS_SIZE:
+                line = normal[a, lens : lens + LENS_SIZE]
+                for j in range(LENS_SIZE):
+                    line[j] = line[j] + p * across[POSE_SIZE + j] + q * down[POSE_SIZE + j]
+            line = normal[a, own : own + more]
+            for j in range(more):
+                line[j] = line[j] + p * own_across[j] + q * own_down[j]
+            right[a] = right[a] + p * off_x + q * off_y
+            diagonal[a] = diagonal[a] + p * p + q * q
 
 
 @njit(cache=True, nogil=True)
 def _cross_products(
-    count: int,
-    lenses: int,
+    photos: np.ndarray,
+    lens_idx: np.ndarray,
+    views: int,
     by_all: np.ndarray,
+    by_own: np.ndarray,
     by_point: np.ndarray,
-    columns: np.ndarray,
-    size: int,
     place: np.ndarray,
     touched: np.ndarray,
     cross: np.ndarray,
 ) -> int:
     """Fill the products of each touched unknown's derivatives with the point's; their number.
 
-    Only lenses of photos that see the point are touched. `place` (a lens) is -1 before and after.
+    Poses, then the lenses of photos that see the point, then what photos have of their own.
+    `place` (a lens) is -1 before and after.
     """
-    poses, used = POSE_SIZE * count, 0
+    count, more = len(photos), by_own.shape[2]
+    own = POSE_SIZE * views + LENS_SIZE * len(place)
+    lens_start = POSE_SIZE * count
+    start = lens_start
     for n in range(count):
+        lens = lens_idx[photos[n]]
         for i in range(POSE_SIZE):
-            a = POSE_SIZE * n + i
-            touched[a], cross[a] = columns[n, i], 0.0
-        lens = (columns[n, POSE_SIZE] - (size - lenses)) // LENS_SIZE
+            touched[POSE_SIZE * n + i] = POSE_SIZE * photos[n] + i
         if place[lens] < 0:
-            place[lens] = poses + LENS_SIZE * used
-            used += 1
+            place[lens] = start
             for i in range(LENS_SIZE):
-                touched[place[lens] + i] = columns[n, POSE_SIZE + i]
-                cross[place[lens] + i] = 0.0
-        for i in range(columns.shape[1]):
-            a = POSE_SIZE * n + i if i < POSE_SIZE else place[lens] + i - POSE_SIZE
-            for j in range(3):
-                cross[a, j] += by_all[n, 0, i] * by_point[n, 0, j]
-                cross[a, j] += by_all[n, 1, i] * by_point[n, 1, j]
+                touched[start + i] = POSE_SIZE * views + LENS_SIZE * lens + i
+                cross[0, start + i] = cross[1, start + i] = cross[2, start + i] = 0.0
+            start += LENS_SIZE
     for n in range(count):
-        place[(columns[n, POSE_SIZE] - (size - lenses)) // LENS_SIZE] = -1
-    return poses + LENS_SIZE * used
+        lens = place[lens_idx[photos[n]]]
+        for i in range(POSE_SIZE):
+            for j in range(3):
+                product = by_all[n, 0, i] * by_point[n, 0, j]
+                cross[j, POSE_SIZE * n + i] = product + by_all[n, 1, i] * by_point[n, 1, j]
+        for i in range(LENS_SIZE):
+            for j in range(3):
+                cross[j, lens + i] += by_all[n, 0, POSE_SIZE + i] * by_point[n, 0, j]
+                cross[j, lens + i] += by_all[n, 1, POSE_SIZE + i] * by_point[n, 1, j]
+        for i in range(more):
+            touched[start + more * n + i] = own + more * photos[n] + i
+            for j in range(3):
+                product = by_own[n, 0, i] * by_point[n, 0, j]
+                cross[j, start + more * n + i] = product + by_own[n, 1, i] * by_point[n, 1, j]
+    for n in range(count):
+        place[lens_idx[photos[n]]] = -1
+    return start + more * count
 
 
 @njit(cache=True, nogil=True)
@@ -214,24 +262,29 @@ def _subtract_point(
     cross: np.ndarray,
     inverse: np.ndarray,
     own_right: np.ndarray,
-    solved: np.ndarray,
+    parts: np.ndarray,
     normal: np.ndarray,
     right: np.ndarray,
 ) -> None:
-    """Take off W V^-1 W^T, what the point's own freedom explains."""
+    """Take off W V^-1 W^T, what the point's own freedom explains, in the upper triangle."""
     for a in range(count):
-        for j in range(3):
-            solved[a, j] = (
-                cross[a, 0] * inverse[0, j]
-                + cross[a, 1] * inverse[1, j]
-                + cross[a, 2] * inverse[2, j]
-            )
-    for a in range(count):
-        s0, s1, s2 = solved[a, 0], solved[a, 1], solved[a, 2]
-        right[touched[a]] -= s0 * own_right[0] + s1 * own_right[1] + s2 * own_right[2]
-        row = normal[touched[a]]
-        for b in range(count):
-            row[touched[b]] -= s0 * cross[b, 0] + s1 * cross[b, 1] + s2 * cross[b, 2]
+        s0, s1, s2 = cross[0, a], cross[1, a], cross[2, a]
+        t0 = s0 * inverse[0, 0] + s1 * inverse[1, 0] + s2 * inverse[2, 0]
+        t1 = s0 * inverse[0, 1] + s1 * inverse[1, 1] + s2 * inverse[2, 1]
+        t2 = s0 * inverse[0, 2] + s1 * inverse[1, 2] + s2 * inverse[2, 2]
+        row = touched[a]
+        right[row] -= t0 * own_right[0] + t1 * own_right[1] + t2 * own_right[2]
+        c0, c1, c2, part = cross[0, a:count], cross[1, a:count], cross[2, a:count], parts[a:count]
+        for b in range(count - a):
+            part[b] = t0 * c0[b] + t1 * c1[b] + t2 * c2[b]
+        for b in range(a, count):
+            column = touched[b]
+            if row < column:
+                normal[row, column] -= parts[b]
+            elif column < row:  # a lens that a later photo was taken with
+                normal[column, row] -= parts[b]
+            else:  # a photo that shows the point twice meets itself twice
+                normal[row, row] -= parts[b] if a == b else 2.0 * parts[b]
 
 
 @njit(cache=True, nogil=True)

@@ -211,8 +211,10 @@ class Scene:
         """Measured minus projected, by observation."""
         residuals = np.full(self.observations.xy_px.shape, np.nan)
         points = self.points_in_world[self.observations.point_idx]
+        by_photo = np.argsort(self.observations.photo_idx, kind="stable")
+        ends = np.cumsum(np.bincount(self.observations.photo_idx, minlength=len(self.names)))
         for photo in self.placed:
-            rows = self.observations.photo_idx == photo
+            rows = by_photo[ends[photo - 1] if photo else 0 : ends[photo]]
             residuals[rows] = self.observations.xy_px[rows] - self.view(photo).project(points[rows])
         return residuals
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float64
+from jaxtyping import Bool, Float64, Int64
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE
@@ -110,7 +110,8 @@ def predicted_falls(
 ) -> Float64[np.ndarray, " s"]:
     """By how much the sum of squares falls by one Gauss-Newton step in each scene.
 
-    The scenes differ only in what photos may have for themselves; the equations are made once.
+    The scenes differ only in what photos may have for themselves; what is measured of all of that
+    together is summed up once.
 
     Args:
         observations: At most about so many are asked.
@@ -118,12 +119,19 @@ def predicted_falls(
     prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
     bundle = Bundle.of(scenes[0])
     bundle = bundle.with_points_thinned(-(-len(bundle.xy_px) // observations))
-    measured = _Measured.at(bundle, sigma_px, _ALMOST_NONE)
-    falls: list[float] = []
-    for scene in scenes:
-        tied = replace(bundle, ties=Ties.of(scene, cameras, solve=True))
-        equations = _Equations.of(measured, tied, None, prior, sigma_px, _ALMOST_NONE)
+    ties = [Ties.of(scene, cameras, solve=True) for scene in scenes]
+    basis = np.concatenate([one.basis for one in ties], axis=2)
+    measured = _Measured.of(bundle, ties[0].camera, basis, sigma_px, _ALMOST_NONE)
+    shared = len(measured.right) - basis.shape[2] * len(bundle.views)
+    first, falls = 0, list[float]()
+    for one in ties:
+        kinds = first + np.arange(one.basis.shape[2])
+        own = basis.shape[2] * np.arange(len(bundle.views))[:, None] + kinds
+        part = measured.only(np.concatenate([np.arange(shared), shared + own.ravel()]))
+        tied = replace(bundle, ties=one)
+        equations = _Equations.of(part, tied, None, prior, sigma_px, _ALMOST_NONE)
         falls.append(float(equations.right @ equations.step()))
+        first += len(kinds)
     return np.array(falls)
 
 
@@ -245,19 +253,36 @@ def _descend(
 
 @dataclass(frozen=True)
 class _Measured:
-    """What the observations say about poses and lenses, in units of sigma."""
+    """What the observations say about poses, lenses and own numbers, in units of sigma."""
 
-    normal: Float64[np.ndarray, "m m"]
-    right: Float64[np.ndarray, " m"]
-    diagonal: Float64[np.ndarray, " m"]
+    normal: Float64[np.ndarray, "u u"]
+    right: Float64[np.ndarray, " u"]
+    diagonal: Float64[np.ndarray, " u"]
 
     @classmethod
     def at(cls, bundle: Bundle, sigma_px: float, damping: float) -> "_Measured":
-        size = bundle.unknowns
+        if bundle.ties is None:
+            none = np.zeros((bundle.lenses, LENS_SIZE, 0))
+            return cls.of(bundle, bundle.lens_idx, none, sigma_px, damping)
+        return cls.of(bundle, bundle.ties.camera, bundle.ties.basis, sigma_px, damping)
+
+    @classmethod
+    def of(
+        cls,
+        bundle: Bundle,
+        lens_idx: Int64[np.ndarray, " p"],
+        basis: Float64[np.ndarray, "c 10 q"],
+        sigma_px: float,
+        damping: float,
+    ) -> "_Measured":
+        """With the lenses of these cameras, and numbers that move those of single photos."""
+        own = basis.shape[2] * len(bundle.views)
+        size = POSE_SIZE * len(bundle.views) + LENS_SIZE * len(basis) + own
         normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
         reduce_equations(
             bundle.views,
-            bundle.lens_idx,
+            lens_idx,
+            np.ascontiguousarray(basis),
             bundle.photo_idx,
             bundle.bounds,
             bundle.xy_px,
@@ -271,12 +296,16 @@ class _Measured:
         variance = (_SHARED_ERROR * sigma_px) ** 2
         return cls(normal / variance, right / variance, diagonal / variance)
 
+    def only(self, kept: Int64[np.ndarray, " k"]) -> "_Measured":
+        """As if the other unknowns were held."""
+        return _Measured(self.normal[np.ix_(kept, kept)], self.right[kept], self.diagonal[kept])
+
 
 @dataclass(frozen=True)
 class _Equations:
     """Reduced normal equations of photos and lenses, prior included, in units of sigma.
 
-    Where photos have lenses of their own: of poses, cameras' lenses and own numbers (`Ties.map`).
+    Where photos have lenses of their own: of poses, cameras' lenses and own numbers.
     """
 
     normal: Float64[np.ndarray, "u u"]
@@ -306,10 +335,6 @@ class _Equations:
         """Of what the observations say, with the priors and the body."""
         normal, right, diagonal = measured.normal, measured.right, measured.diagonal
         size = len(right)
-        if bundle.ties is not None:
-            tied = bundle.ties.map
-            normal, right = tied.T @ (tied.T @ normal).T, tied.T @ right
-            diagonal, size = tied.multiply(tied).T @ diagonal, len(right)
         lens = slice(POSE_SIZE * len(bundle.views), size)
         information = prior.information_of(bundle)
         free = np.ones(size, bool)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.lens import View
+from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, View
 from limbgram.reconstruction.mapping.body import BodyEquations
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.normals import (
@@ -15,6 +15,8 @@ from limbgram.reconstruction.mapping.normals import (
 from limbgram.reconstruction.mapping.scene import Scene
 
 CAUCHY_PX = 1.3
+NONE_OF_THEIR_OWN = np.zeros((2, LENS_SIZE, 0))
+"""Numbers that photos have of their own, by lens of the made-up scene."""
 
 
 def moved(bundle: Bundle, step: np.ndarray) -> Bundle:
@@ -54,8 +56,8 @@ def reduced(bundle: Bundle, damping: float) -> tuple[np.ndarray, np.ndarray, np.
     size = bundle.unknowns
     normal, right, diagonal = np.empty((size, size)), np.empty(size), np.empty(size)
     reduce_equations(
-        bundle.views, bundle.lens_idx, bundle.photo_idx, bundle.bounds, bundle.xy_px,
-        bundle.points, CAUCHY_PX, damping, normal, right, diagonal,
+        bundle.views, bundle.lens_idx, NONE_OF_THEIR_OWN, bundle.photo_idx, bundle.bounds,
+        bundle.xy_px, bundle.points, CAUCHY_PX, damping, normal, right, diagonal,
     )  # fmt: skip
     return normal, right, diagonal
 
@@ -89,6 +91,41 @@ def test_points_are_eliminated_and_follow_as_in_the_dense_equations(
     )  # fmt: skip
     expected = np.linalg.solve(own, right[u:] - normal[u:, :u] @ step)
     np.testing.assert_allclose(points.ravel(), expected, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_own_numbers_are_those_of_lenses_that_hang_together(make_scene, cameras: int) -> None:
+    """Equations of one lens a photo, tied by hand, against those made with the ties."""
+    random, photos, own = np.random.default_rng(cameras), 5, 3
+    bundle = Bundle.of(make_scene(photos=photos, points=9, noise_px=1.0))
+    bundle = bundle.with_points(np.arange(9) > 0)  # the first one's row of observations is gone
+    lens_idx = np.arange(photos) % cameras
+    basis = random.normal(size=(cameras, LENS_SIZE, own))
+    poses, size = POSE_SIZE * photos, (POSE_SIZE + own) * photos + LENS_SIZE * cameras
+    tied = np.zeros((poses + LENS_SIZE * photos, size))
+    tied[:poses, :poses] = np.eye(poses)
+    for photo, lens in enumerate(lens_idx):
+        rows = slice(poses + LENS_SIZE * photo, poses + LENS_SIZE * (photo + 1))
+        tied[rows, poses + LENS_SIZE * lens :][:, :LENS_SIZE] = np.eye(LENS_SIZE)
+        tied[rows, size - own * (photos - photo) :][:, :own] = basis[lens]
+
+    def equations(lens_idx: np.ndarray, basis: np.ndarray, size: int) -> list[np.ndarray]:
+        found = [np.empty((size, size)), np.empty(size), np.empty(size)]
+        reduce_equations(
+            bundle.views, lens_idx, basis, bundle.photo_idx, bundle.bounds, bundle.xy_px,
+            bundle.points, CAUCHY_PX, 0.2, *found,
+        )  # fmt: skip
+        return found
+
+    alone = np.zeros((photos, LENS_SIZE, 0))
+    normal, right, _ = equations(np.arange(photos), alone, len(tied))
+    found, found_right, diagonal = equations(lens_idx, basis, size)
+    scale = 1 / np.sqrt(np.maximum(diagonal, 1e-12))
+    both = np.outer(scale, scale)
+    np.testing.assert_allclose(found * both, tied.T @ normal @ tied * both, atol=1e-9)
+    np.testing.assert_allclose(scale * found_right, scale * (tied.T @ right), atol=1e-9)
+    np.testing.assert_array_equal(found, found.T)
+    assert np.abs(found[-own:, -own:]).min() > 0.0
 
 
 def test_the_cost_is_the_robust_sum_and_what_lies_behind_is_dear(make_scene) -> None:
