@@ -106,18 +106,36 @@ class Mesh:
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
         faces = np.ascontiguousarray(self.faces, np.int32)
-        return unit(_summed(self.face_normals(), faces, len(self.vertices_mm)))
+        return unit(summed(self.face_normals(), faces, len(self.vertices_mm)))
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
         """A third of the area of the triangles round each vertex."""
-        thirds = np.linalg.norm(self.face_normals(), axis=1) / 6
-        return np.bincount(self.faces.ravel(), np.repeat(thirds, 3), len(self))
+        return _shared_out(lengths(self.face_normals()) / 6, self.faces, len(self))
 
 
 def unit(vectors: Points3) -> Points3:
     """Each row at length 1; a row of nothing stays nothing."""
     lengths = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     return vectors / np.maximum(lengths, 1e-30)[:, None]
+
+
+@njit(cache=True, nogil=True)
+def dots(ones: np.ndarray, twos: np.ndarray):
+    """Scalar product of each row with another: (ones * twos).sum(1) to the last bit."""
+    found = np.empty(len(ones))
+    for i in range(len(ones)):
+        found[i] = ones[i, 0] * twos[i, 0] + ones[i, 1] * twos[i, 1] + ones[i, 2] * twos[i, 2]
+    return found
+
+
+@njit(cache=True, nogil=True)
+def lengths(vectors: np.ndarray):
+    """Length of each row: np.linalg.norm(vectors, axis=1) to the last bit."""
+    found = np.empty(len(vectors))
+    for i in range(len(vectors)):
+        x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
+        found[i] = np.sqrt(x * x + y * y + z * z)
+    return found
 
 
 def crosses(vertices: Points3, faces: Faces) -> Float64[np.ndarray, "f 3"]:
@@ -142,7 +160,17 @@ def _crosses(vertices: np.ndarray, faces: np.ndarray):
 
 
 @njit(cache=True, nogil=True)
-def _summed(weighted: np.ndarray, faces: np.ndarray, count: int):
+def _shared_out(values: np.ndarray, faces: np.ndarray, count: int):
+    """Sum at each vertex of the values of its faces."""
+    total = np.zeros(count)
+    for f in range(len(faces)):
+        for corner in range(3):
+            total[faces[f, corner]] += values[f]
+    return total
+
+
+@njit(cache=True, nogil=True)
+def summed(weighted: np.ndarray, faces: np.ndarray, count: int):
     """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
     total = np.zeros((count, 3))
     for corner in range(3):

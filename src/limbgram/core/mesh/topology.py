@@ -3,9 +3,10 @@
 A half-edge is one side of a face: half-edge 3 f + k runs from corner k of face f to the next.
 """
 
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from hashlib import blake2b
+from collections import deque
+from dataclasses import dataclass, replace
+from functools import cached_property
+from threading import Lock
 
 import numpy as np
 from jaxtyping import Bool, Int32, Int64, Integer
@@ -16,6 +17,17 @@ from limbgram.core.mesh.mesh import Mesh, crosses
 
 _SMALL_HEAP = 32
 """Edges from one vertex up to which they are sorted by insertion."""
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """The vertices next to each vertex in rising order, in the manner of a sparse matrix' rows."""
+
+    starts: Int32[np.ndarray, " n"]
+    """Where each vertex's neighbours begin, and the end of the last one's."""
+    vertices: Int32[np.ndarray, " k"]
+    edges: Int64[np.ndarray, " k"]
+    """The edge to each of them."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +44,34 @@ class Edges:
 
     def faces(self) -> Int32[np.ndarray, "e 2"]:
         """The two faces at each edge, lower first; -1 where there is none."""
+        return self._faces
+
+    @cached_property
+    def open_half_edges(self) -> Int64[np.ndarray, " b"]:
+        """Numbers of the half-edges without a face on their other side, in rising order."""
+        return _frozen(np.flatnonzero(self.uses[self.of_half_edge] == 1))
+
+    @cached_property
+    def neighbours(self) -> Neighbours:
+        """Of each vertex up to the last that has a face."""
+        count = int(self.ends.max(initial=-1)) + 1
+        starts, vertices, edges = _neighbours(self.ends, count)
+        return Neighbours(_frozen(starts), _frozen(vertices), _frozen(edges))
+
+    @cached_property
+    def _faces(self) -> Int32[np.ndarray, "e 2"]:
         order = self.half_edges
         first = np.cumsum(self.uses) - self.uses
         sides = np.full((len(self.ends), 2), -1, np.int32)
         sides[:, 0] = order[first] // 3
         inner = self.uses >= 2
         sides[inner, 1] = order[first[inner] + 1] // 3
-        return sides
+        return _frozen(sides)
+
+
+_KEPT: "deque[tuple[Faces, Edges]]" = deque(maxlen=2)
+"""The faces that were asked for last, each with its edges; those of 250,000 faces take 40 MB."""
+_LOCK = Lock()
 
 
 def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
@@ -47,30 +80,58 @@ def half_edges(faces: Faces) -> Int32[np.ndarray, "h 2"]:
 
 
 def find_edges(faces: Faces) -> Edges:
-    """The edges of a triangle list; those of the last lists asked for are remembered."""
-    digest = blake2b(np.ascontiguousarray(faces).data, digest_size=16).digest()
-    return _edges_of(_Content(faces, (faces.shape, faces.dtype.str, digest)))
+    """The edges of a triangle list; those of the last lists asked for are remembered.
+
+    Edits move vertices and ask for the same edges many times. What is asked for is held against a
+    copy of what was asked for before: the array itself may have been changed in place.
+    """
+    with _LOCK:
+        for known in _KEPT:
+            if known[0].dtype == faces.dtype and np.array_equal(known[0], faces):
+                return known[1]
+    edges = _edges_of(faces)
+    with _LOCK:
+        _KEPT.append((faces.copy(), edges))
+    return edges
 
 
-@dataclass(frozen=True)
-class _Content:
-    """Faces told apart by what they hold: the same array may have been changed in place."""
-
-    faces: Faces = field(compare=False)
-    key: tuple[tuple[int, ...], str, bytes]
-
-
-@lru_cache(maxsize=2)
-def _edges_of(content: _Content) -> Edges:
-    faces = content.faces
+def _edges_of(faces: Faces) -> Edges:
     tails, heads = half_edges(faces).T
     pairs = number_pairs(np.minimum(tails, heads), np.maximum(tails, heads))
     first = pairs.order[pairs.starts[:-1]]
     low, high = np.minimum(tails[first], heads[first]), np.maximum(tails[first], heads[first])
     edges = Edges(np.column_stack([low, high]), pairs.number, np.diff(pairs.starts), pairs.order)
     for part in (edges.ends, edges.of_half_edge, edges.uses, edges.half_edges):
-        part.flags.writeable = False  # others are given the same
+        _frozen(part)
     return edges
+
+
+def _frozen(part: np.ndarray) -> np.ndarray:
+    """The same, which nobody may write on: others are given it too."""
+    part.flags.writeable = False
+    return part
+
+
+@njit(cache=True, nogil=True)
+def _neighbours(ends: np.ndarray, count: int):
+    """Edges come by their lower end, then by their upper one: so each row fills in rising order."""
+    starts = np.zeros(count + 1, np.int32)
+    for e in range(len(ends)):
+        starts[ends[e, 0] + 1] += 1
+        if ends[e, 0] != ends[e, 1]:
+            starts[ends[e, 1] + 1] += 1
+    for vertex in range(count):
+        starts[vertex + 1] += starts[vertex]
+    vertices = np.empty(starts[count], np.int32)
+    edges = np.empty(starts[count], np.int64)
+    place = starts[:count].copy()
+    for e in range(len(ends)):
+        for own, other in ((ends[e, 0], ends[e, 1]), (ends[e, 1], ends[e, 0])):
+            vertices[place[own]], edges[place[own]] = other, e
+            place[own] += 1
+            if own == other:
+                break
+    return starts, vertices, edges
 
 
 @dataclass(frozen=True)
@@ -173,8 +234,9 @@ def broken_half_edges(faces: Faces) -> Bool[np.ndarray, " h"]:
 
 def boundary_half_edges(faces: Faces) -> Int32[np.ndarray, "b 2"]:
     """Half-edges without a face on their other side."""
-    edges = find_edges(faces)
-    return half_edges(faces)[edges.uses[edges.of_half_edge] == 1]
+    border = find_edges(faces).open_half_edges
+    face, corner = border // 3, border % 3
+    return np.column_stack([faces[face, corner], faces[face, (corner + 1) % 3]])
 
 
 def boundary_loops(faces: Faces) -> list[Int32[np.ndarray, " l"]]:
@@ -279,6 +341,15 @@ def _used(faces: Faces) -> Bool[np.ndarray, " n"]:
 
 def _next_corner(corner: Int64[np.ndarray, " h"]) -> Int64[np.ndarray, " h"]:
     return np.where(corner % 3 == 2, corner - 2, corner + 1)
+
+
+@njit(cache=True, nogil=True)
+def with_any(marked: np.ndarray, faces: np.ndarray):
+    """Which faces have a marked corner."""
+    found = np.empty(len(faces), np.bool_)
+    for f in range(len(faces)):
+        found[f] = marked[faces[f, 0]] or marked[faces[f, 1]] or marked[faces[f, 2]]
+    return found
 
 
 @njit(cache=True, nogil=True)

@@ -16,7 +16,8 @@ from numba import njit
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed
+from limbgram.core.mesh.topology import with_any
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.regions import averaging
 
@@ -85,26 +86,15 @@ def unit_offsets(mesh: Mesh) -> Points3:
     normal is known well.
     """
     weighted = mesh.face_normals()
-    area = np.linalg.norm(weighted, axis=1)
-    units = weighted / np.maximum(area, 1e-30)[:, None]
-    count = len(mesh)
-    normals = np.zeros((count, 3))
-    products = np.zeros((count, 3, 3))
-    for k in range(3):
-        at = mesh.faces[:, k]
-        for i in range(3):
-            normals[:, i] += np.bincount(at, weighted[:, i], count)
-            for j in range(i, 3):
-                products[:, i, j] += np.bincount(at, weighted[:, i] * units[:, j], count)
-    for i, j in ((0, 1), (0, 2), (1, 2)):
-        products[:, j, i] = products[:, i, j]
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    along = normals / np.maximum(length, 1e-30)
+    units = weighted / np.maximum(lengths(weighted), 1e-30)[:, None]
+    normals = summed(weighted, mesh.faces, len(mesh))
+    products = _products(weighted, units, mesh.faces, len(mesh))
+    along = normals / np.maximum(lengths(normals), 1e-30)[:, None]
     tie = np.maximum(_TIE * np.trace(products, axis1=1, axis2=2), 1e-30)
     system = products + tie[:, None, None] * np.eye(3)
     moves = np.linalg.solve(system, (normals + tie[:, None] * along)[:, :, None])[:, :, 0]
-    far = np.linalg.norm(moves, axis=1, keepdims=True)
-    return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))
+    far = lengths(moves)
+    return moves * np.minimum(1.0, _FARTHEST / np.maximum(far, 1e-30))[:, None]
 
 
 def _turning(
@@ -112,8 +102,8 @@ def _turning(
 ) -> Float64[np.ndarray, " f"]:
     """Cosine between each face's normal and its normal once it has moved."""
     after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
-    sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-    return (before * after).sum(1) / np.maximum(sizes, 1e-30)
+    sizes = lengths(before) * lengths(after)
+    return dots(before, after) / np.maximum(sizes, 1e-30)
 
 
 def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
@@ -129,13 +119,13 @@ def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> P
             moves = np.where(touched[:, None], mean @ moves, moves)
     for _ in range(_EASING_ROUNDS):
         touched[mesh.faces[turned]] = True
-        if (~_with_any(~touched, mesh.faces)).mean() > _MOST_EASED:
+        if (~with_any(~touched, mesh.faces)).mean() > _MOST_EASED:
             break
         around = touched.copy()
-        around[mesh.faces[_with_any(touched, mesh.faces)]] = True
+        around[mesh.faces[with_any(touched, mesh.faces)]] = True
         moves = moves.copy()
         moves[around] = mean[around] @ moves
-        changed = _with_any(around, mesh.faces)
+        changed = with_any(around, mesh.faces)
         near = replace(mesh, faces=mesh.faces[changed])
         turned[changed] = _turning(before[changed], near, moves) < _TURNED
         if not turned.any():
@@ -168,9 +158,19 @@ def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:
 
 
 @njit(cache=True, nogil=True)
-def _with_any(marked: np.ndarray, faces: np.ndarray):
-    """Which faces have a marked corner."""
-    found = np.empty(len(faces), np.bool_)
-    for f in range(len(faces)):
-        found[f] = marked[faces[f, 0]] or marked[faces[f, 1]] or marked[faces[f, 2]]
-    return found
+def _products(weighted: np.ndarray, units: np.ndarray, faces: np.ndarray, count: int):
+    """Sum at each vertex of the products of its faces' normals; first, second and third corners by
+    themselves."""
+    total = np.zeros((count, 3, 3))
+    for corner in range(3):
+        part = np.zeros((count, 3, 3))
+        for f in range(len(faces)):
+            at = faces[f, corner]
+            for i in range(3):
+                for j in range(i, 3):
+                    part[at, i, j] += weighted[f, i] * units[f, j]
+        total += part
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        for at in range(count):
+            total[at, j, i] = total[at, i, j]
+    return total

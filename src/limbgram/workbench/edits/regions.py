@@ -25,7 +25,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.mesh import Mesh, dots, lengths, unit
 from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import boundary_half_edges, find_edges
@@ -383,11 +383,12 @@ def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: b
 
 def averaging(mesh: Mesh) -> csr_array:
     """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
-    ends = find_edges(mesh.faces).ends
-    lengths = np.linalg.norm(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]], axis=1)
-    weights = 1 / np.maximum(lengths, _LEAST_EDGE * float(np.median(lengths)))
-    half = csr_array((weights, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
-    mean = csr_array(half + half.T)
+    edges = find_edges(mesh.faces)
+    ends, near = edges.ends, edges.neighbours
+    sizes = lengths(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]])
+    weights = 1 / np.maximum(sizes, _LEAST_EDGE * float(np.median(sizes)))
+    starts = np.pad(near.starts, (0, len(mesh) + 1 - len(near.starts)), "edge")
+    mean = csr_array((weights[near.edges], near.vertices, starts), shape=(len(mesh), len(mesh)))
     total = np.asarray(mean.sum(1)).ravel()
     mean.data /= np.repeat(np.maximum(total, 1e-30), np.diff(mean.indptr))
     return mean
@@ -442,7 +443,7 @@ def roughness_mm(mesh: Mesh) -> float:
     """
     mean = averaging(mesh)
     towards = mean @ mesh.vertices_mm - mesh.vertices_mm
-    out: Float64[np.ndarray, " n"] = (towards * mesh.vertex_normals()).sum(1)
+    out = dots(towards, mesh.vertex_normals())
     beyond = out - mean @ out
     inner = ~at_brim(mesh)
     return float(np.sqrt(np.mean(beyond[inner] ** 2))) if inner.any() else 0.0

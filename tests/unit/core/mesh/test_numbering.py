@@ -7,8 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from limbgram.core.mesh.closest import TriangleTree
-from limbgram.core.mesh.mesh import Mesh, crosses
-from limbgram.core.mesh.topology import find_edges, half_edges, number_pairs
+from limbgram.core.mesh.mesh import Mesh, crosses, dots, lengths
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    find_edges,
+    half_edges,
+    number_pairs,
+    with_any,
+)
 
 
 @given(arrays(np.int32, st.tuples(st.integers(0, 40), st.just(2)), elements=st.integers(0, 6)))
@@ -77,3 +83,46 @@ def test_each_vertex_has_a_third_of_its_triangles() -> None:
     square = Mesh(vertices_mm=corners, faces=np.array([[0, 1, 2], [0, 2, 3]], np.int32))
     wanted = np.array([4, 2, 4, 2, 0]) / 3
     np.testing.assert_allclose(square.vertex_areas_mm2(), wanted, rtol=1e-15)
+
+
+def test_edges_of_faces_that_were_changed_in_place_are_found_anew() -> None:
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    before = find_edges(faces)
+    assert find_edges(faces.copy()) is before
+    faces[1] = [1, 3, 2]
+    assert find_edges(faces).ends.tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+    assert before.ends.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
+
+
+@given(arrays(np.int32, st.tuples(st.integers(1, 30), st.just(3)), elements=st.integers(0, 8)))
+def test_neighbours_and_open_half_edges_agree_with_looking_at_every_edge(faces: np.ndarray) -> None:
+    edges = find_edges(faces)
+    near = edges.neighbours
+    for vertex in range(faces.max() + 1):
+        row = slice(near.starts[vertex], near.starts[vertex + 1])
+        touching = {k: set(ends) for k, ends in enumerate(edges.ends.tolist()) if vertex in ends}
+        others = {k: next(iter(ends - {vertex}), vertex) for k, ends in touching.items()}
+        assert near.vertices[row].tolist() == sorted(others.values())
+        assert dict(zip(near.edges[row].tolist(), near.vertices[row].tolist(), strict=True)) == (
+            others
+        )
+    own = [tuple(sorted(ends)) for ends in half_edges(faces).tolist()]
+    assert edges.open_half_edges.tolist() == [k for k, e in enumerate(own) if own.count(e) == 1]
+    np.testing.assert_array_equal(
+        boundary_half_edges(faces), half_edges(faces)[edges.open_half_edges]
+    )
+
+
+def test_lengths_products_and_areas_are_those_of_numpy_to_the_last_bit() -> None:
+    rng = np.random.default_rng(11)
+    ones, twos = rng.normal(size=(500, 3)) * 100, rng.normal(size=(500, 3))
+    np.testing.assert_array_equal(dots(ones, twos), (ones * twos).sum(1))
+    np.testing.assert_array_equal(lengths(ones), np.linalg.norm(ones, axis=1))
+    faces = rng.integers(0, 500, (900, 3)).astype(np.int32)
+    thirds = np.linalg.norm(crosses(ones, faces), axis=1) / 6
+    np.testing.assert_array_equal(
+        Mesh(vertices_mm=ones, faces=faces).vertex_areas_mm2(),
+        np.bincount(faces.ravel(), np.repeat(thirds, 3), 500),
+    )
+    marked = rng.random(500) < 0.3
+    np.testing.assert_array_equal(with_any(marked, faces), marked[faces].any(1))

@@ -6,7 +6,7 @@ import trimesh
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.offset import offset
+from limbgram.workbench.edits.offset import offset, unit_offsets
 
 
 def mesh_of(shape: trimesh.Trimesh) -> Mesh:
@@ -94,3 +94,19 @@ def test_flat_scraps_are_no_reason_to_refuse(distance_mm: float, hair_mm: float)
     # Their points lie on chords, as they did before.
     sunk = np.linalg.norm(split.vertices_mm, axis=1)[-count:] - 50
     np.testing.assert_allclose(radii[-count:] - (50 + distance_mm), sunk, atol=0.1)
+
+
+def test_an_offset_of_a_millimetre_is_the_least_squares_of_the_faces_at_each_vertex() -> None:
+    ball = mesh_of(trimesh.creation.icosphere(2, 50.0))
+    mesh = ball.with_vertices(ball.vertices_mm * [1.0, 0.7, 0.5])
+    weighted = mesh.face_normals()
+    moves = unit_offsets(mesh)
+    for vertex in range(0, len(mesh), 7):
+        at = weighted[(mesh.faces == vertex).any(1)]
+        root = np.sqrt(np.linalg.norm(at, axis=1))
+        units = at / np.linalg.norm(at, axis=1)[:, None]
+        mean = at.sum(0) / np.linalg.norm(at.sum(0))
+        tie = np.sqrt(1e-3 * root @ root)  # staying on the normal, by a thousandth of the weight
+        rows = np.concatenate([root[:, None] * units, tie * np.eye(3)])
+        expected = np.linalg.lstsq(rows, np.concatenate([root, tie * mean]))[0]
+        np.testing.assert_allclose(moves[vertex], expected, rtol=1e-9, atol=1e-12)

@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.sparse import csr_array
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import volume_mm3
+from limbgram.core.mesh.topology import find_edges, volume_mm3
 from limbgram.formats.reading import read_limb
 from limbgram.workbench.edits.editing import do_edit
-from limbgram.workbench.edits.regions import at_brim, roughness_mm
+from limbgram.workbench.edits.regions import at_brim, averaging, roughness_mm
 from limbgram.workbench.edits.smoothing import Smoothing, calmed
 from limbgram.workbench.limb import Limb
 
@@ -77,3 +78,21 @@ def test_twenty_passes_on_a_scan_keep_its_volume_and_calm_it(data_folder: Path) 
     assert roughness_mm(calm.mesh) < 0.5 * roughness_mm(scan.mesh)
     bias = ((calm.mesh.vertices_mm - scan.mesh.vertices_mm) * scan.mesh.vertex_normals()).sum(1)
     assert abs(bias.mean()) < 0.01
+
+
+def test_mean_over_neighbours_is_that_of_the_sparse_sum_of_both_directions() -> None:
+    ball = trimesh.creation.icosphere(3, 50.0)
+    loose = np.concatenate([np.array(ball.vertices), [[0.0, 0.0, 0.0]]])
+    mesh = Mesh(vertices_mm=loose, faces=np.array(ball.faces, np.int32))
+    ends = find_edges(mesh.faces).ends
+    sizes = np.linalg.norm(loose[ends[:, 0]] - loose[ends[:, 1]], axis=1)
+    half = csr_array((1 / sizes, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    both = csr_array(half + half.T)
+    mean = both.multiply(1 / np.maximum(both.sum(1), 1e-30)[:, None]).tocsr()
+    found = averaging(mesh)
+    np.testing.assert_array_equal(found.indptr, mean.indptr)
+    np.testing.assert_array_equal(found.indices, mean.indices)
+    np.testing.assert_allclose(found.data, mean.data, rtol=1e-15)
+    whole = np.ones(len(mesh))
+    whole[-1] = 0.0  # a vertex without a face has no neighbours
+    np.testing.assert_allclose(found @ np.ones(len(mesh)), whole, rtol=1e-14)
