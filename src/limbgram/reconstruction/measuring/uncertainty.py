@@ -39,7 +39,13 @@ from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differ
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
-from limbgram.reconstruction.measuring.thin_plate import ThinPlate, bending_of, curvature_of, solve
+from limbgram.reconstruction.measuring.thin_plate import (
+    ThinPlate,
+    bending_of,
+    curvature_of,
+    solve,
+    solve_all,
+)
 from limbgram.reconstruction.scale.metric import MetricScene
 
 _PROBES = 3
@@ -104,21 +110,22 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     """Variances along the normal of what the photos measured."""
     thin_plate = seen.thin_plate
     bending = bending_of(thin_plate, equations.stiffness)
-    system = sp.csr_matrix(equations.held + bending @ thin_plate.laplacian)
+    plate = sp.csr_matrix(bending @ thin_plate.laplacian)
+    system = sp.csr_matrix(equations.held + plate)
     pool = _Pool.of(thin_plate, equations.photos)
     painted = pool.among(equations.signal > _PAINTED)
     free = _free(thin_plate, equations, system, pool)
     loud = free * _loudness(mesh, equations, pool)
 
-    left = _left(thin_plate, equations)
-    probes = _probes(mesh, seen, equations, system)
+    left = _left(plate, equations)
+    flattening = bending @ curvature_of(mesh, thin_plate, equations.length_mm)
+    taken, *probes = solve_all(system, [flattening, *_pulls(mesh, seen, equations)])
+    again, *pulled_again = solve_all(system, [equations.held @ one for one in (taken, *probes)])
     squares = [probe**2 for probe in probes]
     noise = _noise(squares, equations, pool, loud, _NOISE_RINGS)
     noise /= 1 + left * noise / (_PUSHED_PX * seen.pixel_mm) ** 2
     in_seen = _noise(squares, equations, painted, loud, _NOISE_RINGS) / free
-    taken = _solved(system, bending @ curvature_of(mesh, thin_plate, equations.length_mm))
-    taken_again = (taken - _solved(system, equations.held @ taken)) ** 2
-    detail = painted.energy(taken_again / free, _DETAIL_RINGS)
+    detail = painted.energy((taken - again) ** 2 / free, _DETAIL_RINGS)
     detail -= _NOISE_IN_SEEN * painted.energy(in_seen, _NOISE_RINGS)
     variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * free
     variance += _chord(seen, pool) ** 2
@@ -126,8 +133,10 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
     roughened = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
-    fine = [probe - _solved(system, equations.held @ probe) for probe in probes]
-    steep = [_squared_slope(thin_plate, probe) for probe in fine]
+    steep = [
+        _squared_slope(thin_plate, probe - held)
+        for probe, held in zip(probes, pulled_again, strict=True)
+    ]
     in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
     relief = np.maximum(pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS) - in_taken, 0.0)
     return LocalErrors(
@@ -147,10 +156,12 @@ def _free(
     """
     random = np.random.default_rng(_SEED)
     root = np.sqrt(equations.stiffness)
+    forces = [
+        thin_plate.laplacian.T @ (root * random.standard_normal(len(root))) for _ in range(_DRAWS)
+    ]
     left = np.zeros(len(root))
-    for _ in range(_DRAWS):
-        force = thin_plate.laplacian.T @ (root * random.standard_normal(len(root)))
-        left += _solved(system, force) ** 2
+    for drawn in solve_all(system, forces):
+        left += drawn**2
     # what a plate leaves where data hold it evenly, so that the draws only tell of gaps and rims
     density = np.maximum(equations.held.diagonal() / thin_plate.area_mm2, np.finfo(float).tiny)
     even = np.exp(-pool.mean(np.log(density), _SMOOTH_RINGS) / 2)
@@ -158,16 +169,16 @@ def _free(
     return left / np.median(left[pool.counted] if pool.counted.any() else left)
 
 
-def _left(thin_plate: ThinPlate, equations: JointEquations) -> Float64[np.ndarray, " n"]:
+def _left(plate: sp.csr_matrix, equations: JointEquations) -> Float64[np.ndarray, " n"]:
     """What the rounds leave of an error of the given surface that is the same everywhere, 0 to 1.
 
     Paint takes it away, and the plate carries that into narrow gaps.
     """
-    bending = bending_of(thin_plate, equations.stiffness)
-    system = sp.csr_matrix(equations.soft + bending @ thin_plate.laplacian)
-    left = np.ones(len(equations.weights))
+    system = sp.csr_matrix(equations.soft + plate)
+    left, diagonal = np.ones(len(equations.weights)), system.diagonal()
     for _ in range(_ROUNDS):
-        left = _solved(system, equations.unheld @ left)
+        right = equations.unheld @ left
+        left = solve(system, right, right / diagonal)
     return np.clip(left, 0.0, 1.0)
 
 
@@ -241,8 +252,8 @@ def _flatness(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:
     return _FLAT * edge2 * pool.mean(seen.quadric[:, 0] + seen.quadric[:, 2], _NOISE_RINGS) ** 2
 
 
-def _probes(
-    mesh: Mesh, seen: SeenSurface, equations: JointEquations, system: sp.csr_matrix
+def _pulls(
+    mesh: Mesh, seen: SeenSurface, equations: JointEquations
 ) -> list[Float64[np.ndarray, " n"]]:
     """What the photos pull the surface by, added up with different signs."""
     photo = seen.seen_by[mesh.faces[:, 0]]
@@ -251,7 +262,7 @@ def _probes(
         bits = photo & probe
         signs = np.where((bits & 1) ^ (bits >> 1 & 1), -1.0, 1.0)
         pulls = np.repeat((equations.pull * signs).sum(axis=1) / 3, 3)
-        found.append(_solved(system, np.bincount(mesh.faces.ravel(), pulls, len(mesh))))
+        found.append(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
     return found
 
 
@@ -266,10 +277,6 @@ def _noise(
     count = np.maximum(equations.photos, 2).astype(np.float64)
     unseen = count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
     return unseen * loud * pool.energy(np.sum(energies, axis=0) / (_PROBES * loud), rings)
-
-
-def _solved(system: sp.csr_matrix, right: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
-    return solve(system, right, right / system.diagonal())
 
 
 def _chord(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:

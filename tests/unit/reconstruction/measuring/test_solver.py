@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from limbgram.reconstruction.measuring.thin_plate import solve
+from limbgram.reconstruction.measuring.thin_plate import solve, solve_all
 
 COUNT = 400
 
@@ -27,3 +27,18 @@ def test_a_solved_start_stays() -> None:
     system = sp.csr_matrix(sp.diags(np.full(COUNT, 2.0)))
     right = np.arange(COUNT, dtype=float)
     np.testing.assert_array_equal(solve(system, right, right / 2), right / 2)
+
+
+def test_right_sides_together_are_solved_as_each_alone() -> None:
+    """Of six one is nothing and one is easy: they end sooner and then stay."""
+    rng = np.random.default_rng(4)
+    bending = sp.diags([1.0, -2.0, 1.0], [-1, 0, 1], (COUNT, COUNT)).tocsr()
+    system = sp.csr_matrix(30 * bending.T @ bending + sp.diags(rng.uniform(0.5, 2, COUNT)))
+    rights = list(rng.standard_normal((6, COUNT)))
+    rights[1] = np.zeros(COUNT)
+    rights[2] = np.where(np.arange(COUNT) == 3, 1.0, 0.0)
+    together = solve_all(system, rights)
+    for found, right in zip(together, rights, strict=True):
+        alone = solve(system, right, right / system.diagonal())
+        np.testing.assert_array_equal(found, alone)
+    assert np.abs(together[2]).max() > 0.0
