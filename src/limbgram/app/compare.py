@@ -1,4 +1,5 @@
-"""Compare: the shape of a case beside its scan, another case, or a shape of elsewhere."""
+"""Compare: the shape of a case beside its scan, an earlier state of its recipe, another case, or a
+shape of elsewhere."""
 
 import secrets
 from typing import Annotated, Any
@@ -9,7 +10,7 @@ from pydantic import BaseModel, Field
 from limbgram.app.blocks import encode_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.replies import BINARY, BYTES, missing
-from limbgram.app.surface import Which, limb_of
+from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
@@ -31,6 +32,12 @@ class Against(BaseModel):
     of: Which = Field(default="rectified", description="Which shape of this case is the second.")
     case: str | None = Field(default=None, description="Another case, whose scan is the first.")
     shape: str | None = Field(default=None, description="A file that was sent; it is the first.")
+    edits: int | None = Field(
+        default=None,
+        ge=0,
+        le=1000,
+        description="The first is this case after so many edits: an earlier state of its recipe.",
+    )
     align: Way = Field(default="auto", description="How they are laid on each other; never scaled.")
     spacing_mm: float = Field(default=20.0, ge=1, le=500)
 
@@ -135,8 +142,11 @@ def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:
 
 
 def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
-    if given.case is not None and given.shape is not None:
-        raise OptionsError("Compare with a case or with a file, not with both.")
+    chosen = [one for one in (given.case, given.shape, given.edits) if one is not None]
+    if len(chosen) > 1:
+        raise OptionsError(
+            "Compare with a case, with a file or with an earlier state, not with several at once."
+        )
     if given.case is not None:
         return clinic.desk.shape(Bench(clinic.shelf.case(given.case))).limb
     if given.shape is not None:
@@ -144,7 +154,7 @@ def _first(clinic: Clinic, bench: Bench, given: Against) -> Limb:
         if given.shape not in known:
             raise LookupError("There is no such shape. Send it first.")
         return read_limb(bench.shapes / given.shape)
-    return limb_of(clinic, bench, "scan")[0]
+    return limb_before(clinic, bench, given.edits)
 
 
 def _finite(tree: Any) -> Any:

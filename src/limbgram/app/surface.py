@@ -17,7 +17,7 @@ from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.frame.landmarks import frame_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.file import encode_recipe
-from limbgram.workbench.recipe.recipe import Recipe
+from limbgram.workbench.recipe.recipe import Recipe, beginning
 
 router = APIRouter(tags=["surface"])
 
@@ -88,13 +88,25 @@ def read_surface(
 
 
 @router.get("/cases/{case_id}/surface/differences", response_class=Response, responses=BINARY)
-def read_differences(clinic: ClinicHere, bench: BenchHere) -> Response:
+def read_differences(
+    clinic: ClinicHere,
+    bench: BenchHere,
+    edits: Annotated[
+        int | None,
+        Query(
+            ge=0,
+            le=1000,
+            description="The first edits of the recipe that the other shape has: an earlier state.",
+        ),
+    ] = None,
+) -> Response:
     """How far each vertex of the shape after the recipe lies from the scan: block signed_mm.
 
-    Positive outward: added. In the order of the vertices of `surface?of=rectified`.
+    Or from the shape as it was after the first edits. Positive outward: added. In the order of the
+    vertices of `surface?of=rectified`.
     """
     after, tag = limb_of(clinic, bench, "rectified")
-    before, _ = limb_of(clinic, bench, "scan")
+    before = limb_before(clinic, bench, edits)
     signed = np.zeros(len(after.mesh), np.float32)
     moved = changed_vertices(before.mesh, after.mesh)
     if moved.any():
@@ -167,6 +179,17 @@ def limb_of(clinic: Clinic, bench: Bench, of: Which) -> tuple[Limb, str]:
         return shape.limb, f'"{shape.file.sha256[:24]}"'
     recipe = bench.recipe()
     return shape.replayed(recipe).limb, f'"{tag_of(shape.file.sha256, shape.limb, recipe)}"'
+
+
+def limb_before(clinic: Clinic, bench: Bench, edits: int | None) -> Limb:
+    """The scan, or the shape after the first edits of the recipe.
+
+    Raises:
+        OptionsError: the recipe has fewer edits.
+    """
+    if edits is None:
+        return limb_of(clinic, bench, "scan")[0]
+    return clinic.desk.shape(bench).replayed(beginning(bench.recipe(), edits)).limb
 
 
 def tag_of(sha256: str, limb: Limb, recipe: Recipe) -> str:

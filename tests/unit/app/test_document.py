@@ -1,8 +1,12 @@
 """The description of the API that the client is built against."""
 
+import json
+import re
 from pathlib import Path
 
 from limbgram.app.document import document, text_of
+from limbgram.app.recipe import list_kinds
+from limbgram.workbench.frame.sensitive import SENSITIVE
 
 KEPT = Path(__file__).parents[3] / "web" / "openapi.json"
 
@@ -18,3 +22,23 @@ def test_every_route_is_under_the_version_and_says_what_it_is() -> None:
         assert path.startswith("/api/v1/")
         for told in methods.values():
             assert told["description"]
+
+
+def test_what_the_page_says_of_edits_is_what_the_server_says() -> None:
+    """The page has these sentences in every language; its English ones are held against these."""
+    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text("utf-8")
+    rows = dict(re.findall(r'^  "((?:does|how)\.[^"]+)": \[\s*("(?:[^"\\]|\\.)*"),', texts, re.M))
+    said = {f"does.{kind.kind}": kind.does for kind in list_kinds()} | {
+        f"how.{kind.kind}.{one.name}": one.meaning
+        for kind in list_kinds()
+        for one in kind.parameters
+        if one.meaning and one.name != "positions_in"
+    }
+    assert {key: json.loads(text) for key, text in rows.items()} == said
+
+
+def test_the_page_knows_every_place_that_bears_no_pressure_and_why() -> None:
+    texts = (Path(__file__).parents[3] / "web" / "src" / "texts.ts").read_text("utf-8")
+    for place in (one for places in SENSITIVE.values() for one in places):
+        assert f'"why.{place.why}": [' in texts
+        assert f'"sensitive.{place.name}": [' in texts or f'"place.{place.name}": [' in texts

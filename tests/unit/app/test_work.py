@@ -316,6 +316,39 @@ def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned
     assert np.nanmin(blocks["signed_mm"]) == pytest.approx(-3.0, abs=0.1)
 
 
+def test_an_earlier_state_of_the_recipe_is_compared_as_any_other_shape(
+    client: TestClient, aligned: str
+) -> None:
+    offset = {"kind": "offset", "parameters": {"distance_mm": -1.0}}
+    assert client.post(f"{aligned}/recipe/edits", json=offset).status_code == 201
+    edit = {"kind": "load", "parameters": LOAD}
+    assert client.post(f"{aligned}/recipe/edits", json=edit).status_code == 201
+
+    def differences(query: str) -> np.ndarray:
+        answer = client.get(f"{aligned}/surface/differences{query}")
+        assert answer.status_code == 200, answer.text
+        return decode_blocks(answer.content)[1]["signed_mm"]
+
+    # All of it moved against the scan; against the state before the load, what the load moved.
+    assert np.median(differences("")) == pytest.approx(-1.0, abs=0.02)
+    since = differences("?edits=1")
+    assert since.min() == pytest.approx(-3.0, abs=0.15)
+    assert np.mean(since == 0) > 0.5
+    np.testing.assert_array_equal(differences("?edits=2"), 0.0)
+    np.testing.assert_array_equal(differences("?edits=0"), differences(""))
+
+    compared = client.post(f"{aligned}/compare", json={"edits": 1}).json()
+    volume = compared["figures"]["volume"]["ml"]
+    ledger = client.get(f"{aligned}/recipe/ledger").json()["ledger"]["lines"][1]
+    change = ledger["after"]["volume_ml"] - ledger["before"]["volume_ml"]
+    assert volume["difference"] == pytest.approx(change, abs=0.2)
+    for query in ("surface/differences?edits=3", "surface/differences?edits=-1"):
+        assert client.get(f"{aligned}/{query}").status_code == 422
+    several = client.post(f"{aligned}/compare", json={"edits": 1, "case": "K7Q-4F2"})
+    assert several.status_code == 422
+    assert "not with several" in several.json()["message"]
+
+
 def test_a_shape_of_elsewhere_is_read_before_it_is_kept(
     client: TestClient, aligned: str, limb: Mesh, tmp_path: Path
 ) -> None:

@@ -590,7 +590,8 @@ export interface paths {
          * Read Differences
          * @description How far each vertex of the shape after the recipe lies from the scan: block signed_mm.
          *
-         *     Positive outward: added. In the order of the vertices of `surface?of=rectified`.
+         *     Or from the shape as it was after the first edits. Positive outward: added. In the order of the
+         *     vertices of `surface?of=rectified`.
          */
         get: operations["read_differences"];
         put?: never;
@@ -1645,6 +1646,11 @@ export interface components {
              * @description A file that was sent; it is the first.
              */
             shape?: string | null;
+            /**
+             * Edits
+             * @description The first is this case after so many edits: an earlier state of its recipe.
+             */
+            edits?: number | null;
             /**
              * Align
              * @description How they are laid on each other; never scaled.
@@ -6409,7 +6415,10 @@ export interface operations {
     };
     read_differences: {
         parameters: {
-            query?: never;
+            query?: {
+                /** @description The first edits of the recipe that the other shape has: an earlier state. */
+                edits?: number | null;
+            };
             header?: never;
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */

@@ -19,6 +19,7 @@ import { expert } from "../state/settings";
 import { type TextKey, bytes, t, tOr } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode, SurfaceData } from "../viewer/surface";
+import { wordsOf } from "./edit-words";
 import type { RoomProps } from "./room";
 
 type Way = "auto" | "icp" | "landmarks" | "volume" | "as-is";
@@ -61,19 +62,20 @@ export function CompareScreen({ room }: RoomProps) {
   const mode = useSignal<Mode>("difference");
   const level = useSignal<number | null>(null);
   const of = useSignal<"scan" | "rectified">(edited ? "rectified" : "scan");
-  /** "scan", "case ID" or "file NAME". */
+  /** "scan", "before NUMBER of an edit", "case ID" or "file NAME". */
   const against = useSignal(edited ? "scan" : "");
   const way = useSignal<Way>("auto");
   const spacing = useSignal(20);
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
   const others = useAsked(async () => (await taken(api.GET("/api/v1/cases", { params: { query: {} } }))).cases.filter((one) => one.id !== room.id && one.verdict), [room.id]);
+  const recipe = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe", path)), [room.id, room.news.work]);
   const files = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/shapes", path)), [room.id]);
   const found = useAsked(async () => (against.value ? await compared(room.id, of.value, against.value, way.value, spacing.value) : null), [room.id, of.value, against.value, way.value, spacing.value, room.news.work]);
   const one = found.value.value;
   const busy = found.busy.value;
   const shown = useMemo<Shown | null>(() => (one ? { surface: one.surface, frame: IDENTITY, aligned: one.figures.anatomical_frame, difference: { values: one.values, wider: widest(one.values) } } : null), [one]);
-  const name = against.value.startsWith("case ") ? t("compare.case", against.value.slice(5)) : against.value.startsWith("file ") ? against.value.slice(5) : t("compare.scan");
+  const name = against.value.startsWith("case ") ? t("compare.case", against.value.slice(5)) : against.value.startsWith("before ") ? t("compare.before", against.value.slice(7)) : against.value.startsWith("file ") ? against.value.slice(5) : t("compare.scan");
 
   const send = (file: File) =>
     act.run(async () => {
@@ -135,6 +137,12 @@ export function CompareScreen({ room }: RoomProps) {
                 <select value={against.value} onChange={(event) => (against.value = event.currentTarget.value)}>
                   <option value="">{t("choose")}</option>
                   {edited && of.value === "rectified" && <option value="scan">{t("compare.scan")}</option>}
+                  {of.value === "rectified" &&
+                    (recipe.value.value?.edits ?? []).slice(1).map((one) => (
+                      <option key={one.number} value={`before ${one.number}`}>
+                        {t("compare.before.edit", one.number, wordsOf(one).title)}
+                      </option>
+                    ))}
                   {(others.value.value ?? []).map((other) => (
                     <option key={other.id} value={`case ${other.id}`}>
                       {[other.id, t(`kind.${other.kind ?? "none"}`), other.side === "left" || other.side === "right" ? t(`side.${other.side}`) : ""].filter(Boolean).join(", ")}
@@ -169,7 +177,7 @@ export function CompareScreen({ room }: RoomProps) {
               {against.value.startsWith("file ") && <Button onClick={() => void forget(against.value.slice(5))}>{t("compare.forget")}</Button>}
             </div>
             <p class="small faint">{t("compare.file.how")}</p>
-            <Refusal refused={act.refused.value ?? others.refused.value ?? files.refused.value} />
+            <Refusal refused={act.refused.value ?? others.refused.value ?? recipe.refused.value ?? files.refused.value} />
           </section>
           <section>
             {edited && (
@@ -184,7 +192,7 @@ export function CompareScreen({ room }: RoomProps) {
                   ]}
                   onChange={(value) => {
                     of.value = value;
-                    if (value === "scan" && against.value === "scan") against.value = "";
+                    if (value === "scan" && /^(scan|before )/.test(against.value)) against.value = "";
                   }}
                 />
               </div>
@@ -295,7 +303,7 @@ function Levels({ figures, level, onLevel }: { figures: Figures; level: number |
 }
 
 async function compared(id: string, of: "scan" | "rectified", against: string, align: Way, spacing_mm: number): Promise<Compared> {
-  const what = against.startsWith("case ") ? { case: against.slice(5) } : against.startsWith("file ") ? { shape: against.slice(5) } : {};
+  const what = against.startsWith("case ") ? { case: against.slice(5) } : against.startsWith("file ") ? { shape: against.slice(5) } : against.startsWith("before ") ? { edits: Number(against.slice(7)) - 1 } : {};
   const { bytes: answer } = await bytesOf(`/cases/${encodeURIComponent(id)}/compare/differences`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ of, align, spacing_mm, ...what }) });
   const { header, blocks } = decodeBlocks(answer);
   const [positions, indices, values] = [blocks.get("positions"), blocks.get("indices"), blocks.get("signed_mm")];

@@ -124,7 +124,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
           ))}
         </select>
       </span>
-      {one && <p class="soft small-note">{one.does}</p>}
+      {one && <p class="soft small-note">{tOr(`does.${one.kind}`, one.does)}</p>}
       {byLevels && (
         <div class="level-rows" role="group" aria-label={t("other.levels")}>
           <div class="level-row small soft" aria-hidden="true">
@@ -188,7 +188,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
             {p.name.endsWith("_mm") && <span class="u">mm</span>}
             {p.name.endsWith("_deg") && <span class="u">°</span>}
           </span>
-          <span class="small faint">{p.meaning}</span>
+          <span class="small faint">{tOr(`how.${one?.kind}.${p.name}`, p.meaning)}</span>
         </label>
       ))}
       <Refusal refused={refused} />

@@ -26,6 +26,7 @@ import type { Line, Mark } from "../viewer/overlay";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Hit, Mode, SurfaceData } from "../viewer/surface";
 import type { Tool, Viewer } from "../viewer/viewer";
+import { concernOf, wordLacks, wordsOf } from "./edit-words";
 import { OtherEdit } from "./other-edit";
 import { TemplateEdits } from "./templates";
 import { useLimb } from "./limb";
@@ -87,14 +88,18 @@ export function RectifyScreen({ room }: RoomProps) {
   const waits = useSignal(false);
   const refused = useSignal<Refused | null>(null);
   const asksDepth = useSignal(false);
+  /** The edit before which the shape is the one that colours are against; null: the scan. */
+  const againstEdit = useSignal<number | null>(null);
   const chosenRow = useSignal<number | null>(null);
   const act = useAct();
   const viewer = useRef<Viewer | null>(null);
   const turn = useRef(0);
 
   const ledgered = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe/ledger", path)), [room.id, room.news.work]);
-  const differences = useAsked(() => fetchDifferences(room.id), [room.id, limb?.fetched.tag]);
   const book = ledgered.value.value;
+  // An edit that was taken out has no state before it: then the colours are against the scan again.
+  const before = againstEdit.value !== null && againstEdit.value <= (book?.recipe.edits.length ?? 0) ? againstEdit.value : null;
+  const differences = useAsked(() => fetchDifferences(room.id, before), [room.id, limb?.fetched.tag, before]);
   const base = limb?.fetched.data ?? null;
   const near = useMemo<Neighbours | null>(() => (base ? neighboursOf(base.positions.length / 3, base.indices) : null), [base]);
   const baseDifferences = useMemo(() => {
@@ -508,6 +513,8 @@ export function RectifyScreen({ room }: RoomProps) {
   const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
   const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
 
+  const lacks = word === null ? null : wordLacks(refused.value?.message ?? "");
+
   const trimDrawn = useMemo(() => {
     const line = glued(trimline.value, trimClosed.value);
     return trimClosed.value ? [...line, trimline.value[0]] : line;
@@ -533,6 +540,7 @@ export function RectifyScreen({ room }: RoomProps) {
         lines={drawn}
         handle={d ? { point: new Vector3(...d.anchor), normal: new Vector3(...d.normal), depth_mm: sign * d.depth_mm } : null}
         onHandle={onHandle}
+        against={before === null ? undefined : t("against.before", before)}
         tool={d ? null : hands}
         onReady={(made) => (viewer.current = made)}
         keys={d ? t("rectify.keys.open") : t(`rectify.keys.${tool.value}` as TextKey)}
@@ -601,15 +609,14 @@ export function RectifyScreen({ room }: RoomProps) {
                   </span>
                 )}
               </div>
-              {line?.concerns.map((one) => <Notice key={one.what} tone="amber" title={one.what} />)}
-              <Refusal
-                refused={refused.value}
-                action={
-                  word ? (
-                    <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>
-                  ) : undefined
-                }
-              />
+              {line?.concerns.map((one) => <Notice key={one.what} tone="amber" title={concernOf(one)} />)}
+              {lacks ? (
+                <Notice tone="red" title={lacks} action={word && <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>}>
+                  <p>{t("concern.do")}</p>
+                </Notice>
+              ) : (
+                <Refusal refused={refused.value} action={word && <Button onClick={() => change({ accept: [...d.accept, word] })}>{t("is.meant")}</Button>} />
+              )}
               {asksDepth.value && (
                 <Notice tone="amber" title={t("deep", d.depth_mm.toFixed(1))} action={<Button onClick={() => (asksDepth.value = false)}>{t("is.meant")}</Button>} />
               )}
@@ -682,6 +689,27 @@ export function RectifyScreen({ room }: RoomProps) {
           )}
           <Refusal refused={act.refused.value ?? ledgered.refused.value} />
           {book && <RecipeList book={book} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void recipe(() => taken(api.PATCH("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } }, body })))} onRemove={(number) => void recipe(() => taken(api.DELETE("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } } })))} />}
+          {book && book.recipe.edits.length > 1 && (
+            <label class="stacked against-edit">
+              <span>{t("against.which")}</span>
+              <span class="field">
+                <select
+                  value={before ?? ""}
+                  onChange={(event) => {
+                    againstEdit.value = event.currentTarget.value ? Number(event.currentTarget.value) : null;
+                    mode.value = "difference";
+                  }}
+                >
+                  <option value="">{t("compare.scan")}</option>
+                  {book.recipe.edits.slice(1).map((one) => (
+                    <option key={one.number} value={one.number}>
+                      {t("compare.before.edit", one.number, wordsOf(one).title)}
+                    </option>
+                  ))}
+                </select>
+              </span>
+            </label>
+          )}
           {book?.refusal && <Refusal refused={new Refused("", book.refusal, 422)} />}
           {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={line} level={level.value} onLevel={(h) => (level.value = h)} />}
         </div>
@@ -746,21 +774,6 @@ function areasOf(data: SurfaceData, { vertices, shares }: Shares): number {
     sum += (part / 6) * Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
   }
   return sum;
-}
-
-type EditReply = Schemas["EditReply"];
-
-/** What an edit is called, where it works, and its number to change later. */
-function wordsOf(one: EditReply): { title: string; where: string; amount: string; field: string | null } {
-  const p = one.parameters as Record<string, unknown>;
-  const depth = Number(p.depth_mm);
-  const title = one.kind === "load" ? t("load") : one.kind === "relieve" ? t("relief") : tOr(`edit.${one.kind}`, one.kind);
-  const within = Array.isArray(p.within) && p.within.length > 0;
-  const where = within ? t("drawn.region") : typeof p.at === "string" ? tOr(`place.${p.at}`, p.at) : p.at ? t("a.point") : one.text.replace(/^\S+\s*/, "").slice(0, 40);
-  if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
-  if (one.kind === "from-template") return { title, where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "", amount: `${(100 * Number(p.strength)).toFixed(0)} %`, field: null };
-  const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
-  return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
 }
 
 function RecipeList({ book, chosen, onChoose, onUndo, onRedo, onChange, onRemove }: { book: Ledgered; chosen: number | null; onChoose: (number: number | null) => void; onUndo: () => void; onRedo: () => void; onChange: (number: number, body: Schemas["EditChange"]) => void; onRemove: (number: number) => void }) {

@@ -39,9 +39,10 @@ function keep(key: string, fetched: Fetched): Fetched {
   return fetched;
 }
 
-/** How far each vertex of the shape after the recipe lies from the scan. */
-export async function fetchDifferences(caseId: string): Promise<Float32Array> {
-  const { bytes } = await bytesOf(`/cases/${encodeURIComponent(caseId)}/surface/differences`);
+/** How far each vertex of the shape after the recipe lies from the scan, or from the shape before an edit. */
+export async function fetchDifferences(caseId: string, beforeEdit: number | null): Promise<Float32Array> {
+  const earlier = beforeEdit === null ? "" : `?edits=${beforeEdit - 1}`;
+  const { bytes } = await bytesOf(`/cases/${encodeURIComponent(caseId)}/surface/differences${earlier}`);
   const block = decodeBlocks(bytes).blocks.get("signed_mm");
   return block instanceof Float32Array ? block : new Float32Array();
 }

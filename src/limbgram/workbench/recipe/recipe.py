@@ -245,6 +245,21 @@ def undone(recipe: Recipe, steps: int = 1) -> Recipe:
     return replace(recipe, entries=recipe.entries[:-steps])
 
 
+def beginning(recipe: Recipe, edits: int) -> Recipe:
+    """The recipe as it was with its first edits alone: an earlier state, to compare with.
+
+    Raises:
+        OptionsError: it has fewer edits.
+    """
+    count = len(recipe.entries)
+    if not 0 <= edits <= count:
+        raise OptionsError(
+            f"The recipe has {count} {'edit' if count == 1 else 'edits'}; there is no state after "
+            f"{edits}. Choose 0, which is the shape before the first edit, to {count}."
+        )
+    return replace(recipe, entries=recipe.entries[:edits])
+
+
 def removed(recipe: Recipe, number: int) -> Recipe:
     """The recipe without one edit."""
     _entry(recipe, number)
