@@ -27,7 +27,7 @@ from jaxtyping import Bool, Float64
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import PlacementError, RegionError, ScaleError
-from limbgram.core.geometry.arrays import Matrix3, Points3
+from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import (
     Rigid,
     Similarity,
@@ -75,6 +75,10 @@ _NEAR_AIM = 0.4
 _FEWEST_NEAR = 30
 _SHARED_NEAR = 0.03
 """Photos of one round share a fifth of these points with those before and after, and more."""
+_FACING_ALIKE_DEG = 45.0
+"""How far at most the middle photo of a side looks from the nearest photo of the other side, where
+an object was turned over: photos all round of both poses have 15 to 30. Halves of one ring have 50
+to 75; they look at opposite sides of the object and need not share points."""
 _SAME_BODY = 0.6
 """Part of the region of one side that lies in that of the other, where it is one body. A limb that
 was laid on its side shares a third with itself."""
@@ -340,10 +344,22 @@ def _where_object_parts(scene: Scene) -> Iterator[int]:
     shares: list[tuple[float, int]] = []
     for start in range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1):
         before, after = int((last < start).sum()), int((first >= start).sum())
-        if min(before, after) >= _FEWEST_NEAR:
+        if min(before, after) >= _FEWEST_NEAR and _face_alike(scene, aim.point, start):
             shares.append((1.0 - (before + after) / len(first), start))
     if shares and min(shares)[0] < _SHARED_NEAR:
         yield min(shares)[1]
+
+
+def _face_alike(scene: Scene, aim: Vector3, start: int) -> bool:
+    """Whether photos before `start` look at the object from where those from it on do."""
+    rays = np.array([view.centre_in_world - aim for view in scene.views])
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    before = np.array(scene.placed) < start
+    if before.all() or not before.any():
+        return False
+    apart = np.degrees(np.arccos(np.clip(rays[before] @ rays[~before].T, -1.0, 1.0)))
+    middle = max(float(np.median(apart.min(axis=k))) for k in (0, 1))
+    return middle <= _FACING_ALIKE_DEG
 
 
 def _one_body(sides: Sequence[Side], scene: Scene) -> bool:

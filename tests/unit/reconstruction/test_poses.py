@@ -126,6 +126,27 @@ def test_nothing_else_is_turned_over(told: dict[str, Any]) -> None:
     assert not may_be_turned_over(scene_of(truth), board_in(truth))
 
 
+def test_halves_of_one_ring_that_share_no_paint_are_one_body() -> None:
+    """Half of the paint is missing: what lies between them is bare, and the board joins them."""
+    truth = staged()
+    scene = scene_of(truth)
+    limb = len(scene.points_in_world)
+    seen = scene.observations
+    second = seen.photo_idx >= PHOTOS // 2
+    apart = replace(
+        scene,
+        points_in_world=np.concatenate([scene.points_in_world] * 2),
+        observations=replace(seen, point_idx=seen.point_idx + np.int32(limb) * second),
+    )
+    assert not may_be_turned_over(apart, board_in(truth))
+    rounds = staged(rings=2)
+    two = replace(
+        apart,
+        camera_from_world=scene_of(rounds).camera_from_world,
+    )
+    assert may_be_turned_over(two, board_in(rounds))  # two rounds that see different bodies
+
+
 def test_a_board_of_which_only_a_row_is_seen_tells_nothing(turned_over: Truth) -> None:
     """What stands before it hides the rest: such a row leaves its pose open."""
     still = staged()

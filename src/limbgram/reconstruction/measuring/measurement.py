@@ -2,7 +2,8 @@
 
 In      photos, a metric scene and a mesh within about two pixels of the truth.
 Out     the mesh with its vertices moved along their normals. `filled` are the vertices that were
-        given as filled and those that fewer than two photos see; where the photos show too little
+        given as filled, or guessed to close a notch of the brim, unless texture that photos share
+        holds them, and those that fewer than two photos see; where the photos show too little
         to match, a vertex stays as the depth maps measured it. Where `lay_lips` is asked for, what
         stands out past a sharp edge is laid back and counts as filled (`lips`).
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
@@ -104,14 +105,14 @@ def measure(
     imagery = prepare(crops, views, 0)
     mesh, believed = _by_patches(mesh, imagery, views, seen_by, rim, matching)
     mesh = cut_back(mesh, rim & ~believed, options.rim_rings)
-    mesh = _with_even_brim(mesh, crops, imagery, views, options)
+    mesh, guessed = _with_even_brim(mesh, crops, imagery, views, options)
     del crops  # all photos are in them a second time
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
     if found is None:
         return mesh
-    mesh = with_sigma(mesh, *found, metric)
+    mesh = with_sigma(mesh, *found, metric, guessed)
     return without_lips(mesh) if options.lay_lips else mesh
 
 
@@ -188,14 +189,15 @@ def _with_even_brim(
     full: Imagery,
     views: Sequence[View],
     options: MeasureOptions,
-) -> Mesh:
+) -> tuple[Mesh, Bool[np.ndarray, " n"]]:
     """The brim's notches closed, and of what closes them measured what the photos show.
 
     A closed notch starts pixels off: photos of half size lead to it, those of full size measure.
+    Also tells which vertices, in a notch or elsewhere, were guessed before that.
     """
     whole = level_brim(mesh, options.brim)
     if whole is mesh or whole.filled is None:
-        return mesh
+        return mesh, np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
     matching, guessed = options.matching, whole.filled
     part, chosen = _part(whole, _near(guessed, whole.faces))
     good = np.zeros(len(part), bool)
@@ -206,7 +208,7 @@ def _with_even_brim(
             moves, good = match_within(part, imagery, seen, guessed[chosen], matching)
             part = _moved(part, moves, seen, matching)
             whole = whole.with_vertices(_put(whole.vertices_mm, chosen, part.vertices_mm))
-    return replace(whole, filled=_put(guessed, chosen[good], np.False_))
+    return replace(whole, filled=_put(guessed, chosen[good], np.False_)), guessed
 
 
 def _near(

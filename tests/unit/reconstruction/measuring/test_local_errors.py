@@ -16,7 +16,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     tangent_axes,
     thin_plate_of,
 )
-from limbgram.reconstruction.measuring.uncertainty import local_errors
+from limbgram.reconstruction.measuring.uncertainty import local_errors, still_guessed
 
 SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
 LENGTH_MM = 0.8
@@ -173,6 +173,18 @@ def test_where_no_photos_agree_the_given_surface_keeps_its_error() -> None:
         assert np.max(added[painted]) < 0.02
     assert added_px[0] < 0.05
     assert 0.3 < added_px[1] < 0.5
+
+
+def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() -> None:
+    """What was measured from the start is no guess, wherever it lies."""
+    found = solved(0.1, 1, bare_mm=12.0)
+    away_mm = _from_middle(_sheet())
+    local = local_errors(found.mesh, found.seen, _believing(found))
+    everywhere = np.ones(len(found.mesh), np.bool_)
+    guesses = still_guessed(everywhere, local)
+    assert guesses[away_mm < 8].all()
+    assert not guesses[_inside() & (away_mm > 14)].any()
+    assert not still_guessed(~everywhere, local).any()
 
 
 def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it() -> None:
