@@ -1,16 +1,21 @@
-"""What the app costs: its start, edits over HTTP, and sixty photos sent at once.
+"""What the app costs: its start, edits over HTTP, sixty photos sent at once, frames a second.
 
     python benchmarks/app.py [--photos 60] [--megabytes 8] [--repeats 5] [--uploads 3]
+                             [--only starts,edits,frames]
 
 Starts `limbgram app` as its own process and asks it as a browser does. Writes
-results/app.{json,md}. Edits are timed from the request to the last byte of the answer, on a
+results/app.{json,md}; parts that are not asked for stay as they were measured before, each with
+its own machine and commit. Edits are timed from the request to the last byte of the answer, on a
 synthetic limb of some 250,000 triangles: each is previewed with another depth each time, so that
-nothing is taken from what was done before, and then kept.
+nothing is taken from what was done before, and then kept. Frames are those in which the page drew
+while the limb was turned by the mouse, in Chromium, and what drew them is named; they need
+Playwright.
 """
 
 import argparse
 import json
 import os
+import shutil
 import statistics
 import subprocess
 import sys
@@ -28,6 +33,7 @@ import numpy as np
 
 from captures import machine
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import with_faces
 from limbgram.formats.ply import write_ply
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
@@ -55,6 +61,31 @@ while not ended.is_set():
     time.sleep(0.02)
 print(json.dumps(took))
 """
+COUNTING = """
+globalThis.drawnFrames = [];
+let drew = false;
+const draw = WebGL2RenderingContext.prototype.drawElements;
+WebGL2RenderingContext.prototype.drawElements = function (...all) {
+  drew = true;
+  return draw.apply(this, all);
+};
+const each = (time) => {
+  if (drew) drawnFrames.push(time);
+  drew = false;
+  requestAnimationFrame(each);
+};
+requestAnimationFrame(each);
+"""
+"""Notes when each frame was that drew triangles."""
+RENDERER = """() => {
+  const canvas = document.querySelector(".limb-canvas");
+  const gl = canvas.getContext("webgl2");
+  const named = gl.getExtension("WEBGL_debug_renderer_info");
+  const renderer = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "not named";
+  return { renderer, width: canvas.width, height: canvas.height };
+}"""
+TRIANGLES = (100_000, 250_000, 500_000)
+TURNED_S = 5.0
 EDITS: dict[str, dict[str, Any]] = {
     "load": {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 18.0},
     "relieve": {"at": "patellar tendon", "depth_mm": 3.0, "falloff_mm": 18.0},
@@ -70,10 +101,15 @@ def main() -> None:
     parser.add_argument("--megabytes", type=float, default=8.0)
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--uploads", type=int, default=3, help="Times; each on a fresh server.")
+    parser.add_argument("--only", default="starts,edits,frames", help="Parts to measure anew.")
     chosen = parser.parse_args()
-    limb = large_limb()
-    results: dict[str, Any] = {"machine": machine(), "starts": [], "uploads": []}
-    for _ in range(chosen.uploads):
+    parts = chosen.only.split(",")
+    results: dict[str, Any] = {}
+    if RESULTS.is_file():
+        results = json.loads(RESULTS.read_text("utf-8"))
+    if "starts" in parts:
+        results |= {"machine": machine(), "starts": [], "uploads": []}
+    for _ in range(chosen.uploads if "starts" in parts else 0):
         with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
             results["starts"].append(
                 {
@@ -85,10 +121,18 @@ def main() -> None:
             )
             sent = uploaded(app, chosen.photos, int(chosen.megabytes * 1e6))
             results["uploads"].append(sent)
-    with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
-        results["load"] = os.getloadavg()[0]
-        results["triangles"] = len(limb.faces)
-        results["edits"] = edited(app, Path(scratch), limb, chosen.repeats)
+    if "edits" in parts:
+        limb = large_limb(250_000)
+        with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
+            results["edits_machine"] = machine()
+            results["load"] = os.getloadavg()[0]
+            results["triangles"] = len(limb.faces)
+            results["edits"] = edited(app, Path(scratch), limb, chosen.repeats)
+            results["edits_load_after"] = os.getloadavg()[0]
+    if "frames" in parts:
+        with tempfile.TemporaryDirectory() as scratch, started(Path(scratch)) as app:
+            results["frames_machine"] = machine()
+            results["frames"] = drawn(app, Path(scratch))
     RESULTS.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     RESULTS.with_suffix(".md").write_text(table(results), encoding="utf-8")
 
@@ -132,9 +176,15 @@ def started(folder: Path) -> Iterator[App]:
         app.process.wait(20)
 
 
-def large_limb() -> Mesh:
+def large_limb(triangles: int) -> Mesh:
+    """A limb of about so many triangles: its triangles halved, or its upper part left away."""
     mesh = stage_truth(SMALL).limb.mesh
-    return refine_where(mesh, np.ones(len(mesh.faces), bool), 1.62)
+    edge_mm = {100_000: 3.0, 250_000: 1.62, 500_000: 1.2}[triangles]
+    fine = refine_where(mesh, np.ones(len(mesh.faces), bool), edge_mm)
+    if len(fine.faces) < 1.1 * triangles:
+        return fine
+    heights = fine.vertices_mm[fine.faces[:, 0], 2]
+    return with_faces(fine, fine.faces[np.argsort(heights, kind="stable")[:triangles]])
 
 
 def uploaded(app: App, photos: int, size: int) -> dict[str, Any]:
@@ -184,12 +234,70 @@ def uploaded(app: App, photos: int, size: int) -> dict[str, Any]:
     }
 
 
-def edited(app: App, folder: Path, limb: Mesh, repeats: int) -> dict[str, Any]:
-    """Preview and keep each kind of edit."""
-    case_id = app.client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"]
-    case, delivered = f"{API}/cases/{case_id}", folder / case_id / "deliverables"
+def case_of(app: App, folder: Path, limb: Mesh) -> str:
+    """A case with that surface, as a run delivers it."""
+    case_id = str(app.client.post(f"{API}/cases", json={"kind": "transtibial"}).json()["id"])
+    delivered = folder / case_id / "deliverables"
     delivered.mkdir()
     write_ply(limb, delivered / "surface.ply", "mm")
+    return case_id
+
+
+def drawn(app: App, folder: Path) -> list[dict[str, Any]]:
+    """Frames a second while limbs of several sizes are turned by the mouse."""
+    from playwright.sync_api import sync_playwright  # this part alone needs a browser
+
+    made: list[dict[str, Any]] = []
+    link = app.client.post(f"{API}/session/links").json()["url"]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            args=["--enable-unsafe-swiftshader", "--no-sandbox"],
+        )
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.set_default_timeout(120_000)
+        page.add_init_script(COUNTING)
+        page.goto(link)
+        page.locator("#content h1").first.wait_for()
+        for triangles in TRIANGLES:
+            limb = large_limb(triangles)
+            case_id = case_of(app, folder, limb)
+            began = time.perf_counter()
+            page.goto(f"{str(app.client.base_url).rstrip('/')}/#/case/{case_id}/align")
+            page.locator(".overlay .bar path").first.wait_for(state="attached")
+            shown_s = time.perf_counter() - began
+            page.wait_for_timeout(1500)
+            box = page.locator(".limb-canvas").bounding_box()
+            assert box is not None
+            page.mouse.move(box["x"] + 40, box["y"] + 200)  # beside the limb: a drag there turns it
+            page.mouse.down()
+            page.evaluate("drawnFrames = []")
+            turning, step = time.perf_counter(), 0
+            while time.perf_counter() - turning < TURNED_S:
+                step += 1
+                page.mouse.move(box["x"] + 40 + step % 200, box["y"] + 200)
+            frames: list[float] = page.evaluate("drawnFrames")
+            drawing: dict[str, Any] = page.evaluate(RENDERER)  # at rest it draws more pixels
+            page.mouse.up()
+            gaps = np.diff(np.array(frames))
+            made.append(
+                {
+                    "triangles": len(limb.faces),
+                    "shown_s": shown_s,
+                    "frames": len(frames),
+                    "per_second": 1000 / float(gaps.mean()),
+                    "slowest_ms": float(gaps.max()),
+                    "load": os.getloadavg()[0],
+                    **drawing,
+                }
+            )
+        browser.close()
+    return made
+
+
+def edited(app: App, folder: Path, limb: Mesh, repeats: int) -> dict[str, Any]:
+    """Preview and keep each kind of edit."""
+    case = f"{API}/cases/{case_of(app, folder, limb)}"
     middle = np.abs(limb.vertices_mm[:, 2] - limb.vertices_mm[:, 2].mean()) < 2
     front = limb.vertices_mm[middle][np.argmax(limb.vertices_mm[middle, 1])]
     place = {"position_mm": front.tolist()}
@@ -280,7 +388,10 @@ def table(results: dict[str, Any]) -> str:
             for one in results["uploads"]
         ),
         "",
-        f"Load of the system when edits began: {results['load']:.1f}.",
+        made_on(results["edits_machine"]),
+        "",
+        f"Load of the system when edits began {results['load']:.1f}, and when they ended "
+        f"{results['edits_load_after']:.1f}.",
         "",
         f"Edits on {results['triangles']:,} triangles, ms from request to answer, median and most:",
         "",
@@ -295,6 +406,23 @@ def table(results: dict[str, Any]) -> str:
         lines.append(
             f"| {kind} | {' | '.join(cells)} | {one['bytes'] / 1000:.0f} | {len(one['failed'])} |"
         )
+    lines += [
+        "",
+        made_on(results["frames_machine"]),
+        "",
+        f"The limb is turned by the mouse for {TURNED_S:g} s in a window of 1440 x 900; a frame "
+        "counts when triangles were drawn for it. While it moves the page may draw fewer pixels.",
+        "",
+        "| triangles | shown after, s | frames a second | longest between two, ms | canvas | drawn "
+        "by | load |",
+        "|---|---|---|---|---|---|---|",
+        *(
+            f"| {one['triangles']:,} | {one['shown_s']:.1f} | {one['per_second']:.1f} | "
+            f"{one['slowest_ms']:.0f} | {one['width']} x {one['height']} | {one['renderer']} | "
+            f"{one['load']:.1f} |"
+            for one in results["frames"]
+        ),
+    ]
     return "\n".join(lines) + "\n"
 
 

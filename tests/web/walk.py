@@ -136,7 +136,9 @@ def test_photos_become_a_checked_file_by_clicks_alone(
     assert tomllib.loads(recipe)["edit"][0]["do"] == "load"
 
     template_learned_and_tried(app)
+    trimline_dragged_cut_and_undone(app, case_id)
     compared_with_the_scan(app)
+    compared_with_an_earlier_state(app)
 
     # The file, after the two checks.
     page.get_by_role("button", name="Next: send").click()
@@ -426,6 +428,72 @@ def template_learned_and_tried(app: App) -> None:
     page.wait_for_timeout(400)
     no_serious_fault(app)
     page.locator(".pane .edit").get_by_role("button", name="Drop", exact=True).click()
+
+
+def trimline_dragged_cut_and_undone(app: App, case_id: str) -> None:
+    """Points round the limb, one of them dragged; what is cut goes through where it was let go."""
+    page = app.page
+    page.locator(".tool", has_text="Trimline").click()
+    box = page.locator(".limb-canvas").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - 60
+    page.locator(".limb-canvas").focus()
+    for side in ("1", "2"):  # from the front, then from behind: round the limb in one direction
+        page.keyboard.press(side)
+        page.wait_for_timeout(1200)
+        for along in (-40, 0, 40):
+            page.mouse.click(x + along, y)
+            page.wait_for_timeout(300)
+    page.get_by_text("6 points.").wait_for()
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y + 10, steps=2)
+    page.mouse.move(x, y + 24, steps=3)
+    page.mouse.up()
+    page.wait_for_timeout(400)
+    page.get_by_text("6 points.").wait_for()  # it was moved, not joined by another
+    drawn: list[list[float]] = page.evaluate(
+        """[...document.querySelectorAll(".overlay .drawn .knot")].map((knot) => {
+            const box = knot.getBoundingClientRect();
+            return [box.x + box.width / 2, box.y + box.height / 2];
+        })"""
+    )
+    assert min(math.hypot(a - x, b - y - 24) for a, b in drawn) < 3
+    assert min(math.hypot(a - x, b - y) for a, b in drawn) > 15
+    no_serious_fault(app)
+    page.get_by_role("button", name="Cut here").click()
+    page.locator(".edits .ed").nth(1).wait_for()
+    recipe = (app.cases / case_id / "work" / "recipe.toml").read_text("utf-8")
+    cut = tomllib.loads(recipe)["edit"][1]
+    assert cut["do"] == "trimline"
+    assert len(cut["through"]) > 6  # between far points others of the line that was drawn
+    page.get_by_label("Colours show the difference from").select_option("2")
+    page.get_by_text("Against the shape before edit 2").wait_for()
+    no_serious_fault(app)
+    page.get_by_role("button", name="Undo").click()
+    page.locator(".edits .ed").nth(1).wait_for(state="detached")
+    page.get_by_text("Against the scan, sock off").wait_for()
+
+
+def compared_with_an_earlier_state(app: App) -> None:
+    """A second edit, and the shape before it as the other shape: only that edit is seen."""
+    page = app.page
+    page.get_by_role("link", name="Rectify").click()
+    page.locator(".tool", has_text="Others").click()
+    page.get_by_label("Others").select_option("smoothing")
+    page.get_by_label("Passes").fill("2")
+    page.locator(".pane .other-edit .eff:not(.waits)").wait_for()
+    page.locator(".pane .edit").get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".edits .ed").nth(1).wait_for()
+    page.get_by_role("link", name="Compare").click()
+    page.get_by_label("The other shape").select_option("before 2")
+    page.get_by_text("Against the shape before edit 2").wait_for()
+    page.locator(".pane .verdict .chip").wait_for()
+    no_serious_fault(app)
+    page.get_by_role("link", name="Rectify").click()
+    page.locator(".edits .ed").nth(1).wait_for()
+    page.get_by_role("button", name="Undo").click()
+    page.locator(".edits .ed").nth(1).wait_for(state="detached")
 
 
 def compared_with_the_scan(app: App) -> None:

@@ -496,7 +496,7 @@ function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
       onDone();
     });
   return (
-    <>
+    <div class="asks">
       {!room.info.kind && (
         <>
           <h3>{t("cases.which.kind")}</h3>
@@ -522,7 +522,7 @@ function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
         </>
       )}
       <Refusal refused={act.refused.value} />
-    </>
+    </div>
   );
 }
 

@@ -30,7 +30,7 @@ export function CaptureScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
   const photos = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/photos", path)), [room.id, room.news.photos]);
   const check = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/check", path)), [room.id, room.news.check, room.news.photos]);
-  const cameras = useAsked(() => taken(api.GET("/api/v1/cameras", {})), []);
+  const cameras = useAsked(() => taken(api.GET("/api/v1/cameras", {})), [room.news.photos]);
   const over = useSignal(false);
   const phone = useSignal(false);
   const chosen = useSignal<string | null>(null);
@@ -91,7 +91,7 @@ export function CaptureScreen({ room }: RoomProps) {
 
   return (
     <main class="capture" id="content" tabIndex={-1}>
-      <Banner said={said} photos={here.length} busy={busy} done={room.info.state === "finished"} off={few ?? (goes || busy ? null : t("capture.not.go"))} onResult={() => go(href.step(room.id, "result"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
+      <Banner said={said} photos={here.length} sample={room.info.sample} busy={busy} done={room.info.state === "finished"} off={few ?? (goes || busy ? null : t("capture.not.go"))} onResult={() => go(href.step(room.id, "result"))} onCompute={() => (busy ? go(href.step(room.id, "result")) : void compute())} act={act.busy.value} />
       <div class="cols">
         <section
           class={`photos ${over.value ? "over" : ""}`}
@@ -189,7 +189,7 @@ export function CaptureScreen({ room }: RoomProps) {
             {answer?.coverage && <Expected coverage={answer.coverage} />}
             <Findings said={said} onCheck={here.length > 2 ? () => void askCheck() : null} />
           </div>
-          {!goes && !busy && (
+          {!goes && !busy && here.length > 0 && (
             <div class="next side-by-side">
               <p class="small faint grow">{t(computed ? "capture.again.when" : "capture.left")}</p>
               <Button off={few} onClick={() => (anyway.value = true)}>
@@ -238,15 +238,15 @@ export function dialOf(answer: Check["answer"] | null | undefined): DialData | n
   };
 }
 
-function Banner({ said, photos, busy, done, off, onCompute, onResult, act }: { said: Check | null; photos: number; busy: boolean; done: boolean; off: string | null; onCompute: () => void; onResult: () => void; act: boolean }) {
+function Banner({ said, photos, sample, busy, done, off, onCompute, onResult, act }: { said: Check | null; photos: number; sample: boolean; busy: boolean; done: boolean; off: string | null; onCompute: () => void; onResult: () => void; act: boolean }) {
   const answer = said?.answer;
   const running = said?.state === "running";
   const goes = answer?.go === true && said?.current === true;
   /** Computed, and nothing new here. */
   const rests = done && !answer && !running;
   const tone = rests ? "green" : goes ? "green" : answer && !running ? "amber" : said?.state === "refused" ? "amber" : "";
-  const lead = busy ? t("capture.computing") : rests ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t("capture.begin");
-  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t("capture.begin.why");
+  const lead = busy ? t("capture.computing") : rests ? t("capture.done") : goes ? t("capture.go") : said?.state === "refused" && !running ? t("capture.cannot.check") : answer && !running ? coachWords(answer).lead : running ? t("capture.checking", said?.photos ?? 0) : photos ? t("capture.collect") : t(sample ? "capture.sample" : "capture.begin");
+  const why = busy ? "" : rests ? t("capture.done.why") : said?.state === "refused" && !running ? (said.message ?? "") : answer && !running ? coachWords(answer).why : running ? t("capture.checking.why") : t(sample && !photos ? "capture.sample.why" : "capture.begin.why");
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>

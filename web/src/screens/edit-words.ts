@@ -10,11 +10,31 @@ export function wordsOf(one: Schemas["EditReply"]): { title: string; where: stri
   const depth = Number(p.depth_mm);
   const title = one.kind === "load" ? t("load") : one.kind === "relieve" ? t("relief") : tOr(`edit.${one.kind}`, one.kind);
   const within = Array.isArray(p.within) && p.within.length > 0;
-  const where = within ? t("drawn.region") : typeof p.at === "string" ? tOr(`place.${p.at}`, p.at) : p.at ? t("a.point") : one.text.replace(/^\S+\s*/, "").slice(0, 40);
+  const where = within ? t("drawn.region") : typeof p.at === "string" ? tOr(`place.${p.at}`, p.at) : p.at ? t("a.point") : numbersOf(one);
   if (one.kind === "load" || one.kind === "relieve") return { title, where, amount: `${signed(one.kind === "load" ? -depth : depth)} mm`, field: "depth_mm" };
   if (one.kind === "from-template") return { title, where: /"name": ?"((?:[^"\\\\]|\\\\.)*)"/.exec(String(p.learned))?.[1] ?? "", amount: `${(100 * Number(p.strength)).toFixed(0)} %`, field: null };
   const thickness = Number(p.thickness_mm ?? p.distance_mm ?? p.offset_mm);
   return { title, where, amount: Number.isFinite(thickness) ? `${thickness} mm` : "", field: null };
+}
+
+/** What was given of an edit, by its words: "Heights 80, 200; per cent 1, 3". */
+function numbersOf(one: Schemas["EditReply"]): string {
+  const p = one.parameters as Record<string, unknown>;
+  if (Array.isArray(p.through)) return t("trimline.along", p.through.length);
+  const given = [...one.text.matchAll(/(\w+) = /g)].map((found) => found[1]).filter((name) => name in p && name !== "positions_in");
+  return given.map((name) => `${labelOf(name)} ${valueOf(p[name])}`).join("; ");
+}
+
+/** What a parameter is called. */
+export function labelOf(name: string): string {
+  const plain = name.replace(/_(mm|deg)$/, "").replaceAll("_", " ");
+  return tOr(`param.${name}`, plain[0].toUpperCase() + plain.slice(1));
+}
+
+function valueOf(value: unknown): string {
+  if (Array.isArray(value)) return value.map(valueOf).join(", ");
+  if (typeof value === "boolean") return t(value ? "yes" : "no");
+  return typeof value === "string" ? tOr(`place.${value}`, tOr(`choice.${value}`, value)) : String(value);
 }
 
 /** Why an edit needs a word, or what it presses on. A form that is not known stays as the server said it. */

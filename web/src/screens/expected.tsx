@@ -52,6 +52,7 @@ export function Expected({ coverage }: { coverage: Schemas["Coverage"] }) {
         <span>{t("dial.w.right")}</span>
         <span>{t("dial.w.back")}</span>
       </div>
+      <p class="small faint">{t("expected.dark")}</p>
     </section>
   );
 }

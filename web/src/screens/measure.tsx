@@ -50,6 +50,8 @@ export function MeasureScreen({ room }: RoomProps) {
     () => (limb && heights && level.value !== null ? cut(limb.fetched.data.positions, limb.fetched.data.indices, heights, level.value, limb.frame) : null),
     [limb, heights, level.value],
   );
+  /** The row of this very height: its figures are the server's, which know what fine relief the surface lost. */
+  const row = rows.find((one) => level.value !== null && Math.abs(one.height_mm - level.value) < 0.05);
   const from = found?.reference_height_mm ?? 0;
   const tape = found?.tape ?? [];
   const conflicts = tape.filter((one) => one.conflict);
@@ -98,7 +100,7 @@ export function MeasureScreen({ room }: RoomProps) {
               </Notice>
             ))}
             <p class="here" role="status">
-              {level.value !== null && here && Number.isFinite(here.tape_mm) && t("measure.here", level.value.toFixed(0), here.tape_mm.toFixed(1), here.contour_mm.toFixed(1))}
+              {level.value !== null && here && Number.isFinite(here.tape_mm) && t("measure.here", level.value.toFixed(0), (row?.tape_mm?.value ?? here.tape_mm).toFixed(1), (row?.contour_mm?.value ?? here.contour_mm).toFixed(1))}
             </p>
             {aligned && !found && measures.busy.value && (
               <p class="soft small-note" role="status">

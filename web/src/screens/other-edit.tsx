@@ -14,6 +14,7 @@ import { signed } from "../geometry/scales";
 import { useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
+import { labelOf } from "./edit-words";
 
 const FIRST_LEVEL = ["sock", "smoothing", "offset", "extension", "flare", "distal-end", "plane-cut", "fill", "wall", "clean"];
 /** Parameters that an expert alone is asked for; left out, they have their usual value. */
@@ -63,7 +64,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const fields = parameters.filter((p) => p.name !== "heights_mm" && p.name !== "per_cent");
   const rows = levels.value.filter((row) => row.height.trim() && row.amount.trim());
   const textOf = (p: Schemas["Parameter"]) => (given.value[p.name] ?? "").trim();
-  const lacks = [...fields.filter((p) => isAsked(p) && !textOf(p)).map(labelOf), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
+  const lacks = [...fields.filter((p) => isAsked(p) && !textOf(p)).map((p) => labelOf(p.name)), ...(byLevels && rows.length === 0 ? [t("other.level")] : [])];
   const body = (): Body | null => {
     if (!one) return null;
     const made: Record<string, unknown> = {};
@@ -162,7 +163,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
       )}
       {fields.map((p) => (
         <label key={p.name} class="stacked">
-          <span>{labelOf(p)}</span>
+          <span>{labelOf(p.name)}</span>
           <span class="field">
             {choicesOf(p).length > 0 ? (
               <select value={given.value[p.name] ?? usual(p)} onChange={(event) => set(p.name, event.currentTarget.value)}>
@@ -212,11 +213,6 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
 
 /** A parameter without a usual value. */
 const isAsked = (p: Schemas["Parameter"]) => !/else/.test(p.expected);
-
-const labelOf = (p: Schemas["Parameter"]): string => {
-  const plain = p.name.replace(/_(mm|deg)$/, "").replaceAll("_", " ");
-  return tOr(`param.${p.name}`, plain[0].toUpperCase() + plain.slice(1));
-};
 
 /** The words that a parameter may be, where it may be only some. */
 export function choicesOf(p: { readonly expected: string }): string[] {

@@ -12,6 +12,8 @@ type Sheet = "record" | "report" | "accuracy";
 export function RecordScreen({ room }: RoomProps) {
   const sheet = useSignal<Sheet>("record");
   const base = `${ROOT}/cases/${room.id}`;
+  /** The sheet that is here: making one takes some seconds, and an empty frame says nothing. */
+  const ready = useSignal("");
   const source = { record: `${base}/record.html`, report: `${base}/report/report`, accuracy: `${base}/report/accuracy` }[sheet.value];
   return (
     <div class="work">
@@ -21,7 +23,12 @@ export function RecordScreen({ room }: RoomProps) {
           <span class="grow" />
           <Segments label={t("step.record")} value={sheet.value} options={(["record", "report", "accuracy"] as const).map((value) => ({ value, text: t(`record.${value}`) }))} onChange={(value) => (sheet.value = value)} />
         </div>
-        <iframe key={source} class="sheet" src={source} title={t(`record.${sheet.value}`)} />
+        {ready.value !== source && (
+          <p class="soft" role="status">
+            {t("record.making")}
+          </p>
+        )}
+        <iframe key={source} class="sheet" src={source} title={t(`record.${sheet.value}`)} onLoad={() => (ready.value = source)} />
       </main>
       <aside class="pane" aria-label={t("step.record")}>
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>

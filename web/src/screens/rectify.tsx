@@ -57,6 +57,8 @@ const CLOSE_PX = 14;
 const APART_MM = 1;
 /** Points round the limb that make a trimline. */
 const LEAST_TRIM = 4;
+/** The server draws a smooth line through the points, which may leave the limb between far ones. */
+const TRIM_APART_MM = 25;
 /** Pieces into which a trimline is parted between two points, so that it lies on the surface. */
 const GLUED = 10;
 const TOOLS: readonly { name: ToolName; icon: IconName }[] = [
@@ -85,6 +87,8 @@ export function RectifyScreen({ room }: RoomProps) {
   const soft = useSignal(8);
   /** Where the brush would touch the limb now. */
   const over = useSignal<Hit | null>(null);
+  /** Counts what this page moved itself, so that the girth follows the hand. */
+  const previewed = useSignal(0);
   const waits = useSignal(false);
   const refused = useSignal<Refused | null>(null);
   const asksDepth = useSignal(false);
@@ -99,14 +103,18 @@ export function RectifyScreen({ room }: RoomProps) {
   const book = ledgered.value.value;
   // An edit that was taken out has no state before it: then the colours are against the scan again.
   const before = againstEdit.value !== null && againstEdit.value <= (book?.recipe.edits.length ?? 0) ? againstEdit.value : null;
-  const differences = useAsked(() => fetchDifferences(room.id, before), [room.id, limb?.fetched.tag, before]);
+  const asks = `${limb?.fetched.tag} ${before}`;
+  const differences = useAsked(async () => ({ values: await fetchDifferences(room.id, before), of: asks }), [room.id, asks]);
   const base = limb?.fetched.data ?? null;
   const near = useMemo<Neighbours | null>(() => (base ? neighboursOf(base.positions.length / 3, base.indices) : null), [base]);
+  /** What the trial showed of an edit that is kept: the same shape, until the server's own map is here. */
+  const carried = useRef<Float32Array | null>(null);
   const baseDifferences = useMemo(() => {
-    const values = differences.value.value;
     const count = base ? base.positions.length / 3 : 0;
-    return values && values.length === count ? values : new Float32Array(count);
-  }, [differences.value.value, base]);
+    const found = differences.value.value;
+    const own = found?.of === asks ? found.values : null;
+    return [own, carried.current, found?.values].find((values) => values?.length === count) ?? new Float32Array(count);
+  }, [differences.value.value, base, asks]);
   const d = draft.value;
   const shares = useMemo<Shares | null>(() => {
     if (!d || !base || !near) return null;
@@ -139,6 +147,7 @@ export function RectifyScreen({ room }: RoomProps) {
       values[vertices[i]] += by;
     }
     v.surface.move(vertices, moved);
+    previewed.value += 1;
     v.surface.showDifference(values, widest(values));
     v.draw();
   };
@@ -236,7 +245,10 @@ export function RectifyScreen({ room }: RoomProps) {
   /** Any change of the recipe: the ledger comes back, then the shape. */
   const recipe = (call: () => Promise<Ledgered>) =>
     act.run(async () => {
+      carried.current = null;
+      const tried = trial.value?.values ?? null;
       ledgered.value.value = await call();
+      carried.current = tried;
       drop();
       await asked.again();
       await room.again();
@@ -439,6 +451,18 @@ export function RectifyScreen({ room }: RoomProps) {
     return made;
   }
 
+  /** The points that are sent: those picked, and between far ones others of the line that is drawn. */
+  function alongTrimline(): Vector3[] {
+    const line = glued(trimline.value, true);
+    return trimline.value.flatMap((_, i) => {
+      const piece = line.slice(GLUED * i, GLUED * (i + 1));
+      const end = line[(GLUED * (i + 1)) % line.length];
+      const length_mm = piece.reduce((sum, p, k) => sum + p.distanceTo(piece[k + 1] ?? end), 0);
+      const parts = Math.min(GLUED, Math.max(1, Math.ceil(length_mm / TRIM_APART_MM)));
+      return Array.from({ length: parts }, (_, k) => piece[Math.round((k * GLUED) / parts)]);
+    });
+  }
+
   /** A stroke becomes the region round it, half its size wide on each side. */
   function strokeRegion(v: Viewer, points: readonly { x: number; y: number; hit: Hit; point: Vector3 }[], fresh: (hit: Hit, part: Partial<Draft>) => Draft): void {
     const half = size.value / v.mmPerPixel();
@@ -502,17 +526,22 @@ export function RectifyScreen({ room }: RoomProps) {
     if (draft.value && !trial.value) previewHere(draft.value);
   }, [trial.value, shares]);
 
+  const baseHeights = useMemo(() => (limb && base ? heightsOf(base.positions, limb.frame) : null), [limb, base]);
+  const girthBefore = useMemo(() => (limb && base && baseHeights && level.value !== null ? cut(base.positions, base.indices, baseHeights, level.value, limb.frame).tape_mm : NaN), [limb, base, baseHeights, level.value]);
+  // Of the server's answer; while the hand drags, of what this page moved.
   const girthHere = useMemo(() => {
     if (!limb || level.value === null || !base) return null;
-    const surface = trial.value?.surface ?? base;
-    const now = cut(surface.positions, surface.indices, heightsOf(surface.positions, limb.frame), level.value, limb.frame).tape_mm;
-    const was = trial.value ? cut(base.positions, base.indices, heightsOf(base.positions, limb.frame), level.value, limb.frame).tape_mm : now;
-    return Number.isFinite(now) ? { now, change: now - was } : null;
-  }, [limb, level.value, trial.value, base]);
+    const moved = draft.value && viewer.current?.surface?.data === base ? viewer.current.surface.positions : base.positions;
+    const { positions, indices } = trial.value?.surface ?? { positions: moved, indices: base.indices };
+    const now = positions === base.positions ? girthBefore : cut(positions, indices, heightsOf(positions, limb.frame), level.value, limb.frame).tape_mm;
+    return Number.isFinite(now) ? { now, change: now - girthBefore } : null;
+  }, [limb, level.value, trial.value, base, girthBefore, draft.value, previewed.value]);
   const line = trial.value?.line ?? null;
   const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
   const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
 
+  /** An edit that is drawn and not kept: leaving the page would lose it. */
+  const open_ = d !== null || trimline.value.length > 0;
   const lacks = word === null ? null : wordLacks(refused.value?.message ?? "");
 
   const trimDrawn = useMemo(() => {
@@ -571,7 +600,7 @@ export function RectifyScreen({ room }: RoomProps) {
             {girthHere && level.value !== null && (
               <>
                 <br />
-                <span class="soft">{t("girth.at", level.value.toFixed(0))}</span> <b>{girthHere.now.toFixed(1)}</b> <span class={girthHere.change < 0 ? "neg" : "pos"}>({signed(girthHere.change)})</span>
+                <span class="soft">{t("girth.at", level.value.toFixed(0))}</span> <b>{girthHere.now.toFixed(1)}</b> <span class={toneOf(girthHere.change)}>({signed(girthHere.change)})</span>
               </>
             )}
           </div>
@@ -600,7 +629,7 @@ export function RectifyScreen({ room }: RoomProps) {
               <div class={`eff ${waits.value ? "waits" : ""}`}>
                 {level.value !== null && girthHere && (
                   <span>
-                    {t("girth.at", level.value.toFixed(0))} <b class={girthHere.change < 0 ? "neg" : "pos"}>{signed(girthHere.change)} mm</b>
+                    {t("girth.at", level.value.toFixed(0))} <b class={toneOf(girthHere.change)}>{signed(girthHere.change)} mm</b>
                   </span>
                 )}
                 {volume !== null && (
@@ -633,7 +662,7 @@ export function RectifyScreen({ room }: RoomProps) {
               <h2>{t("tool.trimline")}</h2>
               <p class="soft small-note">{t("trimline.points", trimline.value.length)}</p>
               <div class="acts">
-                <Button go class="grow" off={trimline.value.length < LEAST_TRIM && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: trimline.value.map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
+                <Button go class="grow" off={trimline.value.length < LEAST_TRIM && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: alongTrimline().map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
                   {t("trimline.cut")}
                 </Button>
                 <Button onClick={drop}>{t("drop.edit")}</Button>
@@ -690,38 +719,43 @@ export function RectifyScreen({ room }: RoomProps) {
           <Refusal refused={act.refused.value ?? ledgered.refused.value} />
           {book && <RecipeList book={book} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void recipe(() => taken(api.PATCH("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } }, body })))} onRemove={(number) => void recipe(() => taken(api.DELETE("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } } })))} />}
           {book && book.recipe.edits.length > 1 && (
-            <label class="stacked against-edit">
-              <span>{t("against.which")}</span>
-              <span class="field">
-                <select
-                  value={before ?? ""}
-                  onChange={(event) => {
-                    againstEdit.value = event.currentTarget.value ? Number(event.currentTarget.value) : null;
-                    mode.value = "difference";
-                  }}
-                >
-                  <option value="">{t("compare.scan")}</option>
-                  {book.recipe.edits.slice(1).map((one) => (
-                    <option key={one.number} value={one.number}>
-                      {t("compare.before.edit", one.number, wordsOf(one).title)}
-                    </option>
-                  ))}
-                </select>
-              </span>
-            </label>
+            <section>
+              <label class="stacked">
+                <span>{t("against.which")}</span>
+                <span class="field">
+                  <select
+                    value={before ?? ""}
+                    onChange={(event) => {
+                      againstEdit.value = event.currentTarget.value ? Number(event.currentTarget.value) : null;
+                      mode.value = "difference";
+                    }}
+                  >
+                    <option value="">{t("compare.scan")}</option>
+                    {book.recipe.edits.slice(1).map((one) => (
+                      <option key={one.number} value={one.number}>
+                        {t("compare.before.edit", one.number, wordsOf(one).title)}
+                      </option>
+                    ))}
+                  </select>
+                </span>
+              </label>
+            </section>
           )}
           {book?.refusal && <Refusal refused={new Refused("", book.refusal, 422)} />}
           {book?.ledger && book.ledger.lines.length > 0 && <LedgerTable ledger={book.ledger} line={line} level={level.value} onLevel={(h) => (level.value = h)} />}
         </div>
         <div class="next">
-          <Button go={!d && !["template", "levels", "other"].includes(tool.value)} big off={d ? t("rectify.open") : null} trailing={d ? undefined : "next"} onClick={() => go(href.step(room.id, "send"))}>
-            {d ? t("rectify.open") : t("rectify.next")}
+          <Button go={!open_ && !["template", "levels", "other"].includes(tool.value)} big off={d ? t("rectify.open") : open_ ? t("trimline.open") : null} trailing={open_ ? undefined : "next"} onClick={() => go(href.step(room.id, "send"))}>
+            {d ? t("rectify.open") : open_ ? t("trimline.open") : t("rectify.next")}
           </Button>
         </div>
       </aside>
     </div>
   );
 }
+
+/** Less, more, or nothing that a decimal shows. */
+const toneOf = (change: number): string => (change < -0.05 ? "neg" : change > 0.05 ? "pos" : "");
 
 /** A ring round a place of the surface, in the plane that touches it there. */
 function ringOn(hit: Hit, radius_mm: number): Vector3[] {
