@@ -48,6 +48,9 @@ _CLASSES = (
     ("sway", 4.0),
     ("drift", 4.0),
     ("drift", 10.0),
+    ("sway", 8.0),
+    ("sway", 2.0),
+    ("sway", 10.0),
 )
 """In the order of a go, so that one that is cut short has some of each."""
 
