@@ -27,9 +27,8 @@ from scipy.spatial import KDTree
 
 from captures import JUDGED, machine, timed
 from limbgram.capture.coach import CaptureCheck
-from limbgram.capture.plan import DEFAULTS as PLAN
-from limbgram.capture.plan import LimbForm, form_of
-from limbgram.capture.prediction import Showing, predict
+from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
+from limbgram.capture.prediction import predict
 from limbgram.capture.stands import Stand
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.store import read_product
@@ -143,7 +142,9 @@ def one(seed: int, folder: Path) -> Result:
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
         "findings": check.findings,
-        "plan_sigma_mm": planned_sigma_mm(options) if len(photos) == options.photos else None,
+        "plan_sigma_mm": planned_sigma_mm(options, camera)
+        if len(photos) == options.photos
+        else None,
     }
     run = folder / "run.json"
     if not run.exists():
@@ -173,8 +174,11 @@ def kept_photos(seed: int, folder: Path) -> list[Path]:
     return [photo for photo in photos if photo not in left]
 
 
-def planned_sigma_mm(options: CaptureOptions) -> float:
-    """By the plan's formula and forms: rings as the photographer means to walk them."""
+def planned_sigma_mm(options: CaptureOptions, calibrated: Path) -> float:
+    """By the plan's formula and forms, and what is known before the walk: the camera and the sock.
+
+    The rings are those that the photographer means to walk.
+    """
     limb = form_of(FORMS[options.kind])
     camera = camera_of(options.lens, options.width_px, options.height_px, options.distance_mm)
     shares = np.array([1.0, 0.6, 0.6])[: options.rings]
@@ -186,7 +190,9 @@ def planned_sigma_mm(options: CaptureOptions) -> float:
         for count, height in zip(counts, HEIGHTS_DEG)
         for k in range(count)
     ]
-    showing = Showing.alike(len(limb.mesh), len(views), PLAN.sharp_px, PLAN.slope)
+    known = PlannedCamera(camera=camera, edge_px=read_camera(calibrated).edge_px)
+    sock = Sock.PRINTED if options.paint is Paint.PRINT else Sock.PAINTED
+    showing = shown_by(len(limb.mesh), len(views), board_edge_px(known), sock)
     return predict(limb, views, showing).middle_sigma_mm(limb)
 
 

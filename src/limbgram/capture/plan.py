@@ -37,6 +37,27 @@ _STOPS = tuple(float(2 ** (k / 6)) for k in range(6, 61))
 _WAVELENGTH_MM = 0.00055
 _DISC, _AIRY = 0.25, 0.42
 _SQUARELY = math.cos(math.radians(65.0))
+_BOARD_PX = 0.88
+"""Width of a board's edges where the camera's own are not known."""
+_FINER_PX = 0.66
+"""Edges of dabs, which stand close, read narrower than those of a board, by so much in quadrature:
+0.42 to 0.84 px in 13 captures of docs/method/prediction.md."""
+_DABS_SLOPE = 13.1
+"""Grey slope of dabs times the width of their edges: 11 to 16 there."""
+_PRINT_SLOPE = 34.5
+"""Of a printed sock, times the width of a board's edges: 34 to 36 in five captures."""
+_FINEST_PX = 1.1
+"""As for dabs: edges of its spots read as 0 px where a board's are 0.8 to 0.9 px wide, and as 0.3
+px where they are 1.1 px."""
+_NARROWEST_PX = 0.4
+
+
+class Sock(Enum):
+    """What is on the limb."""
+
+    PAINTED = "painted"
+    PRINTED = "printed"
+    """With the pattern of `limbgram print sock`."""
 
 
 class LimbForm(Enum):
@@ -63,6 +84,8 @@ class PlannedCamera:
     sensor_width_mm: float | None = None
     aperture: float | None = None
     """Where it cannot be chosen, as in a phone."""
+    edge_px: float | None = None
+    """Width of a board's edges in its photos, as its calibration found them; None: not known."""
 
     @classmethod
     def of(
@@ -103,13 +126,9 @@ class PlanOptions:
     fewest_a_ring: int = 8
     widest_gap_deg: float = 30.0
     """Between neighbours on the lowest ring, which joins all photos: 12 or more."""
-    sharp_px: float = 0.6
-    """Width of edges that a good lens and a still hand leave, defocus and diffraction apart:
-    0.5 to 0.8 px in the photos of docs/method/prediction.md."""
-    slope: float = 18.0
-    """Of the grey levels, a pixel, that dense paint shows: 13 to 30 there."""
     room: float = 1.15
     """The picture's side over the limb's, so that the limb never leaves it."""
+    sock: Sock = Sock.PAINTED
 
 
 DEFAULTS = PlanOptions()
@@ -148,7 +167,8 @@ class CapturePlan:
     depth_mm: tuple[float, float]
     """Nearest and farthest place that a photo measures."""
     blur_px: float
-    """Of the worst place: lens, hand, defocus and diffraction."""
+    """Of the worst place, as the edges of a board would show it: lens, hand, defocus and
+    diffraction."""
     paint_mm: float
     """Width of a typical mark on the sock, and of the gaps between marks."""
     sigma_mm: float
@@ -230,9 +250,9 @@ def plan_capture(
     held = _upright(camera.camera) if portrait else camera.camera
     best: tuple[float, int] | None = None
     for stands, rings in _candidates(distance_mm, options):
-        sharpness = _sharpness(stands, held, camera, limb, options)
+        sharpness = _sharpness(stands, held, camera, limb)
         views = [one.view(held, limb.middle, 0.0) for one in stands]
-        showing = Showing.alike(len(limb.mesh), len(views), sharpness.blur_px, options.slope)
+        showing = shown_by(len(limb.mesh), len(views), sharpness.blur_px, options.sock)
         prediction = predict(limb, views, showing)
         reached_mm = _quantile_mm(limb, prediction, options.share)
         if prediction.share(prediction.squarely >= 3, limb) < options.covered:
@@ -244,6 +264,26 @@ def plan_capture(
                 sigma_mm, camera, limb, distance_mm, portrait, rings, sharpness, prediction, options
             )
     raise _beyond(sigma_mm, best, distance_mm, fits_mm, given, camera, options)
+
+
+def board_edge_px(camera: PlannedCamera) -> float:
+    """Width of a board's edges in its photos, in focus."""
+    return _BOARD_PX if camera.edge_px is None else camera.edge_px
+
+
+def shown_by(cells: int, views: int, blur_px: float, sock: Sock) -> Showing:
+    """How well photos show the sock in which a board's edges are so wide.
+
+    A step that is blurred has a slope that goes with one over its width.
+    """
+    match sock:
+        case Sock.PAINTED:
+            edge_px = math.sqrt(max(blur_px**2 - _FINER_PX**2, 0.0))
+            slope = _DABS_SLOPE / max(edge_px, _NARROWEST_PX)
+        case Sock.PRINTED:
+            edge_px = math.sqrt(max(blur_px**2 - _FINEST_PX**2, 0.0))
+            slope = _PRINT_SLOPE / max(blur_px, _NARROWEST_PX)
+    return Showing.alike(cells, views, edge_px, slope)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,11 +362,7 @@ def _ring(count: int, elevation_deg: float, number: int, distance_mm: float) -> 
 
 
 def _sharpness(
-    stands: list[Stand],
-    held: Camera,
-    planned: PlannedCamera,
-    limb: LimbProxy,
-    options: PlanOptions,
+    stands: list[Stand], held: Camera, planned: PlannedCamera, limb: LimbProxy
 ) -> _Sharpness:
     """Aperture and focus for all that these photos measure."""
     views = [one.view(held, limb.middle, 0.0) for one in stands]
@@ -336,17 +372,15 @@ def _sharpness(
     )
     near, far = float(depths[seen].min()), float(depths[seen].max())
     focus = 2 * near * far / (near + far)
+    sharp_px = board_edge_px(planned)
     if planned.sensor_width_mm is None:
-        return _Sharpness(
-            aperture=None, focus_mm=focus, depth_mm=(near, far), blur_px=options.sharp_px
-        )
+        return _Sharpness(aperture=None, focus_mm=focus, depth_mm=(near, far), blur_px=sharp_px)
     longer = max(held.width_px, held.height_px)
     pitch_mm = planned.sensor_width_mm / longer
     focal_mm = held.fx * pitch_mm * focus / (focus + held.fx * pitch_mm)
     stops = _STOPS if planned.aperture is None else (planned.aperture,)
     blurs = [
-        (_blur_px(stop, focal_mm, pitch_mm, near, far, focus, options.sharp_px), stop)
-        for stop in stops
+        (_blur_px(stop, focal_mm, pitch_mm, near, far, focus, sharp_px), stop) for stop in stops
     ]
     blur_px, stop = min(blurs)
     disc = _defocus_px(stop, focal_mm, pitch_mm, near, far, focus)
@@ -406,7 +440,7 @@ def _told(
     notes: list[str] = []
     if sharpness.aperture is None:
         notes.append("For the aperture give --sensor, the sensor's width in mm.")
-    elif sharpness.defocus_px > options.sharp_px:
+    elif sharpness.defocus_px > _FINER_PX:
         notes.append(
             f"The limb is deeper than the lens is sharp: its nearest and farthest places are "
             f"blurred by {sharpness.defocus_px:.1f} px. Step back or take a shorter lens; the "

@@ -9,6 +9,8 @@ from limbgram.capture.plan import (
     CapturePlan,
     LimbForm,
     PlannedCamera,
+    PlanOptions,
+    Sock,
     form_of,
     plain_limb,
     plan_capture,
@@ -55,6 +57,9 @@ def plan_command(
     aperture: Annotated[
         float | None, typer.Option(help="F-number, where it cannot be chosen, as in a phone.")
     ] = None,
+    sock: Annotated[
+        Sock, typer.Option(help="Painted by hand, or printed with the pattern of `print sock`.")
+    ] = Sock.PAINTED,
     picture: Annotated[
         Path | None,
         typer.Option(help="Write a picture (PNG): the ring from above and the expected interval."),
@@ -64,7 +69,9 @@ def plan_command(
     """Say how many photos, from how high and how far, at which aperture, how large to paint.
 
     The fewest photos are looked for that reach the sigma all round, with the formula that
-    `limbgram check` uses. What cannot be reached is refused with what would reach it.
+    `limbgram check` uses. How sharp the photos will be follows from the board photos of the camera
+    file; without one, a good lens and a still hand are taken. What cannot be reached is refused
+    with what would reach it.
 
     Example: limbgram plan --sigma 0.05 --distance 900 --focal 35 --sensor 22.3 --pixels 6000x4000
     """
@@ -73,6 +80,7 @@ def plan_command(
         _camera(camera, focal, sensor, pixels, aperture),
         _limb(limb, diameter, length),
         distance,
+        PlanOptions(sock=sock),
     )
     lines = found.lines
     if picture is not None:
@@ -94,8 +102,13 @@ def _camera(
                 "--camera tells focal length and picture size already. Leave out --focal and "
                 "--pixels."
             )
-        known = read_camera(file).camera
-        return PlannedCamera(camera=known, sensor_width_mm=sensor_mm, aperture=aperture)
+        known = read_camera(file)
+        return PlannedCamera(
+            camera=known.camera,
+            sensor_width_mm=sensor_mm,
+            aperture=aperture,
+            edge_px=known.edge_px,
+        )
     if focal_mm is None or sensor_mm is None or pixels is None:
         raise OptionsError(
             "A camera is needed: --camera FILE of `limbgram calibrate`, or --focal, --sensor and "

@@ -63,6 +63,7 @@ class _CameraFile:
     digital_zoom: float | None = None
     body: str | None = None
     rms_px: float | None = None
+    edge_px: float | None = None
 
 
 def write_camera(
@@ -90,6 +91,7 @@ def write_camera(
         "body": calibration.body,
         "source": calibration.source,
         "rms_px": calibration.rms_px if math.isfinite(calibration.rms_px) else None,
+        "edge_px": calibration.edge_px,
         "parameters": dict(zip(PARAMETERS, camera.packed.tolist())),
         "sigmas": dict(zip(PARAMETERS, calibration.sigmas.tolist())),
         "covariance": calibration.covariance.tolist(),
@@ -147,7 +149,7 @@ def read_camera(path: Path | str) -> Calibration:
         raise _unusable(path, "a focal length is not positive")
     if np.abs(camera.packed).max() > _LARGEST_PX:
         raise _unusable(path, "a parameter is larger than any camera's")
-    for name in ("focal_mm", "focal_35mm", "digital_zoom", "rms_px"):
+    for name in ("focal_mm", "focal_35mm", "digital_zoom", "rms_px", "edge_px"):
         value = getattr(record, name)
         if value is not None and value < 0:
             raise _unusable(path, f"{name} is negative")
@@ -164,6 +166,7 @@ def read_camera(path: Path | str) -> Calibration:
         digital_zoom=record.digital_zoom,
         body=record.body,
         rms_px=math.nan if record.rms_px is None else record.rms_px,
+        edge_px=record.edge_px,
     )
 
 

@@ -3,6 +3,8 @@
 import io
 import json
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,11 +14,14 @@ from typer.testing import CliRunner
 from limbgram.capture.plan import (
     LimbForm,
     PlannedCamera,
+    PlanOptions,
+    Sock,
     form_of,
     plain_limb,
     plan_capture,
+    shown_by,
 )
-from limbgram.capture.prediction import Showing, predict
+from limbgram.capture.prediction import predict
 from limbgram.capture.stands import Stand
 from limbgram.cli.main import app
 from limbgram.core.errors import OptionsError, PlanError
@@ -36,7 +41,8 @@ def test_a_plan_reaches_what_was_asked_by_the_formula_of_the_check() -> None:
     ]
     assert len(stands) == plan.photos
     views = [one.view(CAMERA.camera, LEG.middle, 0.0) for one in stands]
-    again = predict(LEG, views, Showing.alike(len(LEG.mesh), len(views), plan.blur_px, 18.0))
+    shown = shown_by(len(LEG.mesh), len(views), plan.blur_px, Sock.PAINTED)
+    again = predict(LEG, views, shown)
     assert again.middle_sigma_mm(LEG) == pytest.approx(plan.sigma_middle_mm, rel=0.03)
 
 
@@ -85,6 +91,29 @@ def test_a_fixed_aperture_is_kept_and_its_blur_is_counted() -> None:
     assert plan.blur_px > 2 * best.blur_px
     assert plan.sigma_mm > best.sigma_mm
     assert any("blurred" in note for note in plan.notes)
+
+
+def test_a_camera_whose_board_photos_were_less_sharp_is_planned_to_be_less_sure() -> None:
+    sharp, soft = (
+        plan_capture(0.5, replace(CAMERA, edge_px=edge_px), LEG, 900.0) for edge_px in (0.8, 1.6)
+    )
+    assert sharp.photos == soft.photos
+    assert 1.4 < soft.sigma_mm / sharp.sigma_mm < 2.2
+
+
+def test_a_printed_sock_shows_more_than_a_painted_one() -> None:
+    painted, printed = (
+        plan_capture(0.5, CAMERA, LEG, 900.0, PlanOptions(sock=sock)) for sock in Sock
+    )
+    assert 0.7 < printed.sigma_mm / painted.sigma_mm < 0.95
+
+
+@pytest.mark.parametrize("sock", Sock)
+def test_the_wider_the_edges_the_flatter_the_slopes(sock: Sock) -> None:
+    shown = [shown_by(1, 1, blur_px, sock) for blur_px in (0.5, 0.9, 1.5, 3.0)]
+    assert all(one.slope > two.slope for one, two in pairwise(shown))
+    assert all(one.edge_px <= two.edge_px for one, two in pairwise(shown))
+    assert shown[-1].edge_px == pytest.approx(3.0, rel=0.1)
 
 
 def test_a_limb_that_does_not_fit_is_refused_and_the_distance_named_fits() -> None:

@@ -8,6 +8,7 @@ Fails   CalibrationError: too few photos, mixed cameras, a board of another size
         leave the camera open.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -41,7 +42,7 @@ from limbgram.reconstruction.calibration.verdicts import (
     refuse_uncovered,
     refuse_undetermined,
 )
-from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.targets.board import Board, BoardDetections
 from limbgram.reconstruction.targets.finding import TargetOptions, find_board
 
@@ -199,6 +200,7 @@ def calibrate_detections(
             digital_zoom=seen_by[0].exif.digital_zoom,
             body=seen_by[0].exif.body,
             rms_px=solution.rms_px,
+            edge_px=_typical_edge_px(seen_by),
         ),
         board=detections.board,
         photos=_photo_fits(screened, solution, detections),
@@ -223,6 +225,13 @@ def calibrate_detections(
             good_reach=options.good_reach,
         ),
     )
+
+
+def _typical_edge_px(photos: Sequence[Photo]) -> float | None:
+    """The middle one of the photos whose edges were measured and found; None where none were."""
+    widths = np.array([one.sharpness for one in photos])
+    known = widths[np.isfinite(widths)]
+    return float(np.median(known)) if len(known) else None
 
 
 def _aspect(shared: np.ndarray, covariance: np.ndarray) -> Estimate:

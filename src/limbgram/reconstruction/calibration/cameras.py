@@ -49,6 +49,8 @@ class Calibration:
     body: str | None = None
     """Tells the body from others of its model (`Exif.body`)."""
     rms_px: float = float("nan")
+    edge_px: float | None = None
+    """Width of the sharpest edges in a typical one of the calibration photos."""
 
     @property
     def sigmas(self) -> Float64[np.ndarray, "10"]:

@@ -10,8 +10,9 @@ Method  If both bodies held still, the photos' places by the one are the places 
         between the photos, in their order, or by an even drift: each must lessen the sum of squares
         by more than chance does, by an F test with Bonferroni's correction for all that was tried;
         the noise is that of the adjustments or of what no step explains, whichever is larger.
-        Where much is left by both, or where neither explains anything and chance does not leave so
-        much, that is restlessness; where lenses are not known, it is unknown.
+        Where much is left by both, that is restlessness; so it is where neither is told, chance
+        leaves less, and no motion that follows the camera round the limb explains it (a lens that
+        focuses anew bends a whole ring so). Where lenses are not known, it is unknown.
 Limits  Movement along a line that no photo looks across is not seen; in a walk round the limb there
         is no such line.
 """
@@ -41,10 +42,9 @@ _COUNTED = np.array([0, 1, 2, 3, 4])
 _UNEXPLAINED = 4.0
 """What steps or a drift leave, in variances of the adjustments, from which they explain nothing:
 twice the sigma. Captures without movement leave 0.2 to 0.7."""
-_UNSETTLED = 2.0
-"""The same where no step and no drift is told and chance leaves so much in one of `false_alarm`
-captures: three times the largest of those captures, so that errors which the adjustments do not
-know of are not taken for movement. Two sways of 4 mm left 2.4 and 2.6."""
+_UNEVEN = 0.01
+"""Chance below which what is left without a step or drift is a sway, once what changes evenly round
+the limb is taken out as well: errors of neighbouring photos are alike, those of a sway are not."""
 _MOVE = 6
 """Numbers of a rigid motion."""
 
@@ -121,8 +121,7 @@ def movement_between(
     if found.fit.unlikely < options.false_alarm and not lenses_known:
         reason = "the lens is not known closely enough to tell"
         return BodyMotion.unknown(len(first.names), reason)
-    swayed = not found.told and found.fit.unlikely < options.false_alarm
-    if found.fit.noise > (_UNSETTLED if swayed else _UNEXPLAINED):
+    if found.fit.noise > _UNEXPLAINED or (not found.told and _sways(apart, found.fit, options)):
         found = _restless(apart)
     return _told(apart, found, len(first.names), options)
 
@@ -139,6 +138,8 @@ class _Apart:
     """What a motion of the second body (turn, shift, in the world) does to each photo."""
     rough: Float64[np.ndarray, "n 6"]
     """Turn and shift in the world, not whitened, of every photo by itself."""
+    around: Float64[np.ndarray, " n"]
+    """Where the cameras stand round the middle, rad."""
     middle: Vector3
     distance: float
 
@@ -173,6 +174,7 @@ class _Apart:
             common=np.array(common),
             moves=np.array(moves),
             rough=np.array(rough),
+            around=_around(there),
             middle=middle,
             distance=float(np.median(np.linalg.norm(there - middle, axis=1))),
         )
@@ -188,6 +190,13 @@ class _Apart:
         off = self.values.ravel() - (design / scale) @ solved
         motions = (solved / scale)[self.common.shape[2] :].reshape(size, _MOVE)
         return _Fit(float(off @ off), 5 * count - int(rank), courses @ motions)
+
+
+def _around(centres: Float64[np.ndarray, "n 3"]) -> Float64[np.ndarray, " n"]:
+    """Angles in the plane that lies nearest to all of them."""
+    off = centres - centres.mean(axis=0)
+    x, y = np.linalg.svd(off)[2][:2] @ off.T
+    return np.arctan2(y, x)
 
 
 def _block(scene: Scene, photo: int) -> Float64[np.ndarray, "6 6"]:
@@ -288,6 +297,14 @@ def _drifting(apart: _Apart, options: MovementOptions) -> _Course:
     chance = _chance(still, fit, 1)
     told = chance <= options.false_alarm
     return _Course("drift" if told else "still", fit, np.arange(count), chance, 1)
+
+
+def _sways(apart: _Apart, still: _Fit, options: MovementOptions) -> bool:
+    """Whether so much is left without movement, and not by errors that neighbours share."""
+    if still.unlikely >= options.false_alarm:
+        return False
+    even = apart.fitted(np.column_stack([np.cos(apart.around), np.sin(apart.around)]))
+    return even.unlikely < _UNEVEN
 
 
 def _restless(apart: _Apart) -> _Course:

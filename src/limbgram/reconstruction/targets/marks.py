@@ -24,6 +24,12 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.targets.board import DICTIONARIES, KIT_DICTIONARY, parse_dictionary
 from limbgram.reconstruction.targets.edges import SquareFit, fit_square, linear_light
 
+_CELL_PX = 8
+"""Pixels of a cell, once a mark is laid flat, of which its colour is read; and"""
+_CELL_MARGIN = 0.3
+"""share of the cell left out on each side. With OpenCV's 4 pixels and 0.13 one in ten of the marks
+that are seen obliquely is not read (52 of 58, 52 of 57 in two captures in steps of 45 degrees); no
+mark was misread."""
 SEARCH_BYTES = 11.0
 """A pixel, while marks are looked for: OpenCV's copies, and four bytes of linear light."""
 
@@ -149,6 +155,8 @@ def marks_in(
     codes = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    parameters.perspectiveRemovePixelPerCell = _CELL_PX
+    parameters.perspectiveRemoveIgnoredMarginPerCell = _CELL_MARGIN
     corners, ids, _ = cv2.aruco.ArucoDetector(codes, parameters).detectMarkers(luma)
     if not len(corners):
         return ()

@@ -124,6 +124,23 @@ def test_a_limb_elsewhere_in_every_photo_is_restless() -> None:
     assert 2.0 < found.shift.max() < 10.0
 
 
+def test_a_sway_that_leaves_little_is_told_by_what_chance_does_not_leave() -> None:
+    kinds: list[str] = []
+    for seed in range(8):
+        rng = np.random.default_rng((seed, 1))
+        kinds.append(seen(rng.uniform(-0.7, 0.7, (PHOTOS, 3)), seed).movement.kind)
+    assert kinds == ["restless"] * 8
+
+
+def test_errors_that_follow_the_camera_round_are_no_sway_and_dealt_otherwise_they_are() -> None:
+    turn = np.linspace(0, 2 * np.pi, PHOTOS, endpoint=False)[:, None]
+    even = 0.45 * (np.cos(turn) + np.sin(turn)) * np.array([0.0, 0.0, 1.0])
+    dealt = np.random.default_rng(3).permutation(PHOTOS)
+    for seed in range(3):
+        assert seen(even, seed).movement.kind == "still"
+        assert seen(even[dealt], seed).movement.kind == "restless"
+
+
 def test_what_a_lens_that_is_not_known_may_cause_is_not_called_movement() -> None:
     rng = np.random.default_rng(8)
     first, shifts = np.random.default_rng(1), rng.uniform(-4, 4, (PHOTOS, 3))
