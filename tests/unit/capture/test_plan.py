@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_odd_limbs_are_refused() -> None:
         plain_limb(5.0, 200.0)
 
 
-def test_the_command_says_draws_and_encodes_the_same_plan(tmp_path) -> None:
+def test_the_command_says_draws_and_encodes_the_same_plan(tmp_path: Path) -> None:
     picture = tmp_path / "plan.png"
     asked = ["plan", "--sigma", "0.1", "--distance", "1500", "--focal", "50", "--sensor", "22.3"]
     asked += ["--pixels", "1500x1000", "--diameter", "100", "--length", "250"]
