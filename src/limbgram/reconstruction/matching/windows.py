@@ -311,11 +311,16 @@ def _gauss_newton(
             return np.nan
         if _normalize(other) < _LEAST_CONTRAST:
             return np.nan
-        pull[:] = 0.0
+        p0 = p1 = p2 = p3 = p4 = p5 = 0.0  # six sums that need not wait for each other
         for sample in range(SAMPLES):
             difference = other[sample] - window[sample]
-            for k in range(6):
-                pull[k] += slopes[k, sample] * difference
+            p0 += slopes[0, sample] * difference
+            p1 += slopes[1, sample] * difference
+            p2 += slopes[2, sample] * difference
+            p3 += slopes[3, sample] * difference
+            p4 += slopes[4, sample] * difference
+            p5 += slopes[5, sample] * difference
+        pull[0], pull[1], pull[2], pull[3], pull[4], pull[5] = p0, p1, p2, p3, p4, p5
         for k in range(6):
             step[k] = 0.0
             for other_k in range(6):
@@ -360,20 +365,32 @@ def _undo(place: np.ndarray, step: np.ndarray) -> bool:
 @nb.njit(cache=True, nogil=True)
 def _normal_matrix(window: np.ndarray, contrast: float, slopes: np.ndarray) -> np.ndarray:
     """Fill the window's slopes by the six parameters; the inverse of their normal matrix."""
-    normal = np.zeros((6, 6))
-    for sample in range(SAMPLES):
+    s00 = s10 = s11 = s20 = s21 = s22 = s30 = s31 = s32 = s33 = 0.0
+    s40 = s41 = s42 = s43 = s44 = s50 = s51 = s52 = s53 = s54 = s55 = 0.0
+    for sample in range(SAMPLES):  # all sums at a time, as none needs to wait for another
         u = (sample % (2 * RADIUS + 1) - RADIUS) / RADIUS
         v = (sample // (2 * RADIUS + 1) - RADIUS) / RADIUS
         across, down = window[1, sample] / contrast, window[2, sample] / contrast
-        slopes[0, sample], slopes[1, sample], slopes[2, sample] = across, across * u, across * v
-        slopes[3, sample], slopes[4, sample], slopes[5, sample] = down, down * u, down * v
+        a, b, c = across, across * u, across * v
+        d, e, f = down, down * u, down * v
+        slopes[0, sample], slopes[1, sample], slopes[2, sample] = a, b, c
+        slopes[3, sample], slopes[4, sample], slopes[5, sample] = d, e, f
+        s00, s10, s11 = s00 + a * a, s10 + b * a, s11 + b * b
+        s20, s21, s22 = s20 + c * a, s21 + c * b, s22 + c * c
+        s30, s31, s32, s33 = s30 + d * a, s31 + d * b, s32 + d * c, s33 + d * d
+        s40, s41, s42, s43 = s40 + e * a, s41 + e * b, s42 + e * c, s43 + e * d
+        s50, s51, s52, s53 = s50 + f * a, s51 + f * b, s52 + f * c, s53 + f * d
+        s44, s54, s55 = s44 + e * e, s54 + f * e, s55 + f * f
+    normal = np.empty((6, 6))
+    normal[0, 0], normal[1, 1], normal[2, 2] = s00, s11, s22
+    normal[3, 3], normal[4, 4], normal[5, 5] = s33, s44, s55
+    normal[1, 0], normal[2, 0], normal[2, 1], normal[3, 0] = s10, s20, s21, s30
+    normal[3, 1], normal[3, 2], normal[4, 0], normal[4, 1] = s31, s32, s40, s41
+    normal[4, 2], normal[4, 3], normal[5, 0], normal[5, 1] = s42, s43, s50, s51
+    normal[5, 2], normal[5, 3], normal[5, 4] = s52, s53, s54
     for i in range(6):
-        for j in range(i + 1):
-            total = 0.0
-            for sample in range(SAMPLES):
-                total += slopes[i, sample] * slopes[j, sample]
-            normal[i, j] = normal[j, i] = total
-    for i in range(6):
+        for j in range(i):
+            normal[j, i] = normal[i, j]
         normal[i, i] += _RIDGE
     return _inverse(normal)
 
