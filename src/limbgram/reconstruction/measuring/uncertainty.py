@@ -215,9 +215,13 @@ def _loudness(mesh: Mesh, equations: JointEquations, pool: "_Pool") -> Float64[n
     loud = pool.mean(np.bincount(mesh.faces.ravel(), pulls, len(mesh)))
     held = pool.mean(equations.held.diagonal())
     # where next to nothing is seen, the ratio is that of the whole surface
-    loud += _LEAST_SEEN * np.median(loud)
-    held += _LEAST_SEEN * np.median(held)
-    return loud / held
+    return _with_least(loud) / _with_least(held)
+
+
+def _with_least(values: Float64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """A little of the usual one more; most of a surface may have none at all."""
+    some = values[values > 0]
+    return values + (_LEAST_SEEN * np.median(some) if len(some) else 1.0)
 
 
 def _usual_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:

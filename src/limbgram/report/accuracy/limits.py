@@ -200,7 +200,8 @@ def _surface(figures: Figures) -> Iterator[Finding]:
             "worth doing",
             f"{surface.filled_share:.1%} of the surface was filled in where fewer than two "
             "photos measured it (orange in the picture).",
-            "Add photos that look at those places squarely, from above and below as needed.",
+            "Paint what is bare there, and add photos that look at those places squarely, from "
+            "above and below as needed.",
         )
     if surface.left_out_share > _LEFT_OUT:
         yield Finding(

@@ -187,6 +187,18 @@ def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() ->
     assert not still_guessed(~everywhere, local).any()
 
 
+def test_a_surface_that_photos_hardly_see_has_finite_sigmas() -> None:
+    """No photo sees most of it: the inside of a pot, or the floor of a cast."""
+    found = solved(0.1, 1)
+    pull = found.equations.pull.copy()
+    pull[_from_middle(found.mesh)[found.mesh.faces].mean(1) > 15.0] = 0.0
+    seldom = replace(found.equations, pull=pull)
+    with np.errstate(all="raise", under="ignore"):
+        variance = local_errors(found.mesh, found.seen, seldom).variance_mm2
+    assert np.isfinite(variance).all()
+    assert (variance > 0).all()
+
+
 def test_noise_pushes_an_unheld_place_no_further_than_the_given_surface_lets_it() -> None:
     found = solved(0.1, 1, bare_mm=12.0)
     away_mm = _from_middle(_sheet())
