@@ -6,19 +6,23 @@ Every seed draws a limb, its paint, relief, walk round, lens, distance, noise an
 third capture some neighbouring photos are left out. `check` and `plan` say what to expect; then
 the photos are reconstructed by the command line and sigma and surface compared, in all and cell
 by cell of the check's proxy. What lies in FOLDER is not made again; seeds that OUT holds are left
-as they are, each with the commit that made it. OUT.md is written beside OUT.json. `--timing PHOTOS
-CAMERA` checks a folder of photos once whole and once photo by photo, and keeps the seconds.
+as they are, each with the commit that made it. OUT.md is written beside OUT.json. `--plan-again`
+plans all captures of OUT anew, which takes their board photos alone: the plan's column is then that
+of the commit that stands above the table. `--timing PHOTOS CAMERA` checks a folder of photos once
+whole and once photo by photo, and keeps the seconds.
 """
 
 import argparse
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +68,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=7000, help="first seed")
     parser.add_argument("--count", type=int, default=18)
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
+    parser.add_argument("--plan-again", action="store_true")
     parser.add_argument("--timing", nargs=2, metavar=("PHOTOS", "CAMERA"), type=Path)
     parser.add_argument("--growing", nargs=2, type=Path, help=argparse.SUPPRESS)
     parser.add_argument("-o", "--out", type=Path, required=True)
@@ -78,6 +83,11 @@ def main() -> None:
         if chosen.timing:
             results["timing"] = timing(*chosen.timing)
             write(results, chosen.out)
+            return
+        if chosen.plan_again:
+            for seed, line in captures.items():
+                plan_again(int(seed), line, Path(scratch) / seed)
+                write(results, chosen.out)
             return
         for seed in range(chosen.first, chosen.first + chosen.count):
             if str(seed) in captures:
@@ -123,11 +133,7 @@ def one(seed: int, folder: Path) -> Result:
     folder.mkdir(parents=True, exist_ok=True)
     if not (folder / "capture").exists():
         make_capture(folder / "capture", options)
-    camera = folder / "camera.json"
-    if not camera.exists():
-        boards = str(folder / "capture" / "calibration")
-        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
-        subprocess.run([LIMBGRAM, "calibrate", boards, *board], check=False, capture_output=True)
+    camera = calibrated(folder)
     photos = kept_photos(seed, folder / "capture" / "images")
     start, start_cpu = time.perf_counter(), time.process_time()
     check = check_sources(photos, [read_camera(camera)], SCALE_BOARD.board, Run())
@@ -163,6 +169,25 @@ def one(seed: int, folder: Path) -> Result:
     return result
 
 
+def calibrated(folder: Path) -> Path:
+    """The camera file of a capture's board photos."""
+    camera = folder / "camera.json"
+    if not camera.exists():
+        boards = str(folder / "capture" / "calibration")
+        board = ["--board", "14x10", "--square", "10", "-o", str(camera)]
+        subprocess.run([LIMBGRAM, "calibrate", boards, *board], check=False, capture_output=True)
+    return camera
+
+
+def plan_again(seed: int, line: Result, folder: Path) -> None:
+    """What is planned for a capture today."""
+    if line["plan_sigma_mm"] is None:
+        return
+    make_capture(folder / "capture", replace(options_of(seed), photos=3, rings=1))
+    line["plan_sigma_mm"] = planned_sigma_mm(options_of(seed), calibrated(folder))
+    shutil.rmtree(folder)
+
+
 def kept_photos(seed: int, folder: Path) -> list[Path]:
     """Of every third capture some neighbours are left out."""
     photos = sorted(folder.iterdir())
@@ -174,7 +199,7 @@ def kept_photos(seed: int, folder: Path) -> list[Path]:
     return [photo for photo in photos if photo not in left]
 
 
-def planned_sigma_mm(options: CaptureOptions, calibrated: Path) -> float:
+def planned_sigma_mm(options: CaptureOptions, camera_file: Path) -> float:
     """By the plan's formula and forms, and what is known before the walk: the camera and the sock.
 
     The rings are those that the photographer means to walk.
@@ -190,7 +215,7 @@ def planned_sigma_mm(options: CaptureOptions, calibrated: Path) -> float:
         for count, height in zip(counts, HEIGHTS_DEG)
         for k in range(count)
     ]
-    known = PlannedCamera(camera=camera, edge_px=read_camera(calibrated).edge_px)
+    known = PlannedCamera(camera=camera, edge_px=read_camera(camera_file).edge_px)
     sock = Sock.PRINTED if options.paint is Paint.PRINT else Sock.PAINTED
     showing = shown_by(len(limb.mesh), len(views), board_edge_px(known), sock)
     return predict(limb, views, showing).middle_sigma_mm(limb)
@@ -293,6 +318,9 @@ def page(results: Result) -> str:
     bad = [line for line in went if line["exit_code"] != 0]
     whole = [line for line in lines if line["exit_code"] == 0 and line["left_out"] == 0]
     held_back = [line for line in whole if not line["go"]]
+    looked = [line["movement"] for line in done if line.get("movement")]
+    still = sum("kept still" in sentence for sentence in looked)
+    unknown = sum("not known" in sentence for sentence in looked)
     said = [
         "# What the coach expects, and what came",
         made_on(results["machine"]),
@@ -302,6 +330,9 @@ def page(results: Result) -> str:
         f"GO said {len(went)} times; {len(bad)} of these were red or refused afterwards. "
         f"{len(whole)} captures with all their photos became green or amber; {len(held_back)} of "
         "these were held back.",
+        f"No limb moved. Of {len(looked)} that were looked at for movement, {still} were said to "
+        f"have kept still, of {unknown} nothing was said, and "
+        f"{len(looked) - still - unknown} were said to have moved.",
     ]
     heads = ("seed", "limb", "paint", "photos", "left out", "answer", "came", "sigma mm", "check",
              "plan", "cells", "seen expected", "measured", "CPU s", "commit")  # fmt: skip
