@@ -53,6 +53,8 @@ _CLASSES = (
     ("sway", 10.0),
 )
 """In the order of a go, so that one that is cut short has some of each."""
+_SURFACES = (("still", 0.0), ("step", 8.0), ("drift", 8.0), ("sway", 4.0))
+"""Of these the surface is made as well."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def main() -> None:
     )
     parser.add_argument("-o", "--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=6, help="captures of each kind")
-    parser.add_argument("--surfaces", type=int, default=2, help="surfaces of each of three kinds")
+    parser.add_argument("--surfaces", type=int, default=2, help="surfaces of each of four kinds")
     parser.add_argument("--only", nargs="*", help="these movements alone, KIND:MM")
     parser.add_argument("--minutes", type=float, default=1e9, help="stop after so long")
     parser.add_argument("--keep", type=Path, help="keep captures and cases here")
@@ -128,7 +130,7 @@ def settings(seeds: int, surfaces: int) -> Iterator[tuple[Setting, bool]]:
             setting = Setting(kind, shift_mm, _FIRST_SEED + k + 100 * row)
             if k < seeds:
                 yield setting, False
-            if k < surfaces and (kind, shift_mm) in (("still", 0), ("step", 8), ("drift", 8)):
+            if k < surfaces and (kind, shift_mm) in _SURFACES:
                 yield setting, True
 
 
