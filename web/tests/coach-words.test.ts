@@ -4,6 +4,7 @@ beforeEach(() => {
   vi.stubGlobal("localStorage", { getItem: () => null, setItem: () => undefined });
   vi.stubGlobal("navigator", { language: "de-DE" });
   vi.stubGlobal("document", { documentElement: { lang: "" } });
+  vi.stubGlobal("matchMedia", () => ({ matches: false, addEventListener: () => {} }));
   vi.resetModules();
 });
 
@@ -16,6 +17,16 @@ test("what is missing is told in the language chosen, by its figures", async () 
   expect(said.lead).toBe("Noch nicht: 2 weitere Fotos fehlen, wie der Ring zeigt.");
   expect(said.why).toBe("1 Foto zählt nicht.");
   expect(standWords(gap as never, ["Ihr links", "Ihr links"])).toBe("2 zwischen a.jpg und b.jpg: Ihr links.");
+});
+
+test("photos that join no other are told as such, with what to do", async () => {
+  const { coachWords } = await import("../src/screens/coach-words");
+  const photos = [{ counts: false, placed: false }, { counts: false, placed: false }, { counts: true, placed: true }];
+  const said = coachWords({ ...ANSWER, photos } as never);
+  expect(said.lead).toBe("Noch nicht: 2 von 3 Fotos hängen mit keinem anderen zusammen.");
+  expect(said.why).toMatch(/herumgehen/);
+  const long = coachWords({ ...ANSWER, headline: "NOT YET: the first sentence. What to do." } as never);
+  expect(long).toEqual({ lead: "NOT YET: the first sentence.", why: "What to do." });
 });
 
 test("what the figures do not tell is the server's own sentence", async () => {

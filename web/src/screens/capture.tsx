@@ -355,9 +355,10 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
         )}
       </section>
     );
+  const placed = answer.photos.some((one) => one.placed);
   const sharp = answer.photos.filter((one) => one.counts).length;
   const checks: { ok: boolean; text: string }[] = [
-    { ok: answer.missing.length === 0, text: answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
+    { ok: placed && answer.missing.length === 0, text: !placed ? t("find.ring.none") : answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
     { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
     ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: answer.board_photos >= 3, text: t("find.board", answer.board_photos) }]),
     { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },

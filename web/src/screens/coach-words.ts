@@ -4,6 +4,7 @@
  * Where the figures do not tell why there is no GO, the server's own sentence stands, in English.
  */
 import type { Schemas } from "../api/client";
+import { parted } from "../design/refusal";
 import { type TextKey, t } from "../texts";
 
 type Answer = NonNullable<Schemas["Check"]["answer"]>;
@@ -21,7 +22,9 @@ const LEAST_SEEN = 0.95;
 export function coachWords(answer: Answer): CoachWords {
   if (answer.go) return { lead: t("capture.go"), why: t("capture.go.why") };
   const said = reasons(answer);
-  return { lead: said[0] ? t("coach.not.yet", said[0]) : answer.headline, why: said[1] ?? "" };
+  if (said[0]) return { lead: t("coach.not.yet", said[0]), why: said[1] ?? "" };
+  const [lead, why] = parted(answer.headline);
+  return { lead, why };
 }
 
 function reasons(answer: Answer): string[] {
@@ -31,6 +34,8 @@ function reasons(answer: Answer): string[] {
   if (answer.board_photos !== null && answer.board_photos !== undefined && answer.board_photos < LEAST_BOARD_PHOTOS) found.push(t("coach.board", answer.board_photos));
   const measured = answer.coverage?.measured;
   if (measured !== undefined && measured < LEAST_SEEN) found.push(t("coach.seen", (100 * measured).toFixed(0)));
+  const apart = answer.photos.filter((one) => one.placed === false).length;
+  if (!found.length && apart) return [t("coach.apart", apart, answer.photos.length), t("coach.apart.do")];
   const bad = answer.photos.filter((one) => !one.counts).length;
   if (found.length && bad) found.push(t("coach.bad", bad));
   return found;

@@ -670,7 +670,7 @@ export function RectifyScreen({ room }: RoomProps) {
             </section>
           )}
           {!d && (tool.value === "region" || tool.value === "brush" || tool.value === "place") && trimline.value.length === 0 && (
-            <section class="small-note">
+            <section class="small-note by-drawing">
               <p class="soft">{t(`rectify.how.${tool.value}` as TextKey)}</p>
               <div class="row2">
                 <NumberField label={t(tool.value === "brush" ? "brush.size" : "soft.edge")} unit="mm" step={1} decimals={0} min={4} max={60} value={size.value} onChange={(value) => (size.value = value)} />
