@@ -32,9 +32,10 @@ from limbgram.reconstruction.mapping.movement import (
     MovementOptions,
     joined_photos,
     movement_between,
+    stood_with_first,
 )
 from limbgram.reconstruction.mapping.ring import without_photos
-from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.scene import Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
 from limbgram.reconstruction.mapping.verdicts import agreed_by
@@ -147,6 +148,62 @@ def find_bending(
         for where, half in zip(wheres, _HALVES, strict=True)
     )
     return _between(one, other, features, scene, cameras, photos, options, options.halves)
+
+
+def held_against_board(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    scene: Scene,
+    sides: Sides,
+    cameras: Cameras,
+    detections: BoardDetections,
+    found: BodyMotion,
+    options: LookOptions = DEFAULTS,
+) -> Movement:
+    """What moved against the limb, where the board tells: the board, or only things beside both.
+
+    Leaflets and boxes that somebody moves seem to be a limb that moves against its surroundings.
+    The size is taken from the board, so what counts is whether the limb kept still against that.
+    """
+    limb = _Body("on the limb", sides.among(matches.pairs, _ON_LIMB))
+    try:
+        some = _thinned(limb.pairs, options.pair_matches)
+        by_limb = _placed_by(features, some, scene, cameras, photos, options)
+        by_board = _placed_by_board(detections, scene, cameras)
+    except np.linalg.LinAlgError:  # equations without a solution: a photo loses all its points
+        return found.movement
+    if by_limb is None or by_board is None:
+        return found.movement
+    limb_scene, board_scene = _in_frame_of(scene, by_limb), _in_frame_of(scene, by_board)
+    if not stood_with_first(limb_scene, board_scene, found, options.between):
+        return found.movement
+    known = found.movement.group >= 0
+    nothing = np.where(known, 0.0, np.nan)
+    return replace(
+        found.movement,
+        kind="still",
+        group=np.where(known, 0, -1),
+        shift=nothing,
+        turn_deg=nothing.copy(),
+        beside=True,
+    )
+
+
+def corners_agree_better(detections: BoardDetections, first: Scene, second: Scene) -> bool:
+    """Whether the board's corners agree from photo to photo better in the first scene.
+
+    They take no part in the placing of either, and so tell which one is nearer to the truth.
+    """
+    misses: list[float] = []
+    for scene in (first, second):
+        index = {scene.names[k]: k for k in scene.placed}
+        seen = [photo for photo in detections.photos if photo.name in index]
+        if not seen:
+            return False
+        views = [scene.view(index[photo.name]) for photo in seen]
+        misses.append(_miss_px(seen, views, _located(seen, views, len(detections.corners_mm))))
+    return misses[0] < misses[1]
 
 
 def limb_matches(matches: Matches, sides: Sides) -> Matches:
@@ -335,6 +392,32 @@ def _placed_by(
         adjusted = adjust(scene, _held(scene, cameras), rounds=2)
         scene = replace(adjusted.scene, camera_covariance=adjusted.covariance)
     return scene
+
+
+def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras) -> Scene | None:
+    """The photos placed by the board's corners alone, wherever its print has them; lenses held."""
+    index = {scene.names[k]: k for k in scene.placed}
+    seen = [photo for photo in detections.photos if photo.name in index]
+    if len(seen) < 2:
+        return None
+    places = _located(
+        seen, [scene.view(index[photo.name]) for photo in seen], len(detections.corners_mm)
+    )
+    known = np.isfinite(places).all(1)
+    ids = np.concatenate([photo.ids for photo in seen])
+    photo_idx = np.repeat([index[photo.name] for photo in seen], [len(one.ids) for one in seen])
+    kept = known[ids]
+    corners = replace(
+        without_photos(scene, {*scene.placed} - {index[photo.name] for photo in seen}),
+        points_in_world=places[known],
+        observations=Observations(
+            photo_idx=photo_idx[kept].astype(np.int32),
+            point_idx=(np.cumsum(known) - 1)[ids[kept]].astype(np.int32),
+            xy_px=np.concatenate([photo.xy_px for photo in seen])[kept],
+        ),
+    )
+    adjusted = adjust(corners, _held(scene, cameras), rounds=2)
+    return replace(adjusted.scene, camera_covariance=adjusted.covariance)
 
 
 def _in_frame_of(scene: Scene, alone: Scene) -> Scene:

@@ -51,8 +51,10 @@ from limbgram.reconstruction.measuring.measurement import MeasureOptions, measur
 from limbgram.reconstruction.movement import (
     LookOptions,
     Sides,
+    corners_agree_better,
     find_bending,
     find_movement,
+    held_against_board,
     limb_matches,
     still_board,
     tell_sides,
@@ -452,13 +454,21 @@ def by_the_limb(
         return replace(one, scene=replace(one.scene, movement=movement, bending=bent.movement))
 
     seen, sides = looked(placing)
-    moved = seen.movement.moved
-    alone = _by_limb_alone(photos, cameras, placing, sides, options, run) if moved else None
-    if alone is None:
+    if not seen.movement.moved:
         return Settled(told(placing, seen.movement, sides), found)
+    movement, scene = seen.movement, placing.scene
+    if found is not None:
+        movement = run(
+            held_against_board, photos, features, matches, scene, sides, cameras, found, seen, look
+        )
+    alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
+    if alone is None:
+        return Settled(told(placing, movement, sides), found)
+    if movement.beside and found is not None and corners_agree_better(found, scene, alone.scene):
+        return Settled(told(placing, movement, sides), found)
     again, sides_alone = looked(alone)
     if not again.movement.moved:
-        return Settled(told(placing, seen.movement, sides), found)
+        return Settled(told(placing, movement, sides), found)
     alone = told(alone, replace(again.movement, alone=True), sides_alone)
     if found is not None:
         found = run(still_board, found, alone.scene, again)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Movement, Scene
 
 _NAMED_AT_MOST = 6
@@ -29,6 +30,11 @@ def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> st
     far = f"{moved_mm(movement):.1f} {unit}"
     turn = f"{float(np.nanmax(movement.turn_deg)):.1f} degrees"
     match movement.kind:
+        case "still" if movement.beside:
+            return (
+                "Limb and scale board kept still against each other. Other things round them lay "
+                "elsewhere from photo to photo, and the surface is made without them."
+            )
         case "still":
             return "The limb kept still against its surroundings."
         case "drift":
@@ -46,8 +52,19 @@ def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> st
             )
 
 
-def bending_sentence(bending: Movement, names: Sequence[str], unit: str) -> str:
-    """Whether the limb kept its shape, in a sentence."""
+def lens_doubt(scene: Scene, cameras: Cameras) -> str:
+    """Why the lenses of photos may be others than were found; empty where they are known."""
+    if any(one.source == "exif" for one in cameras.calibrations):
+        return "no board calibrated it"
+    return "" if scene.own is None else "it differed from photo to photo"
+
+
+def bending_sentence(bending: Movement, names: Sequence[str], unit: str, doubt: str = "") -> str:
+    """Whether the limb kept its shape; what was seen, and what may have caused it.
+
+    Args:
+        doubt: Why the lens may be another than was found, which looks the same (`lens_doubt`).
+    """
     if bending.kind == "unknown":
         return f"Whether the limb kept its shape is not known: {bending.reason}."
     if not bending.moved:
@@ -55,9 +72,16 @@ def bending_sentence(bending: Movement, names: Sequence[str], unit: str) -> str:
     where = "from photo to photo"
     if bending.kind == "step":
         where = f"in {_listed(moved_photos(bending, names))}"
+    far = f"{moved_mm(bending):.1f} {unit} and {float(np.nanmax(bending.turn_deg)):.1f} degrees"
+    rigid = "No rigid surface fits all photos."
+    if doubt:
+        return (
+            f"The two halves of its length lie elsewhere against each other {where}, by up to "
+            f"{far}. Either the limb bent, or the lens is not what was found, because {doubt}. "
+            f"{rigid}"
+        )
     return (
-        f"The limb bent: one half of its length moved by {moved_mm(bending):.1f} {unit} and "
-        f"{float(np.nanmax(bending.turn_deg)):.1f} degrees against the other {where}."
+        f"The limb bent: one half of its length moved by {far} against the other {where}. {rigid}"
     )
 
 

@@ -6,8 +6,8 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         squares if every photo had its numbers of that kind, all else free too. In photos of one
         lens the fall follows chi-squared with as many degrees of freedom as there are numbers; it
         is counted in the adjustment's inflated sigmas, which stays below: sound captures reach 0.1
-        to 0.4 a number. What is asked for is a chance of one in a million: 1.6 a number of 60
-        photos with three each, 2.8 of 15 with two, 6.8 of 6 with one.
+        to 0.4 a number. What is asked for is a chance of one in a million: 1.5 a number of 60
+        photos with four each, 2.8 of 15 with two, 6.8 of 6 with one.
         A kind that asks must also explain more than halves of the points that move against each
         other would (halves.py), by Akaike's criterion (1974): a body that moved asks for own
         lenses too, and with them would be hidden instead of told.

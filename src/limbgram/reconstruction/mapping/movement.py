@@ -17,7 +17,7 @@ Limits  Movement along a line that no photo looks across is not seen; in a walk 
         is no such line.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -124,6 +124,28 @@ def movement_between(
     if found.fit.noise > _UNEXPLAINED or (not found.told and _sways(apart, found.fit, options)):
         found = _restless(apart)
     return _told(apart, found, len(first.names), options)
+
+
+def stood_with_first(
+    first: Scene, third: Scene, second: BodyMotion, options: MovementOptions = DEFAULTS
+) -> bool:
+    """Whether a third body kept still with the first where the second moved against it.
+
+    It did where nothing is found to move between both, and where what the photos show of it is less
+    likely by `false_alarm` if it had moved as the second did.
+    """
+    told = second.movement.group >= 0
+    photos = tuple(k for k in sorted({*first.placed} & {*third.placed}) if told[k])
+    if len(photos) < _FEWEST_PHOTOS:
+        return False
+    if movement_between(first, third, options).movement.kind != "still":
+        return False
+    apart = _Apart.of(first, third, photos)
+    still = apart.fitted(np.zeros((len(photos), 0))).left
+    moved = np.einsum("nij,nj->ni", apart.moves, second.motions[list(photos)])
+    with_second = replace(apart, values=apart.values - moved)
+    left = with_second.fitted(np.zeros((len(photos), 0))).left
+    return left - still > -2.0 * float(np.log(options.false_alarm))
 
 
 @dataclass(frozen=True)

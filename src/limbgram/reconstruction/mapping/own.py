@@ -7,8 +7,12 @@ To first order the last is a stretch of the rows against the columns where the c
 where it turns and, where it rolls by w from row to row, p2 = -w with a shift of the principal point
 by -3 fx w, because
     (-w y^2, w x y) = -w (3 x^2 + y^2, 2 x y) + 3 w (1 + x^2, x y) - (3 w, 0)
-and the middle term is a turn of the camera. So each fault is a few numbers that are added to ten
-lens parameters, and whatever takes a photo's `View` takes them along.
+and the middle term is a turn of the camera. Where it is carried, what lies as far away as the rest
+moves in the same ways: carried along its rows it is a skew, across them a stretch, and along its
+axis by v it is a shift of the principal point by -fy v, because
+    (v x y, v y^2) = v (x y, 1 + y^2) - (0, v)
+and the first term is a turn again. So each fault is a few numbers that are added to ten lens
+parameters, and whatever takes a photo's `View` takes them along.
 """
 
 from collections.abc import Sequence
@@ -32,7 +36,13 @@ _ROW = {name: k for k, name in enumerate(PARAMETERS)}
 
 def numbers_of(deviation: Deviation) -> int:
     """How many numbers a photo has of a kind."""
-    return 3 if deviation == "rolling shutter" else 2 if deviation == "principal point" else 1
+    match deviation:
+        case "principal point":
+            return 2
+        case "focal length":
+            return 1
+        case "rolling shutter":
+            return 4
 
 
 def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndarray, "10 q"]:
@@ -50,7 +60,8 @@ def basis_of(deviations: Sequence[Deviation], camera: Camera) -> Float64[np.ndar
                 columns += [_column(fx=camera.fx, fy=camera.fy, skew=camera.skew)]
             case "rolling shutter":
                 roll = _column(p2=1.0, cx=3.0 * camera.fx)
-                columns += [_column(fy=camera.fy), _column(skew=camera.fx), roll]
+                carried = _column(cy=camera.fy)
+                columns += [_column(fy=camera.fy), _column(skew=camera.fx), roll, carried]
     return np.array(columns).reshape(-1, LENS_SIZE).T
 
 

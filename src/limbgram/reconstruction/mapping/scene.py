@@ -82,6 +82,8 @@ class Movement:
     """Why it is not known."""
     alone: bool = False
     """Whether the photos were placed by the points of what they aim at alone."""
+    beside: bool = False
+    """Whether other things round it moved, while it and the scale board kept still."""
 
     @classmethod
     def unknown(cls, photos: int, reason: str = "") -> "Movement":

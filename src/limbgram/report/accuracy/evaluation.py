@@ -76,6 +76,7 @@ from limbgram.report.accuracy.figures import (
 from limbgram.report.drawings.charts import image_scales
 from limbgram.report.movement import (
     bending_sentence,
+    lens_doubt,
     moved_mm,
     moved_photos,
     movement_remark,
@@ -230,7 +231,9 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         chance=movement.chance if known else math.nan,
         bending_sentence=""
         if scene.bending is None
-        else bending_sentence(scene.bending, scene.names, evidence.unit),
+        else bending_sentence(
+            scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
+        ),
         bending=moved_mm(scene.bending),
     )
 

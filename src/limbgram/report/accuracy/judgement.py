@@ -415,9 +415,7 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
             sentence += " Its own points do not place them. Take the photos again."
         yield limit.judge(movement.shift, sentence)
     if math.isfinite(movement.bending):
-        again = " No rigid surface fits all photos. Take them again." if movement.bending else ""
-        if again and any(lens.source == "exif" for lens in figures.cameras):
-            again = f" Or the lens, which no board calibrated, is another than was found.{again}"
+        again = " Take them again." if movement.bending else ""
         yield BENT.judge(movement.bending, movement.bending_sentence + again)
 
 

@@ -166,7 +166,8 @@ def _movement(figures: Figures) -> Iterator[Finding]:
         yield Finding(
             "serious",
             movement.bending_sentence,
-            "Let the patient rest the limb so that no joint or muscle moves, and take them again.",
+            "Let the patient rest the limb so that no joint or muscle moves, calibrate the camera "
+            "with a board, hold it still for each photo, and take them again.",
         )
 
 

@@ -259,3 +259,15 @@ def test_a_roll_of_the_rows_is_a_shift_and_a_tangential_distortion() -> None:
     turned = np.stack([x + 3 * rate * (1 + x * x), y + 3 * rate * x * y, np.ones(50)], axis=1)
     ideal = np.column_stack([rolled, np.ones(50)])
     np.testing.assert_allclose(bent.project(turned), lens.project(ideal), atol=1e-6)
+
+
+def test_a_camera_carried_along_its_axis_shifts_the_principal_point() -> None:
+    """To first order, once the camera is turned: the formula in the head of the module."""
+    lens = replace(LENS, k1=0.0)
+    x, y = np.random.default_rng(2).uniform(-0.5, 0.5, (2, 50))
+    rate = 1e-5
+    nearer = np.column_stack([x + rate * x * y, y + rate * y * y, np.ones(50)])
+    column = basis_of(("rolling shutter",), lens)[:, 3]
+    shifted = lens.with_parameters(lens.packed - rate * column)
+    turned = np.column_stack([x + rate * x * y, y + rate * (1 + y * y), np.ones(50)])
+    np.testing.assert_allclose(shifted.project(turned), lens.project(nearer), atol=1e-6)

@@ -12,6 +12,7 @@ from limbgram.reconstruction.mapping.movement import (
     MovementOptions,
     joined_photos,
     movement_between,
+    stood_with_first,
 )
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 
@@ -197,3 +198,28 @@ def test_photos_hang_together_only_by_shared_points() -> None:
     point = np.concatenate([np.arange(20)] * 4 + [np.arange(50, 70)] * 2).astype(np.int32)
     apart = replace(scene, observations=Observations(photo, point, np.zeros((120, 2))))
     assert joined_photos(apart) == (0, 1, 2, 3)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_third_body_tells_which_of_two_moved(beside: bool, seed: int) -> None:
+    """Boxes moved while limb and board kept still, or the limb moved against both."""
+    shifts = np.random.default_rng(seed).normal(0.0, 3.0, (PHOTOS, 3))
+    room = seen(shifts, seed)
+    assert room.movement.moved
+    rng = np.random.default_rng(100 + seed)
+    poses = [
+        pose if beside else pose @ Rigid.from_rotation_vector(np.zeros(3), shift)
+        for pose, shift in zip(RING, shifts, strict=True)
+    ]
+    board = placed(poses, rng)
+    assert stood_with_first(placed(RING, rng), board, room) is beside
+
+
+def test_a_board_that_cannot_tell_stood_with_nobody() -> None:
+    room = seen(step(4.0), 3)
+    rng = np.random.default_rng(4)
+    size = 6 * PHOTOS + 10
+    vague = replace(placed(RING, rng), camera_covariance=1e6 * np.eye(size))
+    assert not stood_with_first(placed(RING, rng), vague, room)
+    assert not stood_with_first(placed(RING[:9], rng), placed(RING[:9], rng), room)

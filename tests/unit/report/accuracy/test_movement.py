@@ -6,8 +6,10 @@ from typing import Literal
 
 import numpy as np
 
+from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.report.accuracy.assessment import Assessment, assess
+from limbgram.report.accuracy.evaluation import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.movement import moved_mm, movement_remark, movement_sentence
 
@@ -51,18 +53,38 @@ def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
     assert found.light == "green"
 
 
-def test_bending_by_a_lens_that_no_board_calibrated_may_be_the_lens(
-    with_sigmas: Evidence,
-) -> None:
-    still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
+def test_what_looks_bent_may_be_the_lens_where_that_is_not_known(with_sigmas: Evidence) -> None:
+    metric = with_sigmas.metric
+    still = movement([0.0] * len(metric.scene.names), "still")
     bent = movement(shifts(with_sigmas, 0.4))
     (given,) = with_sigmas.cameras.calibrations
     guessed = replace(with_sigmas.cameras, calibrations=(replace(given, source="exif"),))
-    for evidence, doubted in ((with_sigmas, False), (replace(with_sigmas, cameras=guessed), True)):
-        criteria = assessed(evidence, still, bent).criteria
-        (said,) = [one.sentence for one in criteria if one.key == "bending"]
-        assert "No rigid surface fits all photos" in said
-        assert ("Or the lens, which no board calibrated" in said) is doubted
+    wandering = replace(metric, scene=with_room_for(metric.scene, "principal point"))
+    cases = (
+        (with_sigmas, "The limb bent: one half"),
+        (replace(with_sigmas, cameras=guessed), "because no board calibrated it"),
+        (replace(with_sigmas, metric=wandering), "because it differed from photo to photo"),
+    )
+    for evidence, cause in cases:
+        scene = replace(evidence.metric.scene, movement=still, bending=bent)
+        evidence = replace(evidence, metric=replace(evidence.metric, scene=scene))
+        said = movement_figures(evidence)
+        assert said is not None
+        assert said.bending_sentence.endswith("No rigid surface fits all photos.")
+        assert cause in said.bending_sentence
+        assert ("Either the limb bent, or the lens" in said.bending_sentence) is (
+            cause.startswith("because")
+        )
+    (told,) = [one for one in assessed(with_sigmas, still, bent).criteria if one.key == "bending"]
+    assert told.sentence.endswith("No rigid surface fits all photos. Take them again.")
+
+
+def test_things_that_moved_beside_limb_and_board_cost_no_light(with_sigmas: Evidence) -> None:
+    nothing = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
+    found = assessed(with_sigmas, replace(nothing, beside=True), nothing)
+    assert found.light == "green"
+    (said,) = [one.sentence for one in found.criteria if one.key == "movement"]
+    assert "Limb and scale board kept still" in said
 
 
 def test_restlessness_has_more_causes_than_the_limb(with_sigmas: Evidence) -> None:
