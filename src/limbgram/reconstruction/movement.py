@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Int8
+from jaxtyping import Bool, Int8
 
-from limbgram.core.errors import RegionError
+from limbgram.core.errors import PlacementError, RegionError
 from limbgram.core.geometry.arrays import AnyPoints3, Points2
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import View
@@ -34,7 +34,7 @@ from limbgram.reconstruction.mapping.movement import (
     movement_between,
     stood_with_first,
 )
-from limbgram.reconstruction.mapping.ring import without_photos
+from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted, without_photos
 from limbgram.reconstruction.mapping.scene import Movement, Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.tracks import with_tracks
@@ -93,6 +93,7 @@ class Sides:
         return found
 
 
+_TWO = 2
 _ROOM, _HALVES, _ON_LIMB = 0, (1, 2), (1, 2, 3)
 """Numbers of Sides.keypoints."""
 
@@ -188,6 +189,41 @@ def held_against_board(
         turn_deg=nothing.copy(),
         beside=True,
     )
+
+
+def without_what_moved_beside(
+    photos: PhotoSet, scene: Scene, cameras: Cameras, mapping: MappingOptions
+) -> Scene:
+    """The scene adjusted without the points beside the limb that only two photos show.
+
+    Of a thing that is moved between photos, two of them still make a point, somewhere; a third one
+    contradicts it. On the limb, which kept still, two photos do.
+    """
+    metric = to_millimetres(scene)
+    try:
+        region = find_region(photos, metric)
+    except RegionError:
+        return scene
+    seen = scene.observations
+    on_limb = np.zeros(len(scene.points_in_world), np.bool_)
+    for photo in scene.placed:
+        rows = seen.photo_idx == photo
+        shown = footprint(region, metric.scene.view(photo)).shows(seen.xy_px[rows])
+        on_limb[seen.point_idx[rows][shown]] = True
+    times = np.bincount(seen.point_idx, minlength=len(on_limb))
+    firm = np.flatnonzero(on_limb | (times > _TWO))
+    new_idx = np.full(len(on_limb), -1)
+    new_idx[firm] = np.arange(len(firm))
+    kept = seen.some(new_idx[seen.point_idx] >= 0)
+    rest = replace(
+        scene,
+        points_in_world=scene.points_in_world[firm],
+        observations=replace(kept, point_idx=new_idx[kept.point_idx].astype(np.int32)),
+    )
+    try:
+        return readjusted(rest, cameras, mapping)
+    except PlacementError:
+        return scene
 
 
 def corners_agree_better(detections: BoardDetections, first: Scene, second: Scene) -> bool:
@@ -403,7 +439,7 @@ def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras
     places = _located(
         seen, [scene.view(index[photo.name]) for photo in seen], len(detections.corners_mm)
     )
-    known = np.isfinite(places).all(1)
+    known: Bool[np.ndarray, " n"] = np.isfinite(places).all(axis=1)
     ids = np.concatenate([photo.ids for photo in seen])
     photo_idx = np.repeat([index[photo.name] for photo in seen], [len(one.ids) for one in seen])
     kept = known[ids]

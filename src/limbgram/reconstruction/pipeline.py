@@ -58,6 +58,7 @@ from limbgram.reconstruction.movement import (
     limb_matches,
     still_board,
     tell_sides,
+    without_what_moved_beside,
 )
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
@@ -461,6 +462,9 @@ def by_the_limb(
         movement = run(
             held_against_board, photos, features, matches, scene, sides, cameras, found, seen, look
         )
+    if movement.beside:
+        scene = run(without_what_moved_beside, photos, scene, cameras, options.mapping)
+        placing = replace(placing, scene=scene)
     alone = _by_limb_alone(photos, cameras, placing, sides, options, run)
     if alone is None:
         return Settled(told(placing, movement, sides), found)

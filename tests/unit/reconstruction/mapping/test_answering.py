@@ -102,7 +102,7 @@ def test_what_moved_half_of_the_points_is_no_lens(make_scene: MakeScene, seed: i
     scene = near(make_scene, seed)
     middle = float(np.median(scene.points_in_world[:, 0]))
     size = float(np.ptp(scene.points_in_world))
-    moves = np.random.default_rng(seed).normal(0.0, 0.002 * size, (PHOTOS, 3))
+    moves = np.random.default_rng(seed).normal(0.0, 0.003 * size, (PHOTOS, 3))
 
     def swaying(k: int, points: np.ndarray) -> np.ndarray:
         return scene.view(k).project(points + np.where(points[:, :1] > middle, moves[k], 0.0))
