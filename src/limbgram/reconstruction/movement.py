@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jaxtyping import Bool, Int8
+from jaxtyping import Int8
 
 from limbgram.core.errors import PlacementError, RegionError
 from limbgram.core.geometry.arrays import AnyPoints3, Points2
@@ -439,7 +439,7 @@ def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras
     places = _located(
         seen, [scene.view(index[photo.name]) for photo in seen], len(detections.corners_mm)
     )
-    known: Bool[np.ndarray, " n"] = np.isfinite(places).all(axis=1)
+    known = np.asarray(np.isfinite(places).all(axis=1))
     ids = np.concatenate([photo.ids for photo in seen])
     photo_idx = np.repeat([index[photo.name] for photo in seen], [len(one.ids) for one in seen])
     kept = known[ids]

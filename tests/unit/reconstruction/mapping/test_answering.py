@@ -96,20 +96,25 @@ def test_a_stabiliser_is_found_and_solved_for(make_scene: MakeScene) -> None:
     np.testing.assert_allclose(own.spread * LENS.width_px, shifts.std(0), rtol=0.3)
 
 
-@pytest.mark.parametrize("seed", [3, 4, 6])
-def test_what_moved_half_of_the_points_is_no_lens(make_scene: MakeScene, seed: int) -> None:
-    """The residuals ask for own lenses, and two bodies explain more."""
+@pytest.mark.parametrize(
+    ("seed", "share", "asks"),
+    [(4, 0.001, True), (4, 0.002, True), (8, 0.0007, True), (3, 0.002, False), (6, 0.002, False)],
+)
+def test_what_moved_half_of_the_points_is_no_lens(
+    make_scene: MakeScene, seed: int, share: float, asks: bool
+) -> None:
+    """Where the residuals ask for own lenses, two bodies explain more."""
     scene = near(make_scene, seed)
     middle = float(np.median(scene.points_in_world[:, 0]))
     size = float(np.ptp(scene.points_in_world))
-    moves = np.random.default_rng(seed).normal(0.0, 0.003 * size, (PHOTOS, 3))
+    moves = np.random.default_rng(seed).normal(0.0, share * size, (PHOTOS, 3))
 
     def swaying(k: int, points: np.ndarray) -> np.ndarray:
         return scene.view(k).project(points + np.where(points[:, :1] > middle, moves[k], 0.0))
 
     faulty = taken(scene, seed, swaying)
     before = fixed(faulty)
-    assert min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6
+    assert (min(one.chance for one in scores_of(before, [CALIBRATED])) < 1e-6) is asks
     assert answered(before, faulty, [CALIBRATED], 4.0) is before
 
 
