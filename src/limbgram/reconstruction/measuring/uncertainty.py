@@ -27,7 +27,10 @@ Method  Noise: what single photos pull the surface by, each solved through the t
         docs/method.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -45,6 +48,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     curvature_of,
     solve,
     solve_all,
+    stiffness_of,
 )
 from limbgram.reconstruction.scale.metric import MetricScene
 
@@ -64,6 +68,19 @@ Theory: 13 to 50 for relief that ends anywhere above 2 mm, its slopes the same i
 to 1.5 times as steep with each; ten captures of our own asked for 20 to 50."""
 _LOST_SLOPE_SIGMA = 0.3
 """Standard deviation of that factor, a fraction of it."""
+_NEXT_BAND = 1.5
+_BAND_RATIOS = 1.32, 1.43
+"""Height of the relief in one band of lengths over that in the next finer one: at the first, relief
+is about as high at all lengths; from the second on, the factors above hold. Theory: 1.27 for relief
+of one height at all lengths, 1.35 for relief that grows with the power 0.2 of its length, 1.56 for
+0.7. Four wrinkled captures have 1.27 to 1.38, three usual ones 1.40 to 1.54, limb_ring15 1.54,
+foot_ring24 1.58."""
+_LEAST_RELIEF = 1.0
+"""Energy of relief over that of noise in the finer band, from which the two bands tell of it."""
+_WRINKLED_SLOPE, _WRINKLED_SLOPE_SIGMA, _WRINKLED_DETAIL = 3.0, 0.4, 2.0
+"""How much more slope is lost there, the deviation of that as a fraction, and how much more
+energy: five wrinkled captures ask for 2.6 to 3.6 times the slope, and theory for 2.0 times the
+energy."""
 _COMMON_SLOPE, _COMMON_SLOPE_SIGMA = 1.2, 0.3
 """Squared slope of the noise over what the photos' disagreement says: what they get wrong alike
 is finer than what they get wrong apart."""
@@ -132,7 +149,9 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     in_seen = _noise(squares, equations, painted, loud, _NOISE_RINGS) / free
     detail = painted.energy((taken - again) ** 2 / free, _DETAIL_RINGS)
     detail -= _NOISE_IN_SEEN * painted.energy(in_seen, _NOISE_RINGS)
-    variance = noise + _LOST_PER_SEEN * np.maximum(detail, 0.0) * free
+    wrinkled = _wrinkled(mesh, thin_plate, equations, painted, probes)
+    per_seen = _LOST_PER_SEEN * (1 + (_WRINKLED_DETAIL - 1) * wrinkled)
+    variance = noise + per_seen * np.maximum(detail, 0.0) * free
     variance += _chord(seen, pool) ** 2
     variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
@@ -147,7 +166,7 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
-        lost_length=_lost_length(relief, in_taken, roughened, _flatness(seen, pool)),
+        lost_length=_lost_length(relief, in_taken, roughened, _flatness(seen, pool), wrinkled),
         left=left,
     )
 
@@ -231,11 +250,80 @@ def _usual_length_mm(thin_plate: ThinPlate, equations: JointEquations) -> float:
     return max(equations.length_mm, float((stiff / usual) ** 0.25))
 
 
+def _wrinkled(
+    mesh: Mesh,
+    thin_plate: ThinPlate,
+    equations: JointEquations,
+    painted: "_Pool",
+    probes: Sequence[Float64[np.ndarray, " n"]],
+) -> float:
+    """Whether relief stays high at short waves, and so goes on where it is not seen, 0 to 1.
+
+    Told by how much more of it lies between 1.5 and 2.25 lengths of the plate than between 1 and
+    1.5, where paint shows it, both without the energy of noise.
+    """
+    rough, smooth = _BAND_RATIOS
+    fine, coarse = _bands(mesh, thin_plate, equations, painted, probes)
+    if min(fine.relief, coarse.relief) <= 0 or fine.relief < _LEAST_RELIEF * fine.noise:
+        return 0.0
+    ratio = np.sqrt(coarse.relief / fine.relief)
+    return float(np.clip((smooth - ratio) / (smooth - rough), 0.0, 1.0))
+
+
+class _Band(NamedTuple):
+    """Energies of one band of lengths, mm^2."""
+
+    relief: float
+    noise: float
+
+
+def _bands(
+    mesh: Mesh,
+    thin_plate: ThinPlate,
+    equations: JointEquations,
+    painted: "_Pool",
+    probes: Sequence[Float64[np.ndarray, " n"]],
+) -> list[_Band]:
+    """What lies between 1 and 1.5 lengths of the plate, and between 1.5 and 2.25."""
+    told = painted.counted
+    area = thin_plate.area_mm2
+    taken: list[Float64[np.ndarray, "k n"]] = []
+    for times in (1.0, _NEXT_BAND, _NEXT_BAND**2):
+        length_mm = times * equations.length_mm
+        bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
+        system = sp.csr_matrix(sp.diags(area) + bending @ thin_plate.laplacian)
+        flattening = bending @ curvature_of(mesh, thin_plate, length_mm)
+        first, *rest = solve_all(system, [flattening, *(area * probe for probe in probes)])
+        taken.append(np.array([first, *rest])[:, told])
+    unseen = _unseen(equations.photos)[told]
+    found: list[_Band] = []
+    for one, other in pairwise(taken):
+        whole, *noises = other - one
+        noise = sum(_usual_square(np.sqrt(unseen) * each) for each in noises) / _PROBES
+        found.append(_Band(_usual_square(whole) - noise, noise))
+    return found
+
+
+def _usual_square(values: Float64[np.ndarray, " n"]) -> float:
+    """Mean of the squares, single odd ones cut off; 0 of nothing."""
+    if not len(values):
+        return 0.0
+    squares = values**2
+    return float(np.mean(np.minimum(squares, 2 * _MOST_OVER_POOLED * np.median(squares))))
+
+
+def _unseen(photos: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
+    """Energy of the photos' errors, those that they have alike too, over their disagreement's."""
+    count = np.maximum(photos, 2).astype(np.float64)
+    return count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
+
+
 def _lost_length(
     relief: Float64[np.ndarray, " n"],
     in_taken: Float64[np.ndarray, " n"],
     roughened: Float64[np.ndarray, " n"],
     flatness: Float64[np.ndarray, " n"],
+    wrinkled: float,
 ) -> Float64[np.ndarray, "n 2"]:
     """How much longer a line along the limb is, and the standard deviation of that, per length.
 
@@ -244,11 +332,14 @@ def _lost_length(
         in_taken: squared slope of the noise, as taken off beside it.
         roughened: squared slope of the noise on the surface.
         flatness: what flat faces add.
+        wrinkled: how far the relief goes on unseen, as `_wrinkled` has it.
     """
-    lost = _LOST_SLOPE / 4 * relief
+    factor = _LOST_SLOPE * (1 + (_WRINKLED_SLOPE - 1) * wrinkled)
+    share = _LOST_SLOPE_SIGMA + (_WRINKLED_SLOPE_SIGMA - _LOST_SLOPE_SIGMA) * wrinkled
+    lost = factor / 4 * relief
     sigma = np.sqrt(
-        (_LOST_SLOPE_SIGMA * lost) ** 2
-        + (_LOST_SLOPE / 4 * _COMMON_SLOPE_SIGMA * in_taken) ** 2
+        (share * lost) ** 2
+        + (factor / 4 * _COMMON_SLOPE_SIGMA * in_taken) ** 2
         + (_COMMON_SLOPE_SIGMA / 4 * roughened) ** 2
     )
     return np.column_stack([lost - roughened / 4 - flatness, sigma])
@@ -289,8 +380,7 @@ def _noise(
     rings: int,
 ) -> Float64[np.ndarray, " n"]:
     """Energy of the photos' disagreement, and of what they get wrong alike."""
-    count = np.maximum(equations.photos, 2).astype(np.float64)
-    unseen = count / (count - 1) * (1 + (count - 1) * _COMMON) / (1 - _COMMON)
+    unseen = _unseen(equations.photos)
     return unseen * loud * pool.energy(np.sum(energies, axis=0) / (_PROBES * loud), rings)
 
 
