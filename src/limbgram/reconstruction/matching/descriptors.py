@@ -162,7 +162,8 @@ def _bests(
                 _carry_on(
                     lower, width, start, next_row, nearest, row_bests, column_bests, column_rows
                 )
-        best_row[start : start + width] = column_rows[:width]
+        for j in range(width):  # to copy a slice would take 2 s more to compile
+            best_row[start + j] = column_rows[j]
 
 
 @nb.njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "nsz"})

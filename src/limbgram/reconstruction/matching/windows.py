@@ -226,7 +226,8 @@ def follow_all(
     place = np.empty(6)
     for row in range(xy_first.shape[0]):
         result[row] = np.nan
-        place[:] = expected[row]
+        for k in range(6):
+            place[k] = expected[row, k]
         x, y = xy_first[row]
         turned = math.sqrt(abs(place[1] * place[5] - place[2] * place[4]))
         caught_x = caught_y = np.nan

@@ -131,8 +131,7 @@ def _iterate_four(
     residual, direction, image = np.empty((count, 4)), np.empty((count, 4)), np.empty((count, 4))
     size, energy, renewed = np.zeros(4), np.zeros(4), np.zeros(4)
     left, curvature, step, ratio = np.zeros(4), np.zeros(4), np.zeros(4), np.zeros(4)
-    direction[:] = solution
-    _times_four(data, indices, starts, direction, image)
+    _times_four(data, indices, starts, solution, image)
     for i in range(count):
         for k in range(4):
             residual[i, k] = right[i, k] - image[i, k]
@@ -141,22 +140,23 @@ def _iterate_four(
             size[k] += right[i, k] * right[i, k]
     for _ in range(steps):
         _dots_of_four(residual, residual, left)
-        done = left <= tolerance * tolerance * size
-        if done.all():
-            return
         _times_four(data, indices, starts, direction, image)
         _dots_of_four(image, direction, curvature)
+        busy = False
         for k in range(4):
-            step[k] = 0.0 if done[k] else energy[k] / curvature[k]
-        renewed[:] = 0.0
+            step[k] = renewed[k] = 0.0
+            if left[k] > tolerance * tolerance * size[k]:
+                step[k], busy = energy[k] / curvature[k], True
+        if not busy:
+            return
         for i in range(count):
             for k in range(4):
                 solution[i, k] += step[k] * direction[i, k]
                 residual[i, k] -= step[k] * image[i, k]
                 renewed[k] += preconditioner[i] * residual[i, k] * residual[i, k]
         for k in range(4):
-            ratio[k] = 0.0 if done[k] else renewed[k] / energy[k]
-        energy[:] = renewed
+            ratio[k] = 0.0 if step[k] == 0.0 else renewed[k] / energy[k]
+            energy[k] = renewed[k]
         for i in range(count):
             for k in range(4):
                 direction[i, k] = preconditioner[i] * residual[i, k] + ratio[k] * direction[i, k]
