@@ -105,8 +105,7 @@ class Mesh:
 
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
-        faces = np.ascontiguousarray(self.faces, np.int32)
-        return unit(summed(self.face_normals(), faces, len(self.vertices_mm)))
+        return unit(summed(self.face_normals(), self.faces, len(self.vertices_mm)))
 
     def vertex_areas_mm2(self) -> Float64[np.ndarray, " n"]:
         """A third of the area of the triangles round each vertex."""
@@ -172,12 +171,16 @@ def _shared_out(values: np.ndarray, faces: np.ndarray, count: int):
 @njit(cache=True, nogil=True)
 def summed(weighted: np.ndarray, faces: np.ndarray, count: int):
     """Sum of the faces' vectors at each vertex; first, second and third corners by themselves."""
-    total = np.zeros((count, 3))
-    for corner in range(3):
-        part = np.zeros((count, 3))
-        for f in range(len(faces)):
+    parts = np.zeros((count, 3, 3))
+    for f in range(len(faces)):
+        x, y, z = weighted[f, 0], weighted[f, 1], weighted[f, 2]
+        for corner in range(3):
             at = faces[f, corner]
-            for axis in range(3):
-                part[at, axis] += weighted[f, axis]
-        total += part
+            parts[at, corner, 0] += x
+            parts[at, corner, 1] += y
+            parts[at, corner, 2] += z
+    total = np.empty((count, 3))
+    for at in range(count):
+        for axis in range(3):
+            total[at, axis] = parts[at, 0, axis] + parts[at, 1, axis] + parts[at, 2, axis]
     return total

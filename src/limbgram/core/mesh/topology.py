@@ -312,13 +312,36 @@ def volume_mm3(mesh: Mesh) -> float:
     border = boundary_half_edges(faces)
     centre = mesh.vertices_mm[border[:, 0]].mean(0) if len(border) else mesh.vertices_mm.mean(0)
     around = mesh.vertices_mm - centre
-    whole = float(np.einsum("ij,ij->", around[faces[:, 0]], crosses(around, faces))) / 6
+    whole = float(np.einsum("ij,ij->", _first_corners(around, faces), crosses(around, faces))) / 6
     return whole + _cones_mm3(around, border) if len(border) else whole
 
 
 def faces_inwards(mesh: Mesh) -> bool:
     """Whether it is the inside of a thing, such as of a socket: its normals look into a hollow."""
     return volume_mm3(mesh) < 0
+
+
+@njit(cache=True, nogil=True)
+def _first_corners(vertices: np.ndarray, faces: np.ndarray):
+    """Where each face's first corner lies."""
+    found = np.empty((len(faces), 3))
+    for f in range(len(faces)):
+        for axis in range(3):
+            found[f, axis] = vertices[faces[f, 0], axis]
+    return found
+
+
+@njit(cache=True, nogil=True)
+def edge_lengths(vertices: np.ndarray, ends: np.ndarray):
+    """Length of each edge, as np.linalg.norm gives it to the last bit."""
+    found = np.empty(len(ends))
+    for e in range(len(ends)):
+        one, two = ends[e, 0], ends[e, 1]
+        x = vertices[one, 0] - vertices[two, 0]
+        y = vertices[one, 1] - vertices[two, 1]
+        z = vertices[one, 2] - vertices[two, 2]
+        found[e] = np.sqrt(x * x + y * y + z * z)
+    return found
 
 
 def _cones_mm3(around: Points3, border: Int32[np.ndarray, "b 2"]) -> float:

@@ -25,10 +25,10 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.mesh import Mesh, dots, lengths, unit
+from limbgram.core.mesh.mesh import Mesh, dots, unit
 from limbgram.core.mesh.planted import tree_on
 from limbgram.core.mesh.sections import cut
-from limbgram.core.mesh.topology import boundary_half_edges, find_edges
+from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.edits.fineness import refine_under
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
@@ -384,8 +384,8 @@ def with_closed(mesh: Mesh, holes: Sequence[Int32[np.ndarray, " l"]], *, bent: b
 def averaging(mesh: Mesh) -> csr_array:
     """Takes values at vertices to the mean over each vertex's neighbours, the near ones more."""
     edges = find_edges(mesh.faces)
-    ends, near = edges.ends, edges.neighbours
-    sizes = lengths(mesh.vertices_mm[ends[:, 0]] - mesh.vertices_mm[ends[:, 1]])
+    near = edges.neighbours
+    sizes = edge_lengths(mesh.vertices_mm, edges.ends)
     weights = 1 / np.maximum(sizes, _LEAST_EDGE * float(np.median(sizes)))
     starts = np.pad(near.starts, (0, len(mesh) + 1 - len(near.starts)), "edge")
     mean = csr_array((weights[near.edges], near.vertices, starts), shape=(len(mesh), len(mesh)))

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from limbgram.core.mesh.closest import TriangleTree
-from limbgram.core.mesh.mesh import Mesh, crosses, dots, lengths
+from limbgram.core.mesh.mesh import Mesh, crosses, dots, lengths, summed
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
+    edge_lengths,
     find_edges,
     half_edges,
     number_pairs,
@@ -123,6 +124,17 @@ def test_lengths_products_and_areas_are_those_of_numpy_to_the_last_bit() -> None
     np.testing.assert_array_equal(
         Mesh(vertices_mm=ones, faces=faces).vertex_areas_mm2(),
         np.bincount(faces.ravel(), np.repeat(thirds, 3), 500),
+    )
+    ends = rng.integers(0, 500, (700, 2)).astype(np.int32)
+    np.testing.assert_array_equal(
+        edge_lengths(ones, ends), np.linalg.norm(ones[ends[:, 0]] - ones[ends[:, 1]], axis=1)
+    )
+    weighted = rng.normal(size=(900, 3))
+    corners = [np.zeros((500, 3)) for _ in range(3)]
+    for corner, total in enumerate(corners):
+        np.add.at(total, faces[:, corner], weighted)
+    np.testing.assert_array_equal(
+        summed(weighted, faces, 500), corners[0] + corners[1] + corners[2]
     )
     marked = rng.random(500) < 0.3
     np.testing.assert_array_equal(with_any(marked, faces), marked[faces].any(1))
