@@ -39,6 +39,7 @@ from limbgram.cases.store import read_product
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Run
 from limbgram.formats.camera import read_camera
+from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens, camera_of
@@ -148,7 +149,7 @@ def one(seed: int, folder: Path) -> Result:
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
         "findings": check.findings,
-        "plan_sigma_mm": planned_sigma_mm(options, camera)
+        "plan_sigma_mm": planned_sigma_mm(options, read_camera(camera).edge_px)
         if len(photos) == options.photos
         else None,
     }
@@ -180,11 +181,15 @@ def calibrated(folder: Path) -> Path:
 
 
 def plan_again(seed: int, line: Result, folder: Path) -> None:
-    """What is planned for a capture today."""
+    """What is planned for a capture today: by the edges of board photos, as `calibrate` does."""
     if line["plan_sigma_mm"] is None:
         return
-    make_capture(folder / "capture", replace(options_of(seed), photos=3, rings=1))
-    line["plan_sigma_mm"] = planned_sigma_mm(options_of(seed), calibrated(folder))
+    boards = replace(options_of(seed), photos=3, rings=1, calibration_photos=3)
+    make_capture(folder / "capture", boards)
+    widths = [
+        photo.sharpness for photo in read_photos((folder / "capture" / "calibration",)).photos
+    ]
+    line["plan_sigma_mm"] = planned_sigma_mm(options_of(seed), float(np.median(widths)))
     shutil.rmtree(folder)
 
 
@@ -199,7 +204,7 @@ def kept_photos(seed: int, folder: Path) -> list[Path]:
     return [photo for photo in photos if photo not in left]
 
 
-def planned_sigma_mm(options: CaptureOptions, camera_file: Path) -> float:
+def planned_sigma_mm(options: CaptureOptions, edge_px: float | None) -> float:
     """By the plan's formula and forms, and what is known before the walk: the camera and the sock.
 
     The rings are those that the photographer means to walk.
@@ -215,7 +220,7 @@ def planned_sigma_mm(options: CaptureOptions, camera_file: Path) -> float:
         for count, height in zip(counts, HEIGHTS_DEG)
         for k in range(count)
     ]
-    known = PlannedCamera(camera=camera, edge_px=read_camera(camera_file).edge_px)
+    known = PlannedCamera(camera=camera, edge_px=edge_px)
     sock = Sock.PRINTED if options.paint is Paint.PRINT else Sock.PAINTED
     showing = shown_by(len(limb.mesh), len(views), board_edge_px(known), sock)
     return predict(limb, views, showing).middle_sigma_mm(limb)
