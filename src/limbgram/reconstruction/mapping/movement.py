@@ -11,8 +11,9 @@ Method  If both bodies held still, the photos' places by the one are the places 
         by more than chance does, by an F test with Bonferroni's correction for all that was tried;
         the noise is that of the adjustments or of what no step explains, whichever is larger.
         Where much is left by both, that is restlessness; so it is where neither is told, chance
-        leaves less, and no motion that follows the camera round the limb explains it (a lens that
-        focuses anew bends a whole ring so). Where lenses are not known, it is unknown.
+        leaves less, and neither a motion that follows the camera round the limb explains it (a lens
+        that focuses anew bends a whole ring so) nor one photo. Where lenses are not known, it is
+        unknown.
 Limits  Movement along a line that no photo looks across is not seen; in a walk round the limb there
         is no such line.
 """
@@ -42,9 +43,10 @@ _COUNTED = np.array([0, 1, 2, 3, 4])
 _UNEXPLAINED = 4.0
 """What steps or a drift leave, in variances of the adjustments, from which they explain nothing:
 twice the sigma. Captures without movement leave 0.2 to 0.7."""
-_UNEVEN = 0.01
+_SPREAD = 0.01
 """Chance below which what is left without a step or drift is a sway, once what changes evenly round
-the limb is taken out as well: errors of neighbouring photos are alike, those of a sway are not."""
+the limb is taken out as well, and once the photo that explains most is: errors of neighbouring
+photos are alike, one photo may be held badly, and a sway is in all of them."""
 _MOVE = 6
 """Numbers of a rigid motion."""
 
@@ -322,11 +324,14 @@ def _drifting(apart: _Apart, options: MovementOptions) -> _Course:
 
 
 def _sways(apart: _Apart, still: _Fit, options: MovementOptions) -> bool:
-    """Whether so much is left without movement, and not by errors that neighbours share."""
+    """Whether so much is left without movement, and neither by errors that neighbours share nor by
+    one photo."""
     if still.unlikely >= options.false_alarm:
         return False
     even = apart.fitted(np.column_stack([np.cos(apart.around), np.sin(apart.around)]))
-    return even.unlikely < _UNEVEN
+    each = np.eye(len(apart.photos))
+    but_one = min((apart.fitted(own[:, None]) for own in each), key=lambda fit: fit.left)
+    return max(even.unlikely, but_one.unlikely) < _SPREAD
 
 
 def _restless(apart: _Apart) -> _Course:

@@ -133,6 +133,13 @@ def test_a_sway_that_leaves_little_is_told_by_what_chance_does_not_leave() -> No
     assert kinds == ["restless"] * 8
 
 
+def test_one_photo_that_lies_elsewhere_is_no_sway() -> None:
+    for seed in range(4):
+        shifts = np.zeros((PHOTOS, 3))
+        shifts[5] = [0.6, 0.5, 0.8]
+        assert seen(shifts, seed).movement.kind == "still"
+
+
 def test_errors_that_follow_the_camera_round_are_no_sway_and_dealt_otherwise_they_are() -> None:
     turn = np.linspace(0, 2 * np.pi, PHOTOS, endpoint=False)[:, None]
     even = 0.45 * (np.cos(turn) + np.sin(turn)) * np.array([0.0, 0.0, 1.0])
