@@ -8,8 +8,12 @@ Method  The region of the limb, as the scene shows it, parts the keypoints of ev
         had no use for, the photos are placed anew, lenses held: once by the limb, once by the
         surroundings. `mapping.movement` compares the two. So it does the two halves of the limb's
         length: a limb that bends is no rigid body.
+        Where limb and surroundings moved against each other, photos placed by the board's corners
+        alone tell whether the board kept still with the limb. Then only other things were moved:
+        the photos stay where all that kept still has them, if the corners agree better there.
 Limits  What moves by more than some hundredths of the picture's width, a turntable, is no patient
-        who shifts: its matches are not looked at. Surroundings that show few points, and an object
+        who shifts: its matches are not looked at. A board that fewer than ten photos show does
+        not tell who moved. Surroundings that show few points, and an object
         that cannot be told from them, are said to be unknown.
 """
 
