@@ -164,7 +164,7 @@ def table(results: dict[str, Any]) -> str:
     lines = [
         "# Real cameras",
         "",
-        f"Made by `python benchmarks/cameras.py`; each capture's commit stands in the JSON. "
+        f"Made by `python benchmarks/cameras.py`, each line by its own commit. "
         f"{sum(one['holds'] for one in judged)} of {len(judged)} captures hold "
         f"(RMS at most {WORST_RATIO} times the ideal camera's, or error over sigma within "
         f"{HONEST_SPREAD[0]} to {HONEST_SPREAD[1]}); "
@@ -173,14 +173,14 @@ def table(results: dict[str, Any]) -> str:
         f"{sum(one['green_but_wrong'] for one in judged)}.",
         "",
         "| camera | fault | seed | RMS mm | times ideal | 95 % mm | expected 95 % | error/sigma "
-        "| scale % | worst girth mm | verdict | not green | holds |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| scale % | worst girth mm | verdict | not green | holds | commit |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for one in sorted(rows, key=lambda row: (row["setup"], row["seed"])):
         start = f"| {one['setup']} | {one['fault']} | {one['seed']} |"
         if one["light"] == "refused":
             why = one["message"].split(". ")[0]
-            lines.append(f"{start} | | | | | | | refused | {why} | |")
+            lines.append(f"{start} | | | | | | | refused | {why} | | {one['commit']} |")
             continue
         girth = max(one["girths_mm"], key=abs, default=float("nan"))
         holds = {True: "yes", False: "NO", None: ""}[one.get("holds")]
@@ -188,7 +188,7 @@ def table(results: dict[str, Any]) -> str:
             f"{start} {one['rms_mm']:.3f} | {one.get('rms_ratio', '')} | {one['p95_mm']:.3f} | "
             f"{one['expected_p95_mm']:.3f} | {one['sigma_spread']:.2f} | "
             f"{100 * one['scale_error']:+.3f} | {girth:+.2f} | {one['light']} | "
-            f"{', '.join(one['not_green'])} | {holds} |"
+            f"{', '.join(one['not_green'])} | {holds} | {one['commit']} |"
         )
     return "\n".join(lines) + "\n"
 
