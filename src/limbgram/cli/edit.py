@@ -46,8 +46,9 @@ The shape is a positive: **relieve** builds it up, outwards, and gives room; **l
 inwards, and gives pressure. Places are landmarks by name, or [x,y,z] in mm in the limb's frame
 (origin distal, +Z proximal, +Y anterior, +X the patient's right), or in the mesh's own with
 positions_in=mesh. An edit that would fold the surface or push it through itself is refused. So is
-a load on bone, nerve or tendon, and a depth above 10 mm, unless it is said that it is meant:
-`--accept "load on fibula head"`, `--accept "depth to 12 mm"`, or later by `accept`.
+a load on bone, on a nerve or on a tendon that bears none, and a depth above 10 mm, unless it is
+said that it is meant: `--accept "load on fibula head"`, `--accept "depth to 12 mm"`, or later by
+`accept`.
 """
 
 edit_app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode="markdown")
@@ -128,7 +129,7 @@ def add_command(
     parameters: Annotated[
         list[str] | None,
         typer.Argument(
-            help='name=value, values as in TOML; lists in brackets and quotes: "per_cent=[3,0]".'
+            help='name=value, values as in TOML; lists in brackets and quotes: "per_cent=[0,3]".'
         ),
     ] = None,
     number: Annotated[

@@ -238,7 +238,7 @@ def export_command(
     blank: Annotated[float | None, typer.Option(help="gcode: diameter of the blank, mm.")] = None,
     blank_length: Annotated[float | None, typer.Option(help="gcode: length of it, mm.")] = None,
     spigot: Annotated[
-        float | None, typer.Option(help="gcode: radius left for a tailstock, mm.")
+        float | None, typer.Option(help="gcode: radius of the stub left for a tailstock, mm.")
     ] = None,
     scallop: Annotated[float | None, typer.Option(help="gcode: height of ridges, mm.")] = None,
     feed: Annotated[float | None, typer.Option(help="gcode: mm/min over the surface.")] = None,

@@ -24,9 +24,10 @@ from limbgram.core.run import NEUTRAL_FOLDER, no_search_for_garbage
 
 _HELP = """From photographs taken round a limb to its surface in millimetres.
 
-1. `limbgram calibrate BOARD_PHOTOS --board 14x10 --square 10 -o camera.json`
-2. `limbgram reconstruct PHOTOS --camera camera.json -o CASE`
-3. open CASE/report.html; the files for other programs lie in CASE/deliverables
+1. `limbgram print kit -o kit`; then the same with `--measured-mm` and what the ruler on it reads
+2. `limbgram calibrate BOARD_PHOTOS --board kit/checkerboard.json -o camera.json`
+3. `limbgram reconstruct PHOTOS --camera camera.json --board kit/scale-board.json -o CASE`
+4. open CASE/report.html; the files for other programs lie in CASE/deliverables
 
 No photos at hand? `limbgram demo` makes some and goes all the way. `limbgram app` does the whole
 work in a browser.
@@ -41,7 +42,8 @@ work in a browser.
 - **5**: a file could not be written and verified
 - **6**: the system or a library ended the program; the case continues
 - **7**: done, and the verdict is RED: files are written and named so (surface-RED.stl); make
-  nothing from them unchecked. GREEN and AMBER end with 0. A kit that failed its test
+  nothing from them unchecked. GREEN and AMBER end with 0. Also: a kit that failed its test, and
+  a `check` that did not answer GO
 - **8**: the test of a kit could neither be passed nor failed
 - **130**: stopped by Ctrl-C; the same command continues
 """

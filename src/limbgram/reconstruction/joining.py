@@ -6,7 +6,8 @@ Method  The points of the marks become keypoints and matches (`matching.coded`),
         and photos placed as ever. A mark whose corners do not stay in the scene in half of the
         photos that show it moved against the others (it lies in the room and the limb moved, or it
         came off); the photos are then placed anew without it, and it is named.
-Fails   MatchingError, PlacementError: the marks do not join the photos either.
+Fails   MatchingError, PlacementError: the marks do not join the photos either, or some do not fit
+        even after others were left out.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from limbgram.core.errors import PlacementError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
@@ -93,6 +95,12 @@ def join_by_marks(
         moved |= odd
         given = with_marks(features, matches, detections, still, frozenset(moved))
         joined = _joined(photos, given, cameras, verifying, mapping, run)
+    else:
+        if odd := _odd_marks(joined.scene, detections, joined.coded):
+            raise PlacementError(
+                f"Marks {', '.join(map(str, moved | odd))} do not stay where they are against each "
+                "other. Stick them on firmly and flat, and take the photos again."
+            )
     in_room = dict.fromkeys(joined.coded.in_room, _IN_ROOM)
     left_out = dict(sorted((in_room | moved).items()))
     held = sorted({*shared_marks(detections)} - {*left_out})

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, fit_similarity
 from limbgram.core.geometry.lens import Camera, View
 from limbgram.core.run import Run
+from limbgram.reconstruction import joining
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.joining import (
@@ -235,3 +237,15 @@ def test_one_mark_alone_makes_no_pair(marks: int) -> None:
     given = with_marks(made.features, bare, made.marks, Still())
     assert given.matches.pairs == ()
     assert shared_marks(made.marks) == tuple(range(marks))
+
+
+def test_marks_of_which_others_do_not_fit_each_time_join_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made, odd = walk(), iter([{1: "moved"}, {2: "moved"}, {3: "moved"}])
+    monkeypatch.setattr(joining, "_odd_marks", lambda *_: next(odd))
+    with pytest.raises(PlacementError, match="Marks 1, 2, 3 do not stay"):
+        join_by_marks(
+            made.photos, made.features, made.matches, made.marks, Still(), CAMERAS,
+            TwoViewOptions(), MappingOptions(), Run(), ARC,
+        )  # fmt: skip
