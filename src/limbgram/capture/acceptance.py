@@ -23,6 +23,7 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.spatial import KDTree
 
 from limbgram.capture.artefact import Artefact, LengthStandard
 from limbgram.capture.permissible import KINDS, Kind, Limits
@@ -41,6 +42,11 @@ Outcome = Literal["pass", "fail", "cannot tell"]
 _SPACING_SHARE = 0.05
 """Two spheres whose distance is farther from the calibrated one are not this pair."""
 _MISSING_COST = 10.0
+_LEAST_REACHED = 0.5
+"""Of a calibrated mesh's area: it stands on something and its underside may be part of the mesh,
+but a scrap of it proves no kit."""
+_NEAR_MM = 3.0
+"""A calibrated place with a measured vertex so near was reached; no limit permits so much."""
 _ALIKE = 0.02
 """Diameters so near to each other are searched once."""
 
@@ -90,8 +96,8 @@ class Body:
     capture: str
     name: str
     points: int
-    seen: float | None
-    """Share of the sphere, or of the way round the cylinder; None of a mesh."""
+    seen: float
+    """Share of the sphere, of the way round the cylinder, or of the mesh's area."""
     off_rms_mm: float
     """Of its points from the associated body."""
 
@@ -318,9 +324,15 @@ class _Tested:
         if standard is None:
             return
         try:
-            off_mm = distances_mm(self.capture.meshes[0], calibrated)
+            off_mm, reached = held_against(self.capture.meshes[0], calibrated)
         except LimbgramError as error:
             self._miss(standard.name, f"the surface could not be laid on it: {error}")
+            return
+        if reached < _LEAST_REACHED:
+            self._miss(
+                standard.name,
+                f"the surface shows {reached:.0%} of it; {_LEAST_REACHED:.0%} are needed",
+            )
             return
         p95 = float(np.quantile(np.abs(off_mm), 0.95))
         self._add("surface", standard.name, 0.0, p95, p95, standard.uncertainty_mm, 0.0)
@@ -329,7 +341,7 @@ class _Tested:
                 capture=self.capture.name,
                 name=standard.name,
                 points=len(off_mm),
-                seen=None,
+                seen=reached,
                 off_rms_mm=float(np.sqrt(np.mean(off_mm**2))),
             )
         )
@@ -392,8 +404,12 @@ class _Tested:
         self.missing.append(NotMeasured(capture=self.capture.name, name=name, reason=reason))
 
 
-def distances_mm(mesh: Mesh, calibrated: Mesh) -> Float64[np.ndarray, " n"]:
-    """Signed distances of the measured vertices from a calibrated mesh, laid on it rigidly.
+def held_against(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"], float]:
+    """A measured surface laid rigidly on a calibrated mesh.
+
+    Returns:
+        Signed distances of the measured vertices in mm, and the share of the calibrated mesh's area
+        that has a measured vertex near it.
 
     Raises:
         MeasureError: the shapes cannot be laid on each other.
@@ -402,10 +418,13 @@ def distances_mm(mesh: Mesh, calibrated: Mesh) -> Float64[np.ndarray, " n"]:
     alignment = lay(truth, ours, axes_of(truth), RegistrationOptions(way="icp"))
     measured = np.ones(len(mesh), bool) if mesh.filled is None else ~mesh.filled
     points: Points3 = alignment.first_from_second.apply(mesh.vertices_mm[measured])
+    gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]
+    areas_mm2 = calibrated.vertex_areas_mm2()
+    reached = float(areas_mm2[gaps_mm < _NEAR_MM].sum() / areas_mm2.sum())
     near = TriangleTree.of(calibrated.vertices_mm, calibrated.faces).closest(points)
     normals = calibrated.face_normals()[near.faces]
     outside = np.einsum("nc,nc->n", points - near.points_mm, normals) >= 0
-    return np.where(outside, near.distances_mm, -near.distances_mm)
+    return np.where(outside, near.distances_mm, -near.distances_mm), reached
 
 
 def _require_use(artefact: Artefact, limits: Limits) -> None:

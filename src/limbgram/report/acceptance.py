@@ -322,7 +322,7 @@ def _how(found: Acceptance) -> tuple[Block, ...]:
             one.capture,
             one.name,
             f"{one.points:,}",
-            "" if one.seen is None else f"{one.seen:.0%}",
+            f"{one.seen:.0%}",
             f"{one.off_rms_mm:.4f}",
         )
         for one in found.bodies

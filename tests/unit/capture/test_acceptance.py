@@ -168,6 +168,28 @@ def test_a_surface_against_its_calibrated_mesh() -> None:
     assert found.outcome == "fail"
 
 
+def test_a_scrap_of_the_calibrated_mesh_proves_no_kit() -> None:
+    limb = make_limb(LimbKind.TRANSTIBIAL, 4, 3.0, 60.0).mesh
+    artefact = Artefact(
+        name="cast",
+        sha256="3" * 64,
+        mesh=MeshStandard(name="cast 3", file="", uncertainty_mm=0.01),
+    )
+    around = np.arctan2(*limb.vertices_mm[:, :2].T)
+    for share, judged in ((0.3, False), (0.8, True)):
+        kept = np.abs(around) < share * np.pi
+        part = Mesh(vertices_mm=limb.vertices_mm, faces=limb.faces[kept[limb.faces].all(axis=1)])
+        used, faces = np.unique(part.faces, return_inverse=True)
+        part = Mesh(vertices_mm=limb.vertices_mm[used], faces=faces.reshape(-1, 3).astype(np.int32))
+        if judged:
+            found = accept(artefact, [capture(part)], parse_limits(["surface=0.1"]), limb)
+            assert found.outcome == "pass"
+            assert found.bodies[0].seen == pytest.approx(share, abs=0.1)
+        else:
+            with pytest.raises(MeasureError, match="50% are needed"):
+                accept(artefact, [capture(part)], parse_limits(["surface=0.1"]), limb)
+
+
 def test_alike_spheres_are_told_apart_by_their_distances() -> None:
     limb = make_gauge(BallBar(), 1.5, 60.0).mesh
     probed = find_spheres(surface_of([limb]), 50.0)[0]
