@@ -472,7 +472,7 @@ def trimline_dragged_cut_and_undone(app: App, case_id: str) -> None:
     no_serious_fault(app)
     page.get_by_role("button", name="Undo").click()
     page.locator(".edits .ed").nth(1).wait_for(state="detached")
-    page.get_by_text("Against the scan, sock off").wait_for()
+    page.get_by_text("Against the scan").wait_for()
 
 
 def compared_with_an_earlier_state(app: App) -> None:

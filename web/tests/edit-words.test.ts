@@ -33,3 +33,12 @@ test("a refusal for want of a word is told by what it is about; another refusal 
   expect(wordLacks(`${edit} ${PUT}; the depth is 12 mm, and more than 10 mm is unusual. ${MEANT} "load on tibial crest".`)).toContain("The depth is 12\u00a0mm");
   expect(wordLacks(`${edit} The load was not done: 3 pairs of triangles would fold over.`)).toBeNull();
 });
+
+test("the scan has its sock on or off only as it is recorded", async () => {
+  const { scanWords } = await import("../src/screens/edit-words");
+  const sock = (on: boolean) => [{ kind: "sock", on }];
+  expect(scanWords(0, [])).toBe("Against the scan");
+  expect(scanWords(0, sock(false))).toBe("Against the scan");
+  expect(scanWords(0, sock(true))).toBe("Against the scan, sock still on");
+  expect(scanWords(0.3, [])).toBe("Against the scan, sock off");
+});

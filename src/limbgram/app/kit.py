@@ -1,7 +1,10 @@
-"""Kit: whether the photos of a case fit a camera, and what is known of the camera of its run."""
+"""Kit: whether the photos of a case fit a camera, and what is known of the camera of its run.
+
+And of its size: what a tape said of it.
+"""
 
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
@@ -11,6 +14,7 @@ from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.capture.acceptance import Outcome
 from limbgram.cases.cameras import camera_doubt
 from limbgram.cases.certificates import cameras_of, cited_setups
+from limbgram.cases.taped import tapes_judged
 from limbgram.formats.camera import read_camera
 
 router = APIRouter(tags=["cameras"])
@@ -35,11 +39,19 @@ class Setup(BaseModel):
     remark: str = Field(default="", description="What to do about it, if anything.")
 
 
+class TapeSaid(BaseModel):
+    """A taped girth beside the surface, word by word as the case's accuracy says it."""
+
+    light: Literal["green", "amber", "red"]
+    sentence: str
+
+
 class Kit(BaseModel):
-    """The kit that a case was computed with."""
+    """The kit that a case was computed with, and what checked its size."""
 
     cameras: list[str] = Field(description="Labels of the camera files that were given.")
     setups: list[Setup] = Field(description="Of those with a certificate.")
+    tapes: list[TapeSaid] = Field(description="Girths taped on the limb, given with the run.")
 
 
 @router.get("/cases/{case_id}/camera-fit")
@@ -59,7 +71,7 @@ def read_camera_fit(
 
 @router.get("/cases/{case_id}/kit")
 def read_kit(case: CaseHere) -> Kit:
-    """Which calibrated cameras a case was computed with, and how old their certificate is."""
+    """The calibrated cameras of the run with the age of their certificate, and its tapes."""
     return Kit(
         cameras=[one.label for one in cameras_of(case.folder)],
         setups=[
@@ -73,5 +85,8 @@ def read_kit(case: CaseHere) -> Kit:
                 remark=one.remark,
             )
             for one in cited_setups(case.folder, datetime.now(UTC).date())
+        ],
+        tapes=[
+            TapeSaid(light=one.light, sentence=one.sentence) for one in tapes_judged(case.folder)
         ],
     )

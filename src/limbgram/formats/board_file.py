@@ -3,7 +3,7 @@
 Whoever reads it gets the board of the true size.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from limbgram.core.errors import OptionsError
@@ -59,18 +59,29 @@ def read_board(path: Path) -> Board:
         CaseError: there is no such file, or it is no board file, or a value cannot be.
     """
     record = _FILE.read(path)
-    growth = 1.0 if record.printed is None else record.printed.growth
     try:
-        return Board(
+        drawn = Board(
             kind=record.kind,
             columns=record.columns,
             rows=record.rows,
-            square_mm=record.square_mm * growth,
-            marker_mm=record.marker_mm * growth,
+            square_mm=record.square_mm,
+            marker_mm=record.marker_mm,
             dictionary=record.dictionary,
         )
+        return board_as_printed(drawn, record.printed)
     except OptionsError as error:
         raise _FILE.unusable(path, str(error)) from error
+
+
+def board_as_printed(drawn: Board, printed: PrintedSize | None) -> Board:
+    """A board in its true size: as it was drawn, and what was measured on its print."""
+    if printed is None:
+        return drawn
+    return replace(
+        drawn,
+        square_mm=drawn.square_mm * printed.growth,
+        marker_mm=drawn.marker_mm * printed.growth,
+    )
 
 
 def require_board_place(path: Path, printed: PrintedSize | None = None) -> None:

@@ -14,6 +14,9 @@ from PIL import Image
 
 from limbgram.app import coaching
 from limbgram.core.errors import ScaleError
+from limbgram.formats.board_file import read_board, write_board
+from limbgram.formats.printed import PrintedSize, Reading
+from limbgram.reconstruction.targets.board import Board
 
 API = "/api/v1"
 
@@ -23,7 +26,7 @@ class Watch:
     """Stands for a CaptureWatch, and says what became of it."""
 
     calibrations: Sequence[object]
-    board: object
+    board: Board | None
     checks: list[int] = field(default_factory=list[int])
     closed: bool = False
     made: "ClassVar[list[Watch]]"
@@ -109,3 +112,31 @@ def test_a_camera_that_is_not_here_is_refused(client: TestClient) -> None:
     assert 400 <= asked.status_code < 500
     assert client.get(f"{case}/check").json()["state"] == "none"
     assert client.get(f"{API}/cameras").json() == []
+
+
+def test_a_board_is_as_large_as_the_ruler_of_its_print_says(
+    client: TestClient, watches: list[Watch], tmp_path: Path
+) -> None:
+    case = case_with_photos(client, 3)
+    checked(client, case, board={"ruler": {"measured_mm": 249.4}})
+    drawn = Board.charuco("7x5", 30, 22, "4X4_50")
+    size = PrintedSize(across=Reading(drawn_mm=250, measured_mm=249.4))
+    write_board(tmp_path / "board.json", drawn, size)
+    board = watches[-1].board
+    assert board == read_board(tmp_path / "board.json")
+    assert board is not None
+    assert board.square_mm == pytest.approx(30 * 249.4 / 250, abs=1e-12)
+
+
+@pytest.mark.parametrize("measured_mm", [237.4, 262.6, 25.0])
+@pytest.mark.parametrize("asked", ["check", "job"])
+def test_a_ruler_more_than_five_per_cent_off_is_refused(
+    client: TestClient, watches: list[Watch], asked: str, measured_mm: float
+) -> None:
+    case = case_with_photos(client, 3)
+    refused = client.post(
+        f"{case}/{asked}", json={"board": {"ruler": {"measured_mm": measured_mm}}}
+    )
+    assert 400 <= refused.status_code < 500
+    assert "100 %" in refused.json()["message"]
+    assert not watches

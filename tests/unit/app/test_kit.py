@@ -1,6 +1,7 @@
 """The kit over HTTP: photos that are not of the camera chosen are told before the run."""
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ from PIL import Image
 
 from limbgram.app.clinic import Clinic
 from limbgram.core.geometry.lens import Camera
+from limbgram.core.typed import tree_of
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.report.accuracy.judgement import SCALE, TAPE
 
 API = "/api/v1"
 
@@ -38,10 +41,32 @@ def test_a_case_names_the_cameras_that_it_was_computed_with(
     client: TestClient, clinic: Clinic, tmp_path: Path
 ) -> None:
     case_id = client.post(f"{API}/cases", json={}).json()["id"]
-    assert client.get(f"{API}/cases/{case_id}/kit").json() == {"cameras": [], "setups": []}
+    assert client.get(f"{API}/cases/{case_id}/kit").json() == {
+        "cameras": [],
+        "setups": [],
+        "tapes": [],
+    }
     (clinic.shelf.root / case_id / "camera.json").write_bytes(camera_file(tmp_path))
     told = client.get(f"{API}/cases/{case_id}/kit").json()
-    assert told == {"cameras": ["Made Up 1"], "setups": []}
+    assert told == {"cameras": ["Made Up 1"], "setups": [], "tapes": []}
+
+
+def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
+    client: TestClient, clinic: Clinic
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    said = [
+        SCALE.judge(0.01, "The scale agrees."),
+        TAPE.judge(0.4, "The tape read 354 mm; the surface has 353.1 mm there."),
+        TAPE.judge(5.0, "The tape read 254 mm; the surface has 263.1 mm there."),
+    ]
+    accuracy = clinic.shelf.case(case_id).folder.accuracy("json")
+    accuracy.write_text(json.dumps({"unit": "mm", "criteria": [tree_of(one) for one in said]}))
+    assert client.get(f"{API}/cases/{case_id}/kit").json()["tapes"] == [
+        {"light": one.light, "sentence": one.sentence} for one in said[1:]
+    ]
+    accuracy.write_text('{"criteria": 3}')
+    assert client.get(f"{API}/cases/{case_id}/kit").json()["tapes"] == []
 
 
 def camera_file(folder: Path) -> bytes:

@@ -1463,7 +1463,7 @@ export interface paths {
         };
         /**
          * Read Kit
-         * @description Which calibrated cameras a case was computed with, and how old their certificate is.
+         * @description The calibrated cameras of the run with the age of their certificate, and its tapes.
          */
         get: operations["read_kit"];
         put?: never;
@@ -1874,7 +1874,7 @@ export interface components {
             rows: number;
             /**
              * Square Mm
-             * @description As measured on the print.
+             * @description As measured on the print; with a ruler, as it was drawn.
              * @default 30
              */
             square_mm: number;
@@ -1888,6 +1888,8 @@ export interface components {
              * @default 4X4_50
              */
             dictionary: string;
+            /** @description What the ruler of the print reads: square and marker are corrected by it, as `limbgram print --measured-mm` does. null: they are given in their true size. */
+            ruler?: components["schemas"]["Ruler"] | null;
         };
         /**
          * Camera
@@ -2673,7 +2675,7 @@ export interface components {
         };
         /**
          * Kit
-         * @description The kit that a case was computed with.
+         * @description The kit that a case was computed with, and what checked its size.
          */
         Kit: {
             /**
@@ -2686,6 +2688,11 @@ export interface components {
              * @description Of those with a certificate.
              */
             setups: components["schemas"]["Setup"][];
+            /**
+             * Tapes
+             * @description Girths taped on the limb, given with the run.
+             */
+            tapes: components["schemas"]["TapeSaid"][];
         };
         /**
          * KnownDistance
@@ -3427,6 +3434,23 @@ export interface components {
             ][];
         };
         /**
+         * Ruler
+         * @description A ruler that is printed with a board, and what a steel rule says that it is long.
+         */
+        Ruler: {
+            /**
+             * Drawn Mm
+             * @description As printed beside it.
+             * @default 250
+             */
+            drawn_mm: number;
+            /**
+             * Measured Mm
+             * @description Refused from 5 % off.
+             */
+            measured_mm: number;
+        };
+        /**
          * Section
          * @description The lines in which a plane across the limb cuts the surface.
          */
@@ -3655,6 +3679,19 @@ export interface components {
              * @default
              */
             reason: string;
+        };
+        /**
+         * TapeSaid
+         * @description A taped girth beside the surface, word by word as the case's accuracy says it.
+         */
+        TapeSaid: {
+            /**
+             * Light
+             * @enum {string}
+             */
+            light: "green" | "amber" | "red";
+            /** Sentence */
+            sentence: string;
         };
         /**
          * TemplateName

@@ -75,7 +75,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
   const input = useRef<HTMLInputElement>(null);
   const sent = useSignal<[number, number] | null>(null);
   const removing = useSignal(false);
-  const board = useSignal<Schemas["BoardSpec"]>({ kind: "checkerboard", columns: 14, rows: 10, square_mm: 10, marker_mm: 0, dictionary: "4X4_50" });
+  const board = useSignal<Schemas["BoardSpec"]>({ kind: "checkerboard", columns: 14, rows: 10, square_mm: 10, marker_mm: 0, dictionary: "4X4_50", ruler: null });
   const path = { params: { path: { camera_id: one.id } } };
   const add = (files: File[]) =>
     act.run(async () => {

@@ -2,7 +2,7 @@
 import { type Schemas, api, taken } from "../api/client";
 import { Chip, Notice, NumberField } from "../design/parts";
 import { useAsked } from "../state/asked";
-import type { Choices } from "../state/choices";
+import { type Choices, RULER_MM, rulerFar } from "../state/choices";
 import { href } from "../state/route";
 import { expert } from "../state/settings";
 import { t, when } from "../texts";
@@ -48,7 +48,7 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
             value={own ? "own" : String(choices.board)}
             onChange={(event) => {
               const value = event.currentTarget.value;
-              set({ board: value === "own" ? { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50" } : value === "none" ? "none" : "printed" });
+              set({ board: value === "own" ? { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null } : value === "none" ? "none" : "printed" });
             }}
           >
             <option value="printed">{t("options.board.printed")}</option>
@@ -75,6 +75,12 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
           )}
         </div>
       )}
+      {choices.board === "printed" && (
+        <div class="own-board asked">
+          <NumberField label={t("options.ruler", RULER_MM)} unit="mm" step={0.1} decimals={1} value={choices.ruler_mm} onChange={(value) => set({ ruler_mm: value })} />
+          {rulerFar(choices.ruler_mm) ? <Notice tone="red" title={t("options.ruler.far")} /> : <p class="soft">{t("options.ruler.how")}</p>}
+        </div>
+      )}
       {own && (
         <div class="own-board">
           {(
@@ -87,6 +93,19 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
           ).map(([name, label, unit, step, decimals]) => (
             <NumberField key={name} label={label} unit={unit} step={step} decimals={decimals} min={1} value={own[name] ?? null} onChange={(value) => set({ board: { ...own, [name]: value } })} />
           ))}
+        </div>
+      )}
+      {choices.board !== "none" && (
+        <label class="check-line">
+          <input type="checkbox" checked={choices.tape !== null} onChange={(event) => set({ tape: event.currentTarget.checked ? { height_mm: null, girth_mm: null } : null })} />
+          {t("options.tape")}
+        </label>
+      )}
+      {choices.board !== "none" && choices.tape && (
+        <div class="own-board asked">
+          <NumberField label={t("options.tape.height")} unit="mm" step={5} decimals={1} min={0} max={2000} value={choices.tape.height_mm} onChange={(value) => choices.tape && set({ tape: { ...choices.tape, height_mm: value } })} />
+          <NumberField label={t("options.tape.girth")} unit="mm" step={1} decimals={1} min={1} max={3000} value={choices.tape.girth_mm} onChange={(value) => choices.tape && set({ tape: { ...choices.tape, girth_mm: value } })} />
+          <p class="soft">{t("options.tape.how")}</p>
         </div>
       )}
       {choices.board === "none" && (

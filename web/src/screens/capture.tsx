@@ -11,7 +11,7 @@ import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { useAct, useAsked } from "../state/asked";
-import { boardOf, choicesOf, keepChoices } from "../state/choices";
+import { boardOf, choicesOf, keepChoices, tapeLacks, tapesOf } from "../state/choices";
 import { go, href } from "../state/route";
 import { filesOf, forgetDone, send, uploads } from "../state/uploads";
 import { bytes, t } from "../texts";
@@ -74,7 +74,7 @@ export function CaptureScreen({ room }: RoomProps) {
       await taken(
         api.POST("/api/v1/cases/{case_id}/job", {
           ...path,
-          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: [], triangles: 500_000 },
+          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choicesOf(room.id)), triangles: 500_000 },
         }),
       );
       go(href.step(room.id, "result"));
@@ -85,7 +85,7 @@ export function CaptureScreen({ room }: RoomProps) {
   const total = here.length + coming.length;
   const answer = said?.answer ?? null;
   const goes = answer?.go === true && said?.current === true;
-  const few = here.length < 3 ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : null;
+  const few = here.length < 3 ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : tapeLacks(choices) ? t("options.tape.lacks") : null;
   const busy = room.info.state === "computing" || room.info.state === "held";
   const computed = room.info.state === "finished";
 
@@ -166,8 +166,10 @@ export function CaptureScreen({ room }: RoomProps) {
             arrived();
           }} />}
           <CaptureOptions room={room} photos={here.length} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
+            const asks = (one: typeof next) => JSON.stringify([one.cameras, one.board, one.ruler_mm]);
+            const again = asks(next) !== asks(choices);
             keepChoices(room.id, next);
-            if (here.length > 2) void askCheck();
+            if (here.length > 2 && again) void askCheck();
           }} />
         </section>
         <aside class="pane">

@@ -58,5 +58,11 @@ export function wordLacks(message: string): string | null {
   return said ? said.split("; ").map((what) => concernOf({ what, word: "" })).join(" ") : null;
 }
 
+/** What the colours are held against, and whether the scan still has its sock on, where that is recorded. */
+export function scanWords(sockOff_mm: number, edits: readonly Pick<Schemas["EditReply"], "kind" | "on">[]): string {
+  if (sockOff_mm > 0) return t("against.scan.off");
+  return t(edits.some((one) => one.kind === "sock" && one.on) ? "against.scan.on" : "against.scan");
+}
+
 const placeOf = (name: string) => tOr(`place.${name}`, tOr(`sensitive.${name}`, name));
 const whyOf = (why: string) => tOr(`why.${why}`, why);

@@ -1,7 +1,7 @@
 /**
  * Measure: does my tape agree? Girths by level beside the limb, with a column for the tape.
  *
- * A conflict is judged by the server: more than tape and surface together can be wrong by. It comes first.
+ * A conflict is judged by the server: more than 1 mm, or 1 % of girths under 100 mm. It comes first.
  */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";

@@ -26,7 +26,7 @@ import type { Line, Mark } from "../viewer/overlay";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Hit, Mode, SurfaceData } from "../viewer/surface";
 import type { Tool, Viewer } from "../viewer/viewer";
-import { concernOf, wordLacks, wordsOf } from "./edit-words";
+import { concernOf, scanWords, wordLacks, wordsOf } from "./edit-words";
 import { OtherEdit } from "./other-edit";
 import { TemplateEdits } from "./templates";
 import { useLimb } from "./limb";
@@ -569,7 +569,7 @@ export function RectifyScreen({ room }: RoomProps) {
         lines={drawn}
         handle={d ? { point: new Vector3(...d.anchor), normal: new Vector3(...d.normal), depth_mm: sign * d.depth_mm } : null}
         onHandle={onHandle}
-        against={before === null ? undefined : t("against.before", before)}
+        against={before === null ? scanWords(limb?.reply.sock_mm ?? 0, book?.recipe.edits ?? []) : t("against.before", before)}
         tool={d ? null : hands}
         onReady={(made) => (viewer.current = made)}
         keys={d ? t("rectify.keys.open") : t(`rectify.keys.${tool.value}` as TextKey)}

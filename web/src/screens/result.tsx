@@ -96,6 +96,7 @@ function Finished({ room }: RoomProps) {
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <VerdictLines info={room.info} />
+            <SizeLines tapes={kit.value.value?.tapes ?? []} unchecked={/size unchecked/.test(room.info.verdict?.headline ?? "")} />
             {measured && limb && (
               <div class="fig">
                 <div>
@@ -187,6 +188,26 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
         </ul>
       )}
     </>
+  );
+}
+
+/** What a tape said of the size, or how to have it checked where nothing did. */
+function SizeLines({ tapes, unchecked }: { tapes: Schemas["Kit"]["tapes"]; unchecked: boolean }) {
+  if (!tapes.length)
+    return unchecked ? (
+      <Notice tone="amber" title={t("size.unchecked")}>
+        {t("size.unchecked.do")}
+      </Notice>
+    ) : null;
+  return (
+    <div class="chk" aria-label={t("size.tape")}>
+      {tapes.map((one) => (
+        <div key={one.sentence}>
+          <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
+          {one.sentence}
+        </div>
+      ))}
+    </div>
   );
 }
 

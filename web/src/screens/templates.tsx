@@ -230,7 +230,7 @@ function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas[
           </label>
         ))}
       </fieldset>
-      <p class="small faint">{t(chosen.length < 3 ? "template.few" : "template.several")}</p>
+      <p class="small faint">{t(chosen.length < 5 ? "template.few" : "template.several")}</p>
       <Refusal refused={act.refused.value ?? cases.refused.value} />
       <div class="acts">
         <Button go off={act.busy.value ? t("template.busy") : !name.value.trim() ? t("template.name") : chosen.length ? null : t("template.from")} onClick={() => void learn()}>

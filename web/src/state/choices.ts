@@ -1,4 +1,8 @@
-/** What was chosen for computing a case, kept by this browser until it is sent with the run. */
+/**
+ * What was chosen for computing a case, kept by this browser until it is sent with the run.
+ *
+ * What the ruler of the printed board reads is of the print: the next case begins with the last good reading.
+ */
 import { signal } from "@preact/signals";
 
 import type { Schemas } from "../api/client";
@@ -8,27 +12,48 @@ export interface Choices {
   readonly board: "printed" | "none" | Schemas["BoardSpec"];
   readonly poisson: boolean;
   readonly unscaled: boolean;
+  /** What a steel rule reads on the ruler that is printed with the board; it was drawn RULER_MM long. */
+  readonly ruler_mm: number;
+  /** A girth taped on the limb; null where nobody taped one. */
+  readonly tape: { readonly height_mm: number | null; readonly girth_mm: number | null } | null;
 }
 
-const NONE: Choices = { cameras: [], board: "printed", poisson: false, unscaled: false };
+export const RULER_MM = 250;
+const RULER_KEY = "limbgram.ruler";
+/** As the server refuses: from 5 % off the rule was misread, or another page was printed to. */
+const FAR = 0.05;
+
+const none = (): Choices => ({ cameras: [], board: "printed", poisson: false, unscaled: false, ruler_mm: Number(localStorage.getItem(RULER_KEY) ?? RULER_MM), tape: null });
 const changed = signal(0);
 const key = (caseId: string) => `limbgram.choices.${caseId}`;
 
 export function choicesOf(caseId: string): Choices {
   void changed.value;
   const kept = localStorage.getItem(key(caseId));
-  return kept ? { ...NONE, ...(JSON.parse(kept) as Partial<Choices>) } : NONE;
+  return kept ? { ...none(), ...(JSON.parse(kept) as Partial<Choices>) } : none();
 }
 
 export function keepChoices(caseId: string, next: Choices): void {
   localStorage.setItem(key(caseId), JSON.stringify(next));
+  if (!rulerFar(next.ruler_mm)) localStorage.setItem(RULER_KEY, String(next.ruler_mm));
   changed.value++;
 }
 
-const PRINTED: Schemas["BoardSpec"] = { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50" };
+/** Whether no print of the board can be so large or so small. */
+export const rulerFar = (ruler_mm: number) => !(Math.abs(ruler_mm / RULER_MM - 1) <= FAR);
+
+/** Whether a taped girth was begun and is not whole. */
+export const tapeLacks = ({ board, tape }: Choices) => board !== "none" && tape !== null && !(tape.height_mm !== null && tape.girth_mm);
+
+/** The taped girths as the server wants them; without a size there is nothing to hold them against. */
+export function tapesOf({ board, tape }: Choices): Schemas["Tape"][] {
+  return board === "none" || !tape?.girth_mm || tape.height_mm === null ? [] : [{ height_mm: tape.height_mm, girth_mm: tape.girth_mm }];
+}
+
+const PRINTED: Schemas["BoardSpec"] = { kind: "charuco", columns: 7, rows: 5, square_mm: 30, marker_mm: 22, dictionary: "4X4_50", ruler: null };
 
 /** The board as the server wants it: null looks for none. */
 export function boardOf(caseId: string): Schemas["BoardSpec"] | null {
-  const { board } = choicesOf(caseId);
-  return board === "none" ? null : board === "printed" ? PRINTED : board;
+  const { board, ruler_mm } = choicesOf(caseId);
+  return board === "none" ? null : board === "printed" ? { ...PRINTED, ruler: { drawn_mm: RULER_MM, measured_mm: ruler_mm } } : board;
 }
