@@ -549,7 +549,7 @@ const TEXTS = {
   "help.capture.3": ["GO means the photos are enough. Until then the dial shows where to stand.", "GO heißt: die Fotos reichen. Bis dahin zeigt der Ring, wo man stehen soll."],
   "help.result.1": ["Green, amber or red is the program's own judgement; the report says why.", "Grün, Gelb oder Rot ist das Urteil des Programms; der Bericht sagt warum."],
   "help.result.2": ["Purple is where it is less sure. Click a point to see the photos that measured it.", "Violett ist weniger sicher. Punkt anklicken zeigt die Fotos, die ihn maßen."],
-  "size.unchecked": ["Size unchecked: only the print of the board says how large the limb is.", "Größe ungeprüft: nur der Druck des Bretts sagt, wie groß das Gliedmaß ist."],
+  "size.unchecked": ["To have the size checked", "So wird die Größe geprüft"],
   "size.unchecked.do": [
     "Tape one girth, type it under Capture beside the board, and compute again. Nothing is photographed again.",
     "Einen Umfang mit dem Band messen, unter Aufnahme beim Brett eintragen und neu rechnen. Neue Fotos braucht es nicht.",
@@ -664,7 +664,10 @@ const TEXTS = {
   "measure.agrees": ["The tape agrees", "Das Bandmaß stimmt überein"],
   "measure.tapes": ["{0} by tape", "{0} mit Band"],
   "measure.conflict": ["At {0} mm: tape {1}, surface {2} mm ({3}).", "Auf {0} mm: Band {1}, Fläche {2} mm ({3})."],
-  "measure.conflict.do": ["More than both together can be wrong by. Tape it again at that height.", "Mehr als beide irren können. Auf dieser Höhe noch einmal messen."],
+  "measure.conflict.do": [
+    "More than 1 mm off (on girths under 100 mm: more than 1 %). Tape again at that height; if more than 3 mm remain, look at the board's size before you go on.",
+    "Um mehr als 1 mm anders (bei Umfängen unter 100 mm: um mehr als 1 %). Auf dieser Höhe noch einmal messen; bleiben mehr als 3 mm, erst die Größe des Bretts prüfen.",
+  ],
   "measure.here": ["At {0} mm: {1} mm by a taut tape, {2} mm along the contour.", "Auf {0} mm: {1} mm straffes Band, {2} mm an der Kontur."],
   "measure.keys": ["Drag the flag, or its ring's row, to measure at any height.", "Die Fahne ziehen misst auf jeder Höhe."],
   "measure.needs": ["Measuring needs the axis: align first.", "Messen braucht die Achse: zuerst ausrichten."],

@@ -200,7 +200,7 @@ function SizeLines({ tapes, unchecked }: { tapes: Schemas["Kit"]["tapes"]; unche
       </Notice>
     ) : null;
   return (
-    <div class="chk" aria-label={t("size.tape")}>
+    <div class="chk said" role="group" aria-label={t("size.tape")}>
       {tapes.map((one) => (
         <div key={one.sentence}>
           <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
