@@ -16,6 +16,18 @@ test("what the ruler of the print reads goes with the board, and to the next cas
   expect(boardOf("B")).toBeNull();
 });
 
+test("a case keeps the reading that it was computed with, and hands an old one to no other", async () => {
+  const { boardOf, choicesOf, keepChoices, rulerOf } = await import("../src/state/choices");
+  keepChoices("A", { ...choicesOf("A"), poisson: true });
+  keepChoices("B", { ...choicesOf("B"), ruler_mm: 249.4 });
+  expect(boardOf("A")).toMatchObject({ ruler: { measured_mm: 249.4 } });
+  keepChoices("A", { ...choicesOf("A"), ruler_mm: rulerOf(choicesOf("A")) });
+  keepChoices("B", { ...choicesOf("B"), ruler_mm: 250.8 });
+  keepChoices("A", { ...choicesOf("A"), poisson: false });
+  expect(boardOf("A")).toMatchObject({ ruler: { measured_mm: 249.4 } });
+  expect(boardOf("C")).toMatchObject({ ruler: { measured_mm: 250.8 } });
+});
+
 test("a reading that no print can have is sent to be refused, and is kept for no other case", async () => {
   const { boardOf, choicesOf, keepChoices, rulerFar } = await import("../src/state/choices");
   expect([237.4, 262.6, 25, Number.NaN].map(rulerFar)).toEqual([true, true, true, true]);

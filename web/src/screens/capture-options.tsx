@@ -2,7 +2,7 @@
 import { type Schemas, api, taken } from "../api/client";
 import { Chip, Notice, NumberField } from "../design/parts";
 import { useAsked } from "../state/asked";
-import { type Choices, RULER_MM, rulerFar } from "../state/choices";
+import { type Choices, RULER_MM, rulerFar, rulerOf } from "../state/choices";
 import { href } from "../state/route";
 import { expert } from "../state/settings";
 import { t, when } from "../texts";
@@ -77,8 +77,8 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
       )}
       {choices.board === "printed" && (
         <div class="own-board asked">
-          <NumberField label={t("options.ruler", RULER_MM)} unit="mm" step={0.1} decimals={1} value={choices.ruler_mm} onChange={(value) => set({ ruler_mm: value })} />
-          {rulerFar(choices.ruler_mm) ? <Notice tone="red" title={t("options.ruler.far")} /> : <p class="soft">{t("options.ruler.how")}</p>}
+          <NumberField label={t("options.ruler", RULER_MM)} unit="mm" step={0.1} decimals={1} value={rulerOf(choices)} onChange={(value) => set({ ruler_mm: value })} />
+          {rulerFar(rulerOf(choices)) ? <Notice tone="red" title={t("options.ruler.far")} /> : <p class="soft">{t("options.ruler.how")}</p>}
         </div>
       )}
       {own && (

@@ -11,7 +11,7 @@ import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { useAct, useAsked } from "../state/asked";
-import { boardOf, choicesOf, keepChoices, tapeLacks, tapesOf } from "../state/choices";
+import { boardOf, choicesOf, keepChoices, rulerOf, tapeLacks, tapesOf } from "../state/choices";
 import { go, href } from "../state/route";
 import { filesOf, forgetDone, send, uploads } from "../state/uploads";
 import { bytes, t } from "../texts";
@@ -70,11 +70,12 @@ export function CaptureScreen({ room }: RoomProps) {
 
   const compute = () =>
     act.run(async () => {
-      const { cameras: ids, poisson, unscaled } = choicesOf(room.id);
+      keepChoices(room.id, { ...choices, ruler_mm: rulerOf(choices) });
+      const { cameras: ids, poisson, unscaled } = choices;
       await taken(
         api.POST("/api/v1/cases/{case_id}/job", {
           ...path,
-          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choicesOf(room.id)), triangles: 500_000 },
+          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 },
         }),
       );
       go(href.step(room.id, "result"));
@@ -166,7 +167,7 @@ export function CaptureScreen({ room }: RoomProps) {
             arrived();
           }} />}
           <CaptureOptions room={room} photos={here.length} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
-            const asks = (one: typeof next) => JSON.stringify([one.cameras, one.board, one.ruler_mm]);
+            const asks = (one: typeof next) => JSON.stringify([one.cameras, one.board, rulerOf(one)]);
             const again = asks(next) !== asks(choices);
             keepChoices(room.id, next);
             if (here.length > 2 && again) void askCheck();

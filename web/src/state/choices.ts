@@ -1,7 +1,8 @@
 /**
  * What was chosen for computing a case, kept by this browser until it is sent with the run.
  *
- * What the ruler of the printed board reads is of the print: the next case begins with the last good reading.
+ * What the ruler of the printed board reads is of the print: cases go by the last good reading, until they are
+ * computed or have a reading of their own.
  */
 import { signal } from "@preact/signals";
 
@@ -12,32 +13,37 @@ export interface Choices {
   readonly board: "printed" | "none" | Schemas["BoardSpec"];
   readonly poisson: boolean;
   readonly unscaled: boolean;
-  /** What a steel rule reads on the ruler that is printed with the board; it was drawn RULER_MM long. */
-  readonly ruler_mm: number;
+  /** What a steel rule reads on the ruler that is printed with the board; null: as last typed in any case. */
+  readonly ruler_mm: number | null;
   /** A girth taped on the limb; null where nobody taped one. */
   readonly tape: { readonly height_mm: number | null; readonly girth_mm: number | null } | null;
 }
 
+/** How long that ruler was drawn. */
 export const RULER_MM = 250;
 const RULER_KEY = "limbgram.ruler";
 /** As the server refuses: from 5 % off the rule was misread, or another page was printed to. */
 const FAR = 0.05;
 
-const none = (): Choices => ({ cameras: [], board: "printed", poisson: false, unscaled: false, ruler_mm: Number(localStorage.getItem(RULER_KEY) ?? RULER_MM), tape: null });
+const NONE: Choices = { cameras: [], board: "printed", poisson: false, unscaled: false, ruler_mm: null, tape: null };
 const changed = signal(0);
 const key = (caseId: string) => `limbgram.choices.${caseId}`;
 
 export function choicesOf(caseId: string): Choices {
   void changed.value;
   const kept = localStorage.getItem(key(caseId));
-  return kept ? { ...none(), ...(JSON.parse(kept) as Partial<Choices>) } : none();
+  return kept ? { ...NONE, ...(JSON.parse(kept) as Partial<Choices>) } : NONE;
 }
 
 export function keepChoices(caseId: string, next: Choices): void {
+  const typed = next.ruler_mm !== null && next.ruler_mm !== choicesOf(caseId).ruler_mm;
   localStorage.setItem(key(caseId), JSON.stringify(next));
-  if (!rulerFar(next.ruler_mm)) localStorage.setItem(RULER_KEY, String(next.ruler_mm));
+  if (typed && !rulerFar(rulerOf(next))) localStorage.setItem(RULER_KEY, String(next.ruler_mm));
   changed.value++;
 }
+
+/** What the ruler of the print reads, mm. */
+export const rulerOf = ({ ruler_mm }: Choices) => ruler_mm ?? Number(localStorage.getItem(RULER_KEY) ?? RULER_MM);
 
 /** Whether no print of the board can be so large or so small. */
 export const rulerFar = (ruler_mm: number) => !(Math.abs(ruler_mm / RULER_MM - 1) <= FAR);
@@ -54,6 +60,7 @@ const PRINTED: Schemas["BoardSpec"] = { kind: "charuco", columns: 7, rows: 5, sq
 
 /** The board as the server wants it: null looks for none. */
 export function boardOf(caseId: string): Schemas["BoardSpec"] | null {
-  const { board, ruler_mm } = choicesOf(caseId);
-  return board === "none" ? null : board === "printed" ? { ...PRINTED, ruler: { drawn_mm: RULER_MM, measured_mm: ruler_mm } } : board;
+  const choices = choicesOf(caseId);
+  const { board } = choices;
+  return board === "none" ? null : board === "printed" ? { ...PRINTED, ruler: { drawn_mm: RULER_MM, measured_mm: rulerOf(choices) } } : board;
 }
