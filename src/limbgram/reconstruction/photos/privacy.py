@@ -7,8 +7,10 @@ Method  Only headers are rewritten. Tags of EXIF are taken out of their lists an
         the same length, so that a camera's calibration still knows the body and nobody else does.
         Of a JPEG and a PNG the parts for comments, XMP and IPTC are left out, and what follows a
         JPEG's end (moving pictures, second pictures with headers of their own). A raw file keeps
-        its maker's note, because the decoder needs it; that is told in what is answered.
-Fails   never: what is no such file, or is damaged, is given back as it is, and nothing is told.
+        its maker's note, because the decoder needs it; that is told in what is answered. The raw
+        files of Olympus and Panasonic have the structure of TIFF under numbers of their own.
+Fails   never: a file whose header is not known here (RAF, CR3, BigTIFF, any other), or that is
+        damaged at its beginning, keeps it, and the answer says so.
 """
 
 import hashlib
@@ -16,7 +18,7 @@ import hmac
 import re
 import struct
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
@@ -47,12 +49,23 @@ _LARGEST_HEADER = 100_000_000
 """Of a film."""
 _MOST_LISTS = 64
 _MOST_TAGS = 4096
+_WHOLE_HEADER = "the whole header"
+"""What is told of a file whose header is not known here."""
+_TIFF = (b"II*\0", b"MM\0*")
+_RAW_TIFF = (b"IIRO", b"IIRS", b"MMOR", b"IIU\0")
+"""First bytes of ORF (Olympus) and RW2 (Panasonic): else they are built as TIFF is."""
+_LARGEST_SEGMENT = 65_533
+"""Bytes of one part of a JPEG's header."""
 _AFTER_SCAN = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 """A marker within or after the compressed data of a JPEG."""
 _EXIF_ITEM = re.compile(rb"Exif\x00\x00(?:II\*\x00|MM\x00\*)")
 _XMP_ITEM = re.compile(rb"<x:xmpmeta.*?</x:xmpmeta>", re.DOTALL)
+_XMP = (_XMP_ITEM, "XMP")
 _ISO_6709 = re.compile(rb"[+-]\d{2,}\.\d+[+-]\d{2,3}\.\d+(?:[+-]\d+(?:\.\d+)?)?/")
 """A place as films carry it (ISO 6709)."""
+_FILM_PLACE = (_ISO_6709, "place")
+_CR3 = b"crx "
+"""Brand of Canon's raw files: boxes that are not known here hold the header, place and all."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +95,11 @@ class _Header:
     def clean(self) -> None:
         order = bytes(self.content[self.base : self.base + 2])
         self.sign = {b"II": "<", b"MM": ">"}.get(order, "")
-        if not self.sign or self.base + 8 > self.end:
+        first = self._number(self.base + 4, 4) if self.sign else 0
+        if not self._has_list(self.base + first):
+            self.kept.append(_WHOLE_HEADER)
             return
-        lists = [self._number(self.base + 4, 4)]
+        lists = [first]
         seen: set[int] = set()
         while lists and len(seen) < _MOST_LISTS:
             place = lists.pop()
@@ -94,11 +109,9 @@ class _Header:
 
     def _clean_list(self, start: int) -> list[int]:
         """Take tags out of a list; returns where the lists below and after it lie."""
-        if start + 2 > self.end:
+        if not self._has_list(start):
             return []
         count = self._number(start, 2)
-        if count > _MOST_TAGS or start + 2 + 12 * count > self.end:
-            return []
         below: list[int] = []
         kept: list[bytes] = []
         for number in range(count):
@@ -132,15 +145,20 @@ class _Header:
 
     def _wipe_list(self, start: int) -> None:
         """Set a list and all its values to zero."""
-        if not self.base < start <= self.end - 2:
+        if not self._has_list(start):
             return
         count = self._number(start, 2)
-        if count > _MOST_TAGS or start + 2 + 12 * count > self.end:
-            return
         for number in range(count):
             where, size = self._value(start + 2 + 12 * number)
             self.content[where : where + size] = bytes(size)
         self.content[start : start + 2 + 12 * count] = bytes(2 + 12 * count)
+
+    def _has_list(self, start: int) -> bool:
+        """Whether a whole list can lie there."""
+        if not self.base < start <= self.end - 2:
+            return False
+        count = self._number(start, 2)
+        return count <= _MOST_TAGS and start + 2 + 12 * count <= self.end
 
     def _value(self, entry: int) -> tuple[int, int]:
         """Where a tag's value lies and its bytes; no bytes where it lies outside."""
@@ -170,11 +188,13 @@ def without_traces(content: bytes, suffix: str, key: bytes) -> Cleaned:
         return _of_jpeg(content, key)
     if content.startswith(b"\x89PNG\r\n\x1a\n"):
         return _of_png(content, key)
-    if content[:4] in (b"II*\0", b"MM\0*"):
-        return _in_place(content, key, [(0, len(content))], raw=suffix in RAW_SUFFIXES)
+    if content[:4] in _RAW_TIFF or (content[:4] in _TIFF and suffix in RAW_SUFFIXES):
+        return _of_raw(content, key)
+    if content[:4] in _TIFF:
+        return _in_place(content, key, [(0, len(content))])
     if content[4:8] == b"ftyp":
         return _of_boxes(content, key)
-    return Cleaned(content, ())
+    return Cleaned(content, (), (_WHOLE_HEADER,))
 
 
 def take_place_from_film(path: Path) -> tuple[str, ...]:
@@ -218,9 +238,20 @@ def _in_place(
     return Cleaned(bytes(changed), tuple(dict.fromkeys(removed)), tuple(dict.fromkeys(kept)))
 
 
+def _of_raw(content: bytes, key: bytes) -> Cleaned:
+    """Also of the pictures in it, which some cameras give a whole header of their own."""
+    spans = [(0, len(content))]
+    for found in _EXIF_ITEM.finditer(content):
+        base = found.start() + 6
+        spans.append((base, min(len(content), base + _LARGEST_SEGMENT)))
+    cleaned = _in_place(content, key, spans, raw=True)
+    return _without_texts(cleaned, (_XMP,))
+
+
 def _of_jpeg(content: bytes, key: bytes) -> Cleaned:
     parts: list[bytes] = [content[:2]]
     removed: list[str] = []
+    kept: list[str] = []
     at = 2
     while at + 4 <= len(content) and content[at] == 0xFF:
         marker = content[at + 1]
@@ -236,6 +267,7 @@ def _of_jpeg(content: bytes, key: bytes) -> Cleaned:
         if marker == 0xE1 and body.startswith(b"Exif\0\0"):
             inner = _in_place(body, key, [(6, len(body))])
             removed += inner.removed
+            kept += inner.kept
             parts.append(segment[:4] + inner.content)
         elif marker == 0xFE or (0xE0 <= marker <= 0xEF and not _needed(marker, body)):
             removed.append("XMP" if body.startswith(b"http") else "other header")
@@ -245,7 +277,7 @@ def _of_jpeg(content: bytes, key: bytes) -> Cleaned:
     if end < len(content):
         removed.append("what follows the picture")
     parts.append(content[at:end])
-    return Cleaned(b"".join(parts), tuple(dict.fromkeys(removed)))
+    return Cleaned(b"".join(parts), tuple(dict.fromkeys(removed)), tuple(dict.fromkeys(kept)))
 
 
 def _needed(marker: int, body: bytes) -> bool:
@@ -270,6 +302,7 @@ def _end_of_jpeg(content: bytes, scan: int) -> int:
 def _of_png(content: bytes, key: bytes) -> Cleaned:
     parts = [content[:8]]
     removed: list[str] = []
+    kept: list[str] = []
     at = 8
     while at + 12 <= len(content):
         size, kind = struct.unpack(">I4s", content[at : at + 8])
@@ -278,6 +311,7 @@ def _of_png(content: bytes, key: bytes) -> Cleaned:
         if kind == b"eXIf":
             inner = _in_place(chunk[8:-4], key, [(0, size)])
             removed += inner.removed
+            kept += inner.kept
             check = zlib.crc32(kind + inner.content)
             parts.append(chunk[:8] + inner.content + struct.pack(">I", check))
         elif kind in (b"tEXt", b"zTXt", b"iTXt"):
@@ -286,16 +320,26 @@ def _of_png(content: bytes, key: bytes) -> Cleaned:
             parts.append(chunk)
         if kind == b"IEND":
             break
-    return Cleaned(b"".join(parts), tuple(dict.fromkeys(removed)))
+    return Cleaned(b"".join(parts), tuple(dict.fromkeys(removed)), tuple(dict.fromkeys(kept)))
 
 
 def _of_boxes(content: bytes, key: bytes) -> Cleaned:
     """Of HEIF and of films: values become nothing where they stand, so that no box moves."""
     spans = [(found.start() + 6, len(content)) for found in _EXIF_ITEM.finditer(content)]
-    cleaned = _in_place(content, key, spans)
+    cleaned = _without_texts(_in_place(content, key, spans), (_XMP, _FILM_PLACE))
+    if content[8:12] == _CR3:
+        rest = "the rest of the header" if cleaned.removed else _WHOLE_HEADER
+        return replace(cleaned, kept=(rest,))
+    return cleaned
+
+
+def _without_texts(
+    cleaned: Cleaned, patterns: tuple[tuple[re.Pattern[bytes], str], ...]
+) -> Cleaned:
+    """Texts become blanks where they stand."""
     changed, removed = bytearray(cleaned.content), list(cleaned.removed)
-    for pattern, what in ((_XMP_ITEM, "XMP"), (_ISO_6709, "place")):
-        for found in pattern.finditer(content):
+    for pattern, what in patterns:
+        for found in pattern.finditer(cleaned.content):
             changed[found.start() : found.end()] = b" " * (found.end() - found.start())
             removed.append(what)
-    return Cleaned(bytes(changed), tuple(dict.fromkeys(removed)))
+    return replace(cleaned, content=bytes(changed), removed=tuple(dict.fromkeys(removed)))

@@ -96,3 +96,81 @@ def test_a_film_loses_its_place_and_nothing_moves(tmp_path: Path) -> None:
     assert film.stat().st_size == size
     assert film.read_bytes().count(PLACE) == 1
     assert take_place_from_film(film) == ()
+
+
+def raw_like(first: bytes, inside: bytes = b"") -> bytes:
+    """A header of TIFF's structure under other first bytes, and what else lies in the file."""
+    exif = Image.Exif()
+    exif[0x013B] = "Somebody"
+    exif.get_ifd(0x8769).update({0xA431: "SERIAL-4711", 0x920A: 35.0})
+    exif.get_ifd(0x8825).update({1: "N", 2: (48.0, 8.0, 14.2)})
+    exif.endian = "<" if first.startswith(b"II") else ">"
+    header = exif.tobytes().removeprefix(b"Exif\0\0")
+    assert header.startswith((b"II*\0", b"MM\0*"))
+    return first + header[4:] + bytes(100) + inside
+
+
+@pytest.mark.parametrize(
+    ("first", "suffix"),
+    [
+        (b"IIRO", ".orf"),
+        (b"IIRS", ".orf"),
+        (b"MMOR", ".orf"),
+        (b"IIU\0", ".rw2"),
+        (b"IIU\0", ".jpg"),
+    ],
+)
+def test_raw_files_that_are_tiff_by_another_number_are_cleaned(first: bytes, suffix: str) -> None:
+    content = raw_like(first)
+    cleaned = without_traces(content, suffix, KEY)
+    assert cleaned.content[:4] == first
+    assert len(cleaned.content) == len(content)
+    degrees = struct.pack("<II" if first.startswith(b"II") else ">II", 48, 1)
+    for told in (b"Somebody", b"SERIAL-4711", degrees):
+        assert told in content
+        assert told not in cleaned.content
+    assert {"photographer", "serial number", "place"} <= set(cleaned.removed)
+    assert "the whole header" not in cleaned.kept
+
+
+def test_a_picture_within_a_raw_file_loses_its_header_too() -> None:
+    inside = picture("JPEG") + b"<x:xmpmeta>Somebody</x:xmpmeta>"
+    content = raw_like(b"IIU\0", inside)
+    cleaned = without_traces(content, ".rw2", KEY)
+    assert b"Somebody" not in cleaned.content
+    assert b"SERIAL-4711" not in cleaned.content
+    at = len(content) - len(inside)
+    before = Image.open(io.BytesIO(picture("JPEG")))
+    after = Image.open(io.BytesIO(cleaned.content[at : at + len(picture("JPEG"))]))
+    np.testing.assert_array_equal(np.asarray(before), np.asarray(after))
+
+
+@pytest.mark.parametrize(
+    ("first", "suffix"),
+    [
+        (b"FUJIFILMCCD-RAW 0201", ".raf"),
+        (struct.pack(">I", 24) + b"ftypcrx \0\0\0\1crx isom", ".cr3"),
+        (b"II+\0\x08\0\0\0", ".tif"),
+        (b"MM\0+\0\x08\0\0", ".tif"),
+        (b"an unknown camera", ".raw"),
+        (b"II*\0\xff\xff\xff\xff", ".dng"),
+        (b"II*\0\xff\xff\xff\xff", ".tif"),
+    ],
+)
+def test_a_header_that_cannot_be_cleaned_is_told(first: bytes, suffix: str) -> None:
+    content = first + b"CMT1CMT2CMT3CMT4" + picture("TIFF")
+    cleaned = without_traces(content, suffix, KEY)
+    assert cleaned.content == content
+    assert (cleaned.removed, cleaned.kept) == ((), ("the whole header",))
+
+
+def test_what_is_known_of_a_header_goes_and_the_rest_is_told() -> None:
+    content = struct.pack(">I", 16) + b"ftypcrx \0\0\0\1" + b"<x:xmpmeta>Somebody</x:xmpmeta>CMT4"
+    cleaned = without_traces(content, ".cr3", KEY)
+    assert b"Somebody" not in cleaned.content
+    assert (cleaned.removed, cleaned.kept) == (("XMP",), ("the rest of the header",))
+
+
+@pytest.mark.parametrize("kind", ["JPEG", "PNG", "TIFF"])
+def test_nothing_is_told_to_stay_of_a_header_that_was_cleaned(kind: str) -> None:
+    assert without_traces(picture(kind), ".x", KEY).kept == ()
