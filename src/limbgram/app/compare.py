@@ -1,7 +1,9 @@
 """Compare: the shape of a case beside its scan, an earlier state of its recipe, another case, or a
 shape of elsewhere."""
 
+import asyncio
 import secrets
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request, Response
@@ -62,7 +64,11 @@ def list_shapes(bench: BenchHere) -> list[ShapeName]:
     """Shapes of elsewhere that were sent to compare with."""
     if not bench.shapes.is_dir():
         return []
-    files = sorted(one for one in bench.shapes.iterdir() if one.suffix.lower() in SUFFIXES)
+    files = sorted(
+        one
+        for one in bench.shapes.iterdir()
+        if one.suffix.lower() in SUFFIXES and not one.name.startswith(".")  # still being read
+    )
     return [ShapeName(name=one.name, bytes=one.stat().st_size) for one in files]
 
 
@@ -82,14 +88,9 @@ async def put_shape(
         content += piece
         if len(content) > _MOST_BYTES:
             raise OptionsError(f"{name} is larger than 400 MB. Reduce it where it came from.")
-    bench.shapes.mkdir(parents=True, exist_ok=True)
-    beside = bench.shapes / f".{secrets.token_hex(4)}{suffix}"
-    try:
-        beside.write_bytes(content)
-        read_limb(beside)
-    finally:
-        beside.unlink(missing_ok=True)
-    write_bytes(bench.shapes / name, bytes(content))
+    await asyncio.to_thread(
+        _keep_shape, bench, name, bytes(content)
+    )  # others are answered meanwhile
     return ShapeName(name=name, bytes=len(content))
 
 
@@ -131,6 +132,18 @@ def read_compared(clinic: ClinicHere, bench: BenchHere, given: Against) -> Respo
         {"positions": mesh.vertices_mm, "indices": mesh.faces, "signed_mm": signed},
     )
     return Response(content, media_type="application/octet-stream")
+
+
+def _keep_shape(bench: Bench, name: str, content: bytes) -> None:
+    """Keep a shape that can be read."""
+    bench.shapes.mkdir(parents=True, exist_ok=True)
+    beside = bench.shapes / f".{secrets.token_hex(4)}{FilePath(name).suffix.lower()}"
+    try:
+        beside.write_bytes(content)
+        read_limb(beside)
+    finally:
+        beside.unlink(missing_ok=True)
+    write_bytes(bench.shapes / name, content)
 
 
 def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:

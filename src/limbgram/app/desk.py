@@ -51,6 +51,17 @@ class Desk:
 
     _open: "OrderedDict[Path, OpenShape]" = field(default_factory=lambda: OrderedDict())
     _lock: threading.Lock = field(default_factory=threading.Lock)
+    _changing: dict[Path, threading.RLock] = field(default_factory=dict[Path, threading.RLock])
+
+    def changing(self, bench: Bench) -> threading.RLock:
+        """Held from reading a case's recipe or places to keeping what was made of them.
+
+        Else two who change something at once would both begin with the same state, and the second
+        to keep it would undo what the first did. It is the case's own: the shape in memory gives
+        way to another one whenever its files change.
+        """
+        with self._lock:
+            return self._changing.setdefault(bench.root, threading.RLock())
 
     def shape(self, bench: Bench) -> OpenShape:
         """The scan of a case, read again if its files changed."""

@@ -130,9 +130,9 @@ def read_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
 @router.put("/cases/{case_id}/limb/places/{name}")
 def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: PlaceMark) -> LimbReply:
     """Place a landmark, or move it; it goes to the nearest place on the surface."""
-    shape = clinic.desk.shape(bench)
     picked = Landmark(name=name, position_mm=_vector(given.position_mm))
-    with shape.lock:
+    with clinic.desk.changing(bench):
+        shape = clinic.desk.shape(bench)
         bench.save_limb(with_landmarks(shape.limb, [picked]), shape.file)
     return _told(clinic, bench)
 
@@ -140,11 +140,11 @@ def put_place(clinic: ClinicHere, bench: BenchHere, name: NameHere, given: Place
 @router.delete("/cases/{case_id}/limb/places/{name}")
 def delete_place(clinic: ClinicHere, bench: BenchHere, name: NameHere) -> LimbReply:
     """Take a landmark away."""
-    shape = clinic.desk.shape(bench)
-    left = tuple(one for one in shape.limb.landmarks if one.name != name)
-    if len(left) == len(shape.limb.landmarks):
-        raise missing("There is no place of that name.")
-    with shape.lock:
+    with clinic.desk.changing(bench):
+        shape = clinic.desk.shape(bench)
+        left = tuple(one for one in shape.limb.landmarks if one.name != name)
+        if len(left) == len(shape.limb.landmarks):
+            raise missing("There is no place of that name.")
         bench.save_limb(replace(shape.limb, landmarks=left), shape.file)
     return _told(clinic, bench)
 
@@ -185,20 +185,19 @@ def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
 @router.post("/cases/{case_id}/limb/align")
 def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
     """Give the shape its axes: +Z proximal, +Y anterior, +X the patient's right, origin distal."""
-    shape = clinic.desk.shape(bench)
-    fitted = given.axis == "fit"
-    options = AlignOptions(
-        side=given.side,
-        kind=given.kind or bench.case.label.kind,
-        axis=None if given.axis is None or given.axis == "fit" else _vector(given.axis),
-        fit_anew=fitted,
-        proximal=None if given.proximal is None else _vector(given.proximal),
-        anterior=None if given.anterior is None else _vector(given.anterior),
-        plumb=given.plumb,
-        flexion_deg=given.flexion_deg,
-        declared=shape.file.declared,
-    )
-    with shape.lock:
+    with clinic.desk.changing(bench):
+        shape = clinic.desk.shape(bench)
+        options = AlignOptions(
+            side=given.side,
+            kind=given.kind or bench.case.label.kind,
+            axis=None if given.axis is None or given.axis == "fit" else _vector(given.axis),
+            fit_anew=given.axis == "fit",
+            proximal=None if given.proximal is None else _vector(given.proximal),
+            anterior=None if given.anterior is None else _vector(given.anterior),
+            plumb=given.plumb,
+            flexion_deg=given.flexion_deg,
+            declared=shape.file.declared,
+        )
         aligned = align(shape.limb, options)
         bench.save_limb(aligned, shape.file)
     label = bench.case.label
@@ -211,7 +210,8 @@ def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
 @router.post("/cases/{case_id}/limb/refresh")
 def refresh_limb(clinic: ClinicHere, bench: BenchHere) -> LimbReply:
     """Take the surface of the last run to work on; places are carried over, axes set anew."""
-    bench.take_scan()
+    with clinic.desk.changing(bench):
+        bench.take_scan()
     return _told(clinic, bench)
 
 

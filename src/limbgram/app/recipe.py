@@ -160,14 +160,16 @@ def put_recipe_file(clinic: ClinicHere, bench: BenchHere, given: RecipeText) -> 
     """Put another recipe in its place; undo goes back."""
     made = parse_recipe(given.toml, "The recipe")
     require_scan(made, clinic.desk.shape(bench).file.sha256, "the surface of this case")
-    return _kept(clinic, bench, made)
+    with clinic.desk.changing(bench):
+        return _kept(clinic, bench, made)
 
 
 @router.post("/cases/{case_id}/recipe/edits", status_code=201)
 def add_edit(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Ledgered:
     """Add an edit to the recipe; the answer is the ledger, `recipe/change` brings the shape."""
     edit = make_edit(given.kind, _frozen(given.parameters), "The new edit")
-    return _kept(clinic, bench, added(bench.recipe(), edit, given.number, given.accept))
+    with clinic.desk.changing(bench):
+        return _kept(clinic, bench, added(bench.recipe(), edit, given.number, given.accept))
 
 
 @router.patch("/cases/{case_id}/recipe/edits/{number}")
@@ -175,36 +177,40 @@ def change_edit(
     clinic: ClinicHere, bench: BenchHere, number: Number, given: EditChange
 ) -> Ledgered:
     """Change an edit: switch it, change its numbers, accept what it does, or move it."""
-    recipe = bench.recipe()
-    if given.on is not None:
-        recipe = switched(recipe, number, on=given.on)
-    if given.parameters is not None:
-        recipe = _with_parameters(recipe, number, given.parameters)
-    if given.accept is not None:
-        recipe = accepted(recipe, number, given.accept)
-    if given.number is not None:
-        recipe = moved(recipe, number, given.number)
-    return _kept(clinic, bench, recipe)
+    with clinic.desk.changing(bench):
+        recipe = bench.recipe()
+        if given.on is not None:
+            recipe = switched(recipe, number, on=given.on)
+        if given.parameters is not None:
+            recipe = _with_parameters(recipe, number, given.parameters)
+        if given.accept is not None:
+            recipe = accepted(recipe, number, given.accept)
+        if given.number is not None:
+            recipe = moved(recipe, number, given.number)
+        return _kept(clinic, bench, recipe)
 
 
 @router.delete("/cases/{case_id}/recipe/edits/{number}")
 def delete_edit(clinic: ClinicHere, bench: BenchHere, number: Number) -> Ledgered:
     """Take an edit out of the recipe."""
-    return _kept(clinic, bench, removed(bench.recipe(), number))
+    with clinic.desk.changing(bench):
+        return _kept(clinic, bench, removed(bench.recipe(), number))
 
 
 @router.post("/cases/{case_id}/recipe/undo")
 def undo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
     """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
-    bench.step(-1)
-    return _ledgered(clinic, bench)
+    with clinic.desk.changing(bench):
+        bench.step(-1)
+        return _ledgered(clinic, bench)
 
 
 @router.post("/cases/{case_id}/recipe/redo")
 def redo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
     """Do again what was undone last."""
-    bench.step(1)
-    return _ledgered(clinic, bench)
+    with clinic.desk.changing(bench):
+        bench.step(1)
+        return _ledgered(clinic, bench)
 
 
 @router.post("/cases/{case_id}/recipe/preview", response_class=Response, responses=BINARY)
@@ -258,7 +264,10 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
 
 
 def _kept(clinic: Clinic, bench: Bench, recipe: Recipe) -> Ledgered:
-    """Keep a recipe that can be done; one that is refused changes nothing."""
+    """Keep a recipe that can be done; one that is refused changes nothing.
+
+    Whoever made it of the present one holds the case's lock since.
+    """
     shape = clinic.desk.shape(bench)
     ledger = shape.replayed(recipe).ledger
     bench.save_recipe(recipe)

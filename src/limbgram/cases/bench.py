@@ -8,6 +8,7 @@ work/tape.json           girths read on the patient
 work/rectified.ply       the shape after the recipe, and its limb file
 work/files/              what was written for machines
 work/shapes/             shapes of elsewhere, to compare with
+work/.taken/             a surface with its limb file, whole, on the way to its place
 
 The copy keeps the work when the case is computed again: the new surface is another file, its hash
 tells, and people decide when to take it. Every file here is what the commands of `limbgram` read
@@ -116,6 +117,7 @@ class Bench:
             CaseError: the case has no surface yet.
         """
         with _TAKING:
+            self._put_in_place()
             return self._kept_scan() or self._take_scan()
 
     def take_scan(self) -> Path:
@@ -128,6 +130,7 @@ class Bench:
             CaseError: the case has no surface yet.
         """
         with _TAKING:
+            self._put_in_place()
             return self._take_scan()
 
     def is_stale(self) -> bool:
@@ -233,6 +236,10 @@ class Bench:
         write_json(self.root / "tape.json", tree_of(_Tapes(readings)))
 
     @property
+    def _taken(self) -> Path:
+        return self.root / ".taken"
+
+    @property
     def _history_file(self) -> Path:
         return self.root / "history.json"
 
@@ -261,19 +268,38 @@ class Bench:
         before = self._kept_scan()
         carried = None if before is None else read_shape(before).limb
         self.root.mkdir(parents=True, exist_ok=True)
-        for name in _NAMES:
-            old = self.root / name
-            limb_file_beside(old).unlink(missing_ok=True)
-            old.unlink(missing_ok=True)
-        place = self.root / delivered.name
-        with written_whole(place) as beside:
-            shutil.copyfile(delivered, beside)
-        aligned = limb_file_beside(delivered)
-        if aligned.is_file() and carried is None:
-            shutil.copyfile(aligned, self.root / aligned.name)
-        elif carried is not None:
-            self._carry(carried, place)
-        return place
+        with written_whole(self._taken) as beside:
+            beside.mkdir()
+            shutil.copyfile(delivered, beside / delivered.name)
+            aligned = limb_file_beside(delivered)
+            if carried is not None:
+                self._carry(carried, beside / delivered.name)
+            elif aligned.is_file():
+                shutil.copyfile(aligned, beside / aligned.name)
+        self._put_in_place()
+        return self.root / delivered.name
+
+    def _put_in_place(self) -> None:
+        """Give a surface that was taken its place, with its limb file.
+
+        Until it lies in `.taken` whole, the one before stays as it is with all that belongs to it;
+        from then on only names change, which needs no room. If the program is ended in between,
+        the next one who asks for the surface goes on here: the old files go before the surface
+        comes, and the limb file comes last.
+        """
+        if not self._taken.is_dir():
+            return
+        coming = {file.name for file in self._taken.iterdir()}
+        for surface in coming.intersection(_NAMES):
+            for name in _NAMES:
+                old = self.root / name
+                limb_file_beside(old).unlink(missing_ok=True)
+                if name != surface:
+                    old.unlink(missing_ok=True)
+            (self._taken / surface).replace(self.root / surface)
+        for name in coming.difference(_NAMES):
+            (self._taken / name).replace(self.root / name)
+        self._taken.rmdir()
 
     def _carry(self, before: Limb, place: Path) -> None:
         """Landmarks and kind of the surface before, on the new one."""

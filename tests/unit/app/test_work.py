@@ -1,5 +1,6 @@
 """Work on a shape over HTTP: what is made is what the command line makes of it, to the byte."""
 
+import errno
 import json
 import shutil
 import threading
@@ -15,11 +16,16 @@ from typer.testing import CliRunner
 
 from limbgram.app.blocks import decode_blocks
 from limbgram.app.clinic import Clinic
+from limbgram.cases.bench import Bench
 from limbgram.cli.main import app as command_line
+from limbgram.core.errors import ShapeFileError
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.ply import write_ply
+from limbgram.formats.reading import ShapeFile, read_limb, read_shape
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.truth import stage_truth
+from limbgram.workbench.limb import Limb
+from limbgram.workbench.recipe.recipe import Recipe
 
 API = "/api/v1"
 KINDS = {"brush": "load", "levels": "reduction", "trimline": "trimline", "smoothing": "smoothing"}
@@ -304,6 +310,134 @@ def test_work_stays_where_the_case_is_computed_again(
     assert not fresh["stale"]
     assert [one["name"] for one in fresh["places"]] == ["patellar tendon"]
     assert not fresh["aligned"]
+
+
+@pytest.mark.parametrize("fails", ["reading", "full disk", "ended in between"])
+@pytest.mark.parametrize("other_name", [False, True])
+def test_a_new_surface_that_cannot_be_taken_leaves_the_one_before(
+    clinic: Clinic,
+    aligned: str,
+    limb: Mesh,
+    monkeypatch: pytest.MonkeyPatch,
+    fails: str,
+    other_name: bool,
+) -> None:
+    bench = Bench(clinic.shelf.case(aligned.rpartition("/")[2]))
+    folder = bench.case.folder.deliverables
+    before = {file.name: file.read_bytes() for file in bench.root.iterdir() if file.is_file()}
+    assert {"surface.ply", "surface.limb.json"} <= set(before)
+    (folder / "surface.ply").unlink()
+    higher = limb.with_vertices(limb.vertices_mm + np.array([0.0, 0.0, 0.5]))
+    new = "surface-RED.ply" if other_name else "surface.ply"
+    write_ply(higher, folder / new, "mm")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def one_read_then_none(path: Path) -> ShapeFile:
+        if path.name in before and path.parent == bench.root:
+            return read_shape(path)
+        raise ShapeFileError("It cannot be read.")
+
+    with monkeypatch.context() as broken:
+        match fails:
+            case "reading":
+                broken.setattr("limbgram.cases.bench.read_shape", one_read_then_none)
+            case "full disk":
+                broken.setattr(shutil, "copyfile", full)
+            case _:
+                move = Path.replace
+
+                def ends(file: Path, place: Path) -> Path:
+                    if file.parent.name == ".taken":
+                        raise OSError(errno.EIO, "Input/output error")
+                    return move(file, place)
+
+                broken.setattr(Path, "replace", ends)
+        with pytest.raises((ShapeFileError, OSError)):
+            bench.take_scan()
+    if fails == "ended in between":  # the new surface was whole: it is taken when asked for next
+        assert bench.scan_file().name == new
+        assert bench.scan_file().read_bytes() == (folder / new).read_bytes()
+    else:
+        kept = {file.name: file.read_bytes() for file in bench.root.iterdir() if file.is_file()}
+        assert kept == before
+    assert [one.name for one in bench.read().limb.landmarks] == ["patellar tendon"]
+    assert not list(bench.root.glob(".*"))
+    assert bench.take_scan().name == new
+    assert not bench.is_stale()
+    assert [one.name for one in bench.read().limb.landmarks] == ["patellar tendon"]
+
+
+def test_two_who_edit_at_once_lose_nothing(
+    client: TestClient, aligned: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe, together = Bench.recipe, threading.Barrier(2)
+
+    def slow(bench: Bench) -> Recipe:
+        read = recipe(bench)
+        time.sleep(0.1)
+        return read
+
+    def add(depth_mm: float) -> int:
+        together.wait(10)
+        edit = {"kind": "load", "parameters": {**LOAD, "depth_mm": depth_mm}}
+        return client.post(f"{aligned}/recipe/edits", json=edit).status_code
+
+    client.get(f"{aligned}/recipe")
+    monkeypatch.setattr(Bench, "recipe", slow)
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(add, [1.0, 2.0])) == [201, 201]
+        assert len(client.get(f"{aligned}/recipe").json()["edits"]) == 2
+
+        def again(step: str) -> int:
+            together.wait(10)
+            return client.post(f"{aligned}/recipe/{step}").status_code
+
+        assert list(pool.map(again, ["undo", "undo"])) == [200, 200]
+    assert client.get(f"{aligned}/recipe").json()["edits"] == []
+
+
+def test_two_who_place_at_once_lose_nothing(
+    client: TestClient, aligned: str, limb: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save, together = Bench.save_limb, threading.Barrier(2)
+
+    def slow(bench: Bench, limb: Limb, read: ShapeFile) -> None:
+        time.sleep(0.1)
+        save(bench, limb, read)
+
+    def place(name: str) -> int:
+        together.wait(10)
+        mark = {"position_mm": limb.vertices_mm[len(name)].tolist()}
+        return client.put(f"{aligned}/limb/places/{name}", json=mark).status_code
+
+    monkeypatch.setattr(Bench, "save_limb", slow)
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(place, ["one", "another"])) == [200, 200]
+    names = {one["name"] for one in client.get(f"{aligned}/limb").json()["places"]}
+    assert names == {"patellar tendon", "one", "another"}
+
+
+def test_others_are_answered_while_a_shape_is_read(
+    client: TestClient, aligned: str, limb: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, answered = threading.Event(), threading.Event()
+
+    def slow(path: Path) -> Limb:
+        begun.set()
+        assert answered.wait(10), "nobody was answered meanwhile"
+        return read_limb(path)
+
+    monkeypatch.setattr("limbgram.app.compare.read_limb", slow)
+    content = write_ply(limb, tmp_path / "other.ply", "mm").read_bytes()
+    with ThreadPoolExecutor(1) as pool:
+        sent = pool.submit(client.put, f"{aligned}/shapes/other.ply", content=content)
+        assert begun.wait(10)
+        assert client.get(f"{aligned}/shapes").json() == []
+        answered.set()
+        assert sent.result(20).status_code == 200
+    assert [one["name"] for one in client.get(f"{aligned}/shapes").json()] == ["other.ply"]
 
 
 def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned: str) -> None:
