@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.boards import BoardSpec
 from limbgram.app.clinic import Clinic, ClinicHere
-from limbgram.app.photos import NameHere, Photos, Sent, photos_reply, receive, received_of
+from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
 from limbgram.app.replies import BYTES, PICTURE, missing
 from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
 from limbgram.cases.intake import checked_name
@@ -117,6 +117,7 @@ async def put_board_photo(
     name: NameHere,
     request: Request,
     content_range: Annotated[str | None, Header()] = None,
+    upload_id: UploadId = None,
     replace: bool = False,
 ) -> Sent:
     """Send a photo of the board; as those of a case."""
@@ -126,6 +127,7 @@ async def put_board_photo(
         name,
         request,
         content_range,
+        upload_id,
         replace=replace,
         on_change=lambda: clinic.news.tell("cameras", camera_id),
     )

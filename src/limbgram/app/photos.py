@@ -19,6 +19,8 @@ from limbgram.app.replies import BYTES, PICTURE, missing
 from limbgram.cases.intake import (
     MOST_FILES,
     MOST_PHOTO_BYTES,
+    PIECES,
+    WHOLE,
     Intake,
     Received,
     checked_name,
@@ -32,6 +34,14 @@ from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_pictur
 router = APIRouter(tags=["photos"])
 
 NameHere = Annotated[str, Path(max_length=200, description="The file's own name.")]
+UploadId = Annotated[
+    str | None,
+    Header(
+        pattern=r"^[A-Za-z0-9_-]{8,64}$",
+        description="Of your choice, the same for all pieces of a file: tells it from the file of "
+        "another sender that has the same name.",
+    ),
+]
 _RANGE = re.compile(r"bytes (\d{1,15})-(\d{1,15})/(\d{1,15}|\*)")
 _PIECE = 1 << 16
 """Bytes that are written at once at least: sixty photos may come at the same time, and little more
@@ -98,21 +108,25 @@ async def put_photo(
     content_range: Annotated[
         str | None, Header(description="Of a piece: bytes 0-1048575/8000000.")
     ] = None,
+    upload_id: UploadId = None,
     replace: Annotated[
         bool, Query(description="Put it in the place of another of its name.")
     ] = False,
 ) -> Sent:
     """Send a photo, a film, or a zip of photos, whole or a piece of it; again does no harm.
 
-    The hash in the answer is that of the file as it came. What is kept has no place, name or serial
-    number in its header; its pixels are the same. If the line breaks, ask for the list: it says how
-    many bytes are here; go on from there with Content-Range.
+    The hash in the answer is that of the file as it came: compare it. What is kept has the same
+    pixels; `removed` names what was taken out of its header, `kept` what stays there: of a raw file
+    the maker's note, and the whole header where its kind is not known (RAF, CR3, BigTIFF). Of a
+    film only the place goes. If the line breaks, ask for the list: it says how many bytes are here;
+    go on from there with Content-Range. 409: another upload of the name comes in.
     """
     return await receive(
         clinic.intake(case),
         name,
         request,
         content_range,
+        upload_id,
         replace=replace,
         on_change=lambda: clinic.news.tell(case.case_id, "photos"),
     )
@@ -156,6 +170,7 @@ async def receive(
     name: str,
     request: Request,
     content_range: str | None,
+    upload_id: str | None = None,
     *,
     replace: bool,
     on_change: Callable[[], None],
@@ -166,11 +181,12 @@ async def receive(
     length = request.headers.get("content-length", "")
     if total is None and length.isdecimal() and content_range is None:
         total = int(length)
-    stream = await asyncio.to_thread(intake.begin, name, start, total)
+    upload = upload_id or (WHOLE if content_range is None else PIECES)
+    stream = await asyncio.to_thread(intake.begin, name, start, total, upload)
     here = start
     most = limit_of(name) if end is None else end + 1
     pending = bytearray()
-    with stream:
+    with stream:  # held until the file has its name
         async for piece in request.stream():
             here += len(piece)
             if here > most:
@@ -183,13 +199,14 @@ async def receive(
                 await asyncio.to_thread(stream.write, pending)
                 pending = bytearray()
         await asyncio.to_thread(stream.write, pending)
-    on_change()
-    whole = content_range is None if total is None else here >= total
-    if not whole:
-        return Sent(whole=False, new=True, bytes=here)
-    keeper = None if is_zip(name) else _KEEPER
-    work = partial(_finished, intake, name, replace)
-    ended = await asyncio.get_running_loop().run_in_executor(keeper, work)
+        on_change()
+        whole = content_range is None if total is None else here >= total
+        if not whole:
+            return Sent(whole=False, new=True, bytes=here)
+        await asyncio.to_thread(stream.close)
+        keeper = None if is_zip(name) else _KEEPER
+        work = partial(_finished, intake, name, replace)
+        ended = await asyncio.get_running_loop().run_in_executor(keeper, work)
     on_change()
     return Sent(
         whole=True,

@@ -5,19 +5,21 @@ Out     RECEIVED/NAME, the photo without places, names and serial numbers in its
         `photos.privacy`), and RECEIVED/.records/NAME.json: hashes of what came and what is kept.
 Method  A file grows beside its place; what has arrived is what lies on the disk, whatever the
         sender believes. Once it is whole its hash is taken, its header is cleaned, and it takes its
-        name. The same file once more is no fault; another one under its name is.
+        name. The same file once more is no fault; another one under its name is. A file that
+        grows belongs to one upload: another one of the same name waits until it is whole or given
+        up, so that no photo is put together of two.
 Fails   OptionsError: a name that can be no photo's, a piece that does not follow, too much.
-        CaseError: another file of that name is here.
+        CaseError: another file of that name is here, or comes in just now.
 """
 
-import json
 import re
 import secrets
 import threading
+import time
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import IO, Self
 
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
@@ -41,6 +43,10 @@ _LONGEST_NAME = 120
 _NAME = re.compile(r"[^\x00-\x1f/\\:*?\"<>|.~ ][^\x00-\x1f/\\:*?\"<>|]*")
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _LARGEST_RECORD = 100_000
+WHOLE, PIECES = "whole", "pieces"
+"""Uploads whose sender gave them no id of their own: in one request, and in several."""
+GIVEN_UP_S = 60.0
+"""Without a byte, after which another upload may begin in the place of one that is not whole."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +78,71 @@ class Arriving:
     """That are here."""
     total: int | None
     """That were announced."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Announced:
+    """What is known of a file of which a part is here."""
+
+    total: int | None = None
+    upload: str = WHOLE
+
+
+class Piece:
+    """A piece of a file that comes in; nobody else writes to the file until it is closed."""
+
+    def __init__(self, stream: IO[bytes], part: Path) -> None:
+        self._stream, self._part = stream, part
+        self._alone = threading.Lock()
+        self._over = False
+        self.closed = False
+        """Whether all is written; the piece may still be held, until the file has its name."""
+        self.last_s = time.monotonic()
+
+    def write(self, content: bytes | bytearray, /) -> int:
+        """Write what follows.
+
+        Raises:
+            CaseError: another request goes on with the same file.
+        """
+        with self._alone:
+            self.last_s = time.monotonic()
+            if self._over:
+                raise CaseError(
+                    "This piece was given up: another request goes on with the same file, or "
+                    "deleted it. Ask for the list, and go on from what is here."
+                )
+            written = self._stream.write(content)
+            self._stream.flush()  # what the list tells is what is here
+            return written
+
+    def close(self) -> None:
+        """Have all of it on the disk."""
+        with self._alone:
+            self._stream.close()
+            self.closed = True
+
+    def give_way(self) -> None:
+        """Write nothing more."""
+        with self._alone:
+            self._over = True
+            self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self.close()
+        finally:
+            with _BEGINNING:
+                if _COMING.get(self._part) is self:
+                    del _COMING[self._part]
+
+
+_BEGINNING = threading.Lock()
+_COMING: dict[Path, Piece] = {}
+"""Pieces that are being written, or whose file is looked at, by the file."""
 
 
 @dataclass(frozen=True)
@@ -113,11 +184,18 @@ class Intake:
         part = self._part(name)
         return part.stat().st_size if part.is_file() else 0
 
-    def begin(self, name: str, start: int, total: int | None) -> IO[bytes]:
+    def begin(self, name: str, start: int, total: int | None, upload: str = WHOLE) -> Piece:
         """A place to write a piece to, which begins at the byte `start`.
+
+        Who holds it while the file gets its name is sure that nobody changes it meanwhile.
+
+        Args:
+            upload: Tells whose file of the name it is: an id of the sender's choice, `PIECES` or
+                `WHOLE`.
 
         Raises:
             OptionsError: the piece does not follow what is here, or the file is too large.
+            CaseError: another upload of the name is coming in.
         """
         most = limit_of(name)
         if total is not None and total > most:
@@ -128,18 +206,42 @@ class Intake:
         if start == 0 and len(self._listed()) >= MOST_FILES:
             raise OptionsError(f"There are {MOST_FILES} files here already. Begin another case.")
         self._records.mkdir(parents=True, exist_ok=True)
-        here = self.arrived(name)
-        if start > here:
-            raise OptionsError(
-                f"{here} bytes of {name} are here, and a piece from byte {start} was sent. Go on "
-                f"from byte {here}."
-            )
-        stream = self._part(name).open("r+b" if here else "wb")
-        stream.truncate(start)
-        stream.seek(start)
-        if total is not None:
-            write_json(self._announced(name), {"total": total})
-        return stream
+        with _BEGINNING:
+            self._require_free(name, start, total, upload)
+            here = self.arrived(name)
+            if start > here:
+                raise OptionsError(
+                    f"{here} bytes of {name} are here, and a piece from byte {start} was sent. Go "
+                    f"on from byte {here}."
+                )
+            part = self._part(name)
+            write_json(self._announced(name), tree_of(_Announced(total=total, upload=upload)))
+            stream = part.open("r+b" if here else "wb")
+            stream.truncate(start)
+            stream.seek(start)
+            _COMING[part] = Piece(stream, part)
+            return _COMING[part]
+
+    def _require_free(self, name: str, start: int, total: int | None, upload: str) -> None:
+        """Refuse a piece that would go into the file of another upload."""
+        part, known = self._part(name), self._known(name)
+        own_id = upload not in (WHOLE, PIECES) and upload == known.upload
+        coming = _COMING.get(part)
+        if coming is not None:
+            quiet = time.monotonic() - coming.last_s > GIVEN_UP_S
+            if coming.closed or not (own_id or quiet):
+                raise _other_upload(name, "comes in just now")
+            coming.give_way()  # its line is dead, and its sender is here again
+        if not self.arrived(name):
+            return
+        if start > 0:
+            same = upload == known.upload or (upload, known.upload) == (PIECES, WHOLE)
+            if not same or (None not in (total, known.total) and total != known.total):
+                raise _other_upload(name, "has begun to come in")
+            return
+        again = own_id or (upload, known.upload) == (WHOLE, WHOLE)
+        if not again and time.time() - part.stat().st_mtime < GIVEN_UP_S:
+            raise _other_upload(name, f"has begun to come in, {self.arrived(name)} bytes are here")
 
     def finish(self, name: str, *, replace: bool = False) -> tuple[Received, bool]:
         """Give a file that has arrived its name; also whether it is new here.
@@ -192,12 +294,13 @@ class Intake:
                 _require_reasonable(name, members)
                 for member in members:
                     inner = checked_name(PurePosixPath(member.filename.replace("\\", "/")).name)
-                    try:
-                        with self.begin(inner, 0, None) as target:
+                    with self.begin(inner, 0, None, f"{name}/{inner}") as target:
+                        try:
                             copy_member(archive, member, target)
-                        found.append(self.finish(inner, replace=replace))
-                    finally:
-                        self._forget(inner)
+                            target.close()
+                            found.append(self.finish(inner, replace=replace))
+                        finally:
+                            self._forget(inner)
         except RuntimeError as locked:  # zipfile asks for the password so
             raise damaged(locked) from locked
         finally:
@@ -209,6 +312,12 @@ class Intake:
     def remove(self, name: str) -> bool:
         """Delete a file and what is known of it; whether there was one."""
         there = (self.folder / name).is_file() or self._part(name).is_file()
+        with _BEGINNING:
+            coming = _COMING.get(self._part(name))
+            if coming is not None and coming.closed:
+                raise _other_upload(name, "is whole and looked at just now")
+            if coming is not None:
+                coming.give_way()
         (self.folder / name).unlink(missing_ok=True)
         (self._records / f"{name}.json").unlink(missing_ok=True)
         self._forget(name)
@@ -244,10 +353,14 @@ class Intake:
         )
 
     def _arriving(self, name: str) -> Arriving:
-        total: int | None = None
-        if self._announced(name).is_file():
-            total = int(json.loads(self._announced(name).read_text("utf-8"))["total"])
-        return Arriving(name=name, bytes=self.arrived(name), total=total)
+        return Arriving(name=name, bytes=self.arrived(name), total=self._known(name).total)
+
+    def _known(self, name: str) -> _Announced:
+        try:
+            content = read_content(self._announced(name), _LARGEST_RECORD, CaseError)
+            return value_of(json_of(content), _Announced)
+        except (CaseError, Mismatch, ValueError):
+            return _Announced()
 
     def _forget(self, name: str) -> None:
         self._part(name).unlink(missing_ok=True)
@@ -261,6 +374,14 @@ class Intake:
 
 
 _ONE_AT_A_TIME = threading.Lock()
+
+
+def _other_upload(name: str, what: str) -> CaseError:
+    return CaseError(
+        f"Another upload of a file called {name} {what}. If it is another photo, rename one of the "
+        "files. If it is your own that broke off, go on from the bytes that the list tells, or "
+        "wait a minute and begin again."
+    )
 
 
 def checked_name(name: str) -> str:

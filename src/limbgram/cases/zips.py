@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import Protocol
 
 from limbgram.core.errors import CaseError, LimbgramError, PhotoError, printable
 
@@ -39,6 +39,12 @@ _DAMAGED = (
     lzma.LZMAError,
 )
 _LEFT_OUT = ("__MACOSX",)
+
+
+class Writer(Protocol):
+    """Takes what is unpacked."""
+
+    def write(self, content: bytes, /) -> object: ...
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,7 @@ def damage_refused(refusal: Callable[[Exception], LimbgramError]) -> Generator[N
         raise refusal(error) from error  # bzip2 says so
 
 
-def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: IO[bytes]) -> None:
+def copy_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo, writer: Writer) -> None:
     """Unpack one file. A byte more than was announced is the sum of another file: zipfile refuses
     it by its CRC.
     """

@@ -2,7 +2,10 @@
 
 import hashlib
 import io
+import os
 import zipfile
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +13,8 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app.clinic import Clinic
+from limbgram.cases.intake import GIVEN_UP_S, Intake
+from limbgram.core.errors import CaseError
 
 API = "/api/v1"
 
@@ -80,6 +85,96 @@ def test_an_upload_that_broke_goes_on_from_what_is_here(client: TestClient, phot
     ).json()
     assert rest["whole"]
     assert rest["photos"][0]["sha256"] == hashlib.sha256(content).hexdigest()
+
+
+def piece(
+    client: TestClient, place: str, content: bytes, span: tuple[int, int], upload: str = ""
+) -> Any:
+    first, end = span
+    headers = {"content-range": f"bytes {first}-{end - 1}/{len(content)}"}
+    if upload:
+        headers["upload-id"] = upload
+    return client.put(place, content=content[first:end], headers=headers)
+
+
+@pytest.mark.parametrize("ids", [("", ""), ("of-the-first", "of-the-second")])
+def test_two_senders_of_one_name_make_no_mixed_photo(
+    client: TestClient, photos: str, ids: tuple[str, str]
+) -> None:
+    one, other = (jpeg(seed).ljust(8000, b"\0") for seed in (1, 2))
+    place = f"{photos}/IMG_1.jpg"
+    assert piece(client, place, one, (0, 3000), ids[0]).json()["bytes"] == 3000
+    second = piece(client, place, other, (0, 3000), ids[1])
+    assert second.status_code == 409
+    assert "rename" in second.json()["message"]
+    assert client.get(photos).json()["photos"][0]["bytes"] == 3000
+    if ids[1]:
+        assert piece(client, place, other, (3000, 8000), ids[1]).status_code == 409
+    assert client.put(place, content=other).status_code == 409
+    ended = piece(client, place, one, (3000, 8000), ids[0]).json()
+    assert ended["photos"][0]["sha256"] == hashlib.sha256(one).hexdigest()
+    late = piece(client, place, other, (0, 8000), ids[1])
+    assert (late.status_code, "Another photo" in late.json()["message"]) == (409, True)
+
+
+def test_an_upload_begins_again_and_is_given_up_in_time(
+    client: TestClient, clinic: Clinic, photos: str
+) -> None:
+    one, other = (jpeg(seed).ljust(8000, b"\0") for seed in (1, 2))
+    place = f"{photos}/IMG_1.jpg"
+    for _ in range(2):  # its own sender may begin again at once
+        assert piece(client, place, one, (0, 3000), "of-the-first").status_code == 200
+    (part,) = clinic.shelf.root.rglob("IMG_1.jpg.part")
+    quiet = part.stat().st_mtime - GIVEN_UP_S - 1
+    os.utime(part, (quiet, quiet))
+    assert piece(client, place, other, (0, 3000), "of-the-second").status_code == 200
+    assert piece(client, place, one, (3000, 8000), "of-the-first").status_code == 409
+    ended = piece(client, place, other, (3000, 8000), "of-the-second").json()
+    assert ended["photos"][0]["sha256"] == hashlib.sha256(other).hexdigest()
+
+
+def test_a_file_that_grows_has_one_writer(tmp_path: Path) -> None:
+    intake, name = Intake(tmp_path / "received", b"a secret"), "IMG_1.jpg"
+    with intake.begin(name, 0, 6) as first:
+        first.write(b"abc")
+        for upload in ("whole", "pieces", "another-one"):
+            with pytest.raises(CaseError, match="comes in just now"):
+                intake.begin(name, 0, 6, upload)
+        first.write(b"def")
+    assert (tmp_path / "received/.records/IMG_1.jpg.part").read_bytes() == b"abcdef"
+    with pytest.raises(CaseError, match="has begun to come in"):  # of another length
+        intake.begin(name, 6, 9, "pieces")
+
+
+def test_a_sender_whose_line_died_goes_on_and_the_dead_line_writes_nothing_more(
+    tmp_path: Path,
+) -> None:
+    intake, name, upload = Intake(tmp_path / "received", b"a secret"), "IMG_1.jpg", "of-a-phone"
+    with intake.begin(name, 0, 6, upload) as dead:
+        dead.write(b"abc")
+        with intake.begin(name, intake.arrived(name), 6, upload) as alive:
+            alive.write(b"def")
+            with pytest.raises(CaseError, match="given up"):
+                dead.write(b"xyz")
+            alive.close()
+            with pytest.raises(CaseError, match="comes in just now"):  # it gets its name
+                intake.begin(name, 0, 6, upload)
+            with pytest.raises(CaseError, match="looked at"):
+                intake.remove(name)
+            ended, new = intake.finish(name)
+    assert (ended.sha256, new) == (hashlib.sha256(b"abcdef").hexdigest(), True)
+    assert ended.kept == ("the whole header",)
+    assert intake.remove(name)
+
+
+def test_what_is_deleted_while_it_comes_in_is_written_no_more(tmp_path: Path) -> None:
+    intake = Intake(tmp_path / "received", b"a secret")
+    with intake.begin("IMG_1.jpg", 0, 6) as piece_:
+        piece_.write(b"abc")
+        assert intake.remove("IMG_1.jpg")
+        with pytest.raises(CaseError, match="deleted"):
+            piece_.write(b"def")
+    assert intake.arriving() == ()
 
 
 def test_place_name_and_serial_number_are_gone_and_the_pixels_are_the_same(

@@ -299,9 +299,11 @@ export interface paths {
          * Put Photo
          * @description Send a photo, a film, or a zip of photos, whole or a piece of it; again does no harm.
          *
-         *     The hash in the answer is that of the file as it came. What is kept has no place, name or serial
-         *     number in its header; its pixels are the same. If the line breaks, ask for the list: it says how
-         *     many bytes are here; go on from there with Content-Range.
+         *     The hash in the answer is that of the file as it came: compare it. What is kept has the same
+         *     pixels; `removed` names what was taken out of its header, `kept` what stays there: of a raw file
+         *     the maker's note, and the whole header where its kind is not known (RAF, CR3, BigTIFF). Of a
+         *     film only the place goes. If the line breaks, ask for the list: it says how many bytes are here;
+         *     go on from there with Content-Range. 409: another upload of the name comes in.
          */
         put: operations["put_photo"];
         post?: never;
@@ -5111,6 +5113,8 @@ export interface operations {
             header?: {
                 /** @description Of a piece: bytes 0-1048575/8000000. */
                 "content-range"?: string | null;
+                /** @description Of your choice, the same for all pieces of a file: tells it from the file of another sender that has the same name. */
+                "upload-id"?: string | null;
             };
             path: {
                 /** @description The file's own name. */
@@ -9684,6 +9688,8 @@ export interface operations {
             };
             header?: {
                 "content-range"?: string | null;
+                /** @description Of your choice, the same for all pieces of a file: tells it from the file of another sender that has the same name. */
+                "upload-id"?: string | null;
             };
             path: {
                 /** @description Id of the camera. */

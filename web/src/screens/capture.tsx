@@ -84,6 +84,8 @@ export function CaptureScreen({ room }: RoomProps) {
   const here = list?.photos.filter((one) => one.state !== "arriving") ?? [];
   const coming = moving.filter((one) => !here.some((photo) => photo.name === one.name));
   const total = here.length + coming.length;
+  /** Photos whose header could not be cleaned, or not all of it. */
+  const keeping = here.filter((one) => one.kept.length > 0).length;
   const answer = said?.answer ?? null;
   const goes = answer?.go === true && said?.current === true;
   const few = here.length < 3 ? t("capture.few", here.length) : coming.length ? t("capture.coming", coming.length) : tapeLacks(choices) ? t("options.tape.lacks") : null;
@@ -124,7 +126,7 @@ export function CaptureScreen({ room }: RoomProps) {
           <Refusal refused={photos.refused.value ?? act.refused.value ?? check.refused.value} />
           <div class="count">
             <h2 aria-live="polite">{coming.length ? t("capture.of", here.length, total) : t("capture.here", here.length)}</h2>
-            <span class="small faint">{list ? (coming.length ? t("capture.bytes.of", bytes(list.bytes), bytes(list.bytes + coming.reduce((sum, one) => sum + one.total - one.sent, 0))) : t("capture.bytes", bytes(list.bytes))) : ""}</span>
+            <span class="small faint">{list ? (coming.length ? t("capture.bytes.of", bytes(list.bytes), bytes(list.bytes + coming.reduce((sum, one) => sum + one.total - one.sent, 0))) : t(keeping ? "capture.bytes.kept" : "capture.bytes", bytes(list.bytes))) : ""}</span>
           </div>
           <div class="grid">
             {here.map((photo, i) => (
@@ -161,6 +163,7 @@ export function CaptureScreen({ room }: RoomProps) {
               ))}
             </Notice>
           )}
+          {keeping > 0 && <Notice tone="amber" title={t("capture.kept", keeping)}>{t("capture.kept.why")}</Notice>}
           {coming.some((one) => one.state === "offline") && <Notice tone="amber" title={t("capture.waiting", coming.length)} />}
           {chosen.value && <PhotoNote room={room} name={chosen.value} photo={here.find((one) => one.name === chosen.value)} said={answer?.photos.find((one) => one.name === chosen.value)} onGone={() => {
             chosen.value = null;
@@ -296,7 +299,7 @@ function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: stri
     <div class="card photo-note">
       <b>{name}</b>
       <p class="soft small-note">
-        {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : ""].filter(Boolean).join(". ")}
+        {[photo.width_px ? `${photo.width_px} × ${photo.height_px}` : "", bytes(photo.bytes), photo.removed.length ? t("capture.removed", photo.removed.join(", ")) : "", photo.kept.length ? t("capture.kept.one", photo.kept.join(", ")) : ""].filter(Boolean).join(". ")}
       </p>
       {(said?.remarks.length || photo.problem) && <p class="small-note">{[photo.problem, ...(said?.remarks ?? [])].filter(Boolean).join(". ")}</p>}
       <Refusal refused={act.refused.value} />

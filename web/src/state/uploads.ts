@@ -3,11 +3,13 @@
  *
  * What is shown as arrived is what the server says it holds. After a broken line the server is asked
  * how many bytes it has, and the rest is sent from there; nothing is sent twice and nothing is lost
- * while the page stays open. Uploads go on when another screen is looked at.
+ * while the page stays open. Uploads go on when another screen is looked at. Each has an id of its
+ * own: two phones may count their photos alike, and no photo is put together of two.
  */
 import { signal } from "@preact/signals";
 
-import { ROOT, Refused, api, link, note, refusedBy, taken } from "../api/client";
+import { ROOT, Refused, type Schemas, api, link, note, refusedBy, taken } from "../api/client";
+import { t } from "../texts";
 
 export interface Upload {
   readonly name: string;
@@ -21,6 +23,9 @@ export interface Upload {
 const PIECE_BYTES = 4 * 1024 * 1024;
 const AT_ONCE = 3;
 const RETRY_MS = 2500;
+/** How often the server is asked for a file that it has whole and looks at. */
+const MOST_LOOKS = 120;
+const LARGEST_HASHED_BYTES = 64 * 1024 * 1024;
 
 export const uploads = signal<ReadonlyMap<string, readonly Upload[]>>(new Map());
 
@@ -85,15 +90,17 @@ async function work(caseId: string): Promise<void> {
 
 async function sendOne(caseId: string, name: string, file: File): Promise<void> {
   let from = 0;
+  const upload = newId();
   const say = (state: Upload["state"], sent: number, message = "") => put(caseId, { name, total: file.size, sent, state, message });
   for (;;) {
     try {
       for (;;) {
         const to = Math.min(file.size, from + PIECE_BYTES);
         say("sending", from);
-        const answer = await piece(caseId, name, file, from, to, (loaded) => say("sending", from + loaded));
+        const answer = await piece(caseId, name, upload, file, from, to, (loaded) => say("sending", from + loaded));
         if (answer.whole) {
-          say("here", file.size);
+          if (await isOther(file, answer.photos)) say("refused", from, t("capture.other.bytes"));
+          else say("here", file.size);
           return;
         }
         from = answer.bytes;
@@ -112,29 +119,46 @@ async function sendOne(caseId: string, name: string, file: File): Promise<void> 
 
 /** Wait until the server answers again; how many bytes of the file it has. */
 async function whenBack(caseId: string, name: string, total: number): Promise<number> {
-  for (;;) {
+  for (let looks = 0; ; ) {
     await new Promise((go) => setTimeout(go, RETRY_MS));
     try {
       const list = await taken(api.GET("/api/v1/cases/{case_id}/photos", { params: { path: { case_id: caseId } } }));
       const there = list.photos.find((one) => one.name === name);
-      return there && there.state === "arriving" && there.bytes < total ? there.bytes : 0;
+      if (there?.state !== "arriving") return 0;
+      if (there.bytes < total) return there.bytes;
+      if (looks++ >= MOST_LOOKS) return 0;
     } catch (error) {
       if (!(error instanceof Refused) || error.status !== 0) throw error;
     }
   }
 }
 
-function piece(caseId: string, name: string, file: File, from: number, to: number, progress: (loaded: number) => void): Promise<{ whole: boolean; bytes: number }> {
+/** Tells a file from that of another sender that has the same name. */
+function newId(): string {
+  return [...crypto.getRandomValues(new Uint8Array(12))].map((one) => one.toString(16).padStart(2, "0")).join("");
+}
+
+/** Whether the server took other bytes for this file; a browser hashes over a safe line only. */
+async function isOther(file: File, photos: readonly Schemas["Photo"][]): Promise<boolean> {
+  if (photos.length !== 1 || /\.zip$/i.test(file.name) || file.size > LARGEST_HASHED_BYTES || !globalThis.crypto?.subtle) return false;
+  const content = await file.arrayBuffer().catch(() => null); // its card may be gone since
+  if (!content) return false;
+  const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", content));
+  return [...hash].map((one) => one.toString(16).padStart(2, "0")).join("") !== photos[0].sha256;
+}
+
+function piece(caseId: string, name: string, upload: string, file: File, from: number, to: number, progress: (loaded: number) => void): Promise<Schemas["Sent"]> {
   return new Promise((good, bad) => {
     const request = new XMLHttpRequest();
     request.open("PUT", `${ROOT}/cases/${encodeURIComponent(caseId)}/photos/${encodeURIComponent(name)}`);
     request.setRequestHeader("Content-Type", "application/octet-stream");
+    request.setRequestHeader("Upload-Id", upload);
     if (file.size > PIECE_BYTES) request.setRequestHeader("Content-Range", `bytes ${from}-${to - 1}/${file.size}`);
     request.responseType = "json";
     request.upload.onprogress = (event) => progress(event.loaded);
     request.onload = () => {
       note(request.status);
-      if (request.status >= 200 && request.status < 300) good(request.response as { whole: boolean; bytes: number });
+      if (request.status >= 200 && request.status < 300) good(request.response as Schemas["Sent"]);
       else bad(refusedBy(request.status, request.response));
     };
     request.onerror = () => {
