@@ -508,7 +508,10 @@ const TEXTS = {
   "phone.locked": ["This phone is not let in.", "Dieses Telefon ist nicht eingelassen."],
   "phone.locked.why": ["The code is good once. On the clinic machine open Capture, choose From a phone, and make a new code.", "Der Code gilt einmal. Auf dem Klinikrechner die Aufnahme öffnen, Vom Telefon wählen und einen neuen Code machen."],
   "phone.begin": ["Take the photos of the walk-round.", "Die Fotos des Rundgangs aufnehmen."],
-  "phone.how": ["Walk round the limb: a photo every 20 degrees or so, low; then again from higher up. Same distance, no zoom.", "Um das Gliedmaß gehen: etwa alle 20 Grad ein Foto, tief; dann noch einmal von weiter oben. Gleicher Abstand, kein Zoom."],
+  "phone.how": [
+    "Walk round the limb at its height: 15 photos, in steps of 24 degrees or less. Then 9 from higher up, looking down onto its end. About the same distance; never change zoom or lens.",
+    "Auf Höhe des Gliedmaßes herumgehen: 15 Fotos, in Schritten von höchstens 24 Grad. Dann 9 von weiter oben, mit Blick auf sein Ende. Etwa gleicher Abstand; Zoom und Objektiv nie wechseln.",
+  ],
   "phone.not.yet": ["Not yet: {0} more {0:photo|photos}, {1}.", "Noch nicht: {0} weitere {0:Foto|Fotos}, {1}."],
   "phone.see.ring": ["from A on, as the ring shows", "ab A, wie der Ring zeigt"],
   "phone.go.one": ["Seen from above, you stand at photo 1. Go to {0}.", "Von oben gesehen stehen Sie bei Foto 1. Zu {0} gehen."],
