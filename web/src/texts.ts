@@ -517,7 +517,7 @@ const TEXTS = {
   "phone.go.one": ["Seen from above, you stand at photo 1. Go to {0}.", "Von oben gesehen stehen Sie bei Foto 1. Zu {0} gehen."],
   "phone.go.to": ["Seen from above, you stand at photo 1. Go round from {0} to {1}.", "Von oben gesehen stehen Sie bei Foto 1. Von {0} bis {1} herumgehen."],
   "phone.high": ["Hold the phone a forearm above the top of the limb, and look down at it.", "Das Telefon einen Unterarm über das obere Ende halten und hinunterblicken."],
-  "phone.same": ["Same distance, no zoom.", "Gleicher Abstand, kein Zoom."],
+  "phone.same": ["About the same distance; never change zoom or lens.", "Etwa gleicher Abstand; Zoom und Objektiv nie wechseln."],
   "phone.sent": ["Photos sent", "Gesendete Fotos"],
   "phone.count": ["{0} of {1} are on the clinic machine", "{0} von {1} sind auf dem Klinikrechner"],
   "phone.of": ["{0} of {1}", "{0} von {1}"],

@@ -96,7 +96,7 @@ function Finished({ room }: RoomProps) {
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <VerdictLines info={room.info} />
-            <SizeLines tapes={kit.value.value?.tapes ?? []} unchecked={/size unchecked/.test(room.info.verdict?.headline ?? "")} />
+            <SizeLines tapes={kit.value.value?.tapes ?? []} verdict={room.info.verdict} />
             {measured && limb && (
               <div class="fig">
                 <div>
@@ -191,17 +191,18 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   );
 }
 
-/** What a tape said of the size, or how to have it checked where nothing did. */
-function SizeLines({ tapes, unchecked }: { tapes: Schemas["Kit"]["tapes"]; unchecked: boolean }) {
+/** What a tape said of the size, where the verdict above does not say it; or how to have it checked where nothing did. */
+function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; verdict: Schemas["Case"]["verdict"] }) {
+  const said = [verdict?.headline ?? "", ...(verdict?.reasons ?? []).slice(0, 2)].join(" ");
   if (!tapes.length)
-    return unchecked ? (
+    return said.includes("size unchecked") ? (
       <Notice tone="amber" title={t("size.unchecked")}>
         {t("size.unchecked.do")}
       </Notice>
     ) : null;
   return (
     <div class="chk said" role="group" aria-label={t("size.tape")}>
-      {tapes.map((one) => (
+      {tapes.filter((one) => !said.includes(one.sentence)).map((one) => (
         <div key={one.sentence}>
           <Icon name={one.light === "green" ? "ok" : "warn"} tone={one.light === "green" ? "g" : "a"} />
           {one.sentence}
