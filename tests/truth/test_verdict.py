@@ -26,6 +26,7 @@ from limbgram.synthetic.options import SMALL
 PHOTOS = 12
 TAPED_AT_MM = 150
 """Above the table."""
+SAID = ("light", "headline", "size_checked", "reasons")
 
 
 def limbgram(*words: object) -> Result:
@@ -67,9 +68,7 @@ def accuracy_of(case: Path) -> dict[str, Any]:
     accuracy = json.loads((case / "accuracy.json").read_text("utf-8"))
     verdict = summary["verdict"]
     assert record["verdict"] == verdict
-    assert {key: accuracy[key] for key in ("light", "headline", "reasons")} == {
-        key: verdict[key] for key in ("light", "headline", "reasons")
-    }
+    assert {key: accuracy[key] for key in SAID} == {key: verdict[key] for key in SAID}
     light = verdict["light"]
     assert verdict["headline"].startswith(light.upper())
     page = (case / "report.html").read_text("utf-8")
@@ -101,6 +100,7 @@ def test_a_whole_limb_is_green_and_its_size_is_said_to_rest_on_the_board(folder:
     accuracy = accuracy_of(folder / "case")
     assert accuracy["light"] == "green"
     assert accuracy["headline"].startswith("GREEN for the shape; size unchecked")
+    assert accuracy["size_checked"] is False
     assert criterion(accuracy, "around")["value"] < 5
     assert criterion(accuracy, "open")["value"] < 3
     assert criterion(accuracy, "lens")["light"] == "green"
@@ -162,7 +162,8 @@ def test_a_tape_confirms_the_size_or_contradicts_the_board(folder: Path) -> None
     tape = f"{TAPED_AT_MM}={tape_mm(folder):.0f}"
     assert again(folder, "taped", "--tape", tape).exit_code == 0
     accuracy = accuracy_of(folder / "taped")
-    assert accuracy["headline"].startswith("GREEN: ")
+    assert accuracy["headline"].startswith("GREEN with the size confirmed to 0.9 % by tape: ")
+    assert accuracy["size_checked"] is True
     assert "unchecked" not in accuracy["headline"]
     assert criterion(accuracy, "tape")["value"] < 1
     assert limbgram("accuracy", folder / "taped").exit_code == 0

@@ -102,6 +102,11 @@ class SetupCited:
     remark: str
     """What to do about it; empty where nothing is to be done."""
 
+    @property
+    def expired(self) -> bool:
+        """Whether the test is older than it was meant to count for."""
+        return self.months >= self.valid_months
+
 
 def cite(certificate: Certificate, sha256: str, camera: CameraTested, today: date) -> SetupCited:
     """What is said of a kit on this day."""

@@ -12,7 +12,7 @@ Fails   CaseError: no finished case, or not what it was finished with; OptionsEr
 
 import math
 from collections.abc import Iterable
-from datetime import date
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -25,7 +25,7 @@ from limbgram.cases.certificates import cited_setups
 from limbgram.cases.encoding import unsealed
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.record import read_record
+from limbgram.cases.record import CaseRecord, read_record
 from limbgram.cases.scoring import LEAST_PHOTOS, centres_mm, read_truth_mesh
 from limbgram.cases.store import read_product
 from limbgram.core.errors import CaseError, OptionsError
@@ -61,7 +61,8 @@ def kept_evidence(case: CaseFolder) -> Evidence:
         CaseError: the folder is no finished case, or its products are not those it was
             finished with.
     """
-    keys = _keys_of_finished(case)
+    record = _finished(case)
+    keys = {stage.stage: stage.key for stage in record.stages}
     tapes = keys.get("hold_tapes")
     # where object and surroundings moved apart, the board counts only where it kept its place
     boards = ("still_board", "board_of_object", "find_board")
@@ -73,8 +74,19 @@ def kept_evidence(case: CaseFolder) -> Evidence:
         metric=_read(case, keys, "to_millimetres", MetricScene),
         mesh=_read(case, keys, "measure", Mesh),
         tapes=TapeWitnesses() if tapes is None else _read(case, keys, "hold_tapes", TapeWitnesses),
-        setups=cited_setups(case, date.today()),
+        setups=cited_setups(case, _day_of(record)),
     )
+
+
+def _day_of(record: CaseRecord) -> date:
+    """The day on which a case was computed: its kit's test is as old as it was then.
+
+    So the verdict of a case does not change while nobody touches it. Today where it is not said.
+    """
+    try:
+        return datetime.fromisoformat(record.written).astimezone(UTC).date()
+    except ValueError:
+        return datetime.now(UTC).date()
 
 
 def require_unaltered(photos: Iterable[Photo]) -> None:
@@ -96,8 +108,8 @@ def require_unaltered(photos: Iterable[Photo]) -> None:
             )
 
 
-def _keys_of_finished(case: CaseFolder) -> dict[str, str]:
-    """Key of each stage's product, as case.json has them."""
+def _finished(case: CaseFolder) -> CaseRecord:
+    """What case.json says of a finished case."""
     try:
         record = read_record(case)
     except LookupError as error:
@@ -110,7 +122,7 @@ def _keys_of_finished(case: CaseFolder) -> dict[str, str]:
             f"The case {case.root} is {record.state}. Run `limbgram reconstruct` again: it "
             "continues where it stopped."
         )
-    return {stage.stage: stage.key for stage in record.stages}
+    return record
 
 
 def _read(case: CaseFolder, keys: dict[str, str], stage: str, hint: type[T]) -> T:

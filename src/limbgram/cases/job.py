@@ -2,7 +2,7 @@
 
 import shutil
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import UTC, datetime
 
 from limbgram.cases.accuracy import evidence_of, write_accuracy
 from limbgram.cases.certificates import cited_setups, take_certificates_in
@@ -60,7 +60,7 @@ def do(job: Job, run: CachingRun) -> Done:
         done.others,
     )
     # Judged before anything is written: files of a red result are named as what they are.
-    evidence = evidence_of(done, cited_setups(case, date.today()))
+    evidence = evidence_of(done, cited_setups(case, datetime.now(UTC).date()))
     assessment = run.unkept(assess, evidence)
     red = assessment.light == "red"
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)

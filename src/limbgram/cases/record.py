@@ -55,6 +55,8 @@ class CaseRecord:
 
     state: State
     job: str = ""
+    written: str = ""
+    """Date and time, UTC."""
     stages: tuple[StageEntry, ...] = ()
     files: tuple[FileEntry, ...] = ()
 

@@ -39,6 +39,8 @@ class BatchRow:
     state: str
     """In a word or two."""
     light: Light | None
+    size_checked: bool
+    """Whether something independent confirms the size; false without a result."""
     told: str
     """The verdict, or why there is none."""
     steps: tuple[str, ...]
@@ -74,11 +76,20 @@ def counted(rows: Sequence[BatchRow]) -> str:
     if not rows:
         return "No captures."
     lights = Counter(row.light or "" for row in rows)
-    words = (("green", "green"), ("amber", "amber"), ("red", "red"), ("", "without a result"))
+    unchecked, done = _unchecked(rows), sum(row.light is not None for row in rows)
+    of_shape = any(row.light == "green" for row in unchecked)
+    green = "green for the shape" if of_shape else "green"
+    words = (("green", green), ("amber", "amber"), ("red", "red"), ("", "without a result"))
     told = [f"{lights[light]} {word}" for light, word in words if lights[light]]
     faults = sum(bool(row.faults) for row in rows)
     more = f"; in {faults} a step after the surface failed" if faults else ""
-    return f"{len(rows)} captures: {', '.join(told)}{more}."
+    size = f"; size unchecked: {len(unchecked)} of {done}" if unchecked else ""
+    return f"{len(rows)} captures: {', '.join(told)}{size}{more}."
+
+
+def _unchecked(rows: Sequence[BatchRow]) -> list[BatchRow]:
+    """Those with a surface whose size nothing independent confirms."""
+    return [row for row in rows if row.light is not None and not row.size_checked]
 
 
 def colour_of(rows: Sequence[BatchRow]) -> Colour:
@@ -91,7 +102,8 @@ def colour_of(rows: Sequence[BatchRow]) -> Colour:
 def _banner(rows: Sequence[BatchRow], *, stopped: bool) -> Banner:
     colour = colour_of(rows)
     reasons = ("It was stopped before it ended: the same command continues.",) if stopped else ()
-    badge = {"green": "ALL GREEN", "amber": "LOOK AT SOME", "red": "NOT ALL GOOD"}[colour]
+    green = "GREEN FOR THE SHAPE" if _unchecked(rows) else "ALL GREEN"
+    badge = {"green": green, "amber": "LOOK AT SOME", "red": "NOT ALL GOOD"}[colour]
     return Banner(badge=badge, words=counted(rows), colour=colour, reasons=reasons)
 
 
@@ -131,13 +143,20 @@ def _table(rows: Sequence[BatchRow]) -> Table:
             str(row.attempts),
             f"{row.seconds:.0f}",
             row.state,
-            (row.light or "none").upper(),
+            _verdict(row),
         )
         for row in rows
     )
     heads = ("capture", "from", "then", "#attempts", "#seconds", "what became of it", "verdict")
     colours: tuple[Colour | None, ...] = tuple(row.light or "red" for row in rows)
     return Table(heads=heads, rows=cells, colours=colours)
+
+
+def _verdict(row: BatchRow) -> str:
+    if row.light is None:
+        return "NONE"
+    shape = " for the shape" if row.light == "green" else ""
+    return row.light.upper() + ("" if row.size_checked else f"{shape}; size unchecked")
 
 
 def _surfaces(rows: Sequence[BatchRow]) -> Iterator[Section]:

@@ -47,6 +47,9 @@ class Verdict:
     headline: str
     reasons: tuple[str, ...]
     facts: str
+    size_checked: bool = False
+    """Whether a length that owes nothing to what set the scale confirms the size; earlier versions
+    did not say it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,6 +226,7 @@ def summarise(
                 left_out_share(done.mesh),
                 len(done.others),
             ),
+            size_checked=assessed.size_checked,
         ),
         unit=scale.unit,
         scale=_scale(scale),

@@ -109,13 +109,18 @@ def test_every_outcome_is_told_and_none_stops_another(
 
     table = write_table(outcomes, tmp_path / "out", ("A note.",), stopped=False)
     assert table.exit_code == 1
-    assert table.line == "6 captures: 2 green, 1 red, 3 without a result."
+    assert table.line == (
+        "6 captures: 2 green for the shape, 1 red, 3 without a result; size unchecked: 2 of 3."
+    )
     rows = list(csv.DictReader((tmp_path / "out" / "batch.csv").open()))
     assert [row["verdict"] for row in rows] == ["", "", "green", "", "red", "green"]
     kept = json.loads((tmp_path / "out" / "batch.json").read_text())
     assert [one["exit_code"] for one in kept["captures"]] == [4, 1, 0, 6, 7, 0]
     page = (tmp_path / "out" / "batch.html").read_text("utf-8")
     assert "No board." in page
+    assert page.count("GREEN for the shape; size unchecked") == 2
+    assert [row["size_checked"] for row in rows] == ["", "", "false", "", "false", "false"]
+    assert kept["captures"][2]["size_checked"] is False
     assert "A note." in page
 
 
@@ -218,6 +223,27 @@ def test_the_exit_code_is_that_of_the_worst() -> None:
     assert worst_of([7, 4, 0]) == 4
     assert worst_of([7, 4, 3, 6]) == 6
     assert worst_of([1, 6, 130]) == 130
+
+
+def test_all_green_is_said_only_where_every_size_is_checked(tmp_path: Path) -> None:
+    def page(*checked: bool) -> str:
+        outcomes = [
+            Outcome(name=f"c{k}", source="x", state="finished", light="green", size_checked=one)
+            for k, one in enumerate(checked)
+        ]
+        table = write_table(outcomes, tmp_path, (), stopped=False)
+        assert table.exit_code == 0
+        assert table.line in (tmp_path / "batch.html").read_text("utf-8")
+        return f"{table.line} {(tmp_path / 'batch.html').read_text('utf-8')}"
+
+    assert page(True, True).startswith("2 captures: 2 green. ")
+    assert "ALL GREEN" in page(True, True)
+    doubtful = page(True, False)
+    assert doubtful.startswith("2 captures: 2 green for the shape; size unchecked: 1 of 2. ")
+    assert "ALL GREEN" not in doubtful
+    assert "GREEN FOR THE SHAPE" in doubtful
+    rows = list(csv.DictReader((tmp_path / "batch.csv").open()))
+    assert [row["size_checked"] for row in rows] == ["true", "false"]
 
 
 def test_a_table_cell_is_no_formula(tmp_path: Path) -> None:

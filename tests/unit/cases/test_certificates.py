@@ -82,15 +82,20 @@ def test_the_users_own_term_counts() -> None:
 
 
 def test_a_kit_that_failed_is_never_green_and_one_that_passed_is() -> None:
-    def judged(outcome: Outcome) -> Criterion:
-        one = certificate(outcome=outcome)
+    def judged(outcome: Outcome, made: str = "2026-03-31") -> Criterion:
+        one = certificate(made, outcome)
         (found,) = of_kit([cite(one, "f" * 64, one.cameras[0], date(2026, 4, 1))])
         return found
 
     assert judged("fail").light == "amber"
     assert "FAILED" in judged("fail").sentence
     assert judged("pass").light == "green"
-    assert judged("cannot tell").light == "green"
+    assert judged("cannot tell").light == "amber"
+    assert "could neither pass nor fail" in judged("cannot tell").sentence
+    assert judged("pass", "2025-04-02").light == "green"
+    old = judged("pass", "2025-02-01")
+    assert old.light == "amber"
+    assert "14 months old and was meant to count for 12" in old.sentence
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:

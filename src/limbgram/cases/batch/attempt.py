@@ -101,6 +101,8 @@ class Outcome:
     state: State
     light: Light | None = None
     headline: str = ""
+    size_checked: bool | None = None
+    """Whether something independent confirms the size; None without a result."""
     message: str = ""
     """Why it has no result."""
     kind: str = ""
@@ -125,6 +127,7 @@ class Outcome:
 class _Verdict:
     light: Light
     headline: str
+    size_checked: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -368,6 +371,7 @@ def _judged(
         state=state,
         light=verdict.light,
         headline=verdict.headline,
+        size_checked=verdict.size_checked,
         exit_code=worst_of(codes),
         steps=steps,
     )

@@ -101,6 +101,7 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
         source=outcome.source,
         state=_STATES[outcome.state],
         light=outcome.light,
+        size_checked=bool(outcome.size_checked),
         told=outcome.headline if outcome.done else outcome.message,
         steps=tuple(step.name for step in outcome.steps if not step.exit_code),
         faults=tuple(f"{one.name}: {one.message}" for one in outcome.steps if one.exit_code),
@@ -128,7 +129,7 @@ def _thumbnail(case: Path, name: str) -> Picture | None:
 
 
 _HEADS = (
-    "capture", "source", "state", "verdict", "exit_code", "attempts", "seconds",
+    "capture", "source", "state", "verdict", "size_checked", "exit_code", "attempts", "seconds",
     "steps_done", "steps_failed", "headline", "message",
 )  # fmt: skip
 
@@ -142,14 +143,19 @@ def _csv(outcomes: Sequence[Outcome]) -> str:
         failed = [step.name for step in one.steps if step.exit_code]
         texts = (one.headline, " ".join((one.message, *_faults(one))).strip())
         writer.writerow((
-            _plain(one.name), _plain(one.source), one.state, one.light or "", one.exit_code,
-            one.attempts, one.seconds, " ".join(done), " ".join(failed), *map(_plain, texts),
+            _plain(one.name), _plain(one.source), one.state, one.light or "",
+            _boolean(one.size_checked), one.exit_code, one.attempts, one.seconds,
+            " ".join(done), " ".join(failed), *map(_plain, texts),
         ))  # fmt: skip
     return file.getvalue()
 
 
 def _faults(outcome: Outcome) -> list[str]:
     return [f"{step.name}: {step.message}" for step in outcome.steps if step.exit_code]
+
+
+def _boolean(value: bool | None) -> str:
+    return "" if value is None else str(value).lower()
 
 
 def _plain(text: str) -> str:

@@ -93,8 +93,8 @@ class BodyMotion:
     the Movement refers to; nought where nothing is known. World frame and unit of the first."""
 
     @classmethod
-    def unknown(cls, photos: int, reason: str) -> "BodyMotion":
-        none = Movement.unknown(photos, reason)
+    def unknown(cls, photos: int, reason: str, chance: float = 1.0) -> "BodyMotion":
+        none = Movement.unknown(photos, reason, chance)
         return cls(movement=none, middle=np.zeros(3), motions=np.zeros((photos, _MOVE)))
 
     def moved(self, photo: int) -> Rigid:
@@ -122,7 +122,7 @@ def movement_between(
     found = drifting if drifting.told and drifting.criterion < stepwise.criterion else stepwise
     if found.fit.unlikely < options.false_alarm and not lenses_known:
         reason = "the lens is not known closely enough to tell"
-        return BodyMotion.unknown(len(first.names), reason)
+        return BodyMotion.unknown(len(first.names), reason, found.fit.unlikely)
     if found.fit.noise > _UNEXPLAINED or (not found.told and _sways(apart, found.fit, options)):
         found = _restless(apart)
     return _told(apart, found, len(first.names), options)

@@ -86,13 +86,14 @@ class Movement:
     """Whether other things round it moved, while it and the scale board kept still."""
 
     @classmethod
-    def unknown(cls, photos: int, reason: str = "") -> "Movement":
+    def unknown(cls, photos: int, reason: str = "", chance: float = 1.0) -> "Movement":
         nan = np.full(photos, np.nan)
         return cls(
             kind="unknown",
             group=np.full(photos, -1, np.int64),
             shift=nan,
             turn_deg=nan.copy(),
+            chance=chance,
             reason=reason,
         )
 
@@ -103,6 +104,11 @@ class Movement:
     @property
     def moved(self) -> bool:
         return self.kind in ("step", "drift", "restless")
+
+    @property
+    def misfit(self) -> bool:
+        """Whether something does not fit beyond chance, and what it is cannot be known."""
+        return self.kind == "unknown" and self.chance < 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,6 +34,7 @@ from limbgram.report.accuracy.judgement import (
     expectation,
     headline,
     reasons,
+    size_is_checked,
     worst,
 )
 from limbgram.report.accuracy.limits import Finding, findings
@@ -53,6 +54,8 @@ class Assessment:
     """What a length is called: mm, or scene units."""
     light: Light
     headline: str
+    size_checked: bool
+    """Whether a length that owes nothing to what set the scale confirms the size."""
     reasons: tuple[str, ...]
     """Everything that is not green, the gravest first."""
     criteria: tuple[Criterion, ...]
@@ -74,6 +77,7 @@ class Assessment:
             "unit": self.unit,
             "light": self.light,
             "headline": self.headline,
+            "size_checked": self.size_checked,
             "reasons": list(self.reasons),
             "intended_use": OF_SCANS,
             "criteria": tree_of(self.criteria),
@@ -110,6 +114,7 @@ def assess(evidence: Evidence, known: KnownTruth | None = None) -> Assessment:
         unit=evidence.unit,
         light=worst(judged),
         headline=headline(figures, judged),
+        size_checked=size_is_checked(figures),
         reasons=tuple(one.sentence for one in reasons(judged)),
         criteria=judged,
         findings=findings(figures, evidence.setups, uncalibrated),

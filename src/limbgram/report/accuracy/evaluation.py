@@ -37,6 +37,7 @@ from limbgram.reconstruction.measuring.visibility import incidence_cosines
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import LengthCheck
 from limbgram.reconstruction.scale.taping import TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
@@ -228,12 +229,14 @@ def movement_figures(evidence: Evidence) -> MovementFigures | None:
         alone=movement.alone,
         shift=moved_mm(movement),
         turn_deg=float(np.nanmax(movement.turn_deg)) if known else math.nan,
-        chance=movement.chance if known else math.nan,
+        misfit=movement.misfit,
+        chance=movement.chance if known or movement.misfit else math.nan,
         bending_sentence=""
         if scene.bending is None
         else bending_sentence(
             scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
         ),
+        bending_misfit=scene.bending is not None and scene.bending.misfit,
         bending=moved_mm(scene.bending),
     )
 
@@ -326,6 +329,8 @@ def _median(values: list[float]) -> float:
 
 _BOARD_LABEL = "board, "
 """How `scale.board` labels lengths between the board's own corners."""
+_MARKS_LABEL = "marks "
+"""How `scale.marks` labels lengths between marks on no plate, whose distance was given by hand."""
 
 
 def length_figures(evidence: Evidence) -> LengthFigures:
@@ -344,10 +349,27 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         check_rms=_relative_rms(checks),
         check_worst=max((abs(one.error) for one in checks), default=math.nan),
         check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
-        checked_off_the_board=any(not one.label.startswith(_BOARD_LABEL) for one in checks),
+        checked_by_another_piece=_checked_by_another_piece(controls, checks),
         tapes=tuple(_tape(one) for one in evidence.tapes.found) if scale.unit == "mm" else (),
         board=_board(evidence),
     )
+
+
+def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCheck]) -> bool:
+    """Whether a check length owes nothing to the lengths that set the scale.
+
+    One printer makes everything printed, so that no print checks another; each distance that was
+    given by hand was measured by itself.
+    """
+    print_set_it = any(_is_printed(one) for one in controls)
+    return any(not (print_set_it and _is_printed(one)) for one in checks)
+
+
+def _is_printed(length: LengthCheck) -> bool:
+    """On the board, or on a plate: `scale.marks` begins the label with the plate's name."""
+    label = length.label
+    on_plate = marks_of_label(label) is not None and not label.startswith(_MARKS_LABEL)
+    return on_plate or label.startswith(_BOARD_LABEL)
 
 
 def _length(one: LengthCheck) -> KnownLength:

@@ -329,8 +329,10 @@ class LengthFigures:
         )
     )
     check_worst_label: str
-    checked_off_the_board: bool
-    """Whether a check length does not lie between the board's own corners."""
+    checked_by_another_piece: bool
+    """Whether a check length lies on another piece than every length that set the scale. Everything
+    printed counts as one piece, because one printer makes all of it too large together; a distance
+    given by hand is a piece of its own."""
     tapes: tuple[TapedLength, ...]
     board: BoardSeen | None
 
@@ -833,6 +835,9 @@ class MovementFigures:
     """Those that show it elsewhere than the largest group does."""
     alone: bool
     """Whether the photos were placed by the limb's own points alone."""
+    misfit: bool
+    """Whether limb and surroundings fit worse than chance explains, and only the cause is not
+    known: the limb moved, or the lens is another than was found."""
     shift: float = field(
         metadata=meaning(
             "Movement of the limb",
@@ -853,6 +858,8 @@ class MovementFigures:
         )
     )
     bending_sentence: str
+    bending_misfit: bool
+    """The same of the limb's two halves."""
     bending: float = field(
         metadata=meaning(
             "Bending of the limb",

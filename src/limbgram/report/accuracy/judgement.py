@@ -16,6 +16,7 @@ from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
+from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
     BudgetPart,
     ExpectedError,
@@ -103,6 +104,10 @@ by a stabiliser, a calibration board that is stretched. Half of it goes into siz
 have 0.000 to 0.007 %, a phone's with a rolling shutter 0.37 %."""
 _PATTERN_SIGMAS = 0.5
 """A pattern below so many sigmas of one coordinate is not told from noise."""
+TAPE_TELLS = 0.01
+"""Of the girth: a tape checks the size where its two sigmas are no more. A limb 1 % too large is a
+ply of sock too large (1.7 % are three), and a print fitted to the page is 3 % off or more. 1 % is
+what a tape reaches on a girth of 300 mm that does not taper."""
 TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
 """Of the tape: green within what 95 of 100 readings are. Four of them (6 mm) are 1.7 % of a girth
 of 350 mm, three plies of sock: no error of reading."""
@@ -199,17 +204,12 @@ def headline(figures: Figures, judged: Sequence[Criterion]) -> str:
         more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
         return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_reasons(more)))
     main = next(one for one in judged if one.key == "surface_p95")
-    unchecked = not size_is_checked(figures, judged)
+    size = _size(figures)
     if light == "green":
-        size = " for the shape; size unchecked: it rests on one board alone, and no length off it "
-        doubt = f"{size}was given" if unchecked else ""
-        colon = "." if unchecked else ":"
-        return f"{word}{doubt}{colon} {main.value:.2f} mm. {main.sentence} {judged[0].sentence}"
+        return f"{word}{size.of_green} {main.value:.2f} mm. {main.sentence} {judged[0].sentence}"
     grave = [one for one in reasons(judged) if one.light == light and one is not main]
-    doubt = " The size is unchecked: it rests on one board alone." if unchecked else ""
-    return (
-        f"{word}: {' '.join(_reasons(grave) or [main.sentence])} {_measured(main)}{doubt}".strip()
-    )
+    said = " ".join(_reasons(grave) or [main.sentence])
+    return f"{word}: {said} {_measured(main)}{size.of_others}".strip()
 
 
 def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
@@ -219,20 +219,78 @@ def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
     return tuple(sorted(doubtful, key=lambda one: (-_ORDER.index(one.light), one.key not in first)))
 
 
-def size_is_checked(figures: Figures, judged: Sequence[Criterion]) -> bool:
+def size_is_checked(figures: Figures) -> bool:
     """Whether a length that owes nothing to what set the scale agrees with it.
 
     Lengths between a board's own corners are no such lengths: a board printed too large as a whole
-    is too large in all of them.
+    is too large in all of them. Nor are bars and mats that the same printer made. A girth counts
+    where the tape can tell, and then every such tape has to agree.
     """
     lengths = figures.lengths
-    taped = [one for one in judged if one.key == TAPE.key]
-    return (
-        lengths.source != "board"
-        or figures.truth is not None
-        or lengths.checked_off_the_board
-        or any(one.light == "green" for one in taped)
-    )
+    if lengths.unit != "mm":
+        return False
+    of_length = figures.truth is not None or lengths.checked_by_another_piece
+    return of_length or math.isfinite(confirmed_by_tape(lengths))
+
+
+def confirmed_by_tape(lengths: LengthFigures) -> float:
+    """To what share of the size the tapes confirm it; NaN where they do not."""
+    telling = [one for one in lengths.tapes if tape_tells(one)]
+    agree = all(abs(one.error_mm) <= TAPE.green * one.sigma_mm for one in telling)
+    return min(map(_sure_to, telling)) if telling and agree else math.nan
+
+
+def tape_tells(tape: TapedLength) -> bool:
+    """Whether a tape is sure enough to check the size."""
+    return _sure_to(tape) <= TAPE_TELLS  # NaN where it could not be compared
+
+
+def _sure_to(tape: TapedLength) -> float:
+    """Two sigmas of a tape, as a share of what it read."""
+    return TAPE.green * tape.sigma_mm / tape.read_mm
+
+
+_ONE_BOARD = "one board alone"
+_PRINTS = "prints alone, which one printer makes wrong together"
+
+
+@dataclass(frozen=True)
+class _Size:
+    """What the headline says of the size, after GREEN, and at the end after another light."""
+
+    of_green: str
+    of_others: str
+
+
+def _size(figures: Figures) -> _Size:
+    lengths, share = figures.lengths, confirmed_by_tape(figures.lengths)
+    if not size_is_checked(figures):
+        rests, vague = rests_on(lengths), _vague(lengths)
+        lack = f"no {'length off it' if rests == _ONE_BOARD else 'other length'} was given"
+        return _Size(
+            f" for the shape; size unchecked: it rests on {rests}, and {vague or lack}.",
+            f" The size is unchecked: it rests on {rests}{vague and f', and {vague}'}.",
+        )
+    if figures.truth is not None or lengths.checked_by_another_piece:
+        return _Size(":", "")
+    said = f"confirmed to {100 * share:.1f} % by tape"
+    return _Size(f" with the size {said}:", f" The size is {said}.")
+
+
+def rests_on(lengths: LengthFigures) -> str:
+    """What the size rests on where nothing else checks it."""
+    if not lengths.check:
+        return "one length alone"
+    marked = any(marks_of_label(one.label) for one in (*lengths.control, *lengths.check))
+    return _ONE_BOARD if lengths.source == "board" and not marked else _PRINTS
+
+
+def _vague(lengths: LengthFigures) -> str:
+    """What is said of tapes that were compared and cannot tell the size; empty where one can."""
+    sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=0.0)
+    if sure <= TAPE_TELLS:
+        return ""
+    return f"the tape is sure to {100 * sure:.1f} % only ({100 * TAPE_TELLS:g} % is needed)"
 
 
 def _reasons(grave: Sequence[Criterion]) -> list[str]:
@@ -335,9 +393,18 @@ def _uncalibrated(figures: Figures, found: SelfCalibration | None) -> Iterator[C
 
 
 def of_kit(setups: Sequence[SetupCited]) -> Iterator[Criterion]:
-    """A kit that failed its test is never green; one that passed proves nothing of this capture."""
+    """A kit is green where it passed its test and the test still counts.
+
+    One that failed is amber. So is one of which nothing is known: the test could not tell, or was
+    made longer ago than it was meant to count for.
+    """
     for one in setups:
-        yield SETUP.judge(float(one.outcome == "fail"), one.sentence)
+        if one.outcome == "fail":
+            yield SETUP.judge(1.0, one.sentence)
+        elif one.outcome == "cannot tell" or one.expired:
+            yield SETUP.judge(math.nan, f"{one.sentence} {one.remark}")
+        else:
+            yield SETUP.judge(0.0, one.sentence)
 
 
 def _cameras(figures: Figures) -> Iterator[Criterion]:
@@ -401,11 +468,33 @@ def _square(lens: LensFigures) -> Criterion:
     )
 
 
+_OR_THE_LENS = (
+    "the limb moved, or the lens, which no board calibrated, is another than was found. Calibrate "
+    "the camera, or let the limb rest and take the photos again."
+)
+
+
 def _movement(figures: Figures) -> Iterator[Criterion]:
-    """Whether the limb kept still and kept its shape; nothing is said where that is not known."""
+    """Whether the limb kept still and kept its shape.
+
+    Nothing is said where it could not be looked for; where something does not fit and only its
+    cause is not known, that is a doubt.
+    """
     movement = figures.movement
     if movement is None:
         return
+    if movement.misfit:
+        yield MOVED.judge(
+            math.nan,
+            "The limb and what lies round it do not keep together from photo to photo, beyond "
+            f"chance: {_OR_THE_LENS}",
+        )
+    if movement.bending_misfit:
+        yield BENT.judge(
+            math.nan,
+            "The two halves of the limb do not keep together from photo to photo, beyond chance: "
+            f"{_OR_THE_LENS.replace('moved', 'bent')}",
+        )
     if math.isfinite(movement.shift):
         sentence, limit = movement.sentence, MOVED
         if movement.shift > 0.0 and movement.alone:

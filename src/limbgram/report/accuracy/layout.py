@@ -29,7 +29,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
 )
 from limbgram.report.accuracy.glossary import Term, terms, value_at
-from limbgram.report.accuracy.judgement import Criterion
+from limbgram.report.accuracy.judgement import BENT, MOVED
 from limbgram.report.blocks import (
     Advice,
     AdviceList,
@@ -72,7 +72,7 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
             *_pictures(pictures),
             Section(
                 title="Limits and what was found",
-                blocks=(_criteria(assessment.criteria),),
+                blocks=(_criteria(assessment),),
                 sheet=1,
             ),
             *_against_truth(assessment),
@@ -141,7 +141,8 @@ def _pictures(pictures: Sequence[Picture]) -> Iterator[Section]:
         yield Section(title=one.title, blocks=(figure,), sheet=1)
 
 
-def _criteria(judged: Sequence[Criterion]) -> Table:
+def _criteria(assessment: Assessment) -> Table:
+    judged, not_told = assessment.criteria, tuple(_not_told(assessment))
     rows = tuple(
         (
             one.title,
@@ -156,11 +157,24 @@ def _criteria(judged: Sequence[Criterion]) -> Table:
     )
     return Table(
         heads=("figure", "#found", "unit", "#green up to", "#red beyond", "in words", "light"),
-        rows=rows,
-        marked=tuple(one.light == "red" for one in judged),
-        colours=tuple(one.light for one in judged),
+        rows=(*rows, *not_told),
+        marked=(*(one.light == "red" for one in judged), *(False for _ in not_told)),
+        colours=(*(one.light for one in judged), *(None for _ in not_told)),
         page_head="in words",
     )
+
+
+def _not_told(assessment: Assessment) -> Iterator[tuple[str, ...]]:
+    """Rows of what has no light, because nobody looked or nothing could be seen."""
+    movement = assessment.figures.movement
+    turned = "Not looked for: the object was turned on purpose, or an older version made the case."
+    for limit, sentence in (
+        (MOVED, turned if movement is None else movement.sentence),
+        (BENT, turned if movement is None else movement.bending_sentence),
+    ):
+        if not any(one.key == limit.key for one in assessment.criteria):
+            found = "not looked for" if movement is None or not sentence else "not known"
+            yield limit.title, found, limit.unit, "", "", sentence, "none"
 
 
 def _against_truth(assessment: Assessment) -> Iterator[Section]:

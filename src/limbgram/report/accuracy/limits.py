@@ -17,7 +17,13 @@ from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.evaluation import UNNAMED
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
-from limbgram.report.accuracy.judgement import FAR_SCALE, IMAGE, LENS_FOUND
+from limbgram.report.accuracy.judgement import (
+    FAR_SCALE,
+    IMAGE,
+    LENS_FOUND,
+    rests_on,
+    tape_tells,
+)
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
 
 Gravity = Literal["serious", "worth doing", "note"]
@@ -122,13 +128,15 @@ def _scale(figures: Figures) -> Iterator[Finding]:
             "No second length checks the scale: a mistyped or misprinted length goes unnoticed.",
             "Give one more known distance between marks that the photos show.",
         )
-    elif not lengths.checked_off_the_board and not lengths.tapes:
+    elif not lengths.checked_by_another_piece and not any(map(tape_tells, lengths.tapes)):
         yield Finding(
             "worth doing",
-            "The size rests on one board alone: all check lengths lie on the board itself, and "
-            "one that is printed or stated too large as a whole would go unnoticed.",
-            "Tape a girth and say so: `--tape 150=354` for 354 mm round the limb at 150 mm above "
-            "the table, or `--tape widest=354`. Or measure ten printed squares with a ruler.",
+            f"The size rests on {rests_on(lengths)}: what checks it was printed with what set it, "
+            "and a print that is too large as a whole would go unnoticed.",
+            "Tape a girth of 300 mm or more where the limb hardly tapers, and say so: `--tape "
+            "150=354` for 354 mm round the limb at 150 mm above the table, or `--tape widest=354`. "
+            "Or measure a distance beside the limb with a steel rule, and give it with "
+            "`--known-distance`.",
         )
     for tape in lengths.tapes:
         if abs(tape.error_mm) > _TAPE_SIGMAS * tape.sigma_mm:

@@ -156,6 +156,8 @@ def test_what_a_lens_that_is_not_known_may_cause_is_not_called_movement() -> Non
     found = movement_between(placed(RING, first), placed(room, first), lenses_known=False)
     assert (found.movement.kind, found.movement.moved) == ("unknown", False)
     assert "lens" in found.movement.reason
+    assert found.movement.misfit
+    assert found.movement.chance < 1e-5
 
 
 def test_a_shift_of_every_photo_along_its_line_of_sight_is_another_focus() -> None:

@@ -142,7 +142,33 @@ def test_control_and_check_lengths_are_kept_apart(evidence: Evidence) -> None:
     assert [one.label for one in found.control] == ["C-D"]
     assert found.check_worst == pytest.approx(0.0005)
     assert found.check[0].error_mm == pytest.approx(0.06)
-    assert found.checked_off_the_board is True
+    assert found.checked_by_another_piece is True
+
+
+@pytest.mark.parametrize(
+    ("control", "check", "checked"),
+    [
+        ("board, along x", "board, along y", False),
+        ("board, along x", "scale bar 1, marks 40 to 41", False),
+        ("mat sheet 1, marks 60 to 61", "mat sheet 2, marks 64 to 65", False),
+        ("board, along x", "A-B", True),
+        ("scale bar 1, marks 40 to 41", "A-B", True),
+        ("A-B", "scale bar 1, marks 40 to 41", True),
+        ("A-B", "C-D", True),
+        ("A-B", "A-B", True),  # two files may call their distances alike
+        ("marks 3 to 4", "scale bar 1, marks 40 to 41", True),  # of a rule, between stickers
+    ],
+)
+def test_prints_do_not_check_each_other_and_lengths_by_hand_do(
+    evidence: Evidence, control: str, check: str, checked: bool
+) -> None:
+    scale, one = evidence.metric.scale, evidence.metric.scale.lengths[0]
+    lengths = (
+        replace(one, label=control, role="control"),
+        replace(one, label=check, role="check"),
+    )
+    metric = replace(evidence.metric, scale=replace(scale, lengths=lengths))
+    assert length_figures(replace(evidence, metric=metric)).checked_by_another_piece is checked
 
 
 def test_lens_sigmas_and_correlation(evidence: Evidence) -> None:

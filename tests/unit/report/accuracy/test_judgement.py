@@ -298,14 +298,86 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
     tree = assess(on_one_board(with_sigmas))
     assert tree.light == "green"
     assert tree.headline.startswith("GREEN for the shape; size unchecked: it rests on one board")
+    assert not tree.size_checked
     taped = assess(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
-    assert taped.headline.startswith("GREEN: 0.20 mm.")
+    assert taped.headline.startswith("GREEN with the size confirmed to 0.9 % by tape: 0.20 mm.")
+    assert taped.size_checked
     assert not any("one board alone" in one.what for one in taped.findings)
     typed = on_one_board(with_sigmas)
     other = replace(typed.metric.scale.lengths[1], label="A-B")
     scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
     checked = assess(replace(typed, metric=replace(typed.metric, scale=scale)))
     assert checked.headline.startswith("GREEN: 0.20 mm.")
+    assert checked.tree["size_checked"] is True
+
+
+def labelled(found: Evidence, control: str, check: str) -> Evidence:
+    lengths = (
+        replace(found.metric.scale.lengths[0], label=control),
+        replace(found.metric.scale.lengths[1], label=check),
+    )
+    scale = replace(found.metric.scale, lengths=lengths)
+    return replace(found, metric=replace(found.metric, scale=scale))
+
+
+def test_a_print_that_checks_a_print_leaves_the_size_unchecked(with_sigmas: Evidence) -> None:
+    """A mat printed 3 % too large agrees with itself, and with a board of the same printer."""
+    mat = labelled(with_sigmas, "mat sheet 1, marks 60 to 61", "mat sheet 2, marks 64 to 65")
+    board = labelled(on_one_board(with_sigmas), "board, along x", "scale bar 1, marks 40 to 41")
+    for printed in (mat, board):
+        tree = assess(printed)
+        assert tree.light == "green"
+        assert not tree.size_checked
+        assert tree.headline.startswith(
+            "GREEN for the shape; size unchecked: it rests on prints alone, which one printer "
+            "makes wrong together, and no other length was given. 0.20 mm."
+        )
+        assert any("was printed with what set it" in one.what for one in tree.findings)
+        taped = assess(with_tape(printed, GIRTH_MM))
+        assert "size confirmed to 1.0 % by tape" in taped.headline
+        assert not any("was printed with what set it" in one.what for one in taped.findings)
+    assert assess(labelled(with_sigmas, "A-B", "mat sheet 2, marks 64 to 65")).size_checked
+
+
+def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evidence) -> None:
+    board = on_one_board(with_sigmas)
+    for sigma_mm, checked in ((0.00499 * GIRTH_MM, True), (0.00501 * GIRTH_MM, False)):
+        assert assess(with_tape(board, GIRTH_MM, sigma_mm)).size_checked is checked
+    vague = assess(with_tape(board, 1.03 * GIRTH_MM, 39.0))
+    assert vague.light == "green"  # it contradicts nothing
+    assert vague.headline.startswith(
+        "GREEN for the shape; size unchecked: it rests on one board alone, and the tape is sure to "
+        "24.1 % only (1 % is needed). 0.20 mm."
+    )
+    assert any("was printed with what set it" in one.what for one in vague.findings)
+
+
+def test_every_tape_that_can_tell_must_agree(with_sigmas: Evidence) -> None:
+    board = on_one_board(with_sigmas)
+    (good,) = with_tape(board, GIRTH_MM, 1.5).tapes.found
+    (off,) = with_tape(board, GIRTH_MM + 3.1, 1.5).tapes.found
+    (vague,) = with_tape(board, GIRTH_MM + 10, 20.0).tapes.found
+    both = assess(replace(board, tapes=TapeWitnesses((good, off))))
+    assert (both.light, both.size_checked) == ("amber", False)
+    assert both.headline.endswith("The size is unchecked: it rests on one board alone.")
+    passed_over = assess(replace(board, tapes=TapeWitnesses((good, vague))))
+    assert (passed_over.light, passed_over.size_checked) == ("green", True)
+    assert "size confirmed to 1.0 % by tape" in passed_over.headline
+
+
+def test_a_result_that_is_not_green_says_so_too_where_a_tape_confirms_its_size(
+    with_sigmas: Evidence,
+) -> None:
+    doubtful = with_part(on_one_board(with_sigmas), "apart", 0.0, given=False)
+    assert assess(doubtful).headline.endswith("The size is unchecked: it rests on one board alone.")
+    taped = assess(with_tape(doubtful, GIRTH_MM))
+    assert taped.headline.endswith("The size is confirmed to 1.0 % by tape.")
+
+
+def test_nothing_confirms_a_size_without_millimetres(evidence: Evidence) -> None:
+    scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+    bare = replace(evidence, metric=replace(evidence.metric, scale=scale))
+    assert not assess(with_tape(bare, GIRTH_MM)).size_checked
 
 
 @pytest.mark.parametrize(
@@ -326,7 +398,8 @@ def test_a_tape_is_believed_within_its_own_error_and_no_further(
     assert tree.light == light
     named = "the scale board is probably not as large as stated" in tree.headline
     assert named == (light != "green")
-    assert ("unchecked" in tree.headline) == (light != "green")
+    assert tree.size_checked == (light == "green" and sigma_mm == 1.5)
+    assert ("unchecked" in tree.headline) == (not tree.size_checked)
     advised = any("girth that was taped" in one.what for one in tree.findings)
     assert advised == (light != "green")
 

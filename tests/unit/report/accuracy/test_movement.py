@@ -11,6 +11,8 @@ from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.evaluation import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.layout import accuracy_report
+from limbgram.report.html import html_of
 from limbgram.report.movement import moved_mm, movement_remark, movement_sentence
 
 
@@ -44,6 +46,32 @@ def test_nothing_is_said_where_nobody_looked_or_nothing_is_known(with_sigmas: Ev
     for found in (assessed(with_sigmas), assessed(with_sigmas, unknown, unknown)):
         assert not {"movement", "bending"} & {one.key for one in found.criteria}
         assert found.light == "green"
+
+
+def test_what_does_not_fit_for_a_cause_that_is_not_known_is_a_doubt(with_sigmas: Evidence) -> None:
+    """A lens without a board may cause it as well as the limb: neither is green."""
+    count = len(with_sigmas.metric.scene.names)
+    misfit = Movement.unknown(count, "the lens is not known closely enough to tell", 1e-9)
+    still = movement([0.0] * count, "still")
+    moved = assessed(with_sigmas, misfit, still)
+    assert (moved.light, light_of(moved, "movement")) == ("amber", "amber")
+    assert "the limb moved, or the lens, which no board calibrated" in moved.headline
+    bent = assessed(with_sigmas, still, misfit)
+    assert (bent.light, light_of(bent, "bending")) == ("amber", "amber")
+    assert "the limb bent, or the lens, which no board calibrated" in bent.headline
+    assert bent.tree["movement"]["bending_misfit"] is True
+
+
+def test_the_table_says_where_nobody_looked_for_movement(with_sigmas: Evidence) -> None:
+    unknown = Movement.unknown(len(with_sigmas.metric.scene.names), "no points")
+    still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
+    never = html_of(accuracy_report(assessed(with_sigmas), ()))
+    assert never.count("<td>not looked for</td>") == 2
+    vain = html_of(accuracy_report(assessed(with_sigmas, unknown, unknown), ()))
+    assert "not looked for" not in vain
+    assert "Whether the limb kept still is not known: no points." in vain
+    told = html_of(accuracy_report(assessed(with_sigmas, still, still), ()))
+    assert "not looked for" not in told
 
 
 def test_a_limb_that_kept_still_stays_green(with_sigmas: Evidence) -> None:
