@@ -105,9 +105,9 @@ have 0.000 to 0.007 %, a phone's with a rolling shutter 0.37 %."""
 _PATTERN_SIGMAS = 0.5
 """A pattern below so many sigmas of one coordinate is not told from noise."""
 TAPE_TELLS = 0.01
-"""Of the girth: a tape checks the size where its two sigmas are no more. A limb 1 % too large is a
-ply of sock too large (1.7 % are three), and a print fitted to the page is 3 % off or more. 1 % is
-what a tape reaches on a girth of 300 mm that does not taper."""
+"""Of the girth: a tape checks the size where its two sigmas are no more. 1 % of a
+girth of 350 mm is less than two plies of sock, and a print fitted to the page is 3 % off or more. A
+tape reaches 1 % on a girth of 300 mm that does not taper."""
 TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
 """Of the tape: green within what 95 of 100 readings are. Four of them (6 mm) are 1.7 % of a girth
 of 350 mm, three plies of sock: no error of reading."""
@@ -224,13 +224,16 @@ def size_is_checked(figures: Figures) -> bool:
 
     Lengths between a board's own corners are no such lengths: a board printed too large as a whole
     is too large in all of them. Nor are bars and mats that the same printer made. A girth counts
-    where the tape can tell, and then every such tape has to agree.
+    where the tape can tell, and then every such tape has to agree, whatever else agrees.
     """
     lengths = figures.lengths
     if lengths.unit != "mm":
         return False
-    of_length = figures.truth is not None or lengths.checked_by_another_piece
-    return of_length or math.isfinite(confirmed_by_tape(lengths))
+    if figures.truth is not None:
+        return True
+    if any(map(tape_tells, lengths.tapes)):
+        return math.isfinite(confirmed_by_tape(lengths))
+    return lengths.checked_by_another_piece
 
 
 def confirmed_by_tape(lengths: LengthFigures) -> float:
@@ -265,6 +268,8 @@ class _Size:
 def _size(figures: Figures) -> _Size:
     lengths, share = figures.lengths, confirmed_by_tape(figures.lengths)
     if not size_is_checked(figures):
+        if lengths.checked_by_another_piece:
+            return _Size(":", " The size is unchecked: a taped girth contradicts it.")
         rests, vague = rests_on(lengths), _vague(lengths)
         lack = f"no {'length off it' if rests == _ONE_BOARD else 'other length'} was given"
         return _Size(

@@ -360,6 +360,9 @@ def test_every_tape_that_can_tell_must_agree(with_sigmas: Evidence) -> None:
     both = assess(replace(board, tapes=TapeWitnesses((good, off))))
     assert (both.light, both.size_checked) == ("amber", False)
     assert both.headline.endswith("The size is unchecked: it rests on one board alone.")
+    by_hand = assess(replace(with_sigmas, tapes=TapeWitnesses((good, off))))
+    assert (by_hand.light, by_hand.size_checked) == ("amber", False)
+    assert by_hand.headline.endswith("The size is unchecked: a taped girth contradicts it.")
     passed_over = assess(replace(board, tapes=TapeWitnesses((good, vague))))
     assert (passed_over.light, passed_over.size_checked) == ("green", True)
     assert "size confirmed to 1.0 % by tape" in passed_over.headline
