@@ -300,7 +300,7 @@ def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evi
     assert tree.headline.startswith("GREEN for the shape; size unchecked: it rests on one board")
     assert not tree.size_checked
     taped = assess(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
-    assert taped.headline.startswith("GREEN with the size confirmed to 0.9 % by tape: 0.20 mm.")
+    assert taped.headline.startswith("GREEN with the size confirmed to 1.0 % by tape: 0.20 mm.")
     assert taped.size_checked
     assert not any("one board alone" in one.what for one in taped.findings)
     typed = on_one_board(with_sigmas)

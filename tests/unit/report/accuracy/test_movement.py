@@ -66,7 +66,7 @@ def test_the_table_says_where_nobody_looked_for_movement(with_sigmas: Evidence) 
     unknown = Movement.unknown(len(with_sigmas.metric.scene.names), "no points")
     still = movement([0.0] * len(with_sigmas.metric.scene.names), "still")
     never = html_of(accuracy_report(assessed(with_sigmas), ()))
-    assert never.count("<td>not looked for</td>") == 2
+    assert never.count(">not looked for</td>") == 2
     vain = html_of(accuracy_report(assessed(with_sigmas, unknown, unknown), ()))
     assert "not looked for" not in vain
     assert "Whether the limb kept still is not known: no points." in vain
