@@ -110,7 +110,7 @@ def test_every_outcome_is_told_and_none_stops_another(
     table = write_table(outcomes, tmp_path / "out", ("A note.",), stopped=False)
     assert table.exit_code == 1
     assert table.line == (
-        "6 captures: 2 green for the shape, 1 red, 3 without a result; size unchecked: 2 of 3."
+        "6 captures: 2 green for the shape, 1 red, 3 without a result; size unchecked: 3 of 3."
     )
     rows = list(csv.DictReader((tmp_path / "out" / "batch.csv").open()))
     assert [row["verdict"] for row in rows] == ["", "", "green", "", "red", "green"]
