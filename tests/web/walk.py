@@ -461,7 +461,7 @@ def trimline_dragged_cut_and_undone(app: App, case_id: str) -> None:
     assert min(math.hypot(a - x, b - y - 24) for a, b in drawn) < 3
     assert min(math.hypot(a - x, b - y) for a, b in drawn) > 15
     no_serious_fault(app)
-    page.get_by_role("button", name="Cut here").click()
+    page.get_by_role("button", name="Cut here", exact=True).click()
     page.locator(".edits .ed").nth(1).wait_for()
     recipe = (app.cases / case_id / "work" / "recipe.toml").read_text("utf-8")
     cut = tomllib.loads(recipe)["edit"][1]
