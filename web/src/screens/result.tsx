@@ -195,7 +195,7 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
 function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; verdict: Schemas["Case"]["verdict"] }) {
   const said = [verdict?.headline ?? "", ...(verdict?.reasons ?? []).slice(0, 2)].join(" ");
   if (!tapes.length)
-    return said.includes("size unchecked") ? (
+    return /size (is )?unchecked/.test(said) ? (
       <Notice tone="amber" title={t("size.unchecked")}>
         {t("size.unchecked.do")}
       </Notice>
