@@ -36,7 +36,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.typed import Mismatch, Strictness, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, digest_of
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.taping import TapeWitnesses
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -243,9 +243,10 @@ def cited(case: CaseFolder) -> CaseSource:
     """
     try:
         accuracy: dict[str, Any] = json_of(case.accuracy("json").read_bytes())
-        files = frozenset(file.sha256 for file in read_record(case).files)
+        record = read_record(case)
+        files = frozenset(file.sha256 for file in record.files)
         schema, unit, truth = accuracy["schema"], accuracy["unit"], accuracy["truth"]
-        hash_of_record = file_sha256(case.record)
+        hash_of_photos = digest_of(photo.sha256 for photo in record.photos)
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise CaseError(
             f"{case.root} is no finished case with an accuracy.json that can be read. Name the "
@@ -273,7 +274,7 @@ def cited(case: CaseFolder) -> CaseSource:
             f"The case {case.root} has no scale, so nothing in it is in millimetres. Leave --case "
             "out, or reconstruct with a board or known distances."
         )
-    return CaseSource(sha256=hash_of_record, accuracy=said, files=files)
+    return CaseSource(sha256=hash_of_photos, accuracy=said, files=files)
 
 
 _MOST_TRIED = 2000

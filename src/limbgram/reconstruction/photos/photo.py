@@ -6,6 +6,7 @@ upright for people. Nothing is ever written back to a photo.
 """
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,6 +74,11 @@ class CameraGroup:
     exif: Exif
 
 
+def digest_of(sha256s: Iterable[str]) -> str:
+    """Hash of photos' own hashes, in the order of their names."""
+    return hashlib.sha256("".join(sha256s).encode()).hexdigest()
+
+
 @dataclass(frozen=True)
 class PhotoSet:
     """The photos of one capture, sorted by name, and the files that were set aside."""
@@ -84,7 +90,7 @@ class PhotoSet:
     @property
     def digest(self) -> str:
         """Hash of the photos' own hashes: tells one capture from another without any name."""
-        return hashlib.sha256("".join(photo.sha256 for photo in self.photos).encode()).hexdigest()
+        return digest_of(photo.sha256 for photo in self.photos)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -96,7 +96,7 @@ class CaseSource:
     """What a finished case says of its own accuracy."""
 
     sha256: str
-    """Of its case.json."""
+    """Of its photos (`PhotoSet.digest`), as its own pages name it."""
     accuracy: CaseAccuracy
     files: frozenset[str]
     """SHA-256 of every file that it delivered."""
