@@ -50,6 +50,13 @@ class FileEntry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PhotoHash:
+    """What is read of a photo's entry."""
+
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class CaseRecord:
     """What is read of case.json."""
 
@@ -58,6 +65,7 @@ class CaseRecord:
     written: str = ""
     """Date and time, UTC."""
     stages: tuple[StageEntry, ...] = ()
+    photos: tuple[PhotoHash, ...] = ()
     files: tuple[FileEntry, ...] = ()
 
 
