@@ -486,7 +486,7 @@ def compared_with_an_earlier_state(app: App) -> None:
     page.locator(".pane .edit").get_by_role("button", name="Keep", exact=True).click()
     page.locator(".edits .ed").nth(1).wait_for()
     page.get_by_role("link", name="Compare").click()
-    page.get_by_label("The other shape").select_option("before 2")
+    page.get_by_role("combobox", name="The other shape").select_option("before 2")
     page.get_by_text("Against the shape before edit 2").wait_for()
     page.locator(".pane .verdict .chip").wait_for()
     no_serious_fault(app)
