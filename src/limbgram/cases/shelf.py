@@ -1,11 +1,12 @@
 """The shelf: a folder of cases, each a folder under a random id, and what is known of each.
 
-SHELF/K7Q-4F2/             a case, as `limbgram reconstruct -o` makes it (see `folder`)
-SHELF/K7Q-4F2/label.json   kind and side of the limb, a note, the day, whether it is archived
-SHELF/K7Q-4F2/received/    photos as they came in, without places and serial numbers (see `intake`)
-SHELF/K7Q-4F2/work/        landmarks, tape readings, recipe, shapes and files made by hand
-SHELF/cameras/             camera files and their board photos
-SHELF/removed/             cases on their way out; empty unless the program was ended meanwhile
+SHELF/
+  K7Q-4F2/        a case, as `limbgram reconstruct -o` makes it (see `folder`), and in it
+    label.json    kind and side of the limb, a note, the day, whether it is archived
+    received      photos as they came in, without places and serial numbers (see `intake`)
+    work          landmarks, tape readings, recipe, shapes and files made by hand
+  cameras         camera files and their board photos
+  removed         cases on their way out; empty unless the program was ended meanwhile
 
 The folders are the truth. What is listed is read of them each time, so that a case that was copied,
 restored or removed by hand is listed, or is not, without any repair. Ids are random: no name of a

@@ -153,15 +153,17 @@ def test_lengths_between_marks_and_those_that_set_the_scale() -> None:
         accept(MARKED, [used], parse_limits(["0.2"]))
 
 
+CAST = Artefact(
+    name="cast",
+    sha256="3" * 64,
+    mesh=MeshStandard(name="cast 3", file="", uncertainty_mm=0.01),
+)
+
+
 def test_a_surface_against_its_calibrated_mesh() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 4, 3.0, 60.0).mesh
-    artefact = Artefact(
-        name="cast",
-        sha256="3" * 64,
-        mesh=MeshStandard(name="cast 3", file="", uncertainty_mm=0.01),
-    )
     grown = limb.with_vertices(limb.vertices_mm + 0.2 * limb.vertex_normals())
-    found = accept(artefact, [capture(grown)], parse_limits(["surface=0.1"]), limb)
+    found = accept(CAST, [capture(grown)], parse_limits(["surface=0.1"]), limb)
     (value,) = found.values
     assert value.kind == "surface"
     assert value.error_mm == pytest.approx(0.2, abs=0.05)
@@ -170,11 +172,6 @@ def test_a_surface_against_its_calibrated_mesh() -> None:
 
 def test_a_scrap_of_the_calibrated_mesh_proves_no_kit() -> None:
     limb = make_limb(LimbKind.TRANSTIBIAL, 4, 3.0, 60.0).mesh
-    artefact = Artefact(
-        name="cast",
-        sha256="3" * 64,
-        mesh=MeshStandard(name="cast 3", file="", uncertainty_mm=0.01),
-    )
     around = np.arctan2(*limb.vertices_mm[:, :2].T)
     for share, judged in ((0.3, False), (0.8, True)):
         kept = np.abs(around) < share * np.pi
@@ -182,12 +179,12 @@ def test_a_scrap_of_the_calibrated_mesh_proves_no_kit() -> None:
         used, faces = np.unique(part.faces, return_inverse=True)
         part = Mesh(vertices_mm=limb.vertices_mm[used], faces=faces.reshape(-1, 3).astype(np.int32))
         if judged:
-            found = accept(artefact, [capture(part)], parse_limits(["surface=0.1"]), limb)
+            found = accept(CAST, [capture(part)], parse_limits(["surface=0.1"]), limb)
             assert found.outcome == "pass"
             assert found.bodies[0].seen == pytest.approx(share, abs=0.1)
         else:
             with pytest.raises(MeasureError, match="50% are needed"):
-                accept(artefact, [capture(part)], parse_limits(["surface=0.1"]), limb)
+                accept(CAST, [capture(part)], parse_limits(["surface=0.1"]), limb)
 
 
 def test_alike_spheres_are_told_apart_by_their_distances() -> None:

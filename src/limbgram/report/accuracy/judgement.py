@@ -473,10 +473,13 @@ def _square(lens: LensFigures) -> Criterion:
     )
 
 
-_OR_THE_LENS = (
-    "the limb moved, or the lens, which no board calibrated, is another than was found. Calibrate "
-    "the camera, or let the limb rest and take the photos again."
-)
+def _misfit(what: str, did: str) -> str:
+    """What does not fit while nobody can say whether limb or lens is the cause."""
+    return (
+        f"{what} not keep together from photo to photo, beyond chance: the limb {did}, or the "
+        "lens, which no board calibrated, is another than was found. Calibrate the camera, or let "
+        "the limb rest and take the photos again."
+    )
 
 
 def _movement(figures: Figures) -> Iterator[Criterion]:
@@ -491,14 +494,12 @@ def _movement(figures: Figures) -> Iterator[Criterion]:
     if movement.misfit:
         yield MOVED.judge(
             math.nan,
-            "The limb and what lies round it do not keep together from photo to photo, beyond "
-            f"chance: {_OR_THE_LENS}",
+            _misfit("The limb and what lies round it do", "moved"),
         )
     if movement.bending_misfit:
         yield BENT.judge(
             math.nan,
-            "The two halves of the limb do not keep together from photo to photo, beyond chance: "
-            f"{_OR_THE_LENS.replace('moved', 'bent')}",
+            _misfit("The two halves of the limb do", "bent"),
         )
     if math.isfinite(movement.shift):
         sentence, limit = movement.sentence, MOVED
