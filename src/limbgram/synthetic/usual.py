@@ -1,8 +1,8 @@
 """Usual faults: a capture as a real camera, board, light and patient would give it.
 
-In      CaptureOptions, and which faults.
-Out     the same capture with each of them at the strength that is usual; `Faults`, `PrintedBoard`
-        and `Lighting` say where each strength comes from.
+In      CaptureOptions, which faults, and how many times their usual strength.
+Out     the same capture with each of them at that strength; `Faults`, `PrintedBoard` and `Lighting`
+        say where the usual ones come from.
 """
 
 from collections.abc import Iterable
@@ -60,46 +60,55 @@ class Fault(Enum):
     """Things round the limb are moved between photos."""
 
 
-def with_faults(options: CaptureOptions, faults: Iterable[Fault]) -> CaptureOptions:
-    """The capture with these faults at their usual strength."""
+def with_faults(
+    options: CaptureOptions, faults: Iterable[Fault], strength: float = 1.0
+) -> CaptureOptions:
+    """The capture with these faults, so many times as strong as is usual."""
     for fault in faults:
-        options = _with_fault(options, fault)
+        options = _with_fault(options, fault, strength)
     return options
 
 
-def _with_fault(options: CaptureOptions, fault: Fault) -> CaptureOptions:
+def _with_fault(options: CaptureOptions, fault: Fault, times: float) -> CaptureOptions:
     lens, had = options.lens, options.faults
     match fault:
         case Fault.STABILISER:
-            return _spoiled(options, replace(had, stabiliser_px=0.0025 * options.width_px))
+            return _spoiled(options, replace(had, stabiliser_px=times * 0.0025 * options.width_px))
         case Fault.BREATHING:
-            focus_per_mm = 0.06 / options.distance_mm
+            focus_per_mm = times * 0.06 / options.distance_mm
             return _spoiled(options, replace(had, breathing=lens.focal_mm * focus_per_mm))
         case Fault.ROLLING:
-            return _spoiled(options, replace(had, readout_s=0.02))
+            return _spoiled(options, replace(had, readout_s=times * 0.02))
         case Fault.BLUR:
-            return _spoiled(options, replace(had, pupil_mm=lens.focal_mm / lens.aperture))
+            return _spoiled(options, replace(had, pupil_mm=times * lens.focal_mm / lens.aperture))
         case Fault.PROCESSING:
-            return _spoiled(options, replace(had, denoise=1.0, sharpen=0.8))
+            return _spoiled(options, replace(had, denoise=times, sharpen=times * 0.8))
         case Fault.JPEG:
-            again = _spoiled(options, replace(had, stored_again=80))
-            return replace(again, jpeg_quality=88)
+            again = _spoiled(options, replace(had, stored_again=_jpeg(times * 20)))
+            return replace(again, jpeg_quality=_jpeg(times * 12))
         case Fault.LIGHT:
-            mixed = replace(options.lighting, lamp_colour=(1.35, 1.0, 0.55), shadow=Shadow.MOVING)
-            lit = _spoiled(options, replace(had, exposure_ev=0.15, tint=0.04))
+            lamp = (1.0 + times * 0.35, 1.0, max(0.0, 1.0 - times * 0.45))
+            mixed = replace(options.lighting, lamp_colour=lamp, shadow=Shadow.MOVING)
+            lit = _spoiled(options, replace(had, exposure_ev=times * 0.15, tint=times * 0.04))
             return replace(lit, lighting=mixed)
         case Fault.WET:
-            return replace(options, lighting=replace(options.lighting, gloss=12.0))
+            wet = replace(options.lighting, gloss=1.0 + times * 11.0)
+            return replace(options, lighting=wet)
         case Fault.BENT:
             board = options.board
-            return replace(options, board=board and replace(board, sag_mm=0.5))
+            return replace(options, board=board and replace(board, sag_mm=times * 0.5))
         case Fault.STRETCHED:
             board = options.board
-            return replace(options, board=board and replace(board, stretch=0.002))
+            return replace(options, board=board and replace(board, stretch=times * 0.002))
         case Fault.CREEP:
-            return _spoiled(options, replace(had, creep_mm=0.3))
+            return _spoiled(options, replace(had, creep_mm=times * 0.3))
         case Fault.BACKGROUND:
-            return _spoiled(options, replace(had, background_mm=30.0))
+            return _spoiled(options, replace(had, background_mm=times * 30.0))
+
+
+def _jpeg(lost: float) -> int:
+    """The quality of a JPEG that loses so much of 100."""
+    return max(1, round(100 - lost))
 
 
 def _spoiled(options: CaptureOptions, faults: Faults) -> CaptureOptions:

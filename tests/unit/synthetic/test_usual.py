@@ -51,6 +51,16 @@ def test_strengths_follow_the_camera(fault: Fault, name: str, strength: float) -
     assert getattr(with_faults(TINY, [fault]).faults, name) == pytest.approx(strength, rel=0.01)
 
 
+def test_twice_the_strength_is_twice_of_each() -> None:
+    usual, twice = with_faults(TINY, Fault), with_faults(TINY, Fault, 2.0)
+    for name in set(vars(Faults())) - {"stored_again", "hand_deg_s", "hand_mm_s"}:
+        assert getattr(twice.faults, name) == pytest.approx(2 * getattr(usual.faults, name))
+    assert (twice.faults.stored_again, twice.jpeg_quality) == (60, 76)
+    assert usual.board is not None
+    assert twice.board == replace(usual.board, sag_mm=1.0, stretch=0.004)
+    assert twice.lighting.gloss == pytest.approx(23.0)
+
+
 def test_a_capture_without_a_board_stays_without_one() -> None:
     bare = replace(TINY, board=None)
     assert with_faults(bare, Fault).board is None
