@@ -14,16 +14,7 @@ from jaxtyping import Float64
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.typed import tree_of
-from limbgram.report.accuracy.evaluation import (
-    camera_figures,
-    image_figures,
-    length_figures,
-    movement_figures,
-    network_figures,
-    pose_figures,
-    residual_figures,
-    surface_figures,
-)
+from limbgram.report.accuracy.capture import image_figures, length_figures, movement_figures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import Figures
 from limbgram.report.accuracy.glossary import glossary_tree
@@ -38,7 +29,14 @@ from limbgram.report.accuracy.judgement import (
     worst,
 )
 from limbgram.report.accuracy.limits import Finding, findings
+from limbgram.report.accuracy.network import (
+    camera_figures,
+    network_figures,
+    pose_figures,
+    residual_figures,
+)
 from limbgram.report.accuracy.selfcalibration import SelfCalibration, self_calibration
+from limbgram.report.accuracy.surface import surface_figures
 from limbgram.report.accuracy.truth import KnownTruth, truth_figures
 from limbgram.report.intended_use import OF_SCANS
 

@@ -15,7 +15,6 @@ import numpy as np
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
-from limbgram.report.accuracy.evaluation import UNNAMED
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
     FAR_SCALE,
@@ -25,6 +24,7 @@ from limbgram.report.accuracy.judgement import (
     tape_tells,
 )
 from limbgram.report.accuracy.selfcalibration import SelfCalibration
+from limbgram.report.accuracy.surface import UNNAMED
 
 Gravity = Literal["serious", "worth doing", "note"]
 _ORDER: tuple[Gravity, ...] = ("serious", "worth doing", "note")

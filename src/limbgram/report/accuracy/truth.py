@@ -13,7 +13,6 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.interval import COVER
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.accuracy.evaluation import measured_vertices
 from limbgram.report.accuracy.figures import (
     DistanceHistogram,
     SigmaPart,
@@ -21,6 +20,7 @@ from limbgram.report.accuracy.figures import (
     TrueGirth,
     TruthFigures,
 )
+from limbgram.report.accuracy.surface import measured_vertices
 from limbgram.report.alignment import (
     Truth,
     by_cameras,

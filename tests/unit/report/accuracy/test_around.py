@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.accuracy.evaluation import around_figures
+from limbgram.report.accuracy.surface import around_figures
 
 RADIUS_MM, HEIGHT_MM = 50.0, 240.0
 RINGS, SPOKES = 61, 120

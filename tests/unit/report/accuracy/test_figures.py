@@ -8,18 +8,15 @@ import pytest
 from scipy.special import erf
 
 from limbgram.reconstruction.mapping.scene import Observations, Scene
-from limbgram.report.accuracy.evaluation import (
+from limbgram.report.accuracy.capture import image_figures, length_figures, noise_grey
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.network import (
     camera_figures,
-    expected_p95,
-    image_figures,
-    length_figures,
     network_figures,
-    noise_grey,
     pose_figures,
     residual_figures,
-    surface_figures,
 )
-from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.surface import expected_p95, surface_figures
 
 NOISE_PX, RADIUS_MM, HEIGHT_MM, PHOTOS = 0.1, 50.0, 240.0, 12
 

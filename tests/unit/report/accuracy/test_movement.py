@@ -9,7 +9,7 @@ import numpy as np
 from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
 from limbgram.report.accuracy.assessment import Assessment, assess
-from limbgram.report.accuracy.evaluation import movement_figures
+from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.html import html_of

@@ -1,0 +1,245 @@
+"""The capture: its photos, whether the limb kept still, and the lengths that tell its size."""
+
+import math
+
+import cv2
+import numpy as np
+
+from limbgram.core.errors import PhotoError
+from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.photos.decoding import load_luma
+from limbgram.reconstruction.photos.photo import Photo
+from limbgram.reconstruction.photos.quality import remarks
+from limbgram.reconstruction.scale.marks import marks_of_label
+from limbgram.reconstruction.scale.metric import LengthCheck
+from limbgram.reconstruction.scale.taping import TapeWitness
+from limbgram.report.accuracy.evidence import Evidence
+from limbgram.report.accuracy.figures import (
+    BoardSeen,
+    ImageFigures,
+    KnownLength,
+    LeftOut,
+    LengthFigures,
+    MovementFigures,
+    PhotoFigures,
+    TapedLength,
+)
+from limbgram.report.drawings.charts import image_scales
+from limbgram.report.movement import (
+    bending_sentence,
+    lens_doubt,
+    moved_mm,
+    moved_photos,
+    movement_remark,
+    movement_sentence,
+)
+
+_NOISE_PHOTOS = 2
+_NOISE_SIDE_PX = 1000
+_FLAT_SHARE = 0.5
+"""Part of the pixels, those with the least slope, in which noise is looked for."""
+_MIDDLE_GREY = (20, 235)
+
+
+def movement_figures(evidence: Evidence) -> MovementFigures | None:
+    """What is known of movement; None where nobody looked, in cases of older versions."""
+    scene = evidence.metric.scene
+    movement = scene.movement
+    if movement is None:
+        return None
+    known = movement.kind != "unknown"
+    return MovementFigures(
+        kind=movement.kind,
+        sentence=movement_sentence(movement, scene.names, evidence.unit),
+        photos=moved_photos(movement, scene.names),
+        alone=movement.alone,
+        shift=moved_mm(movement),
+        turn_deg=float(np.nanmax(movement.turn_deg)) if known else math.nan,
+        misfit=movement.misfit,
+        chance=movement.chance if known or movement.misfit else math.nan,
+        bending_sentence=""
+        if scene.bending is None
+        else bending_sentence(
+            scene.bending, scene.names, evidence.unit, lens_doubt(scene, evidence.cameras)
+        ),
+        bending_misfit=scene.bending is not None and scene.bending.misfit,
+        bending=moved_mm(scene.bending),
+    )
+
+
+def image_figures(evidence: Evidence) -> ImageFigures:
+    """What the photos are worth; NaN for the noise where their files are gone."""
+    scene, photos = evidence.metric.scene, evidence.photos
+    scales = {one.name: one for one in image_scales(photos, evidence.metric)}
+    said: dict[str, list[str]] = {}
+    for remark in remarks(photos):
+        said.setdefault(remark.name, []).append(remark.text)
+    rows: list[PhotoFigures] = []
+    stated: list[float] = []
+    for number, (photo, verdict) in enumerate(zip(photos.photos, scene.verdicts, strict=True)):
+        scale = scales.get(photo.name)
+        if scale is not None and photo.exif.subject_m is not None:
+            stated.append(scale.distance_mm / (1000 * photo.exif.subject_m))
+        rows.append(
+            PhotoFigures(
+                name=photo.name,
+                placed=verdict.placed,
+                reason=verdict.reason,
+                remarks=(
+                    *said.get(photo.name, ()),
+                    *([verdict.remark] if verdict.remark else []),
+                    *movement_remark(scene, number, evidence.unit),
+                ),
+                points=verdict.points,
+                edge_width_px=photo.sharpness,
+                burnt_share=photo.burnt,
+                distance=math.nan if scale is None else scale.distance_mm,
+                pixel=math.nan if scale is None else scale.pixel_mm,
+            )
+        )
+    return ImageFigures(
+        photos=len(rows),
+        placed=sum(row.placed for row in rows),
+        set_aside=tuple(
+            LeftOut(name=part.name, reason=part.reason)
+            for part in (*photos.set_aside, *evidence.metric.scale.set_aside)
+        ),
+        pixel=_median([row.pixel for row in rows]),
+        distance=_median([row.distance for row in rows]),
+        distance_over_stated=_median(stated),
+        edge_width_px=_median([row.edge_width_px for row in rows]),
+        noise_grey=_noise(evidence),
+        by_photo=tuple(rows),
+    )
+
+
+def noise_grey(luma: GreyImage) -> float:
+    """Standard deviation of a pixel in plain parts of the picture, grey levels of 256.
+
+    The kernel of Immerkaer (1996) answers to noise and not to planes or edges; it is asked in the
+    plainer half of the pixels. JPEG has smoothed away part of the noise before.
+    """
+    top, left = (max(0, (side - _NOISE_SIDE_PX) // 2) for side in luma.shape)
+    grey = luma[top : top + _NOISE_SIDE_PX, left : left + _NOISE_SIDE_PX].astype(np.float32)
+    kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
+    answer = np.abs(cv2.filter2D(grey, cv2.CV_32F, kernel))
+    smooth = cv2.GaussianBlur(grey, (0, 0), 3.0)
+    slope = np.hypot(
+        cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1)
+    )
+    lit = (smooth > _MIDDLE_GREY[0]) & (smooth < _MIDDLE_GREY[1])
+    if lit.sum() < 100:
+        return math.nan
+    plain = lit & (slope <= np.quantile(slope[lit], _FLAT_SHARE))
+    return float(answer[plain].mean()) * np.sqrt(np.pi / 2) / 6.0
+
+
+def _noise(evidence: Evidence) -> float:
+    """Median of a few photos spread over the capture."""
+    placed = [evidence.photos.photos[k] for k in evidence.metric.scene.placed]
+    step = max(1, len(placed) // _NOISE_PHOTOS)
+    return _median([_of_photo(photo) for photo in placed[::step][:_NOISE_PHOTOS]])
+
+
+def _of_photo(photo: Photo) -> float:
+    try:
+        return noise_grey(load_luma(photo))
+    except PhotoError:
+        return math.nan
+
+
+def _median(values: list[float]) -> float:
+    known = [value for value in values if np.isfinite(value)]
+    return float(np.median(known)) if known else math.nan
+
+
+_BOARD_LABEL = "board, "
+"""How `scale.board` labels lengths between the board's own corners."""
+_MARKS_LABEL = "marks "
+"""How `scale.marks` labels lengths between marks on no plate, whose distance was given by hand."""
+
+
+def length_figures(evidence: Evidence) -> LengthFigures:
+    """The scale, its control and check lengths apart, and the board's observed corners."""
+    scale = evidence.metric.scale
+    checks = [one for one in scale.lengths if one.role == "check"]
+    controls = [one for one in scale.lengths if one.role == "control"]
+    return LengthFigures(
+        unit=scale.unit,
+        source=scale.source,
+        relative_sigma=scale.relative_sigma,
+        board_stretch=scale.board_stretch,
+        control=tuple(_length(one) for one in controls),
+        check=tuple(_length(one) for one in checks),
+        control_rms=_relative_rms(controls),
+        check_rms=_relative_rms(checks),
+        check_worst=max((abs(one.error) for one in checks), default=math.nan),
+        check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
+        checked_by_another_piece=_checked_by_another_piece(controls, checks),
+        tapes=tuple(_tape(one) for one in evidence.tapes.found) if scale.unit == "mm" else (),
+        board=_board(evidence),
+    )
+
+
+def _checked_by_another_piece(controls: list[LengthCheck], checks: list[LengthCheck]) -> bool:
+    """Whether a check length owes nothing to the lengths that set the scale.
+
+    One printer makes everything printed, so that no print checks another; each distance that was
+    given by hand was measured by itself.
+    """
+    print_set_it = any(_is_printed(one) for one in controls)
+    return any(not (print_set_it and _is_printed(one)) for one in checks)
+
+
+def _is_printed(length: LengthCheck) -> bool:
+    """On the board, or on a plate: `scale.marks` begins the label with the plate's name."""
+    label = length.label
+    on_plate = marks_of_label(label) is not None and not label.startswith(_MARKS_LABEL)
+    return on_plate or label.startswith(_BOARD_LABEL)
+
+
+def _length(one: LengthCheck) -> KnownLength:
+    return KnownLength(
+        label=one.label,
+        known_mm=one.known_mm,
+        measured_mm=one.measured_mm,
+        error_mm=one.measured_mm - one.known_mm,
+        error=one.error,
+        sigma_mm=one.sigma_mm,
+    )
+
+
+def _tape(one: TapeWitness) -> TapedLength:
+    off_mm = one.measured_mm - one.taped.girth_mm
+    return TapedLength(
+        place=one.taped.place,
+        read_mm=one.taped.girth_mm,
+        measured_mm=one.measured_mm,
+        error_mm=off_mm,
+        error=off_mm / one.taped.girth_mm,
+        sigma_mm=one.sigma_mm,
+        reason=one.reason,
+    )
+
+
+def _relative_rms(lengths: list[LengthCheck]) -> float:
+    """Root mean square of the relative errors."""
+    if not lengths:
+        return math.nan
+    return float(np.sqrt(np.mean([one.error**2 for one in lengths])))
+
+
+def _board(evidence: Evidence) -> BoardSeen | None:
+    found, scene = evidence.detections, evidence.metric.scene
+    if found is None:
+        return None
+    placed = {scene.names[k] for k in scene.placed}
+    seen = [photo for photo in found.photos if photo.name in placed]
+    return BoardSeen(
+        board=str(found.board),
+        photos=len(seen),
+        placed_photos=len(placed),
+        corners=len(found.corners_mm),
+        corners_per_photo=float(np.mean([len(photo.ids) for photo in seen])) if seen else math.nan,
+        diagonal_mm=float(np.linalg.norm(np.ptp(found.corners_mm, axis=0))),
+    )
