@@ -26,6 +26,7 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
         intended_use=summary.intended_use,
         sections=(
             Section(title="", blocks=(_TO_ACCURACY,)),
+            *_what_was_done((*summary.scene.notes, *summary.resolution.notes)),
             *parts_section(summary.parts, summary.unit),
             *_without_camera_file(summary.self_calibration),
             *setup_section(summary.setups),
@@ -36,15 +37,17 @@ def case_report(summary: Summary, drawn: Pictures, title: str) -> Report:
             Section(title="Known lengths", blocks=_lengths(summary.scale.lengths)),
             Section(title="Photos", blocks=(_photos(summary.photos),)),
             *_set_aside(summary.set_aside),
-            Section(
-                title="Stages",
-                blocks=(
-                    *(Text(words=n) for n in (*summary.scene.notes, *summary.resolution.notes)),
-                    _stages(summary.stages),
-                ),
-            ),
+            Section(title="Stages", blocks=(_stages(summary.stages),)),
         ),
     )
+
+
+def _what_was_done(notes: Sequence[str]) -> Iterator[Section]:
+    """What happened to the photos beyond the usual: masks, a limb that moved, a turntable."""
+    if notes:
+        yield Section(
+            title="What was done with these photos", blocks=tuple(Text(words=n) for n in notes)
+        )
 
 
 def _without_camera_file(found: SelfCalibration | None) -> Iterator[Section]:

@@ -95,8 +95,8 @@ def movement_remark(scene: Scene, photo_idx: int, unit: str) -> tuple[str, ...]:
     movement = scene.movement
     if movement is None or not movement.shift[photo_idx] > 0.0:
         return ()
-    others = "most photos" if movement.kind == "step" else "the middle of the walk"
-    return (f"the limb lies {movement.shift[photo_idx]:.1f} {unit} from where {others} show it",)
+    others = "most photos show" if movement.kind == "step" else "the middle of the walk shows"
+    return (f"the limb lies {movement.shift[photo_idx]:.1f} {unit} from where {others} it",)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -306,8 +306,9 @@ def _placing_notes(scene: Scene) -> tuple[str, ...]:
     notes += [one.sentence for one in own_lenses(scene)]
     if scene.movement is not None and scene.movement.alone:
         notes.append(
-            "The limb moved, so the photos were placed by the points on the limb alone, and the "
-            "board counts only in photos that agree on where it lies, or as if all had kept still."
+            "The limb moved, so the photos were placed by the points on the limb alone. The board "
+            "sets the size by the photos that agree on where it lies. Where too few agree, its "
+            "corners are moved back first, in each photo as far as the surroundings moved."
         )
     return tuple(notes)
 
@@ -386,6 +387,11 @@ def _scale_sentence(scale: Scale) -> str:
     if not checks:
         return f"Millimetres by {source}, not checked by any other length"
     worst = max(checks, key=lambda length: abs(length.error))
+    if len(checks) == 1:
+        return (
+            f"Millimetres by {source}, checked on 1 other length: it agrees to "
+            f"{abs(worst.error):.3%} ({worst.label})"
+        )
     rms = math.sqrt(sum(length.error**2 for length in checks) / len(checks))
     return (
         f"Millimetres by {source}, checked on {len(checks)} other lengths: they agree to "

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,8 +89,9 @@ def scale(*lengths: LengthCheck, unit: str = "mm") -> Scale:
 
 def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
     checked = facts(scale(length("control", 0.1), length("check", -0.002)), [], [])
-    assert "checked on 1 other lengths" in checked
-    assert "0.200%" in checked
+    assert "checked on 1 other length: it agrees to 0.200% (Acheck)" in checked
+    several = facts(scale(length("check", 0.001), length("check", -0.002)), [], [])
+    assert "checked on 2 other lengths: they agree to 0.158% (worst 0.200%, Acheck)" in several
     assert "not checked" in facts(scale(length("control", 0.0)), [], [])
     assert facts(scale(unit="unitless"), [], []).startswith("NO SCALE")
     assert "1 file was set aside" in facts(scale(), [], [SetAside("a", "b")])
@@ -173,6 +175,17 @@ def test_the_page_has_the_colour_the_word_and_every_reason_of_the_verdict(light:
     assert "&lt;a&gt;.jpg" in page
     assert "<h1>A &lt;case&gt;</h1>" in page
     assert "<p>Edges are &lt;long&gt;.</p>" in page
+
+
+def test_what_was_done_with_the_photos_stands_before_the_pictures() -> None:
+    """A moved limb or a turntable is no detail of the stages' times."""
+    plain = summary("amber")
+    scene = replace(plain.scene, notes=("The limb moved.", "The camera stood still."))
+    page = html_of(case_report(replace(plain, scene=scene), PICTURES, "A case"))
+    where = [page.index(words) for words in ("The limb moved.", "The camera stood still.")]
+    assert page.index("3 of 4 photos") < where[0] < where[1] < page.index("<h2>Title</h2>")
+    quiet = replace(plain, resolution=replace(plain.resolution, notes=()))
+    assert "What was done" not in html_of(case_report(quiet, PICTURES, "A case"))
 
 
 def test_a_summary_is_read_as_it_was_written() -> None:
