@@ -37,6 +37,7 @@ def test_photos_of_a_turning_limb_are_placed_by_the_limb(capture: Capture) -> No
     board = parse_board(DEFAULT_BOARD)
     whole = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert sum(one.placed for one in whole.photos) == PHOTOS, whole.headline
+    assert any(f"camera stood still in {PHOTOS} photos" in one for one in whole.notes), whole.notes
     middle = capture.truth.limb.mesh.vertices_mm.mean(0)
     away = np.array([view.centre_in_world for view in capture.truth.views]) - middle
     true_deg = np.degrees(np.arctan2(away[:, 1], away[:, 0]))

@@ -305,7 +305,8 @@ class Coach:
             limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = _Seen(photos, small, metric, limb, looked_at, found)
-        return _answer(seen, findings, board_photos, options)
+        answer = _answer(seen, findings, board_photos, options)
+        return replace(answer, notes=(*answer.notes, *_turning_notes(still)))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new ones are looked for."""
@@ -360,6 +361,17 @@ class Coach:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))
         return Pairs(tuple(verified), matches.pairs_tried - len(verified))
+
+
+def _turning_notes(still: Still) -> tuple[str, ...]:
+    """What a still camera was seen by, and what the hours mean then."""
+    if not still.groups:
+        return ()
+    turn = (
+        "Hours are where the camera stood as seen from the limb: turn the limb, not the camera, "
+        "to reach one."
+    )
+    return (*still.notes, turn)
 
 
 def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:

@@ -121,6 +121,7 @@ def calibration_text(result: BoardCalibration) -> str:
         f"{result.board}",
         f"{len(result.photos)} photos used, {len(result.set_aside)} set aside; "
         f"RMS {calibration.rms_px:.3f} px",
+        *(f"  {one.name}: {one.reason}" for one in result.set_aside),
         "",
     ]
     for name, value, sigma in zip(PARAMETERS, camera.packed, calibration.sigmas):

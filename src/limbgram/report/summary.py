@@ -18,7 +18,6 @@ from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
-from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
@@ -250,7 +249,7 @@ def summarise(
             rms_px=float(np.sqrt(np.nanmean(residuals**2))),
             notes=(
                 *mask_notes(done.photos),
-                *_still_notes(done.still),
+                *done.still.notes,
                 *_poses_notes(done),
                 *_placing_notes(scene),
             ),
@@ -267,16 +266,6 @@ def summarise(
         ),
         self_calibration=assessed.self_calibration,
         setups=assessed.setups,
-    )
-
-
-def _still_notes(still: Still) -> tuple[str, ...]:
-    if not still.groups:
-        return ()
-    return (
-        f"The camera stood still in {len(still.photos)} photos and the object turned: "
-        f"{still.count:,} feature points stay at one place of the picture. They belong to the room "
-        "(or are dirt on the sensor, or a watermark) and were left out.",
     )
 
 

@@ -86,6 +86,17 @@ class Still:
         """Keypoints that stand still, in all photos together."""
         return sum(int(flags.sum()) for flags in self.keypoints)
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user is told: that the camera stood still, and what was left out."""
+        if not self.groups:
+            return ()
+        return (
+            f"The camera stood still in {len(self.photos)} photos and the object turned: "
+            f"{self.count:,} feature points stay at one place of the picture. They belong to the "
+            "room (or are dirt on the sensor, or a watermark) and were left out.",
+        )
+
     def moving(self, features: Features) -> Features:
         """The features without what stands still."""
         if not self.groups:

@@ -3,6 +3,7 @@
 import io
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import Image
 
 from limbgram.core.typed import tree_of
 from limbgram.reconstruction.calibration.board import calibrate_detections
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.report.calibration import calibration_picture, calibration_summary, calibration_text
 
 
@@ -38,6 +40,17 @@ def test_the_text_rounds_to_the_sigma_and_names_what_is_held(capture: Callable[.
     assert fx[2] == "±"
     assert float(fx[3]) == pytest.approx(1.96 * result.calibration.sigmas[0], rel=0.1)
     assert sum("± holds in 95 of 100" in line for line in lines) == 1
+
+
+def test_photos_that_were_set_aside_are_named_with_the_reason(
+    capture: Callable[..., Any],
+) -> None:
+    result = calibrate_detections(*capture(photos=6).arguments)
+    assert "cut off" not in calibration_text(result)
+    result = replace(result, set_aside=(SetAside("CAL_7.jpg", "the board is cut off"),))
+    lines = calibration_text(result).splitlines()
+    counted = next(k for k, line in enumerate(lines) if "1 set aside" in line)
+    assert lines[counted + 1] == "  CAL_7.jpg: the board is cut off"
 
 
 def test_the_picture_is_drawn(capture: Callable[..., Any]) -> None:

@@ -66,6 +66,8 @@ def test_a_still_room_goes_and_the_turning_limb_stays() -> None:
     features = one_scale(photos(8, rng, moving=[30.0 * k for k in range(8)], room=[0.0] * 8))
     found = find_still(features)
     assert found.groups == (tuple(range(8)),)
+    assert "stood still in 8 photos" in found.notes[0]
+    assert f"{found.count:,} feature points stay" in found.notes[0]
     kept = found.moving(features)
     for before, after in zip(features.keypoints, kept.keypoints, strict=True):
         assert len(before) == LIMB + ROOM
@@ -86,6 +88,7 @@ def test_a_walk_round_keeps_every_keypoint() -> None:
     features = one_scale(photos(8, rng, moving=walk, room=[-0.7 * one for one in walk]))
     found = find_still(features)
     assert found.groups == ()
+    assert found.notes == ()
     assert found.moving(features) is features
 
 
