@@ -53,6 +53,7 @@ from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
 from limbgram.synthetic.props.limb import LimbKind, Relief
+from limbgram.synthetic.props.scan import distance_for, read_scan
 from limbgram.synthetic.truth import stage_truth
 from limbgram.workbench.measures.levels import (
     Refused,
@@ -86,10 +87,24 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "bare": {"coverage": 0.05},
     "patchy": {"coverage": 0.5, "bare": 0.5},
     "wrinkled": {"coverage": 0.15, "relief": Relief(rms_mm=0.15, finest_mm=3.0, growth=0.2)},
+    "shapes": {},
 }
 """What a setting changes of the usual small capture: no relief, 2.5 times as much, relief that goes
 on to waves of 2.5 mm, photos of twice the resolution; a tenth or a thirtieth of the sock painted;
-half of the paint left out in patches; little paint on relief as high at 3 mm as at 40."""
+half of the paint left out in patches; little paint on relief as high at 3 mm as at 40; a scan
+of a limb of somebody else's, drawn by the seed, with paint from dense to little (SCANS)."""
+SCANS: tuple[tuple[str, float | None], ...] = (
+    ("ampscan/Example.AOP", None),
+    ("ampscan/stl_file.stl", None),
+    ("ampscan/stl_file_2.stl", None),
+    ("openlimb_TT/102m.stl", 383.0),
+    ("openlimb_TT/102p.stl", 383.0),
+    ("openlimb_TT/1m20.stl", 383.0),
+    ("openlimb_TT/1p20.stl", 383.0),
+    ("openlimb_TT/Full Size Mean_Skin_Shape.stl", None),
+)
+"""Scans under $LIMBGRAM_DATA/shapes, and the mm of one unit where the file does not say it: the
+public model of transtibial limbs is one tibia long, which is 383 mm in its own full size."""
 
 
 def main() -> None:
@@ -159,14 +174,31 @@ def options_of(seed: int, setting: str) -> CaptureOptions:
         jpeg_quality=int(random.integers(88, 97)),
         mesh_step_mm=1.0,
     )
+    if setting == "shapes":
+        return _scanned(usual, random)
     return replace(usual, **SETTINGS[setting])
+
+
+def _scanned(usual: CaptureOptions, random: np.random.Generator) -> CaptureOptions:
+    """The same of a scan: 16 to 20 photos of it, from as far as fills them."""
+    name, mm_per_unit = SCANS[int(random.integers(len(SCANS)))]
+    scan = read_scan(Path(os.environ["LIMBGRAM_DATA"]) / "shapes" / name, mm_per_unit)
+    return replace(
+        usual,
+        scan=scan,
+        coverage=float(random.uniform(0.15, 0.65)),
+        bare=float(random.choice([0.0, 0.0, 0.3])),
+        photos=int(random.integers(16, 21)),
+        distance_mm=distance_for(scan, usual.distance_mm),
+    )
 
 
 def one(seed: int, setting: str, keep: Path | None) -> dict[str, Any]:
     """One capture from nothing to its figures."""
     start = time.process_time()
     options = options_of(seed, setting)
-    line: dict[str, Any] = {"seed": seed, "setting": setting, "kind": options.kind.value}
+    kind = options.kind.value if options.scan is None else f"scan {options.scan.sha256[:8]}"
+    line: dict[str, Any] = {"seed": seed, "setting": setting, "kind": kind}
     with folder_of(seed, setting, keep) as folder:
         photos = folder / "capture"
         if not photos.exists():

@@ -2,20 +2,23 @@
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
+from limbgram.cli.shapes import UnitOption
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import Run
+from limbgram.formats.units import mm_per_unit_of
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
 from limbgram.synthetic.props.paint import scattered_spots
+from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
 from limbgram.synthetic.turning import TurnedOver, Turning
 from limbgram.synthetic.usual import PHONE, Fault, with_faults
 
@@ -58,6 +61,15 @@ def make_capture_command(
     marks: Annotated[
         int, typer.Option(min=0, max=12, help="Round magenta marks painted at known places.")
     ] = 0,
+    shape: Annotated[
+        Path | None,
+        typer.Option(
+            help="A scan of a limb (STL, OBJ, PLY, AOP ...) that is painted and photographed "
+            "instead of a limb of ours. It stands with its closed end up, and the camera goes as "
+            "far off as it takes to fill the photos.",
+        ),
+    ] = None,
+    unit: UnitOption = None,
     gauge: Annotated[
         GaugeName | None,
         typer.Option(
@@ -98,6 +110,13 @@ def make_capture_command(
     """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
     if phone and gauge is not None:
         raise OptionsError("Gauges are photographed from 1.4 m. Leave out --phone or --gauge.")
+    if shape is not None and gauge is not None:
+        raise OptionsError("A scan or a gauge can stand there. Leave out --shape or --gauge.")
+    if unit is not None and shape is None:
+        raise OptionsError("--unit is the unit of a scan's file. Give the file by --shape.")
+    scan = (
+        None if shape is None else read_scan(shape, None if unit is None else mm_per_unit_of(unit))
+    )
     options = CaptureOptions(
         photos=photos,
         rings=rings,
@@ -107,27 +126,37 @@ def make_capture_command(
         coverage=coverage,
         spots=scattered_spots(marks),
         turning=_turning(turned),
+        scan=scan,
         gauge=None if gauge is None else _GAUGES[gauge],
         lens=PHONE if phone else Lens(),
-        distance_mm=_distance_mm(phone, gauge),
+        distance_mm=_distance_mm(phone, gauge, scan),
         movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
     )
     options = with_faults(options, fault or ())
     with display(as_json) as screen:
         capture = Run(listener=screen.listen)(make_capture, folder, options)
+    about = tuple(f"Of the scan, {note}." for note in scan.notes) if scan else ()
     return Reply(
         (
+            *about,
             f"{len(capture.photos)} photos of the limb and "
             f"{len(capture.calibration_photos)} of the calibration board are in {folder}.",
         ),
-        {"folder": str(folder), "photos": len(capture.photos)},
+        {"folder": str(folder), "photos": len(capture.photos), **_told(scan)},
     )
 
 
-def _distance_mm(phone: bool, gauge: GaugeName | None) -> float:
-    if phone:
-        return _PHONE_FROM_MM
-    return CaptureOptions.distance_mm if gauge is None else _GAUGE_FROM_MM
+def _told(scan: Scan | None) -> dict[str, Any]:
+    if scan is None:
+        return {}
+    return {"scan": {"sha256": scan.sha256, "height_mm": scan.height_mm, "notes": [*scan.notes]}}
+
+
+def _distance_mm(phone: bool, gauge: GaugeName | None, scan: Scan | None) -> float:
+    usual_mm = _PHONE_FROM_MM if phone else CaptureOptions.distance_mm
+    if scan is not None:
+        return distance_for(scan, usual_mm)
+    return usual_mm if gauge is None else _GAUGE_FROM_MM
 
 
 def _turning(named: Turned | None) -> Turning | TurnedOver | None:

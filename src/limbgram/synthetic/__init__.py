@@ -12,6 +12,7 @@ from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import MAGENTA, Paint, SockSpot, places_mm, scattered_spots
+from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
 from limbgram.synthetic.props.stickers import SockSticker, sticker_places_mm
 from limbgram.synthetic.rendering.shading import Lighting, Shadow
 from limbgram.synthetic.truth import SurfacePoints, Truth, stage_truth, surface_points
@@ -36,6 +37,7 @@ __all__ = [
     "Paint",
     "PrintedBoard",
     "Relief",
+    "Scan",
     "Shadow",
     "SockSpot",
     "SockSticker",
@@ -43,8 +45,10 @@ __all__ = [
     "Truth",
     "TurnedOver",
     "Turning",
+    "distance_for",
     "make_capture",
     "places_mm",
+    "read_scan",
     "scattered_spots",
     "stage_truth",
     "sticker_places_mm",

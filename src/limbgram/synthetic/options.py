@@ -11,6 +11,7 @@ from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, Print
 from limbgram.synthetic.props.gauges import Gauge
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
+from limbgram.synthetic.props.scan import Scan
 from limbgram.synthetic.props.stickers import SockSticker
 from limbgram.synthetic.rendering.renderer import SAMPLES
 from limbgram.synthetic.rendering.shading import Lighting
@@ -24,6 +25,9 @@ class CaptureOptions:
     kind: LimbKind = LimbKind.TRANSTIBIAL
     gauge: Gauge | None = None
     """A painted gauge that stands there instead of a limb."""
+    scan: Scan | None = None
+    """A limb of a shape from a file that stands there instead of one of ours; `distance_for` says
+    from where it fills the photo."""
     seed: int = 11
     """Another seed is another person, another walk round and another room."""
     paint: Paint = Paint.DABS
@@ -87,6 +91,10 @@ class CaptureOptions:
             and 0 <= self.relief.growth <= 3,
             "relief is 0 to 2 mm high, its finest waves are 1 to 40 mm long, and it grows with "
             "their length to a power of 0 to 3",
+        )
+        _require(
+            self.scan is None or (self.gauge is None and self.fin_mm == 0),
+            "a scan is neither a gauge nor has it a fin",
         )
         _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
         _require(

@@ -20,6 +20,7 @@ from limbgram.synthetic.props.board import LaidBoard, PrintedBoard
 from limbgram.synthetic.props.gauges import calibrated_values
 from limbgram.synthetic.props.limb import Limb
 from limbgram.synthetic.props.paint import places_mm
+from limbgram.synthetic.props.scan import Scan
 from limbgram.synthetic.props.stickers import sticker_places_mm
 from limbgram.synthetic.truth import Truth, ideal_camera
 from limbgram.synthetic.turning import TurnedOver, Turning
@@ -179,9 +180,10 @@ def _notes(
     visible = ((seen_by >= 3) & ~limb.cut)[limb.mesh.faces].all(1)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     return {
-        "set": f"synthetic_{options.kind.value}_{options.seed}",
-        "kind": options.kind.value if options.gauge is None else options.gauge.kind,
+        "set": f"synthetic_{_kind(options)}_{options.seed}",
+        "kind": _kind(options) if options.gauge is None else options.gauge.kind,
         "gauge": None if options.gauge is None else tree_of(options.gauge),
+        **_scan(options.scan),
         "shape_seed": options.seed,
         "paint": options.paint.value,
         "paint_coverage": options.coverage,
@@ -226,6 +228,18 @@ def _notes(
             "comment": "measured surface = mesh minus 'cap'; the 6 mm above the cut are left out",
         },
     }
+
+
+def _kind(options: CaptureOptions) -> str:
+    return options.kind.value if options.scan is None else "scan"
+
+
+def _scan(scan: Scan | None) -> dict[str, Any]:
+    """Which file the shape is from, by its digest, and what was made of it."""
+    if scan is None:
+        return {}
+    about = {"sha256": scan.sha256, "mm_per_unit": scan.mm_per_unit, "side": scan.side}
+    return {"scan": about | {"notes": list(scan.notes)}}
 
 
 def _faulty(options: CaptureOptions) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from limbgram.synthetic.photographer import (
 from limbgram.synthetic.props.board import LaidBoard, lay_alone, lay_beside
 from limbgram.synthetic.props.gauges import make_gauge
 from limbgram.synthetic.props.limb import Limb, make_limb
+from limbgram.synthetic.props.scan import limb_of_scan
 from limbgram.synthetic.rendering.renderer import seen
 from limbgram.synthetic.turning import TurnedOver, Turning, room_from_limb, standing_photos
 
@@ -157,6 +158,10 @@ def _cameras_from_room(
 def _what_stands_there(options: CaptureOptions) -> Limb:
     if options.gauge is not None:
         return make_gauge(options.gauge, options.mesh_step_mm, BASE_MM)
+    if options.scan is not None:
+        return limb_of_scan(
+            options.scan, options.seed, options.mesh_step_mm, BASE_MM, options.relief
+        )
     return make_limb(
         options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm, options.relief
     )

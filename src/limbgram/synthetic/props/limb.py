@@ -236,13 +236,18 @@ def make_limb(
     turn = np.stack([np.cos(angles), np.sin(angles)], -1)
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
     skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
-    skin = skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
+    skin = relieved(skin, relief, rng)
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
     grid = np.concatenate([cut_rings(skin[0]), skin])
     whose = "right" if side > 0 else "left"
     return limb_of_grid(grid, len(grid) - len(skin), base_mm, whose, float(yaw))
+
+
+def relieved(skin: _Grid, relief: Relief, rng: np.random.Generator) -> _Grid:
+    """The skin, rows from its rim to its pole, with the fine relief along its normals."""
+    return skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
 
 
 def _profile(

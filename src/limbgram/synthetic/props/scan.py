@@ -1,0 +1,464 @@
+"""Scans: a limb's shape from a file, as rings of radii that a Limb can be built of.
+
+In      a shape file of any format that is read, and its unit where the file does not say it.
+Out     a Scan: radii by height and angle about the long axis, and over the closed end by elevation;
+        of it a Limb, standing upright with the closed end up, as all limbs here do.
+Method  The largest piece of surface is stood on its long axis. Rays go out level from the axis,
+        and above the middle of the end's dome they fan out from that middle up to the pole; each
+        takes the outermost crossing, so that of a socket the outside is taken. Ragged rows of the
+        open end are left out, holes are filled by the smoothest radii, and the facets of the scan
+        are rounded by half the length of its edges. What is photographed is the limb built of
+        these radii, and that is the truth, not the file.
+Fails   ShapeFileError: no long axis, rays that cross the outside several times (a bent foot),
+        large holes, or a size that the room does not take.
+Frame   as the limb's: z up along the axis, millimetres; nothing is mirrored.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float64
+from scipy.interpolate import RectBivariateSpline
+from scipy.ndimage import gaussian_filter1d
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import spsolve
+from scipy.spatial import KDTree
+
+from limbgram.core.errors import MeasureError, ShapeFileError
+from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.axis import fit_axis
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
+from limbgram.formats.reading import read_shape
+from limbgram.synthetic.props.limb import Limb, Relief, cut_rings, limb_of_grid, relieved
+from limbgram.workbench.limb import LimbFrame
+
+_STEP_MM = 1.5
+"""Between rays, on the surface of a limb of average width."""
+_LONGEST_MM, _SHORTEST_MM = 450.0, 50.0
+_WIDEST_MM = 150.0
+"""Radius of what stands clear of the board on the table."""
+_USUAL_HEIGHT_MM = 250.0
+"""Of a limb that is whole in nearly every photo from the usual distance."""
+_NEAREST_SHARE = 0.85
+"""Of the usual distance: from nearer the board would leave the photo."""
+_DISTANCES_MM = (500.0, 2500.0)
+_WIDEST_HOLE_MM = 40.0
+_MOST_MISSING = 0.1
+"""Share of rays that may meet a hole."""
+_FOLD_MM = 3.0
+"""Outer crossings of one ray that are farther apart are a second surface."""
+_MOST_FOLDED = 0.02
+"""Share of rays that may have one."""
+_STEEPEST = 2.0
+"""Change of radius for a step across the rays: beyond 63 degrees the rays see a surface badly."""
+_MOST_STEEP = 0.005
+"""Share of the surface that may be as steep: seven limbs have none of it, a foot has 0.018."""
+_ROUNDEST_MM = 3.0
+_OPEN_SHARE = 2.0
+"""How many times more open edge the open end has than the closed one."""
+_THINNER = 0.98
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scan:
+    """A limb's shape as radii; two are the same if their files and units are."""
+
+    sha256: str
+    """Of the file."""
+    mm_per_unit: float
+    side: Literal["left", "right", "none"]
+    """As the file says it."""
+    height_mm: float = field(compare=False)
+    """From the lowest row to the pole."""
+    tube_mm: float = field(compare=False)
+    """Height, over the lowest row, of the middle that the rays of the dome go out from."""
+    tube_rows: int = field(compare=False)
+    """Rows of level rays; all others are the dome's, the pole the last."""
+    radii_mm: Float64[np.ndarray, "rows columns"] = field(compare=False)
+    """From the axis, then from the middle of the dome; columns at equal angles from +x."""
+    anterior_rad: float = field(compare=False)
+    notes: tuple[str, ...] = field(compare=False)
+    """What was left out or filled, a sentence each without a full stop."""
+
+
+def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
+    """Read a shape and find its radii.
+
+    Args:
+        mm_per_unit: Millimetres in one unit of the file; None takes what the file says, and
+            otherwise millimetres if the size is that of a limb.
+
+    Raises:
+        ShapeFileError: the file cannot be read, or its shape has no rings round one axis.
+    """
+    path = Path(path)
+    shape = read_shape(path, mm_per_unit)
+    frame = shape.limb.frame
+    mesh, parts_out = _largest_piece(shape.limb.mesh)
+    world_from_mesh = _upright(mesh, frame, path.name)
+    upright = mesh.with_vertices(world_from_mesh.apply(mesh.vertices_mm))
+    rays = _cast_all(upright, path.name)
+    rings = _rings(rays, _edge_mm(mesh), path.name)
+    anterior = np.array([0.0, 1.0, 0.0])
+    if frame is not None:
+        anterior = world_from_mesh.rotation @ frame.limb_from_mesh.rotation.T @ anterior
+    notes = [] if not parts_out else [f"{parts_out} smaller pieces of the file were left out"]
+    if rings.cut_mm > _STEP_MM:
+        notes.append(f"{rings.cut_mm:.0f} mm of its ragged end were left out")
+    if rings.missing > 0:
+        notes.append(f"holes, {rings.missing:.1%} of it, were filled")
+    return Scan(
+        sha256=shape.sha256,
+        mm_per_unit=shape.mm_per_unit,
+        side="none" if frame is None else frame.side,
+        height_mm=rings.tube_mm + float(rings.radii_mm[-1, 0]),
+        tube_mm=rings.tube_mm,
+        tube_rows=rings.tube_rows,
+        radii_mm=rings.radii_mm,
+        anterior_rad=float(np.arctan2(anterior[1], anterior[0])),
+        notes=tuple(notes),
+    )
+
+
+def limb_of_scan(scan: Scan, seed: int, step_mm: float, base_mm: float, relief: Relief) -> Limb:
+    """Build the limb, with the fine relief of this seed on it."""
+    rows, columns = scan.radii_mm.shape
+    angle = 2 * np.pi * np.arange(columns) / columns
+    wrapped = np.concatenate([angle - 2 * np.pi, angle, angle + 2 * np.pi])
+    surface = RectBivariateSpline(np.arange(rows), wrapped, np.tile(scan.radii_mm, (1, 3)))
+    fine = np.linspace(0, rows - 1, 20 * rows)
+    radius, rise = _placed(scan, fine, np.interp(fine, np.arange(rows), scan.radii_mm.mean(1)))
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(radius), np.diff(rise)))])
+    at = np.interp(np.linspace(0, length[-1], round(length[-1] / step_mm) + 1), length, fine)
+    around = 2 * np.pi * np.arange(round(2 * np.pi * radius.max() / step_mm))
+    around /= len(around)
+    away, height = _placed(scan, at[:, None], surface(at, around))
+    turn = np.stack([np.cos(around), np.sin(around)], -1)
+    skin = np.concatenate([away[..., None] * turn, height[..., None]], -1)
+    skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
+    skin[0, :, 2] = 0.0
+    skin[-1] = skin[-1].mean(0)
+    skin[..., 2] += base_mm
+    grid = np.concatenate([cut_rings(skin[0]), skin])
+    side = "left" if scan.side == "left" else "right"
+    return limb_of_grid(grid, len(grid) - len(skin), base_mm, side, scan.anterior_rad)
+
+
+def distance_for(scan: Scan, usual_mm: float) -> float:
+    """From where the limb fills the photo as ours does from the usual distance."""
+    share = max(_NEAREST_SHARE, scan.height_mm / _USUAL_HEIGHT_MM)
+    return float(np.clip(share * usual_mm, *_DISTANCES_MM))
+
+
+def _largest_piece(mesh: Mesh) -> tuple[Mesh, int]:
+    """The piece of surface with the largest area, and how many others there are."""
+    piece = face_components(mesh.faces)
+    areas = np.bincount(piece, np.linalg.norm(mesh.face_normals(), axis=1))
+    return with_faces(mesh, mesh.faces[piece == np.argmax(areas)]), len(areas) - 1
+
+
+def _edge_mm(mesh: Mesh) -> float:
+    corners = mesh.vertices_mm[mesh.faces]
+    return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
+
+
+def _upright(mesh: Mesh, frame: LimbFrame | None, name: str) -> Rigid:
+    """The motion that stands the shape on its axis, the closed end up."""
+    try:
+        axis = fit_axis(mesh)
+    except MeasureError as error:
+        raise ShapeFileError(
+            f"{name} cannot stand upright: its long axis was not found, because it is as wide as "
+            "it is long, or mostly open. Give a scan of a limb that is longer than wide."
+        ) from error
+    up = axis.direction * _sense(mesh, axis.point_mm, axis.direction, frame)
+    beside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    x = beside - (beside @ up) * up
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(up, x), up])
+    return Rigid(rotation, -rotation @ axis.point_mm)
+
+
+def _sense(mesh: Mesh, point: Vector3, direction: Vector3, frame: LimbFrame | None) -> float:
+    """1.0 if the closed end lies along the direction, -1.0 if against it.
+
+    An open end is the lower one; where both are alike the file's own frame says it, then the
+    thinner end goes up, and of two ends alike in all that which is up in the file.
+    """
+    along = (mesh.vertices_mm - point) @ direction
+    low, high = float(along.min()), float(along.max())
+    ends = boundary_half_edges(mesh.faces)
+    open_mm = np.linalg.norm(np.diff(mesh.vertices_mm[ends], axis=1)[:, 0], axis=1)
+    upper = along[ends].mean(1) > (low + high) / 2
+    above, below = float(open_mm[upper].sum()), float(open_mm[~upper].sum())
+    if max(above, below) > _OPEN_SHARE * min(above, below):
+        return 1.0 if below > above else -1.0
+    if frame is not None:
+        proximal = frame.limb_from_mesh.rotation.T @ np.array([0.0, 0.0, 1.0])
+        return -1.0 if float(proximal @ direction) > 0 else 1.0
+    share = (along - low) / (high - low)
+    aside = np.linalg.norm((mesh.vertices_mm - point) - np.outer(along, direction), axis=1)
+    first = _width_between(share, aside, 0.05, 0.3)
+    last = _width_between(share, aside, 0.7, 0.95)
+    if min(first, last) < _THINNER * max(first, last):
+        return 1.0 if last < first else -1.0
+    return 1.0 if direction[np.argmax(np.abs(direction))] > 0 else -1.0
+
+
+def _width_between(
+    share: Float64[np.ndarray, " n"], aside: Float64[np.ndarray, " n"], low: float, high: float
+) -> float:
+    """Mean distance from the axis of the vertices of one part of the length; of all if it is bare.
+
+    A cylinder of long triangles has vertices at its ends alone.
+    """
+    within = (share >= low) & (share <= high)
+    return float(aside[within].mean() if within.any() else aside.mean())
+
+
+class _Rays(NamedTuple):
+    """Outermost crossings, and where rays of one row start."""
+
+    radii_mm: Float64[np.ndarray, "rows columns"]
+    """NaN where nothing is met."""
+    tube_rows: int
+    middle_mm: float
+    """Height of the dome's middle; level rays lie below it, a step apart."""
+    lowest_mm: float
+    """Of the shape."""
+
+
+def _cast_all(mesh: Mesh, name: str) -> _Rays:
+    """Level rays from the axis, then the fan over the closed end.
+
+    Raises:
+        ShapeFileError: many rays cross the outside more than once.
+    """
+    heights = mesh.vertices_mm[:, 2]
+    low, high = float(heights.min()), float(heights.max())
+    aside = np.linalg.norm(mesh.vertices_mm[:, :2], axis=1)
+    _require_size(high - low, float(aside.max()), name)
+    wide = float(np.median(aside[aside > 0.3 * aside.max()]))
+    middle = high - min(wide, 0.5 * (high - low))
+    tube_rows = max(2, int((middle - low) / _STEP_MM))
+    fan_rows = max(8, round(0.5 * np.pi * wide / _STEP_MM))
+    columns = max(48, round(2 * np.pi * wide / _STEP_MM))
+    angles = 2 * np.pi * np.arange(columns) / columns
+    level = np.stack([np.cos(angles), np.sin(angles), np.zeros(columns)], -1)
+    corners = mesh.vertices_mm[mesh.faces]
+    bottom, top = corners[..., 2].min(1), corners[..., 2].max(1)
+    rows: list[_Met] = []
+    for height in middle - _STEP_MM * np.arange(tube_rows, 0, -1):
+        near = corners[(bottom <= height) & (top >= height)]
+        rows.append(_cast(near - np.array([0.0, 0.0, height]), level))
+    fanned = corners - np.array([0.0, 0.0, middle])
+    cap = _caps(fanned)
+    for elevation in np.linspace(0, 0.5 * np.pi, fan_rows):
+        near = fanned[np.abs(cap.elevation_rad - elevation) <= cap.reach_rad]
+        up = np.array([0.0, 0.0, np.sin(elevation)])
+        rows.append(_cast(near, level * np.cos(elevation) + up))
+    folded = float(np.mean([row.folded for row in rows]))
+    if folded > _MOST_FOLDED:
+        raise ShapeFileError(
+            f"{name} has no rings round one axis: {folded:.0%} of the rays from its axis leave it "
+            "more than once, as a bent foot or two limbs in one file do. Cut away what is bent, "
+            "or give a scan of one straight limb."
+        )
+    return _Rays(np.stack([row.radii_mm for row in rows]), tube_rows, middle, low)
+
+
+def _require_size(height_mm: float, radius_mm: float, name: str) -> None:
+    if _SHORTEST_MM <= height_mm <= _LONGEST_MM and radius_mm <= _WIDEST_MM:
+        return
+    raise ShapeFileError(
+        f"{name} is {height_mm:.0f} mm long and reaches {radius_mm:.0f} mm from its axis. What is "
+        f"photographed here is {_SHORTEST_MM:g} to {_LONGEST_MM:g} mm long and reaches up to "
+        f"{_WIDEST_MM:g} mm. Check the unit (--unit), or cut the scan down."
+    )
+
+
+class _Met(NamedTuple):
+    """What the rays of one row meet."""
+
+    radii_mm: Float64[np.ndarray, " columns"]
+    folded: Bool[np.ndarray, " columns"]
+    """Which leave the shape at two places that lie apart."""
+
+
+def _cast(corners: Float64[np.ndarray, "n 3 3"], rays: Float64[np.ndarray, "columns 3"]) -> _Met:
+    """The outermost place where each ray from the origin leaves the surface.
+
+    A ray leaves through a triangle a, b, c that is counter-clockwise seen from outside where all of
+    ray . (b x c), ray . (c x a) and ray . (a x b) are positive.
+    """
+    farthest = np.full(len(rays), np.nan)
+    if len(corners) == 0:
+        return _Met(farthest, np.zeros(len(rays), bool))
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    sides = [np.cross(one, other) for one, other in ((b, c), (c, a), (a, b))]
+    volume = (a * sides[0]).sum(1)
+    on = [(rays[:, None] * side).sum(2) for side in sides]
+    total = on[0] + on[1] + on[2]
+    slack = -1e-9 * np.abs(total)
+    leaves = (on[0] >= slack) & (on[1] >= slack) & (on[2] >= slack) & (total > 0) & (volume > 0)
+    far = np.where(leaves, volume / np.where(leaves, total, 1.0), np.nan)
+    met = leaves.any(1)
+    farthest[met] = np.nanmax(far[met], axis=1)
+    nearest = np.full(len(rays), np.nan)
+    nearest[met] = np.nanmin(far[met], axis=1)
+    return _Met(farthest, met & (np.nan_to_num(farthest - nearest) > _FOLD_MM))
+
+
+class _Caps(NamedTuple):
+    """The round patch of the sky that holds each triangle."""
+
+    elevation_rad: Float64[np.ndarray, " n"]
+    reach_rad: Float64[np.ndarray, " n"]
+
+
+def _caps(corners: Float64[np.ndarray, "n 3 3"]) -> _Caps:
+    size = np.maximum(np.linalg.norm(corners, axis=2, keepdims=True), 1e-9)
+    towards = corners / size
+    middle = towards.sum(1)
+    long = np.linalg.norm(middle, axis=1)
+    middle /= np.maximum(long, 1e-9)[:, None]
+    nearness = (towards * middle[:, None]).sum(2).min(1)
+    reach = np.arccos(np.clip(nearness, -1.0, 1.0)) + 1e-6
+    whole = (long < 1e-6) | (reach >= 0.5 * np.pi)
+    reach[whole] = np.pi
+    return _Caps(np.arcsin(np.clip(middle[:, 2], -1.0, 1.0)), reach)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Rings:
+    """Whole rings."""
+
+    radii_mm: Float64[np.ndarray, "rows columns"]
+    tube_rows: int
+    tube_mm: float
+    cut_mm: float
+    """Left out of the open end."""
+    missing: float
+    """Share that was filled."""
+
+
+def _rings(rays: _Rays, edge_mm: float, name: str) -> _Rings:
+    """Ragged rows left out, holes filled, facets rounded.
+
+    Raises:
+        ShapeFileError: too much is missing, or a hole is too wide.
+    """
+    first = _first_whole_row(rays)
+    radii = rays.radii_mm[first:]
+    tube_rows = rays.tube_rows - first
+    known = np.isfinite(radii)
+    missing = 1.0 - float(known.mean())
+    if missing > _MOST_MISSING:
+        raise ShapeFileError(
+            f"{name} has holes over {missing:.0%} of its surface; up to {_MOST_MISSING:.0%} is "
+            "filled. Close the holes in the scanner's program, or give a whole scan."
+        )
+    filled = _filled(radii, known)
+    shape = _Rings(
+        radii_mm=_rounded(filled, edge_mm),
+        tube_rows=tube_rows,
+        tube_mm=tube_rows * _STEP_MM,
+        cut_mm=rays.middle_mm - tube_rows * _STEP_MM - rays.lowest_mm,
+        missing=missing,
+    )
+    steep = _steep(shape)
+    if steep > _MOST_STEEP:
+        raise ShapeFileError(
+            f"{name} has no rings round one axis: {steep:.0%} of its surface turns away from the "
+            "axis, as a foot's does. Give a scan of one straight limb."
+        )
+    if missing > 0:
+        places = _points(shape)
+        off, _ = KDTree(places[known]).query(places[~known])
+        if 2 * float(np.max(off)) > _WIDEST_HOLE_MM:
+            raise ShapeFileError(
+                f"{name} has a hole {2 * float(np.max(off)):.0f} mm wide; up to "
+                f"{_WIDEST_HOLE_MM:g} mm is filled. Close it in the scanner's program, or give a "
+                "scan whose distal end is whole."
+            )
+    return shape
+
+
+def _first_whole_row(rays: _Rays) -> int:
+    """The lowest row that is as whole as the rows above it and no point of the shape."""
+    tube = rays.radii_mm[: rays.tube_rows]
+    met = np.isfinite(tube).mean(1)
+    wide = np.nan_to_num(np.nanmean(np.where(met[:, None] > 0, tube, 0.0), axis=1))
+    whole = (met >= min(0.995, float(np.median(met)))) & (wide >= 0.5 * wide.max())
+    return min(int(np.argmax(whole)), rays.tube_rows - 2)
+
+
+def _filled(
+    radii_mm: Float64[np.ndarray, "rows columns"], known: Bool[np.ndarray, "rows columns"]
+) -> Float64[np.ndarray, "rows columns"]:
+    """Holes closed by the radii whose squared second differences have the least sum."""
+    if known.all():
+        return radii_mm
+    rows, columns = radii_mm.shape
+    ids = np.arange(rows * columns).reshape(rows, columns)
+    curved = [
+        (np.roll(ids, 1, 1), ids, np.roll(ids, -1, 1)),
+        (ids[:-2], ids[1:-1], ids[2:]),
+    ]
+    before, at, after = (np.concatenate([one[k].ravel() for one in curved]) for k in range(3))
+    count = len(at)
+    weights = np.repeat([1.0, -2.0, 1.0], count)
+    row, column = np.tile(np.arange(count), 3), np.concatenate([before, at, after])
+    bends = csc_array(coo_array((weights, (row, column)), (count, rows * columns)))
+    unknown, given = np.flatnonzero(~known), np.flatnonzero(known)
+    free = csc_array(bends[:, unknown])
+    held = bends[:, given] @ radii_mm.ravel()[given]
+    whole = radii_mm.copy().ravel()
+    whole[unknown] = spsolve(csc_array(free.T @ free), -(free.T @ held))
+    return whole.reshape(rows, columns)
+
+
+def _rounded(
+    radii_mm: Float64[np.ndarray, "rows columns"], edge_mm: float
+) -> Float64[np.ndarray, "rows columns"]:
+    """Facets rounded by half an edge of the file's triangles; the pole is one point."""
+    reach = min(0.5 * edge_mm, _ROUNDEST_MM) / _STEP_MM
+    along = gaussian_filter1d(radii_mm, reach, axis=0, mode="nearest")
+    smooth = gaussian_filter1d(along, reach, axis=1, mode="wrap")
+    smooth[-1] = smooth[-1].mean()
+    return smooth
+
+
+def _steep(rings: _Rings) -> float:
+    """Share of steps from ray to ray in which the radius changes too much."""
+    radii = rings.radii_mm
+    rows, columns = radii.shape
+    around = np.abs(radii - np.roll(radii, 1, axis=1))[:-1] / (radii[:-1] * 2 * np.pi / columns)
+    fan_rad = 0.5 * np.pi / (rows - rings.tube_rows - 1)
+    step = np.full((rows - 1, 1), _STEP_MM) * np.ones(columns)
+    step[rings.tube_rows :] = radii[rings.tube_rows + 1 :] * fan_rad
+    along = np.abs(np.diff(radii, axis=0)) / step
+    # columns meet at the pole, where a step round it is next to nothing
+    around[rings.tube_rows :] *= np.cos(np.arange(rows - 1 - rings.tube_rows) * fan_rad)[:, None]
+    return float(np.mean((around > _STEEPEST) | (along > _STEEPEST)))
+
+
+def _points(rings: "_Rings | Scan") -> Float64[np.ndarray, "rows columns 3"]:
+    rows, columns = rings.radii_mm.shape
+    away, height = _placed(rings, np.arange(rows, dtype=float)[:, None], rings.radii_mm)
+    angle = 2 * np.pi * np.arange(columns) / columns
+    return np.stack([away * np.cos(angle), away * np.sin(angle), height], -1)
+
+
+def _placed(
+    rings: "_Rings | Scan", row: Float64[np.ndarray, "..."], radii_mm: Float64[np.ndarray, "..."]
+) -> tuple[Float64[np.ndarray, "..."], Float64[np.ndarray, "..."]]:
+    """Distance from the axis and height over the lowest row, of radii at these rows."""
+    fan = len(rings.radii_mm) - rings.tube_rows - 1
+    elevation = np.clip((row - rings.tube_rows) / fan, 0.0, 1.0) * 0.5 * np.pi
+    start = np.minimum(row / rings.tube_rows, 1.0) * rings.tube_mm
+    return radii_mm * np.cos(elevation), start + radii_mm * np.sin(elevation)
