@@ -118,6 +118,7 @@ def print_command(
         sticker_mm=sticker_mm,
         first=first,
         pixel_mm=_pixel_mm(pixel_mm, distance_mm, camera, focal_35mm, width_px),
+        distance_mm=distance_mm,
         seed=seed,
     )
     chosen = [one for one in KINDS if kind in (one.name, KindName.KIT)]

@@ -1,5 +1,6 @@
 """Printed sheets: every kind drawn, rasterised by another program, and measured back."""
 
+from dataclasses import replace
 from functools import cache
 
 import cv2
@@ -154,6 +155,18 @@ def test_a_printed_tile_joins_the_next(pattern: SockPattern) -> None:
     assert across.mean() < 2 * inside.mean() + 1
     assert np.abs(bare[:, 0] - bare[:, 300]).mean() > 3 * across.mean()
     assert pattern.seed == 3
+
+
+def test_a_sock_says_from_where_it_is_to_be_seen() -> None:
+    draw = next(one.draw for one in KINDS if one.name == "sock")
+    assert "pixels of 0.5 mm, from 600 mm: " in draw("a4", replace(COARSE, distance_mm=600.0)).title
+    assert "pixels of 0.5 mm: " in draw("a4", COARSE).title
+
+
+def test_each_board_says_what_it_is_for() -> None:
+    titles = {one.name.value: one.draw("a4", COARSE).title for one in KINDS[:2]}
+    assert titles["scale-board"].startswith("scale board: ChArUco board of 7 x 5 squares of 30 mm")
+    assert titles["checkerboard"].startswith("calibration board: checkerboard of 14 x 10")
 
 
 def test_pixels_that_suit_no_sock_are_refused() -> None:

@@ -25,8 +25,11 @@ from limbgram.formats.sheets.page import (
 from limbgram.reconstruction.targets.board import Board
 
 
-def draw_board_sheet(board: Board, page: PageName = "a4") -> Sheet:
+def draw_board_sheet(board: Board, page: PageName = "a4", name: str = "board") -> Sheet:
     """A PDF sheet of a board in true size.
+
+    Args:
+        name: What the sheet is called on itself, before what the board is.
 
     Raises:
         OptionsError: it fits neither way, or the pattern is OpenCV's legacy one.
@@ -46,7 +49,7 @@ def draw_board_sheet(board: Board, page: PageName = "a4") -> Sheet:
     paper = Paper(page, upright=fits[0] == (short, long))
     paper.fill(_black_cells_mm(board) + paper.origin_mm)
     advice = ("Print at 100 % (actual size), on matt paper, and fix it flat on a stiff plate.",)
-    title = f"board: {board}"
+    title = f"{name}: {board}"
     down_mm = paper.frame(title, (wide_mm, high_mm), advice)
     return Sheet(
         title=title,

@@ -52,6 +52,8 @@ class SheetOptions:
     """Number of the first sticker."""
     pixel_mm: float = 0.25
     """What one pixel of the camera shows of the skin."""
+    distance_mm: float | None = None
+    """From the camera to the skin, where that is known: the sock says on itself what it is for."""
     seed: int = 0
     """Another seed is another sock pattern."""
 
@@ -67,14 +69,14 @@ class SheetKind:
 
 
 def _scale_board(page: PageName, options: SheetOptions) -> Sheet:
-    return draw_board_sheet(options.board or SCALE_BOARD, page)
+    return draw_board_sheet(options.board or SCALE_BOARD, page, "scale board")
 
 
 def _checkerboard(page: PageName, options: SheetOptions) -> Sheet:
     board = options.board or LENS_BOARD
     if board.kind != "checkerboard":
         raise OptionsError("--board names a ChArUco board: print it as a scale-board.")
-    return draw_board_sheet(board, page)
+    return draw_board_sheet(board, page, "calibration board")
 
 
 KINDS: tuple[SheetKind, ...] = (
@@ -97,6 +99,6 @@ KINDS: tuple[SheetKind, ...] = (
     SheetKind(
         KindName.SOCK,
         "is a pattern for fabric or transfer film",
-        lambda page, options: draw_sock(page, options.pixel_mm, options.seed),
+        lambda page, options: draw_sock(page, options.pixel_mm, options.seed, options.distance_mm),
     ),
 )

@@ -137,17 +137,24 @@ def sock_pattern(width_mm: float, height_mm: float, pixel_mm: float, seed: int =
     )
 
 
-def draw_sock(page: PageName, pixel_mm: float, seed: int = 0) -> Sheet:
-    """Two pages: a tile with rulers, and the bare tile to repeat on fabric."""
+def draw_sock(
+    page: PageName, pixel_mm: float, seed: int = 0, distance_mm: float | None = None
+) -> Sheet:
+    """Two pages: a tile with rulers, and the bare tile to repeat on fabric.
+
+    Args:
+        distance_mm: From which the camera shows such pixels; only said on the sheet.
+    """
     paper = Paper(page, upright=True)
     width, height = (_TILE_STEP_MM * (paper.room_mm // _TILE_STEP_MM)).tolist()
     pattern = sock_pattern(width, height, pixel_mm, seed)
     bare = Paper.of_size(page, width, height)
     _draw(paper, pattern, EDGE_MM, float(paper.origin_mm[1]))
     _draw(bare, pattern, 0.0, 0.0)
+    where = "" if distance_mm is None else f", from {distance_mm:.0f} mm"
     title = (
-        f"sock pattern for pixels of {pixel_mm:.3g} mm: spots of {pattern.speckle_mm:.3g} mm, "
-        f"number {seed}"
+        f"sock pattern for pixels of {pixel_mm:.3g} mm{where}: spots of "
+        f"{pattern.speckle_mm:.3g} mm, number {seed}"
     )
     advice = (
         f"The tile of {width:g} x {height:g} mm goes on without a seam on all sides; page 2 is the "
