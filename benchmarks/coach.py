@@ -32,7 +32,7 @@ from scipy.spatial import KDTree
 from captures import JUDGED, machine, timed
 from limbgram.capture.coach import CaptureCheck
 from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
-from limbgram.capture.prediction import predict
+from limbgram.capture.prediction import SHARE_OF_PIXEL, predict
 from limbgram.capture.stands import Stand
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.store import read_product
@@ -60,6 +60,8 @@ HEIGHTS_DEG = (28.0, 50.0, 40.0)
 NEAR_MM = 15.0
 """A cell with no surface within this has none."""
 WITHIN = 0.3
+FIRST_SHARE = 0.067
+"""The formula's first number for captures that do not name theirs."""
 
 
 def main() -> None:
@@ -149,6 +151,7 @@ def one(seed: int, folder: Path) -> Result:
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
         "findings": check.findings,
+        "share_of_pixel": SHARE_OF_PIXEL,
         "plan_sigma_mm": planned_sigma_mm(options, read_camera(camera).edge_px)
         if len(photos) == options.photos
         else None,
@@ -317,12 +320,24 @@ def page(results: Result) -> str:
         held = sum(abs(line[name] / line["sigma_mm"] - 1) <= limit for line in part)
         return f"{held} of {len(part)}"
 
-    cells = sum(line["cells"] for line in done)
-    inside = sum(line["cells_within"] * line["cells"] for line in done)
+    def share_said(share: float) -> str:
+        part = [line for line in done if line.get("share_of_pixel", FIRST_SHARE) == share]
+        cells = sum(line["cells"] for line in part)
+        inside = sum(line["cells_within"] * line["cells"] for line in part)
+        return (
+            f"Where the formula's first number was {share:g}: check "
+            f"{within(part, 'expected_sigma_mm')}, plan "
+            f"{within([line for line in part if line in planned], 'plan_sigma_mm')}; of {cells} "
+            f"cells {inside / max(cells, 1):.0%}."
+        )
+
+    shares = sorted({line.get("share_of_pixel", FIRST_SHARE) for line in done})
     went = [line for line in lines if line["go"]]
     bad = [line for line in went if line["exit_code"] != 0]
     whole = [line for line in lines if line["exit_code"] == 0 and line["left_out"] == 0]
     held_back = [line for line in whole if not line["go"]]
+    green = [line for line in lines if line.get("light") == "green"]
+    green_back = [line for line in green if not line["go"]]
     looked = [line["movement"] for line in done if line.get("movement")]
     still = sum("kept still" in sentence for sentence in looked)
     unknown = sum("not known" in sentence for sentence in looked)
@@ -331,10 +346,12 @@ def page(results: Result) -> str:
         made_on(results["machine"]),
         f"{len(lines)} captures, {len(done)} reconstructed. Expected sigma of half the surface "
         f"within 30 %: check {within(done, 'expected_sigma_mm')}, plan "
-        f"{within(planned, 'plan_sigma_mm')}; of {cells} cells {inside / max(cells, 1):.0%}.",
+        f"{within(planned, 'plan_sigma_mm')}.",
+        *(share_said(share) for share in shares),
         f"GO said {len(went)} times; {len(bad)} of these were red or refused afterwards. "
         f"{len(whole)} captures with all their photos became green or amber; {len(held_back)} of "
-        "these were held back.",
+        f"these were held back. Of {len(green)} whose light is known to be green, with all their "
+        f"photos or not, {len(green_back)} were held back.",
         f"No limb moved. Of {len(looked)} that were looked at for movement, {still} were said to "
         f"have kept still, of {unknown} nothing was said, and "
         f"{len(looked) - still - unknown} were said to have moved.",
@@ -362,7 +379,7 @@ def page(results: Result) -> str:
         rows.append([*row, cpu_s, line["commit"]])
     said.append(table(heads, rows))
     wrong = [seed for seed, line in sorted(results["captures"].items())
-             if line in bad or line in held_back]  # fmt: skip
+             if line in bad or line in held_back or line in green_back]  # fmt: skip
     said += [f"Seed {seed}: {results['captures'][seed]['headline']}" for seed in wrong]
     if "timing" in results:
         time_s = results["timing"]

@@ -100,6 +100,20 @@ def test_a_missing_side_is_named_with_its_place(capture: Capture) -> None:
     assert (drawn == np.array([92, 122, 133])).all(axis=2).sum() > 1000
 
 
+def test_a_step_that_was_left_out_is_advice(capture: Capture) -> None:
+    """All is joined across it and seen, and the verdict of the case would not name it."""
+    photos = list(capture.photos)
+    left_out = photos.pop(6)
+    found = checked(capture, photos)
+    assert found.go, found.headline
+    assert 40 < found.largest_gap_deg < 60
+    assert found.missing == ()
+    (advice,) = (one for one in found.notes if "empty" in one)
+    assert photos[5].name in advice
+    assert photos[6].name in advice
+    assert left_out.name not in advice
+
+
 def test_a_blurred_photo_does_not_count(capture: Capture, tmp_path: Path) -> None:
     """Only the limb is blurred; the room round it stays sharp."""
     photos = list(capture.photos)

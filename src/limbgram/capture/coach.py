@@ -6,7 +6,8 @@ Out     a CaptureCheck: GO, or which photos to add and from where; every photo w
 Method  The small copies are placed by the stages of a reconstruction. The points at which the
         cameras aim are the limb; sharpness and exposure are measured at full size where it lies in
         each photo, not on the room. A photo counts if it is placed, sharp and well exposed. The
-        angles between those that count, seen from above, show what is missing round the limb; a
+        angles between those that count, seen from above, show what is missing round the limb: what
+        the verdict of the case would name holds the answer back, narrower gaps are advice. A
         proxy through its points, in cells, shows what too few photos see, and the expected sigma
         of each cell follows from the photos that see it (`prediction`).
         Where the limb turns before a still camera, what stands still in the pictures is left out,
@@ -112,7 +113,8 @@ class CheckOptions:
     max_gap_ratio: float = 1.4
     """the mean gap of the fullest ring is nearly as wide: few photos, evenly spread, up to"""
     widest_gap_deg: float = 60.0
-    """this angle, up to which the verdict of a case stays green."""
+    """this angle, up to which the verdict of a case stays green; where nothing else is amiss, wider
+    gaps than those two are advice up to here."""
     step_deg: float = 24.0
     """Between the photos that are asked for."""
     min_board_photos: int = 3
@@ -390,19 +392,24 @@ def _answer(
         findings.append(fault)
     checked, missing = _judged(seen.photos, seen.looked_at, scene, seen.limb, options)
     gap_deg = max(_gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
-    findings += [one.words for one in missing]
     ring = scene.ring
-    if not missing and ring is not None and not ring.closed:
+    shown = _shown(seen, checked) if seen.found else None
+    asked: tuple[MissingPhotos, ...] = ()
+    said: list[str] = []
+    notes: tuple[str, ...] = ()
+    if shown is not None:
+        asked, said, notes = _asked_for(shown, seen.metric, checked, missing, options)
+    closed = ring is not None and ring.closed
+    if closed and not findings and not said and _may_stay(missing, checked, options):
+        advice = (f"Not needed, but the surface becomes surer: {one.words}" for one in missing)
+        missing, notes = (), (*advice, *notes)
+    findings += [one.words for one in missing]
+    if not missing and ring is not None and not closed:
         findings.append(
             f"Neighbouring photos share few points: {ring.weakest_bridge} join the two sides of "
             "the weakest place. Paint the sock more densely there, or take more photos between."
         )
-    shown = _shown(seen, checked) if seen.found else None
-    asked: tuple[MissingPhotos, ...] = ()
-    notes: tuple[str, ...] = ()
-    if shown is not None:
-        asked, said, notes = _asked_for(shown, seen.metric, checked, missing, options)
-        findings += said
+    findings += said
     placed = sum(one.placed for one in checked)
     facts = f"{placed} of {len(checked)} photos placed, largest gap {gap_deg:.0f} degrees"
     if board_photos is not None:
@@ -651,6 +658,25 @@ def missing_round(
             )
         )
     return tuple(sorted(found, key=lambda one: -one.count))
+
+
+def _may_stay(
+    gaps: Sequence[MissingPhotos], checked: Sequence[CheckedPhoto], options: CheckOptions
+) -> bool:
+    """Whether the verdict of the case would name none of the gaps in a walk.
+
+    A photo that was taken in a gap and does not count is to be taken again.
+    """
+    around = {one.name: one.azimuth_deg for one in checked if one.counts}
+    spoilt_deg = [one.azimuth_deg for one in checked if one.placed and not one.counts]
+    for gap in gaps:
+        if gap.between is None:
+            return False
+        start, end = (around[name] for name in gap.between)
+        width = (end - start) % 360.0
+        if width > options.widest_gap_deg or any((k - start) % 360.0 < width for k in spoilt_deg):
+            return False
+    return True
 
 
 def first_placed(checked: Sequence[CheckedPhoto]) -> str:
