@@ -52,6 +52,7 @@ from limbgram.report.alignment import Truth, by_cameras, by_surface, measured_sa
 from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD
+from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.scan import distance_for, read_scan
 from limbgram.synthetic.truth import stage_truth
@@ -88,11 +89,18 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "patchy": {"coverage": 0.5, "bare": 0.5},
     "wrinkled": {"coverage": 0.15, "relief": Relief(rms_mm=0.15, finest_mm=3.0, growth=0.2)},
     "shapes": {},
+    "skin": {
+        "details": SkinDetails(
+            knit_mm=0.1, knit_period_mm=2.0, veins_mm=0.7, scars_mm=0.7, wrinkles_mm=1.0
+        ),
+        "mesh_step_mm": 0.5,
+    },
 }
 """What a setting changes of the usual small capture: no relief, 2.5 times as much, relief that goes
 on to waves of 2.5 mm, photos of twice the resolution; a tenth or a thirtieth of the sock painted;
 half of the paint left out in patches; little paint on relief as high at 3 mm as at 40; a scan
-of a limb of somebody else's, drawn by the seed, with paint from dense to little (SCANS)."""
+of somebody else's limb, drawn by the seed, with paint from dense to little (SCANS); knit, veins,
+scars and wrinkles on ours."""
 SCANS: tuple[tuple[str, float | None], ...] = (
     ("ampscan/Example.AOP", None),
     ("ampscan/stl_file.stl", None),

@@ -10,6 +10,7 @@ from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import SMALL, CaptureOptions
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import MAGENTA, Paint, SockSpot, places_mm, scattered_spots
 from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
@@ -39,6 +40,7 @@ __all__ = [
     "Relief",
     "Scan",
     "Shadow",
+    "SkinDetails",
     "SockSpot",
     "SockSticker",
     "SurfacePoints",

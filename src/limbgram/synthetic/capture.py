@@ -174,6 +174,7 @@ def _stages(truth: Truth, options: CaptureOptions) -> tuple[Stage, Stage]:
         options.spots,
         pixel_mm,
         options.bare,
+        options.uneven,
     )
     stick(skin, truth.limb, options.stickers)
     room = make_room(options.seed, under_stand=True)

@@ -8,6 +8,7 @@ from limbgram.synthetic.faults import Faults
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.photographer import Lens
 from limbgram.synthetic.props.board import CALIBRATION_BOARD, SCALE_BOARD, PrintedBoard
+from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.gauges import Gauge
 from limbgram.synthetic.props.limb import LimbKind, Relief
 from limbgram.synthetic.props.paint import Paint, SockSpot
@@ -35,6 +36,9 @@ class CaptureOptions:
     """Share of the sock that paint hides."""
     bare: float = 0.0
     """Share of the dabs that were left out, in patches: the brush did not come there."""
+    uneven: float = 0.0
+    """How much thinner the paint is on one side of the limb: of the dabs there, this share is
+    left out, and less and less towards the other side, where none is."""
     spots: tuple[SockSpot, ...] = ()
     """Marks of one plain colour over the paint; their places stand in the truth's notes."""
     stickers: tuple[SockSticker, ...] = ()
@@ -43,6 +47,8 @@ class CaptureOptions:
     """Light on the limb; the calibration board has the usual one."""
     relief: Relief = field(default_factory=Relief)
     """How high and how fine skin and knit stand out."""
+    details: SkinDetails = field(default_factory=SkinDetails)
+    """Knit, veins, scars and wrinkles on it; none unless they are asked for."""
     fin_mm: float = 0.0
     """Thickness of an upright fin on the limb's side, 12 mm high; 0 for none."""
     photos: int = 15
@@ -96,6 +102,23 @@ class CaptureOptions:
             self.scan is None or (self.gauge is None and self.fin_mm == 0),
             "a scan is neither a gauge nor has it a fin",
         )
+        details = self.details
+        _require(
+            0 <= details.knit_mm <= 0.5
+            and 1 <= details.knit_period_mm <= 4
+            and all(
+                0 <= high <= 3 for high in (details.veins_mm, details.scars_mm, details.wrinkles_mm)
+            ),
+            "a knit is 0 to 0.5 mm high and has 1 to 4 mm from stitch to stitch; veins, scars and "
+            "wrinkles are 0 to 3 mm high",
+        )
+        _require(
+            self.mesh_step_mm <= details.coarsest_step_mm,
+            f"these details need edges of {details.coarsest_step_mm:.3g} mm or less (mesh_step_mm)",
+        )
+        _require(
+            self.gauge is None or not details.any, "a gauge has no knit, veins, scars or wrinkles"
+        )
         _require(self.fin_mm == 0 or 2 <= self.fin_mm <= 20, "a fin is 2 to 20 mm thick")
         _require(
             self.movement is None or 0 <= self.movement.shift_mm <= 30,
@@ -119,7 +142,10 @@ class CaptureOptions:
         _require(self.photos >= 3 * self.rings, "every ring needs 3 photos or more")
         _require(self.calibration_photos >= 0, "calibration_photos is 0 or more")
         _require(0 <= self.coverage <= 0.9, "paint covers 0 to 0.9 of the sock")
-        _require(0 <= self.bare < 1, "a share of the dabs from 0 to below 1 is left out")
+        _require(
+            0 <= self.bare < 1 and 0 <= self.uneven <= 1,
+            "a share of the dabs from 0 to below 1 is left out in patches, and 0 to 1 on one side",
+        )
         _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
         _require(
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)

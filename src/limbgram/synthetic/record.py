@@ -188,6 +188,8 @@ def _notes(
         "paint": options.paint.value,
         "paint_coverage": options.coverage,
         **({"paint_bare": options.bare} if options.bare else {}),
+        **({"paint_uneven": options.uneven} if options.uneven else {}),
+        **({"details": tree_of(options.details)} if options.details.any else {}),
         "spots": [
             {
                 "place_mm": place.tolist(),

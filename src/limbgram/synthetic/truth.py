@@ -158,13 +158,10 @@ def _cameras_from_room(
 def _what_stands_there(options: CaptureOptions) -> Limb:
     if options.gauge is not None:
         return make_gauge(options.gauge, options.mesh_step_mm, BASE_MM)
+    step_mm, relief, details = options.mesh_step_mm, options.relief, options.details
     if options.scan is not None:
-        return limb_of_scan(
-            options.scan, options.seed, options.mesh_step_mm, BASE_MM, options.relief
-        )
-    return make_limb(
-        options.kind, options.seed, options.mesh_step_mm, BASE_MM, options.fin_mm, options.relief
-    )
+        return limb_of_scan(options.scan, options.seed, step_mm, BASE_MM, relief, details)
+    return make_limb(options.kind, options.seed, step_mm, BASE_MM, options.fin_mm, relief, details)
 
 
 def surface_points(truth: Truth, count: int, seed: int = 0) -> SurfacePoints:

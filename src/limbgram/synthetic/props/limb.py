@@ -23,6 +23,7 @@ from scipy.interpolate import PchipInterpolator
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.synthetic.props.details import PLAIN, SkinDetails, details_mm
 
 _Grid = Float64[np.ndarray, "rows columns 3"]
 """Points in rings: rows from the cut upwards, columns round the limb."""
@@ -221,6 +222,7 @@ def make_limb(
     base_mm: float,
     fin_mm: float = 0.0,
     relief: Relief = _RELIEF,
+    details: SkinDetails = PLAIN,
 ) -> Limb:
     """Build a limb, with a fin of this thickness; one seed gives one person, left or right."""
     rng = np.random.default_rng((seed, 1))
@@ -237,6 +239,8 @@ def make_limb(
     bend = rng.uniform(-8, 8, 2) * (skin[..., 2:] / height) ** 2
     skin = np.concatenate([skin[..., :1] * turn + bend, skin[..., 2:]], -1)
     skin = relieved(skin, relief, rng)
+    if details.any:
+        skin = detailed(skin, details, seed)
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
@@ -248,6 +252,11 @@ def make_limb(
 def relieved(skin: _Grid, relief: Relief, rng: np.random.Generator) -> _Grid:
     """The skin, rows from its rim to its pole, with the fine relief along its normals."""
     return skin + _normals(skin) * _relief_mm(skin, relief, rng)[..., None]
+
+
+def detailed(skin: _Grid, details: SkinDetails, seed: int) -> _Grid:
+    """The skin with knit, veins, scars and wrinkles along its normals."""
+    return skin + _normals(skin) * details_mm(skin, details, seed)[..., None]
 
 
 def _profile(

@@ -123,11 +123,12 @@ def bake(
     spots: Sequence[SockSpot] = (),
     pixel_mm: float = 0.3,
     bare: float = 0.0,
+    uneven: float = 0.0,
 ) -> UInt8[np.ndarray, "rows columns 4"]:
     """Paint the chart; the texel (r, c) lies at row r / fine, column c / fine of the chart.
 
     A printed pattern is made for a camera whose pixel shows `pixel_mm`. Of dabs, a share `bare` is
-    left out in patches.
+    left out in patches; on one side a share `uneven` more.
     """
     grid = limb.grid_mm
     step = float(np.linalg.norm(np.diff(grid[-200:, 0], axis=0), axis=1).mean())
@@ -138,6 +139,8 @@ def bake(
     dabs = _scatter(limb, count, np.random.default_rng((seed, 2)))
     if bare > 0 and count:
         dabs = _in_patches(dabs, bare, np.random.default_rng((seed, 4)))
+    if uneven > 0 and count:
+        dabs = _thinned(dabs, uneven, np.random.default_rng((seed, 44)))
     dabs = _with_spots(dabs, limb, spots)
     seeds = np.random.default_rng((seed, 3)).integers(0, 2**31, rows)
 
@@ -255,7 +258,19 @@ def _in_patches(dabs: _Dabs, bare: float, rng: np.random.Generator) -> _Dabs:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     waves = 2 * np.pi / (_PATCH_MM * rng.uniform(0.7, 2.0, (_PATCH_WAVES, 1))) * ways
     laid = np.sin(dabs.centre_mm @ waves.T + rng.uniform(0, 2 * np.pi, _PATCH_WAVES)).sum(1)
-    kept = laid >= np.quantile(laid, bare)
+    return _chosen(dabs, laid >= np.quantile(laid, bare))
+
+
+def _thinned(dabs: _Dabs, uneven: float, rng: np.random.Generator) -> _Dabs:
+    """The dabs less a share that grows from none on one side to `uneven` on the other."""
+    towards = rng.uniform(0, 2 * np.pi)
+    aside = dabs.centre_mm[:, :2] - dabs.centre_mm[:, :2].mean(0)
+    angle = np.arctan2(aside[:, 1], aside[:, 0]) - towards
+    left_out = uneven * (0.5 + 0.5 * np.cos(angle))
+    return _chosen(dabs, rng.random(len(left_out)) >= left_out)
+
+
+def _chosen(dabs: _Dabs, kept: Bool[np.ndarray, " n"]) -> _Dabs:
     return _Dabs(
         dabs.chart[kept],
         dabs.centre_mm[kept],

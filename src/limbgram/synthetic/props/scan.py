@@ -33,7 +33,15 @@ from limbgram.core.mesh.axis import fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
 from limbgram.formats.reading import read_shape
-from limbgram.synthetic.props.limb import Limb, Relief, cut_rings, limb_of_grid, relieved
+from limbgram.synthetic.props.details import PLAIN, SkinDetails
+from limbgram.synthetic.props.limb import (
+    Limb,
+    Relief,
+    cut_rings,
+    detailed,
+    limb_of_grid,
+    relieved,
+)
 from limbgram.workbench.limb import LimbFrame
 
 _STEP_MM = 1.5
@@ -124,8 +132,15 @@ def read_scan(path: Path | str, mm_per_unit: float | None = None) -> Scan:
     )
 
 
-def limb_of_scan(scan: Scan, seed: int, step_mm: float, base_mm: float, relief: Relief) -> Limb:
-    """Build the limb, with the fine relief of this seed on it."""
+def limb_of_scan(
+    scan: Scan,
+    seed: int,
+    step_mm: float,
+    base_mm: float,
+    relief: Relief,
+    details: SkinDetails = PLAIN,
+) -> Limb:
+    """Build the limb, with the fine relief and the details of this seed on it."""
     rows, columns = scan.radii_mm.shape
     angle = 2 * np.pi * np.arange(columns) / columns
     wrapped = np.concatenate([angle - 2 * np.pi, angle, angle + 2 * np.pi])
@@ -140,6 +155,8 @@ def limb_of_scan(scan: Scan, seed: int, step_mm: float, base_mm: float, relief: 
     turn = np.stack([np.cos(around), np.sin(around)], -1)
     skin = np.concatenate([away[..., None] * turn, height[..., None]], -1)
     skin = relieved(skin, relief, np.random.default_rng((seed, 1)))
+    if details.any:
+        skin = detailed(skin, details, seed)
     skin[0, :, 2] = 0.0
     skin[-1] = skin[-1].mean(0)
     skin[..., 2] += base_mm
