@@ -32,7 +32,7 @@ from scipy.spatial import KDTree
 from captures import JUDGED, machine, timed
 from limbgram.capture.coach import CaptureCheck
 from limbgram.capture.plan import LimbForm, PlannedCamera, Sock, board_edge_px, form_of, shown_by
-from limbgram.capture.prediction import SHARE_OF_PIXEL, predict
+from limbgram.capture.prediction import predict
 from limbgram.capture.stands import Stand
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.store import read_product
@@ -60,8 +60,7 @@ HEIGHTS_DEG = (28.0, 50.0, 40.0)
 NEAR_MM = 15.0
 """A cell with no surface within this has none."""
 WITHIN = 0.3
-FIRST_SHARE = 0.067
-"""The formula's first number for captures that do not name theirs."""
+FEWEST_EXPLAINED = 10
 
 
 def main() -> None:
@@ -151,7 +150,6 @@ def one(seed: int, folder: Path) -> Result:
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
         "findings": check.findings,
-        "share_of_pixel": SHARE_OF_PIXEL,
         "plan_sigma_mm": planned_sigma_mm(options, read_camera(camera).edge_px)
         if len(photos) == options.photos
         else None,
@@ -320,18 +318,8 @@ def page(results: Result) -> str:
         held = sum(abs(line[name] / line["sigma_mm"] - 1) <= limit for line in part)
         return f"{held} of {len(part)}"
 
-    def share_said(share: float) -> str:
-        part = [line for line in done if line.get("share_of_pixel", FIRST_SHARE) == share]
-        cells = sum(line["cells"] for line in part)
-        inside = sum(line["cells_within"] * line["cells"] for line in part)
-        return (
-            f"Where the formula's first number was {share:g}: check "
-            f"{within(part, 'expected_sigma_mm')}, plan "
-            f"{within([line for line in part if line in planned], 'plan_sigma_mm')}; of {cells} "
-            f"cells {inside / max(cells, 1):.0%}."
-        )
-
-    shares = sorted({line.get("share_of_pixel", FIRST_SHARE) for line in done})
+    cells = sum(line["cells"] for line in done)
+    inside = sum(line["cells_within"] * line["cells"] for line in done)
     went = [line for line in lines if line["go"]]
     bad = [line for line in went if line["exit_code"] != 0]
     whole = [line for line in lines if line["exit_code"] == 0 and line["left_out"] == 0]
@@ -346,8 +334,8 @@ def page(results: Result) -> str:
         made_on(results["machine"]),
         f"{len(lines)} captures, {len(done)} reconstructed. Expected sigma of half the surface "
         f"within 30 %: check {within(done, 'expected_sigma_mm')}, plan "
-        f"{within(planned, 'plan_sigma_mm')}.",
-        *(share_said(share) for share in shares),
+        f"{within(planned, 'plan_sigma_mm')}; of {cells} cells {inside / max(cells, 1):.0%}. "
+        + explained(results["captures"]),
         f"GO said {len(went)} times; {len(bad)} of these were red or refused afterwards. "
         f"{len(whole)} captures with all their photos became green or amber; {len(held_back)} of "
         f"these were held back. Of {len(green)} whose light is known to be green, with all their "
@@ -393,6 +381,28 @@ def page(results: Result) -> str:
             f"CPU s; {wall_s} s on the clock."
         )
     return "\n\n".join(said) + "\n"
+
+
+def explained(captures: Result) -> str:
+    """How the expected sigma of `check` over what came goes with relief and number of photos."""
+    known = [
+        (options_of(int(seed)).relief.rms_mm, line["photos"], ratio)
+        for seed, line in captures.items()
+        if line["exit_code"] == 0
+        and (ratio := line.get("expected_sigma_mm", math.nan) / line.get("sigma_mm", math.nan)) > 0
+    ]
+    if len(known) < FEWEST_EXPLAINED:
+        return ""
+    relief, photos, ratios = np.log(np.array(known)).T
+    terms = np.column_stack([np.ones(len(known)), relief, photos])
+    powers = np.linalg.lstsq(terms, ratios, rcond=None)[0]
+    left = float(np.std(ratios - terms @ powers))
+    return (
+        f"Check's expected over obtained sigma of the {len(known)} good ones spreads by "
+        f"{np.std(ratios):.0%}. It goes with the height of the relief to the power "
+        f"{powers[1]:.2f}, which no photo shows beforehand, and with the number of photos to the "
+        f"power {powers[2]:.2f}; {left:.0%} are left."
+    )
 
 
 if __name__ == "__main__":
