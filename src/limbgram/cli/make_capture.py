@@ -1,5 +1,6 @@
 """`limbgram make-capture`: photographs of a synthetic limb, with their truth."""
 
+from collections.abc import Iterable
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,7 +9,7 @@ import typer
 
 from limbgram.cli.progress import display
 from limbgram.cli.replies import Reply, answered
-from limbgram.cli.shapes import UnitOption
+from limbgram.cli.shapes import READ
 from limbgram.core.errors import OptionsError
 from limbgram.core.run import Run
 from limbgram.formats.units import mm_per_unit_of
@@ -16,8 +17,10 @@ from limbgram.synthetic.capture import make_capture
 from limbgram.synthetic.movement import Movement, MovementKind
 from limbgram.synthetic.options import CaptureOptions
 from limbgram.synthetic.photographer import Lens
+from limbgram.synthetic.props.details import SkinDetails
 from limbgram.synthetic.props.gauges import BallBar, Gauge, GaugeCylinder
-from limbgram.synthetic.props.paint import scattered_spots
+from limbgram.synthetic.props.limb import LimbKind, Relief
+from limbgram.synthetic.props.paint import Paint, scattered_spots
 from limbgram.synthetic.props.scan import Scan, distance_for, read_scan
 from limbgram.synthetic.turning import TurnedOver, Turning
 from limbgram.synthetic.usual import PHONE, Fault, with_faults
@@ -38,76 +41,170 @@ class GaugeName(Enum):
     CYLINDER = "cylinder"
 
 
+class Detail(Enum):
+    """What stands out of a skin, as a user names it."""
+
+    KNIT = "knit"
+    VEINS = "veins"
+    SCARS = "scars"
+    WRINKLES = "wrinkles"
+
+
 _GAUGES: dict[GaugeName, Gauge] = {
     GaugeName.BALL_BAR: BallBar(),
     GaugeName.CYLINDER: GaugeCylinder(),
 }
+_USUAL = SkinDetails(knit_mm=0.1, veins_mm=0.7, scars_mm=0.7, wrinkles_mm=1.0)
 _GAUGE_FROM_MM = 1400.0
 _PHONE_FROM_MM = 500.0
 _SWAY_MM = 6.0
 """How far a patient on a stool leans to and fro."""
 
 
+_OBJECT, _SKIN, _CAMERA = "What stands there", "Paint and skin", "Camera and walk"
+_WRONG = "What goes wrong"
+
+
 @answered
 def make_capture_command(
     folder: Annotated[Path, typer.Argument(help="New folder for the capture.")],
-    photos: Annotated[int, typer.Option(min=4, max=60, help="Photos of the limb.")] = 15,
-    rings: Annotated[int, typer.Option(min=1, max=3, help="Heights of the walk round.")] = 1,
-    width: Annotated[int, typer.Option(min=300, max=6000, help="Photo width, pixels.")] = 1500,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, another limb and walk.")] = 11,
-    coverage: Annotated[
-        float, typer.Option(help="Share of the sock that paint hides; 0 is a plain sock.")
-    ] = 0.55,
-    marks: Annotated[
-        int, typer.Option(min=0, max=12, help="Round magenta marks painted at known places.")
-    ] = 0,
+    kind: Annotated[
+        LimbKind, typer.Option("--kind", help="Which limb of ours.", rich_help_panel=_OBJECT)
+    ] = LimbKind.TRANSTIBIAL,
     shape: Annotated[
         Path | None,
         typer.Option(
-            help="A scan of a limb (STL, OBJ, PLY, AOP ...) that is painted and photographed "
-            "instead of a limb of ours. It stands with its closed end up, and the camera goes as "
-            "far off as it takes to fill the photos.",
+            help="A scan of a limb that is painted and photographed instead of one of ours: "
+            f"{READ}. It stands with its closed end up, and the camera goes as far off as it "
+            "takes to fill the photos. What is photographed is the truth, in truth/mesh.ply.",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
-    unit: UnitOption = None,
+    unit: Annotated[
+        str | None,
+        typer.Option(
+            help="Unit of the scan's file: mm, cm, m, inch, or so many mm.",
+            rich_help_panel=_OBJECT,
+        ),
+    ] = None,
     gauge: Annotated[
         GaugeName | None,
         typer.Option(
             help="A painted gauge instead of a limb, from 1.4 m; truth/artefact.json is its "
-            "artefact file for `limbgram verify-setup`."
+            "artefact file for `limbgram verify-setup`.",
+            rich_help_panel=_OBJECT,
         ),
     ] = None,
-    movement: Annotated[
-        MovementKind | None,
-        typer.Option(help="What moves between the photos: the limb in a step, in a slow drift ..."),
+    paint: Annotated[
+        Paint,
+        typer.Option(
+            help="dabs: fabric paint on a white sock. print: a sock with a printed pattern.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = Paint.DABS,
+    coverage: Annotated[
+        float,
+        typer.Option(
+            help="Share of the sock that dabs hide, 0 to 0.9; 0 is a plain sock.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = 0.55,
+    bare: Annotated[
+        float,
+        typer.Option(
+            help="Share of the dabs that are left out in patches, 0 to below 1.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = 0.0,
+    uneven: Annotated[
+        float,
+        typer.Option(
+            help="Share of the dabs that are left out on one side of the limb, fewer and fewer "
+            "towards the other side, 0 to 1.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = 0.0,
+    marks: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=12,
+            help="Round magenta marks painted at known places.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = 0,
+    relief: Annotated[
+        float,
+        typer.Option(
+            help="Height of the fine relief, root mean square, mm, 0 to 2; 0 is smooth.",
+            rich_help_panel=_SKIN,
+        ),
+    ] = Relief.rms_mm,
+    detail: Annotated[
+        list[Detail] | None,
+        typer.Option(
+            help="What stands out of the skin besides, of usual height: the knit of the sock "
+            "(0.1 mm), veins (0.7), scars (0.7), wrinkles (1.0). Give it several times for "
+            "several. A capture with knit takes longer.",
+            rich_help_panel=_SKIN,
+        ),
     ] = None,
-    movement_mm: Annotated[
-        float, typer.Option(help="How far it moves, mm, 0 to 30, with --movement.")
-    ] = 8.0,
+    photos: Annotated[
+        int, typer.Option(min=4, max=60, help="Photos of the limb.", rich_help_panel=_CAMERA)
+    ] = 15,
+    rings: Annotated[
+        int, typer.Option(min=1, max=3, help="Heights of the walk round.", rich_help_panel=_CAMERA)
+    ] = 1,
+    width: Annotated[
+        int, typer.Option(min=300, max=6000, help="Photo width, pixels.", rich_help_panel=_CAMERA)
+    ] = 1500,
+    phone: Annotated[
+        bool,
+        typer.Option(
+            "--phone",
+            help="A phone's main camera from 0.5 m, 4:3, instead of 50 mm from 1.5 m.",
+            rich_help_panel=_CAMERA,
+        ),
+    ] = False,
     turned: Annotated[
         Turned | None,
         typer.Option(
             help="turntable: the camera stands still, in a patterned room, and limb and board "
             "turn. stool: the same, of a patient who sways. over: a cast that stands for the "
-            "first half of the photos and lies for the others. Else the camera walks round."
+            "first half of the photos and lies for the others. Else the camera walks round.",
+            rich_help_panel=_CAMERA,
         ),
     ] = None,
-    phone: Annotated[
-        bool,
+    movement: Annotated[
+        MovementKind | None,
         typer.Option(
-            "--phone", help="A phone's main camera from 0.5 m, 4:3, instead of 50 mm from 1.5 m."
+            help="What moves between the photos: the limb in a step, in a slow drift ...",
+            rich_help_panel=_WRONG,
         ),
-    ] = False,
+    ] = None,
+    movement_mm: Annotated[
+        float,
+        typer.Option(
+            help="How far it moves, mm, 0 to 30, with --movement.", rich_help_panel=_WRONG
+        ),
+    ] = 8.0,
     fault: Annotated[
         list[Fault] | None,
         typer.Option(
             help="A fault of real captures at its usual strength, which truth/notes.json and "
-            "cameras.json record. Give it several times for several."
+            "cameras.json record. Give it several times for several.",
+            rich_help_panel=_WRONG,
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Reply as JSON.")] = False,
 ) -> Reply:
-    """Make photos of a synthetic painted limb, calibration photos, and the exact truth."""
+    """Make photos of a painted limb, photos of a calibration board, and the exact truth.
+
+    FOLDER gets images/, calibration/ and truth/: the surface, where every photo was taken from,
+    and notes of all that was chosen here. The same options give the same bytes. Score a
+    reconstruction of it by `limbgram accuracy CASE --truth FOLDER`.
+    """
     if phone and gauge is not None:
         raise OptionsError("Gauges are photographed from 1.4 m. Leave out --phone or --gauge.")
     if shape is not None and gauge is not None:
@@ -117,17 +214,25 @@ def make_capture_command(
     scan = (
         None if shape is None else read_scan(shape, None if unit is None else mm_per_unit_of(unit))
     )
+    details = _details(detail or ())
     options = CaptureOptions(
+        kind=kind,
+        scan=scan,
+        gauge=None if gauge is None else _GAUGES[gauge],
+        seed=seed,
+        paint=paint,
+        coverage=coverage,
+        bare=bare,
+        uneven=uneven,
+        spots=scattered_spots(marks),
+        relief=Relief(rms_mm=relief),
+        details=details,
+        mesh_step_mm=min(CaptureOptions.mesh_step_mm, details.coarsest_step_mm),
         photos=photos,
         rings=rings,
         width_px=width,
         height_px=round(width * (3 / 4 if phone else 2 / 3)),
-        seed=seed,
-        coverage=coverage,
-        spots=scattered_spots(marks),
         turning=_turning(turned),
-        scan=scan,
-        gauge=None if gauge is None else _GAUGES[gauge],
         lens=PHONE if phone else Lens(),
         distance_mm=_distance_mm(phone, gauge, scan),
         movement=None if movement is None else Movement(kind=movement, shift_mm=movement_mm),
@@ -143,6 +248,17 @@ def make_capture_command(
             f"{len(capture.calibration_photos)} of the calibration board are in {folder}.",
         ),
         {"folder": str(folder), "photos": len(capture.photos), **_told(scan)},
+    )
+
+
+def _details(asked: Iterable[Detail]) -> SkinDetails:
+    """Those that are asked for, of usual height."""
+    kinds = set(asked)
+    return SkinDetails(
+        knit_mm=_USUAL.knit_mm * (Detail.KNIT in kinds),
+        veins_mm=_USUAL.veins_mm * (Detail.VEINS in kinds),
+        scars_mm=_USUAL.scars_mm * (Detail.SCARS in kinds),
+        wrinkles_mm=_USUAL.wrinkles_mm * (Detail.WRINKLES in kinds),
     )
 
 
