@@ -29,7 +29,6 @@ Method  Noise: what single photos pull the surface by, each solved through the t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -62,28 +61,30 @@ relief, less where the mesh or the relief ends; seven captures of our own asked 
 _NOISE_IN_SEEN = 0.055
 """Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
 (its spectrum through the plate)."""
-_LOST_SLOPE = 34.0
-"""Squared slope that the plate took from the relief ((1 - H^2) of it) over that of (1 - H) H x.
-Theory: 13 to 50 for relief that ends anywhere above 2 mm, its slopes the same in every octave or up
-to 1.5 times as steep with each; ten captures of our own asked for 20 to 50."""
-_LOST_SLOPE_SIGMA = 0.3
-"""Standard deviation of that factor, a fraction of it."""
-_NEXT_BAND = 1.5
-_BAND_RATIOS = 1.32, 1.43
-"""Height of the relief in one band of lengths over that in the next finer one: at the first, relief
-is about as high at all lengths; from the second on, the factors above hold. Theory: 1.27 for relief
-of one height at all lengths, 1.35 for relief that grows with the power 0.2 of its length, 1.56 for
-0.7. Four wrinkled captures have 1.27 to 1.38, three usual ones 1.40 to 1.54, limb_ring15 1.54,
-foot_ring24 1.58."""
+_LOST_SLOPE, _LOST_SLOPE_PER_MM = 6.0, 14.0
+"""Squared slope that the plate took from the relief ((1 - H^2) of it) over that of (1 - H) H x: so
+much, and so much for each millimetre of the plate's length. Skin and cloth end at some wave length
+of their own, and more lies between that and what a longer plate shows. Theory, for 0.8, 1.8 and
+2.25 mm: 14, 30 and 39 times what is seen of relief that ends at 5 mm, twice that if at 2.5 mm.
+Measured: 12 and 15 (limb_ring15, foot_ring24; 0.8 mm), 23 to 40 (usual captures; 1.7 to 2.2 mm)."""
+_LOST_SLOPE_SIGMA = 7.0
+"""Standard deviation of the factor, at any length."""
+_BANDS = (0.67, 1.0), (1.5, 2.25)
+"""Two bands of wave lengths, in lengths of the plate, whose heights tell how relief grows with its
+length. Neighbouring bands tell it less well: each holds only a few waves of a limb."""
+_BAND_RATIOS = 2.40, 2.65
+"""Height of the relief in the coarser band over that in the finer one: at the first, relief is
+about as high at all lengths; from the second on, the factors above hold. Theory: 2.14 for relief of
+one height at all lengths, 2.43 for relief that grows with the power 0.2 of its length, 3.2 for 0.7.
+Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73 to 3.28,
+limb_ring15 2.90, foot_ring24 2.77, limb_sparse15 3.17."""
 _LEAST_RELIEF = 1.0
 """Energy of relief over that of noise in the finer band, from which the two bands tell of it."""
-_WRINKLED_SLOPE, _WRINKLED_SLOPE_SIGMA, _WRINKLED_DETAIL = 3.0, 0.4, 2.0
-"""How much more slope is lost there, the deviation of that as a fraction, and how much more
-energy: five wrinkled captures ask for 2.6 to 3.6 times the slope, and theory for 2.0 times the
-energy."""
-_COMMON_SLOPE, _COMMON_SLOPE_SIGMA = 1.2, 0.3
-"""Squared slope of the noise over what the photos' disagreement says: what they get wrong alike
-is finer than what they get wrong apart."""
+_WRINKLED_SLOPE, _WRINKLED_DETAIL = 2.2, 2.0
+"""How much more slope is lost there, and how much more energy: twelve wrinkled captures ask for 2.2
+times the slope, and theory for 2.0 times the energy."""
+_NOISE_SLOPE_SIGMA = 0.2
+"""Standard deviation, as a fraction, of the squared slope of the noise."""
 _FLAT = 1 / 48
 """Flat faces of edge e on a bend of radius R add this times (e / R)^2 to a line across the bend."""
 _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
@@ -156,17 +157,24 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     variance += _given(left, equations, thin_plate) * seen.pixel_mm**2
 
     steep = [_squared_slope(thin_plate, probe) for probe in probes]
-    roughened = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
+    roughened = _noise(steep, equations, pool, loud, _WIDE_RINGS)
     steep = [
         _squared_slope(thin_plate, probe - held)
         for probe, held in zip(probes, pulled_again, strict=True)
     ]
-    in_taken = _COMMON_SLOPE * _noise(steep, equations, pool, loud, _WIDE_RINGS)
+    in_taken = _noise(steep, equations, pool, loud, _WIDE_RINGS)
     relief = np.maximum(pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS) - in_taken, 0.0)
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
-        lost_length=_lost_length(relief, in_taken, roughened, _flatness(seen, pool), wrinkled),
+        lost_length=_lost_length(
+            relief,
+            in_taken,
+            roughened,
+            _flatness(seen, pool),
+            equations.length_mm,
+            1 + (_WRINKLED_SLOPE - 1) * wrinkled,
+        ),
         left=left,
     )
 
@@ -259,8 +267,8 @@ def _wrinkled(
 ) -> float:
     """Whether relief stays high at short waves, and so goes on where it is not seen, 0 to 1.
 
-    Told by how much more of it lies between 1.5 and 2.25 lengths of the plate than between 1 and
-    1.5, where paint shows it, both without the energy of noise.
+    Told by how much more of it lies in a coarser band of lengths than in a finer one (`_BANDS`),
+    where paint shows it, both without the energy of noise.
     """
     rough, smooth = _BAND_RATIOS
     fine, coarse = _bands(mesh, thin_plate, equations, painted, probes)
@@ -284,21 +292,21 @@ def _bands(
     painted: "_Pool",
     probes: Sequence[Float64[np.ndarray, " n"]],
 ) -> list[_Band]:
-    """What lies between 1 and 1.5 lengths of the plate, and between 1.5 and 2.25."""
+    """What lies in either of the two bands of lengths."""
     told = painted.counted
     area = thin_plate.area_mm2
-    taken: list[Float64[np.ndarray, "k n"]] = []
-    for times in (1.0, _NEXT_BAND, _NEXT_BAND**2):
-        length_mm = times * equations.length_mm
-        bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
-        system = sp.csr_matrix(sp.diags(area) + bending @ thin_plate.laplacian)
-        flattening = bending @ curvature_of(mesh, thin_plate, length_mm)
-        first, *rest = solve_all(system, [flattening, *(area * probe for probe in probes)])
-        taken.append(np.array([first, *rest])[:, told])
     unseen = _unseen(equations.photos)[told]
     found: list[_Band] = []
-    for one, other in pairwise(taken):
-        whole, *noises = other - one
+    for band in _BANDS:
+        taken: list[Float64[np.ndarray, "k n"]] = []
+        for times in band:
+            length_mm = times * equations.length_mm
+            bending = bending_of(thin_plate, stiffness_of(thin_plate, 1.0, length_mm))
+            system = sp.csr_matrix(sp.diags(area) + bending @ thin_plate.laplacian)
+            flattening = bending @ curvature_of(mesh, thin_plate, length_mm)
+            first, *rest = solve_all(system, [flattening, *(area * probe for probe in probes)])
+            taken.append(np.array([first, *rest])[:, told])
+        whole, *noises = taken[1] - taken[0]
         noise = sum(_usual_square(np.sqrt(unseen) * each) for each in noises) / _PROBES
         found.append(_Band(_usual_square(whole) - noise, noise))
     return found
@@ -323,7 +331,8 @@ def _lost_length(
     in_taken: Float64[np.ndarray, " n"],
     roughened: Float64[np.ndarray, " n"],
     flatness: Float64[np.ndarray, " n"],
-    wrinkled: float,
+    length_mm: float,
+    more: float,
 ) -> Float64[np.ndarray, "n 2"]:
     """How much longer a line along the limb is, and the standard deviation of that, per length.
 
@@ -332,15 +341,15 @@ def _lost_length(
         in_taken: squared slope of the noise, as taken off beside it.
         roughened: squared slope of the noise on the surface.
         flatness: what flat faces add.
-        wrinkled: how far the relief goes on unseen, as `_wrinkled` has it.
+        length_mm: length of the plate.
+        more: how many times as much is lost as of usual relief.
     """
-    factor = _LOST_SLOPE * (1 + (_WRINKLED_SLOPE - 1) * wrinkled)
-    share = _LOST_SLOPE_SIGMA + (_WRINKLED_SLOPE_SIGMA - _LOST_SLOPE_SIGMA) * wrinkled
+    factor = more * (_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm)
     lost = factor / 4 * relief
     sigma = np.sqrt(
-        (share * lost) ** 2
-        + (factor / 4 * _COMMON_SLOPE_SIGMA * in_taken) ** 2
-        + (_COMMON_SLOPE_SIGMA / 4 * roughened) ** 2
+        (more * _LOST_SLOPE_SIGMA / 4 * relief) ** 2
+        + (factor / 4 * _NOISE_SLOPE_SIGMA * in_taken) ** 2
+        + (_NOISE_SLOPE_SIGMA / 4 * roughened) ** 2
     )
     return np.column_stack([lost - roughened / 4 - flatness, sigma])
 
