@@ -99,7 +99,7 @@ COMMANDS = {
     ),
     "make-capture": (
         "make_capture:make_capture_command",
-        "Make photos of a synthetic painted limb, calibration photos, and the exact truth.",
+        "Make photos of a painted limb, photos of a calibration board, and the exact truth.",
     ),
     "warm-up": (
         "warm_up:warm_up_command",
