@@ -6,8 +6,9 @@ Small captures (0.35 MP) of other kinds than the usual walk round a painted limb
 sparse paint, few photos, two heights, a turntable, a limb that moves, cloth that creeps, things
 round it that are moved, no camera file. They are placed, and not made a surface of. A row says how
 far the sum of squares would fall if photos had numbers for themselves, how far if the points were
-two bodies that move against each other, and what was set free: nothing should be. Beside them stand
-a stabiliser and a rolling shutter, which should be found. What OUT holds already is not done again.
+two bodies that move against each other (each less two a number), and what was set free: nothing
+should be. Beside them stand a stabiliser and a rolling shutter, which should be found. What OUT
+holds already is not done again.
 """
 
 import argparse
@@ -26,7 +27,7 @@ from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration, cameras_for
 from limbgram.reconstruction.mapping.answering import scores_of
-from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
+from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.photos.reading import read_photos
 from limbgram.reconstruction.pipeline import DEFAULTS, place_photos
@@ -69,6 +70,7 @@ KINDS: dict[str, CaptureOptions] = {
     "two heights": replace(_SMALL, photos=16, rings=2),
     "turntable": replace(_SMALL, photos=16, turning=Turning()),
     "limb steps by 8 mm": replace(_PHONE, movement=Movement(shift_mm=8.0)),
+    "limb steps by 2 mm": replace(_PHONE, movement=Movement(shift_mm=2.0)),
     "limb drifts by 4 mm": replace(
         _PHONE, movement=Movement(kind=MovementKind.DRIFT, shift_mm=4.0)
     ),
@@ -125,10 +127,11 @@ def _one(kind: str, seed: int) -> dict[str, Any]:
                 "fall_a_number": one.fall / one.freedom,
                 "chance": one.chance,
                 "fall": one.fall,
+                "explains": one.fall - A_NUMBER * one.freedom,
             }
             for one in scores
         },
-        "two_bodies_fall": fall_of_two_bodies(alike, cameras.calibrations, 30_000)
+        "two_bodies_explain": explained_by_two_bodies(alike, cameras.calibrations, 30_000)
         if scores
         else None,
         "set_free": [one.kind for one in own_lenses(scene)],
@@ -153,7 +156,7 @@ def _page(result: dict[str, Any]) -> str:
             str(one["placed"]),
             f"{one['sigma_px']:.3f}",
             *(_asked(one["asked"].get(kind)) for kind in _ASKED),
-            "" if one["two_bodies_fall"] is None else f"{one['two_bodies_fall']:.0f}",
+            "" if one["two_bodies_explain"] is None else f"{one['two_bodies_explain']:.0f}",
             ", ".join(one["set_free"]) or "nothing",
         )
         for name, one in result["captures"].items()
@@ -177,7 +180,7 @@ _ASKED = ("principal point", "focal length", "rolling shutter")
 
 
 def _asked(one: dict[str, float] | None) -> str:
-    return "" if one is None else f"{one['fall']:.0f} ({one['fall_a_number']:.2f})"
+    return "" if one is None else f"{one['explains']:.0f} ({one['fall_a_number']:.2f})"
 
 
 if __name__ == "__main__":

@@ -23,9 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from limbgram.core.geometry.lens import POSE_SIZE
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
+from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.own import (
     DEVIATIONS,
     beyond_cameras,
@@ -38,9 +37,6 @@ from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted
 
 _FALSE_ALARM = 1e-6
 """Chance that photos of one lens are given own ones, for all kinds together."""
-_A_NUMBER = 2.0
-"""What each number must explain where a lens is held against two bodies (Akaike 1974): so much
-would the sum of squares fall by chance, and rise again in other measurements."""
 _FEWEST_PHOTOS = 6
 """Fewer tell nothing: every photo's numbers are a part of its pose."""
 _OBSERVATIONS = 30_000
@@ -90,9 +86,8 @@ def asked_for(adjusted: Adjusted, priors: Sequence[Calibration]) -> Asked | None
     scores = [one for one in scores_of(adjusted, priors) if one.chance < _FALSE_ALARM]
     if not scores:
         return None
-    bodies = fall_of_two_bodies(adjusted, priors, _OBSERVATIONS)
-    bodies -= _A_NUMBER * POSE_SIZE * len(adjusted.scene.placed)
-    true = [one for one in scores if one.fall - _A_NUMBER * one.freedom > bodies]
+    bodies = explained_by_two_bodies(adjusted, priors, _OBSERVATIONS)
+    true = [one for one in scores if one.fall - A_NUMBER * one.freedom > bodies]
     observations = 2 * len(adjusted.scene.observations.xy_px)
     return min(true, key=lambda one: one.freedom * np.log(observations) - one.fall, default=None)
 

@@ -71,6 +71,18 @@ class Bundle:
         views[:, 12:] += lenses[self.lens_idx]
         return replace(self, views=views, points=self.points + point_step)
 
+    def motions(self, shares: Float64[np.ndarray, " p"]) -> Float64[np.ndarray, "c 6"]:
+        """How a turn of all points about their middle, and their shift, move the photos' poses.
+
+        Each photo shows its share of them.
+        """
+        middle = np.median(self.points, axis=0)
+        poses = np.zeros((len(self.views), POSE_SIZE, POSE_SIZE))
+        for pose, view, share in zip(poses, self.views, shares, strict=True):
+            pose[:3, :3] = pose[3:, 3:] = share * view[:9].reshape(3, 3)
+            pose[3:, :3] = pose[3:, 3:] @ np.cross(middle, np.eye(3)).T
+        return poses.reshape(-1, POSE_SIZE)
+
     def lens(self, scene: Scene, idx: int) -> Float64[np.ndarray, "10"]:
         """The lens of one camera; the scene's where no placed photo uses it."""
         if self.ties is not None:

@@ -33,6 +33,8 @@ _GAUGE_FREEDOM = 7
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
 _TINY = 1e-300
+_GAUGE = 1e-6
+"""Share of the largest eigenvalue below which a motion is one that the whole scene may make."""
 _SHARED_ERROR = 3.0
 """How much less the residuals tell about photos and lenses than if all were independent.
 
@@ -141,26 +143,38 @@ def falls_apart(
     sigma_px: float,
     observations: int,
     halves: Sequence[Bool[np.ndarray, " n"]],
-) -> Float64[np.ndarray, " h"]:
-    """By how much it would fall if a half of the points moved against the other between photos.
+    courses: Float64[np.ndarray, "p m"] | None = None,
+) -> Float64[np.ndarray, "h more"]:
+    """By how much it would fall if a part of the points moved against the others between photos.
+
+    First where it moves in every photo by itself, with poses and a lens of its own; then along
+    each course, with one motion for all photos.
 
     Args:
         observations: At most about so many are asked, as by `predicted_falls`.
-        halves: By point of the scene, whether it is of the one half.
+        halves: By point of the scene, whether it is of that part.
+        courses: How much of the motion each placed photo shows.
     """
     prior, cameras = _Prior.of(priors, hold_board_lenses=False), [one.camera for one in priors]
     bundle = Bundle.of(scene)
     every = -(-len(bundle.xy_px) // observations)
     bundle = replace(bundle.with_points_thinned(every), ties=Ties.of(scene, cameras, solve=True))
 
-    def fall(part: Bundle) -> float:
-        measured = _Measured.at(part, sigma_px, _ALMOST_NONE)
-        return _Equations.of(measured, part, None, prior, sigma_px, _ALMOST_NONE).fall()
+    def equations(part: Bundle, measured: _Measured) -> _Equations:
+        return _Equations.of(measured, part, None, prior, sigma_px, _ALMOST_NONE)
 
-    together = fall(bundle)
-    thinned = [half[::every] for half in halves]
-    apart = [fall(bundle.with_points(one)) + fall(bundle.with_points(~one)) for one in thinned]
-    return np.array(apart) - together
+    together = equations(bundle, _Measured.at(bundle, sigma_px, _ALMOST_NONE))
+    along = np.zeros((0, POSE_SIZE * len(bundle.views), POSE_SIZE))
+    if courses is not None:
+        along = np.array([bundle.motions(one) for one in courses.T])
+    falls: list[Float64[np.ndarray, " more"]] = []
+    for half in [half[::every] for half in halves]:
+        parts = [bundle.with_points(half), bundle.with_points(~half)]
+        measured = [_Measured.at(part, sigma_px, _ALMOST_NONE) for part in parts]
+        apart = sum(equations(*one).fall() for one in zip(parts, measured, strict=True))
+        along_courses = together.more_by(measured[0], along)
+        falls.append(np.concatenate([[apart - together.fall()], along_courses]))
+    return np.array(falls)
 
 
 @dataclass(frozen=True)
@@ -396,12 +410,41 @@ class _Equations:
 
     def fall(self) -> float:
         """Of the sum of squares by the step; a photo of which nothing is seen says nothing."""
-        normal, right = self.normal[np.ix_(self.free, self.free)], self.right[self.free]
+        right = self.right[self.free]
+        return float(right @ self.solved_for(right[:, None])[:, 0])
+
+    def solved_for(self, right: Float64[np.ndarray, "f k"]) -> Float64[np.ndarray, "f k"]:
+        """Solutions for other right sides; what nothing is seen of stays."""
+        normal = self.normal[np.ix_(self.free, self.free)]
         weights = np.diag(normal)
         scale = np.where(weights > 0.0, 1.0 / np.sqrt(np.maximum(weights, _TINY)), 0.0)
         scaled = normal * np.outer(scale, scale)
         scaled[np.diag_indices_from(scaled)] += _ALMOST_NONE
-        return float((scale * right) @ cho_solve(cho_factor(scaled), scale * right))
+        return scale[:, None] * cho_solve(cho_factor(scaled), scale[:, None] * right)
+
+    def more_by(
+        self, part: _Measured, poses: Float64[np.ndarray, "m c k"]
+    ) -> Float64[np.ndarray, " m"]:
+        """How much farther the sum of squares falls if a part of what is seen moves by itself.
+
+        Args:
+            part: What its observations say.
+            poses: How the numbers of each motion move the photos' poses.
+        """
+        motions, rows, numbers = poses.shape
+        along = poses.transpose(1, 0, 2).reshape(rows, motions * numbers)
+        moves = part.normal[:, :rows] @ along
+        solved = self.solved_for(np.column_stack([self.right, moves])[self.free])
+        pull = along.T @ part.right[:rows] - moves[self.free].T @ solved[:, 0]
+        falls = np.zeros(motions)
+        for one in range(motions):
+            own = slice(numbers * one, numbers * (one + 1))
+            meant = moves[self.free, own].T @ solved[:, 1:][:, own]
+            hold = along[:, own].T @ moves[:rows, own] - meant
+            size = np.sqrt(np.maximum(np.diag(hold), _TINY))
+            inverse = np.linalg.pinv(hold / np.outer(size, size), rcond=_GAUGE, hermitian=True)
+            falls[one] = (pull[own] / size) @ inverse @ (pull[own] / size)
+        return falls
 
     def covariance(self) -> Float64[np.ndarray, "u u"]:
         """Of photos and lenses: seven directions of the world's frame carry nothing."""

@@ -10,7 +10,7 @@ from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import PARAMETERS, POSE_SIZE, Camera
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.mapping.answering import answered, asked_for, scores_of
-from limbgram.reconstruction.mapping.halves import fall_of_two_bodies
+from limbgram.reconstruction.mapping.halves import A_NUMBER, explained_by_two_bodies
 from limbgram.reconstruction.mapping.own import Ties, basis_of, with_own, with_room_for
 from limbgram.reconstruction.mapping.scene import Deviation, Observations, Scene
 from limbgram.reconstruction.mapping.solution import (
@@ -118,6 +118,51 @@ def test_what_moved_half_of_the_points_is_no_lens(
     assert answered(before, faulty, [CALIBRATED], 4.0) is before
 
 
+def stepped(scene: Scene, share: float, at: int, seed: int = 3) -> tuple[Scene, np.ndarray]:
+    """A part of the points stands elsewhere from one photo on; and which points these are."""
+    edge = float(np.quantile(scene.points_in_world[:, 0], 0.3))
+    part = scene.points_in_world[:, 0] < edge
+    move = share * float(np.ptp(scene.points_in_world)) * np.array([0.6, -0.64, 0.48])
+
+    def seen(k: int, points: np.ndarray) -> np.ndarray:
+        return scene.view(k).project(points + np.where((points[:, :1] < edge) & (k >= at), move, 0))
+
+    return taken(scene, seed, seen), part
+
+
+@pytest.mark.parametrize("seed", [3, 5, 6])
+def test_a_body_that_steps_once_counts_with_one_motion(make_scene: MakeScene, seed: int) -> None:
+    """A motion for each photo would be too many numbers to say that anything moved."""
+    scene = near(make_scene, seed)
+    faulty, part = stepped(scene, 0.0005, 5, seed)
+    before = fixed(faulty)
+    base = with_own(before.scene)
+    each = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [part])[0, 0]
+    assert each < A_NUMBER * POSE_SIZE * PHOTOS
+    explained = explained_by_two_bodies(before, [CALIBRATED], 10**9)
+    assert explained > 15
+    assert all(one.fall - A_NUMBER * one.freedom < 0 for one in scores_of(before, [CALIBRATED]))
+    still = taken(scene, seed, lambda k, points: scene.view(k).project(points))
+    assert explained_by_two_bodies(fixed(still), [CALIBRATED], 10**9) < 0
+
+
+def test_a_course_explains_no_more_than_motions_of_every_photo(make_scene: MakeScene) -> None:
+    """And as much where the body moved so."""
+    faulty, part = stepped(near(make_scene, 3), 0.0007, 5)
+    before = fixed(faulty)
+    base = with_own(before.scene)
+    at = np.arange(PHOTOS)[:, None] >= np.arange(1, PHOTOS)
+    even = np.linspace(0.0, 1.0, PHOTOS)[:, None]
+    courses = np.hstack([at, even])
+    falls = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [part, ~part], courses)
+    each, along = falls[:, 0], falls[:, 1:]
+    assert (along < each[:, None]).all()
+    np.testing.assert_array_equal(along.argmax(axis=1), [4, 4])
+    np.testing.assert_allclose(along[0], along[1], rtol=1e-3)  # whichever part moves
+    assert along[0, 4] > 0.8 * each[0]
+    assert along[0, 4] > 1.1 * along[0, [3, 5, PHOTOS - 1]].max()
+
+
 def test_two_bodies_explain_what_moved_one_of_them(make_scene: MakeScene) -> None:
     """Cut where they touch they explain all of it; cut at random, next to nothing."""
     scene = near(make_scene, 3)
@@ -133,11 +178,12 @@ def test_two_bodies_explain_what_moved_one_of_them(make_scene: MakeScene) -> Non
         base = with_own(before.scene)
         low = base.points_in_world[:, 0] < np.median(base.points_in_world[:, 0])
         mixed = np.random.default_rng(0).random(len(low)) < 0.5
-        true, other = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [low, mixed])
+        true, other = falls_apart(base, [CALIBRATED], before.sigma_px, 10**9, [low, mixed])[:, 0]
         lens = max(one.fall for one in scores_of(before, [CALIBRATED]))
         assert other < 0.5 * max(true, lens)
         assert bool(true > lens) is moved
-        assert fall_of_two_bodies(before, [CALIBRATED], 10**9) > 0.2 * true
+        each = A_NUMBER * POSE_SIZE * PHOTOS
+        assert explained_by_two_bodies(before, [CALIBRATED], 10**9) > 0.2 * true - each
 
 
 def test_too_few_photos_ask_for_nothing(make_scene: MakeScene) -> None:
