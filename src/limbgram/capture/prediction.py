@@ -6,7 +6,7 @@ Method  `measuring` takes up to six photos a vertex, the most frontal ones; the 
         them here, by rays against the proxy. Its sigma is a share of a pixel:
 
             sigma = 0.067 pixel (pixel / 0.4 mm)^0.13 sqrt(1 + edge^2)
-                    (photos / 5)^-0.33 sqrt(1 + 0.5 / spread) (slope / 20)^-0.15
+                    (photos / 5)^-0.05 sqrt(1 + 0.5 / spread) (slope / 20)^-0.15
                     sqrt(1 + (gap / 17 px)^2)
 
         edge    width of the sharpest edges, px: blur is what photos disagree by
@@ -38,7 +38,7 @@ from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
 
 SHARE_OF_PIXEL = 0.067
 USUAL_PIXEL_MM, FINE_POWER = 0.4, 0.13
-USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.33
+USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.05
 LEAST_SPREAD = 0.5
 USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
 BRIDGED_PX = 17.0
