@@ -146,6 +146,10 @@ class CaptureOptions:
             0 <= self.bare < 1 and 0 <= self.uneven <= 1,
             "a share of the dabs from 0 to below 1 is left out in patches, and 0 to 1 on one side",
         )
+        _require(
+            self.paint is Paint.DABS or self.bare == self.uneven == 0,
+            "only of dabs a share can be left out, not of a printed or a plain sock",
+        )
         _require(min(self.width_px, self.height_px) >= 100, "a picture has 100 px a side or more")
         _require(
             all(0 <= one.around <= 1 and 0.05 <= one.height <= 0.95 for one in self.spots)

@@ -46,12 +46,12 @@ def test_a_scan_is_photographed_and_noted_by_its_digest_alone(tmp_path: Path, sc
 
 def test_paint_and_skin_are_as_asked_for(tmp_path: Path) -> None:
     folder = tmp_path / "capture"
-    asked = ["--kind", "bulbous", "--paint", "print", "--bare", "0.2", "--uneven", "0.5"]
+    asked = ["--kind", "bulbous", "--paint", "dabs", "--bare", "0.2", "--uneven", "0.5"]
     asked += ["--relief", "0.1", "--detail", "veins", "--detail", "wrinkles"]
     done = RUNNER.invoke(app, ["make-capture", str(folder), *asked, *SMALL])
     assert done.exit_code == 0, done.output
     notes = json.loads((folder / "truth" / "notes.json").read_text())
-    assert (notes["kind"], notes["paint"]) == ("bulbous", "print")
+    assert (notes["kind"], notes["paint"]) == ("bulbous", "dabs")
     assert (notes["paint_bare"], notes["paint_uneven"]) == (0.2, 0.5)
     details = notes["details"]
     assert (details["veins_mm"], details["wrinkles_mm"]) == (0.7, 1.0)
@@ -66,6 +66,7 @@ def test_paint_and_skin_are_as_asked_for(tmp_path: Path) -> None:
         (("--shape", "SCAN", "--unit", "m", "--gauge", "cylinder"), "--gauge"),
         (("--shape", "SCAN", "--unit", "5000"), "Check the unit"),
         (("--gauge", "cylinder", "--detail", "knit"), "a gauge has no knit"),
+        (("--paint", "print", "--bare", "0.2"), "only of dabs"),
         (("--uneven", "1.5"), "0 to 1 on one side"),
     ],
 )

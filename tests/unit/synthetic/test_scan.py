@@ -92,6 +92,20 @@ def test_a_cone_stands_on_its_wide_end_and_tapers_as_it_does(tmp_path: Path) -> 
     np.testing.assert_allclose(radius, 27.0 + 0.15 * over_end[wall], atol=0.08)
 
 
+def test_of_a_socket_the_outside_is_taken(tmp_path: Path) -> None:
+    """A cup of 5 mm wall, whose thinner closed end goes up."""
+    up = np.linspace(0.0, 200.0, 80)
+    outer, inner = 60.0 - 0.1 * up, 55.0 - 0.1 * up[:-4]
+    radii = np.concatenate([[0.0], inner[::-1], outer, [0.0]])
+    cup = turned(radii, np.concatenate([[up[-5]], up[-5::-1], up, [200.0]]))
+    limb = limb_of(written(tmp_path, cup))
+    points = limb.mesh.vertices_mm[~limb.cut]
+    over_end = points[:, 2].max() - points[:, 2]
+    wall = (over_end > 10.0) & (over_end < 180.0)
+    radius = np.linalg.norm(points[wall, :2], axis=1)
+    np.testing.assert_allclose(radius, 40.0 + 0.1 * over_end[wall], atol=0.2)
+
+
 def test_a_mark_stays_on_its_side(tmp_path: Path) -> None:
     """A rib low down and one higher, a quarter further on: a mirror would turn the other way."""
     heights = np.linspace(0.0, 220.0, 111)[:, None]
