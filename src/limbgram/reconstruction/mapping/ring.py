@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 
 from limbgram.core.errors import PlacementError
+from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.calibration.cameras import (
     Cameras,
     contradicting_exif,
@@ -34,7 +35,7 @@ from limbgram.reconstruction.mapping.verdicts import (
     judge,
     photo_points,
 )
-from limbgram.reconstruction.mapping.zoom import odd_focals
+from limbgram.reconstruction.mapping.zoom import judged_focals, odd_among, odd_focals
 from limbgram.reconstruction.matching.coded import Coded
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
@@ -158,11 +159,13 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
     """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
     alike = replace(scene, own=None)
     adjusted = _adjusted_alike(alike, cameras, options)
-    odd, aside = odd_focals(_scene_of(adjusted)), dict[int, str]()
-    if odd and len(odd) <= options.max_odd_share * len(adjusted.scene.placed):
+    aside, most = dict[int, str](), options.max_odd_share * len(adjusted.scene.placed)
+    while odd := _odd_of(adjusted.scene, alike, cameras, options):
+        if len(aside) + len(odd) > most:
+            break
         adjusted = _adjusted_alike(without_photos(adjusted.scene, set(odd)), cameras, options)
         alike = without_photos(alike, set(odd))
-        odd, aside = aside, odd
+        aside |= odd
     adjusted = _scene_of(_as_asked(adjusted, alike, cameras, options))
     odd = odd if adjusted.own is None else odd_focals(adjusted)
     figures = photo_points(adjusted)
@@ -180,6 +183,49 @@ def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene
         )
     )
     return replace(adjusted, verdicts=verdicts, ring=ring_of(adjusted))
+
+
+def _odd_of(
+    adjusted: Scene, before: Scene, cameras: Cameras, options: MappingOptions
+) -> dict[int, str]:
+    """Photos of another focal length; a few that hide each other are tried by the others' points.
+
+    Args:
+        before: With all observations: of an odd photo the adjustment drops many.
+    """
+    judged = judged_focals(adjusted)
+    odd, suspected = judged.odd, judged.suspected
+    few = len(suspected) <= options.max_odd_share * len(adjusted.placed)
+    if not few or {*suspected} == {*odd}:
+        return odd
+    try:
+        others = _adjusted_alike(without_photos(before, {*suspected}), cameras, options).scene
+    except PlacementError:  # they hold other photos in the scene, and are needed
+        return odd
+    poses = [
+        before.camera_from_world[photo] if photo in suspected else pose
+        for photo, pose in enumerate(others.camera_from_world)
+    ]
+    seen = before.observations
+    theirs = seen.some(~np.isin(seen.photo_idx, suspected))
+    rank = {photo: k for k, photo in enumerate(others.placed)}
+    known = np.isin(theirs.photo_idx, others.placed)
+    held = triangulate(
+        others.views,
+        np.array([rank[photo] for photo in theirs.photo_idx[known].tolist()], np.int32),
+        theirs.point_idx[known],
+        theirs.xy_px[known],
+        len(before.points_in_world),
+    ).points_in_world
+    placed = np.asarray(np.isfinite(held).all(axis=1), np.bool_)
+    by_others = replace(
+        before,
+        cameras=others.cameras,
+        camera_from_world=tuple(poses),
+        points_in_world=held,
+        observations=seen.some(placed[seen.point_idx]),
+    )
+    return odd | odd_among(suspected, by_others)
 
 
 def _foreign(

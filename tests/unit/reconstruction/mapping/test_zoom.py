@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
+from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.mapping.solution import adjust
 from limbgram.reconstruction.mapping.zoom import focal_fits, odd_focals
 
@@ -53,6 +54,23 @@ def test_a_zoomed_photo_is_named_after_the_adjustment_and_no_other(ring: Scene) 
     assert list(found) == [4]
     assert "longer than that of the other photos" in found[4]
     assert "shorter" in odd_focals(adjusted(zoomed(ring, 7, 0.97)))[7]
+
+
+@pytest.mark.parametrize("zoom", [1.02, 1.06, 0.94])
+def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float) -> None:
+    """Each of them bends the points that both see, so by itself neither stands out enough."""
+    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0])
+    known = Cameras((Calibration(camera=LENS, covariance=covariance, source="board"),))
+    fine = [PhotoVerdict(name=name, placed=True, points=1, rms_px=0.1) for name in ring.names]
+    ring = replace(ring, verdicts=tuple(fine))
+    assert not any(one.reason for one in readjusted(ring, known, MappingOptions()).verdicts)
+    found = readjusted(zoomed(zoomed(ring, 4, zoom), 5, zoom), known, MappingOptions())
+    named = {k: one.reason for k, one in enumerate(found.verdicts) if one.reason}
+    assert list(named) == [4, 5]
+    way = "longer" if zoom > 1 else "shorter"
+    assert all(f"{way} than that of the other photos" in words for words in named.values())
+    assert not {4, 5} & {*found.placed}
+    assert not any(one.remark for one in found.verdicts)
 
 
 def test_photos_with_few_points_are_not_judged(make_scene: Maker) -> None:
