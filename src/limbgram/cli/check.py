@@ -1,5 +1,6 @@
 """`limbgram check`: is a capture good, or which photos are missing."""
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -77,19 +78,36 @@ def check_command(
         else:
             run = Run(listener=screen.listen)
             found = check_sources(photos, calibrations, scale, run, masks=masks)
-    lines = _lines(found)
+    lines = check_lines(found)
     if picture is not None:
         write_bytes(picture, coverage_picture(found).tobytes())
         lines = (*lines, f"Picture: {printable(str(picture))}")
     return Reply(lines, tree_of(found), "green" if found.go else "red")
 
 
-def _lines(found: CaptureCheck) -> tuple[str, ...]:
+def check_lines(found: CaptureCheck) -> tuple[str, ...]:
+    """The answer, what stands in its way, what is worth a look, and what is wrong with photos."""
     notes = [f"  {one.name}: {text}" for one in found.photos for text in one.remarks]
     return (
         found.headline,
-        *(f"  {text}" for text in (*found.findings[1:], *found.notes)),
+        *(f"  {text}" for text in (*found.findings[1:], *found.notes, *_texture(found))),
         *notes,
+    )
+
+
+def _texture(found: CaptureCheck) -> tuple[str, ...]:
+    """How dense the feature points lie on the limb, where its size is known."""
+    dense = sorted(
+        (one.features_per_cm2, one.name)
+        for one in found.photos
+        if math.isfinite(one.features_per_cm2)
+    )
+    if not dense:
+        return ()
+    least, name = dense[0]
+    return (
+        f"Texture: {dense[len(dense) // 2][0]:.1f} feature points a cm² of the limb in the middle "
+        f"one of the photos, {least:.1f} in the poorest ({name}).",
     )
 
 
@@ -119,7 +137,7 @@ def _watched(
                 continue
             if found.go:
                 return found
-            for line in _lines(found):
+            for line in check_lines(found):
                 screen.say(printable(line))
             if picture is not None:
                 write_bytes(picture, coverage_picture(found).tobytes())

@@ -1,0 +1,48 @@
+"""What `limbgram check` says on the terminal: the answer first, then what it rests on."""
+
+import math
+from dataclasses import replace
+
+from limbgram.capture.coach import CaptureCheck, CheckedPhoto
+from limbgram.cli.check import check_lines
+
+PHOTO = CheckedPhoto(
+    name="IMG_1.jpg", placed=True, points=900, edge_px=0.8, burnt=0.0, features_per_cm2=12.0,
+    azimuth_deg=0.0, elevation_deg=20.0, counts=True, remarks=(),
+)  # fmt: skip
+
+
+def check(*photos: CheckedPhoto) -> CaptureCheck:
+    return CaptureCheck(
+        go=False,
+        headline="NOT YET: the first finding",
+        findings=("the first finding", "the second finding"),
+        photos=photos,
+        missing=(),
+        largest_gap_deg=30.0,
+        board_photos=3,
+        notes=("a note",),
+    )
+
+
+def test_the_answer_comes_first_and_each_finding_once() -> None:
+    lines = check_lines(check(replace(PHOTO, remarks=("blurred: hold still",))))
+    assert lines[:3] == ("NOT YET: the first finding", "  the second finding", "  a note")
+    assert lines[-1] == "  IMG_1.jpg: blurred: hold still"
+
+
+def test_the_texture_is_told_with_its_poorest_photo() -> None:
+    photos = [
+        replace(PHOTO, name=f"IMG_{k}.jpg", features_per_cm2=dense)
+        for k, dense in enumerate([12.0, 3.04, 20.0, math.nan])
+    ]
+    told = [line for line in check_lines(check(*photos)) if "Texture" in line]
+    assert told == [
+        "  Texture: 12.0 feature points a cm² of the limb in the middle one of the photos, 3.0 in "
+        "the poorest (IMG_1.jpg)."
+    ]
+
+
+def test_without_a_size_nothing_is_said_of_the_texture() -> None:
+    lines = check_lines(check(replace(PHOTO, features_per_cm2=math.nan)))
+    assert not any("Texture" in line for line in lines)
