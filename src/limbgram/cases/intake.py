@@ -29,8 +29,7 @@ from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
 from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
-from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES
-from limbgram.reconstruction.photos.video import VIDEO_SUFFIXES
+from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
 
 MOST_PHOTO_BYTES = 300_000_000
 MOST_FILM_BYTES = 8_000_000_000

@@ -8,7 +8,7 @@ over nothing else, and a measured size is not forgotten by printing again.
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar, cast
 
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.files import json_of, read_content, write_bytes
@@ -110,7 +110,10 @@ class PrintedFile(Generic[R]):
         advice = f"A {self.name} is made with `limbgram print`."
         content = read_content(path, self.largest_bytes, CaseError, advice)
         try:
-            record = value_of(json_of(content), self.record, "the file")
+            tree = json_of(content)
+            if (other := _other_kind(tree, self.format)) is not None:
+                raise CaseError(f"{path} is no {self.name}: {other}")
+            record = value_of(tree, self.record, "the file")
         except (ValueError, OptionsError) as error:
             raise self.unusable(path, str(error)) from error
         if (record.format, record.version) != (self.format, self.version):
@@ -144,3 +147,18 @@ class PrintedFile(Generic[R]):
         return CaseError(
             f"{path} is no usable {self.name}: {why}. Make it again: `limbgram print`."
         )
+
+
+_KINDS = {
+    "limbgram board": "it is the file of a board, which is given as --board.",
+    "limbgram marks": "it is the file of bars, a mat or a ring, which are given as --marks, or of "
+    "stickers or a sock, which set no scale.",
+    "limbgram camera": "it is a camera file, which is given as --camera.",
+}
+"""What the program writes, by the name of its format, and what each is for."""
+
+
+def _other_kind(tree: object, wanted: str) -> str | None:
+    """What a file is instead; None where it does not say so."""
+    told = cast(dict[object, object], tree).get("format") if isinstance(tree, dict) else None
+    return _KINDS.get(told) if isinstance(told, str) and told != wanted else None

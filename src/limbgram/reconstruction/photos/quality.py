@@ -239,6 +239,7 @@ def _width_px(ratios: np.ndarray, slopes: np.ndarray) -> float:
     return float(np.sqrt(max(0.0, (_COARSE_PX**2 - squared * _FINE_PX**2) / (squared - 1))))
 
 
+VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 """Of files that are taken for pictures by their name."""
 _BEGINNINGS = (
@@ -315,8 +316,14 @@ def _begins_as_picture(path: Path) -> bool:
     return first.startswith(_BEGINNINGS) or (first[4:8] == b"ftyp" and first[8:] in HEIF_BRANDS)
 
 
+def _no_picture(file: Path) -> str:
+    if file.suffix.lower() in VIDEO_SUFFIXES:
+        return "a video: name it by itself, in place of the folder, if its frames are the photos"
+    return "not a picture"
+
+
 def _summed_up(others: list[Path]) -> list[SetAside]:
     if len(others) <= _NAMED_AT_MOST:
-        return [SetAside(name_for_people(file), "not a picture") for file in others]
+        return [SetAside(name_for_people(file), _no_picture(file)) for file in others]
     some = ", ".join(name_for_people(file) for file in others[:_NAMED_AT_MOST])
     return [SetAside(f"{len(others):,} other files", f"not pictures: {some} and so on")]

@@ -30,9 +30,8 @@ from jaxtyping import Float32, Float64
 from limbgram.core.errors import OptionsError, PhotoError
 from limbgram.core.geometry.arrays import ColourImage, GreyImage
 from limbgram.core.run import track
-from limbgram.reconstruction.photos.quality import edge_width_px, name_for_people
+from limbgram.reconstruction.photos.quality import VIDEO_SUFFIXES, edge_width_px, name_for_people
 
-VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")
 _BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 """With one of these, after its length, an MP4 or MOV begins."""
 _EBML = b"\x1a\x45\xdf\xa3"

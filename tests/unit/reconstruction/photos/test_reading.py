@@ -223,6 +223,7 @@ def test_what_is_no_photo_is_set_aside_by_name(write_photo: Writer, tmp_path: Pa
     (tmp_path / "cut.jpg").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "empty.jpg").write_bytes(b"")
     (tmp_path / "notes.txt").write_text("not a photo")
+    (tmp_path / "live.MOV").write_bytes(b"")
     (tmp_path / "raw.dng").write_bytes(whole)
     (tmp_path / "lost.jpg").symlink_to(tmp_path / "nowhere.jpg")
     Image.new("RGB", (100, 100)).save(tmp_path / "film.gif")
@@ -237,6 +238,7 @@ def test_what_is_no_photo_is_set_aside_by_name(write_photo: Writer, tmp_path: Pa
         "cut.jpg": "cut off",
         "empty.jpg": "empty",
         "notes.txt": "not a picture",
+        "live.MOV": "a video: name it by itself",
         "raw.dng": "raw file",
         "lost.jpg": "leads nowhere",
         "film.gif": "not a picture",
