@@ -60,12 +60,16 @@ class LookOptions:
     """How far from its place in the scene a match is still looked at, of the photo's width."""
     track_px: float = 2.0
     """The same once the photos were placed by one body."""
-    pair_matches: int = 150
-    """Most matches of a pair and kind."""
+    pair_matches: int = 400
+    """Most matches of a pair, of limb or surroundings."""
+    half_matches: int = 150
+    """The same of half a limb."""
     between: MovementOptions = field(default_factory=MovementOptions)
     """Of the limb against its surroundings."""
     halves: MovementOptions = field(
-        default_factory=lambda: MovementOptions(false_alarm=1e-8, least_shift=0.0007)
+        default_factory=lambda: MovementOptions(
+            false_alarm=1e-8, course_alarm=1e-8, least_shift=0.0007
+        )
     )
     """Of its halves. Half a limb with sparse paint holds a photo weakly: a good capture of such a
     one seemed to bend by 0.0005 of the distance, with a chance of 1e-6."""
@@ -152,7 +156,8 @@ def find_bending(
         _Body(where, sides.among(matches.pairs, (half,)))
         for where, half in zip(wheres, _HALVES, strict=True)
     )
-    return _between(one, other, features, scene, cameras, photos, options, options.halves)
+    fewer = replace(options, pair_matches=options.half_matches)
+    return _between(one, other, features, scene, cameras, photos, fewer, options.halves)
 
 
 def held_against_board(

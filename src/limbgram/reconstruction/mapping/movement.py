@@ -7,13 +7,14 @@ Method  If both bodies held still, the photos' places by the one are the places 
         frame, with the covariance of both adjustments. Not counted is the shift along the line of
         sight (another focus or zoom looks the same), nor a turn and a shift across that all photos
         of one camera share (an error of its lens looks the same). The rest is explained by steps
-        between the photos, in their order, or by an even drift: each must lessen the sum of squares
-        by more than chance does, by an F test with Bonferroni's correction for all that was tried;
-        the noise is that of the adjustments or of what no step explains, whichever is larger.
+        between the photos, in their order, or by an even drift, which may turn the body or not:
+        each must lessen the sum of squares by more than chance does, by an F test with Bonferroni's
+        correction for all that was tried; the noise is that of the adjustments or of what no step
+        explains, whichever is larger. And each must explain clearly more than a motion that follows
+        the camera round the limb, as a lens that focuses anew bends a whole ring.
         Where much is left by both, that is restlessness; so it is where neither is told, chance
-        leaves less, and neither a motion that follows the camera round the limb explains it (a lens
-        that focuses anew bends a whole ring so) nor one photo. Where lenses are not known, it is
-        unknown.
+        leaves less, and neither that motion round the limb explains it nor one photo. Where lenses
+        are not known, it is unknown.
 Limits  Movement along a line that no photo looks across is not seen; in a walk round the limb there
         is no such line.
 """
@@ -47,8 +48,10 @@ _SPREAD = 0.01
 """Chance below which what is left without a step or drift is a sway, once what changes evenly round
 the limb is taken out as well, and once the photo that explains most is: errors of neighbouring
 photos are alike, one photo may be held badly, and a sway is in all of them."""
-_MOVE = 6
-"""Numbers of a rigid motion."""
+_CLEARLY = 10.0
+"""Difference of Bayesian criteria that is very strong evidence (Kass and Raftery 1995)."""
+_MOVE, _SHIFT = 6, 3
+"""Numbers of a rigid motion, and of one without a turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +60,9 @@ class MovementOptions:
 
     false_alarm: float = 1e-5
     """Chance at which photos without any movement are said to show one."""
+    course_alarm: float = 1e-4
+    """The same of a step or a drift. Their test takes the noise to be that of the adjustments at
+    least, twice what most photos without movement show."""
     least_shift: float = 0.0003
     """Least shift of a photo's group, as a share of the distance of the cameras: less is below what
     the surface shows (0.45 mm from 1.5 m)."""
@@ -118,8 +124,7 @@ def movement_between(
         few = f"only {len(photos)} photos show enough of both"
         return BodyMotion.unknown(len(first.names), few)
     apart = _Apart.of(first, second, photos)
-    stepwise, drifting = _stepwise(apart, options), _drifting(apart, options)
-    found = drifting if drifting.told and drifting.criterion < stepwise.criterion else stepwise
+    found = _course(apart, options)
     if found.fit.unlikely < options.false_alarm and not lenses_known:
         reason = "the lens is not known closely enough to tell"
         return BodyMotion.unknown(len(first.names), reason, found.fit.unlikely)
@@ -203,6 +208,12 @@ class _Apart:
             distance=float(np.median(np.linalg.norm(there - middle, axis=1))),
         )
 
+    def without_turns(self) -> "_Apart":
+        """The same where the second body may shift, and turns nowhere."""
+        moves = self.moves.copy()
+        moves[:, :, :3] = 0.0
+        return replace(self, moves=moves)
+
     def fitted(self, courses: Float64[np.ndarray, "n m"]) -> "_Fit":
         """With one motion for each course: how much of it each photo shows."""
         count, size = len(self.photos), courses.shape[1]
@@ -259,8 +270,8 @@ class _Course:
     chance: float
     """That photos without movement look as much like it."""
 
-    motions: int
-    """Motions that it is made of."""
+    numbers: int
+    """Numbers that it is made of: six for each motion, three where nothing turns."""
 
     @property
     def told(self) -> bool:
@@ -269,7 +280,7 @@ class _Course:
     @property
     def criterion(self) -> float:
         """Bayesian information criterion (Schwarz 1978); the lower, the better explained."""
-        return self.fit.left + _MOVE * self.motions * float(np.log(5 * len(self.group)))
+        return self.fit.left + self.numbers * float(np.log(5 * len(self.group)))
 
 
 def _chance(before: _Fit, after: _Fit, tried: int) -> float:
@@ -279,6 +290,23 @@ def _chance(before: _Fit, after: _Fit, tried: int) -> float:
         return 1.0
     ratio = (before.left - after.left) / numbers / after.noise
     return min(1.0, tried * float(stats.f.sf(ratio, numbers, after.freedom)))
+
+
+def _course(apart: _Apart, options: MovementOptions) -> _Course:
+    """The steps or the drift that explain most, where the camera's way explains clearly less."""
+    stepwise, drifting = _stepwise(apart, options), _drifting(apart, options)
+    found = drifting if drifting.told and drifting.criterion < stepwise.criterion else stepwise
+    count = len(apart.photos)
+    if found.told and found.criterion > _round_the_limb(apart).criterion - _CLEARLY:
+        still = apart.fitted(np.zeros((count, 0)))
+        return _Course("still", still, np.zeros(count, np.int64), 1.0, 0)
+    return found
+
+
+def _round_the_limb(apart: _Apart) -> _Course:
+    """A motion that goes to and fro once, as the camera goes round."""
+    fit = apart.fitted(np.column_stack([np.cos(apart.around), np.sin(apart.around)]))
+    return _Course("still", fit, np.zeros(len(apart.photos), np.int64), 1.0, 2 * _MOVE)
 
 
 def _stepwise(apart: _Apart, options: MovementOptions) -> _Course:
@@ -297,14 +325,14 @@ def _stepwise(apart: _Apart, options: MovementOptions) -> _Course:
             break
         best, at = min(usable, key=lambda one: one[0].left)
         by_chance = _chance(fit, best, len(usable))
-        if by_chance > options.false_alarm:
+        if by_chance > options.course_alarm:
             break
         chance = min(chance, by_chance)
         borders.append(at)
         fit = best
     group = np.searchsorted(np.sort(np.array(borders, np.int64)), np.arange(count), side="right")
     return _Course(
-        "step" if borders else "still", fit, group.astype(np.int64), chance, len(borders)
+        "step" if borders else "still", fit, group.astype(np.int64), chance, _MOVE * len(borders)
     )
 
 
@@ -313,14 +341,22 @@ def _courses(count: int, borders: list[int]) -> Float64[np.ndarray, "n m"]:
 
 
 def _drifting(apart: _Apart, options: MovementOptions) -> _Course:
-    """An even movement from the first photo to the last."""
+    """An even movement from the first photo to the last, with a turn or without."""
     count = len(apart.photos)
     still = apart.fitted(np.zeros((count, 0)))
     even = np.array(apart.photos, float)[:, None]
-    fit = apart.fitted((even - even.mean()) / np.ptp(even))
-    chance = _chance(still, fit, 1)
-    told = chance <= options.false_alarm
-    return _Course("drift" if told else "still", fit, np.arange(count), chance, 1)
+    course = (even - even.mean()) / np.ptp(even)
+    fits = apart.fitted(course), apart.without_turns().fitted(course)
+    chances = [_chance(still, fit, len(fits)) for fit in fits]
+    best = int(np.argmin(chances))
+    told = chances[best] <= options.course_alarm
+    return _Course(
+        "drift" if told else "still",
+        fits[best],
+        np.arange(count),
+        chances[best],
+        (_MOVE, _SHIFT)[best],
+    )
 
 
 def _sways(apart: _Apart, still: _Fit, options: MovementOptions) -> bool:
@@ -328,7 +364,7 @@ def _sways(apart: _Apart, still: _Fit, options: MovementOptions) -> bool:
     one photo."""
     if still.unlikely >= options.false_alarm:
         return False
-    even = apart.fitted(np.column_stack([np.cos(apart.around), np.sin(apart.around)]))
+    even = _round_the_limb(apart).fit
     each = np.eye(len(apart.photos))
     but_one = min((apart.fitted(own[:, None]) for own in each), key=lambda fit: fit.left)
     return max(even.unlikely, but_one.unlikely) < _SPREAD
@@ -339,7 +375,7 @@ def _restless(apart: _Apart) -> _Course:
     count = len(apart.photos)
     still = apart.fitted(np.zeros((count, 0)))
     own = _Fit(0.0, 0, apart.rough - np.median(apart.rough, axis=0))
-    return _Course("restless", own, np.arange(count), still.unlikely, count)
+    return _Course("restless", own, np.arange(count), still.unlikely, _MOVE * count)
 
 
 def _told(apart: _Apart, course: _Course, photos: int, options: MovementOptions) -> BodyMotion:

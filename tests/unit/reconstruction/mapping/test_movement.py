@@ -118,6 +118,18 @@ def test_a_slow_drift_is_a_drift() -> None:
         assert abs(found.shift[0] + found.shift[-1] - np.hypot(6.0, 0.8)) < 0.7
 
 
+def test_a_drift_that_turns_nowhere_is_told_without_a_turn_and_one_that_turns_with_it() -> None:
+    drift = np.linspace(0, 1, PHOTOS)[:, None] * np.array([3.0, 0.0, 1.0])
+    for seed in range(10):
+        plain = seen(drift, seed)
+        assert plain.movement.kind == "drift"
+        np.testing.assert_allclose(plain.motions[:, :3], 0.0, atol=1e-8)
+    turned = seen(2 * drift, 1, turn_deg=0.5)
+    assert turned.movement.kind == "drift"
+    spread_deg = np.degrees(np.ptp(turned.motions[:, :3] @ [0.6, 0.0, 0.8]))
+    assert spread_deg == pytest.approx(0.5, abs=0.1)
+
+
 def test_a_limb_elsewhere_in_every_photo_is_restless() -> None:
     rng = np.random.default_rng(8)
     found = seen(rng.uniform(-4, 4, (PHOTOS, 3)), 3).movement
@@ -142,11 +154,12 @@ def test_one_photo_that_lies_elsewhere_is_no_sway() -> None:
 
 def test_errors_that_follow_the_camera_round_are_no_sway_and_dealt_otherwise_they_are() -> None:
     turn = np.linspace(0, 2 * np.pi, PHOTOS, endpoint=False)[:, None]
-    even = 0.45 * (np.cos(turn) + np.sin(turn)) * np.array([0.0, 0.0, 1.0])
+    even = (np.cos(turn) + np.sin(turn)) * np.array([0.0, 0.0, 1.0])
     dealt = np.random.default_rng(3).permutation(PHOTOS)
     for seed in range(3):
-        assert seen(even, seed).movement.kind == "still"
-        assert seen(even[dealt], seed).movement.kind == "restless"
+        assert seen(0.45 * even, seed).movement.kind == "still"
+        assert seen(0.6 * even, seed).movement.kind == "still"
+        assert seen(0.45 * even[dealt], seed).movement.kind == "restless"
 
 
 def test_what_a_lens_that_is_not_known_may_cause_is_not_called_movement() -> None:
