@@ -9,6 +9,10 @@ Method  Limb, room and board are three bodies. The first two place the photos (`
         looked for that locates the corners for itself with half of the misses or less in every one
         of its photos. Photos of a board that keeps still hold no such run. Photos beside the run
         that agree with it are kept as well.
+        Corners that only one of two runs shows contradict nothing, wherever the board lay. Where
+        two runs have less than half of their corners in common, the board's known shape, laid on
+        the corners that the larger run locates, foretells the others: the smaller run is kept only
+        where it agrees with these.
 Limits  A push by less than the misses of a still board, and a board that moves in every photo, are
         not told here; the corners' own tests refuse the latter.
 """
@@ -20,6 +24,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float64
 
+from limbgram.core.geometry.arrays import Points3
+from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
 from limbgram.reconstruction.mapping.scene import Scene
@@ -34,6 +40,11 @@ _KEPT_STILL_PX = 0.35
 _HALVED = 0.5
 _FEWEST_ASIDE = 3
 """One or two photos that contradict the others are left out by the corners' own tests."""
+_IN_COMMON = 0.5
+"""Share of the corners of the run with fewer that two runs have in common, from which the corners'
+misses compare both."""
+_LEAST_BREADTH = 0.1
+"""Corners that lie more nearly on one line than this, breadth to length, foretell no others."""
 
 
 def without_pushed_board(scene: Scene, detections: BoardDetections) -> BoardDetections:
@@ -43,15 +54,22 @@ def without_pushed_board(scene: Scene, detections: BoardDetections) -> BoardDete
         (one for one in detections.photos if one.name in index), key=lambda one: index[one.name]
     )
     seen = [_Seen(one, scene.view(index[one.name])) for one in shown]
-    agree = _agreeing(seen, len(detections.corners_mm))
-    aside = [one.photo.name for one, agrees in zip(seen, agree, strict=True) if not agrees]
+    kept = _agreeing(seen, detections.corners_mm)
+    if kept.agree.all():
+        kept = _by_its_shape(seen, detections.corners_mm)
+    aside = [one.photo.name for one, agrees in zip(seen, kept.agree, strict=True) if not agrees]
     if len(aside) < _FEWEST_ASIDE:
         return detections
-    changes = [k for k in range(1, len(seen)) if agree[k] != agree[k - 1]]
-    pushes = [f"between {seen[k - 1].photo.name} and {seen[k].photo.name}" for k in changes]
+    changes = [k for k in range(1, len(seen)) if kept.agree[k] != kept.agree[k - 1]]
+    pushes = " and ".join(
+        f"between {seen[k - 1].photo.name} and {seen[k].photo.name}" for k in changes
+    )
+    others = f"the {len(seen) - len(aside)} photos that set the scale"
     reason = (
-        f"its board lies elsewhere than in the {len(seen) - len(aside)} photos that set the scale: "
-        f"it was pushed {' and '.join(pushes)}"
+        f"its board lies elsewhere than in {others}: it was pushed {pushes}"
+        if kept.sure
+        else f"it shows other corners of the board than {others}, and these are too few to tell "
+        f"whether the board was pushed {pushes}"
     )
     return replace(
         detections,
@@ -68,35 +86,119 @@ class _Seen:
     view: View
 
 
-def _agreeing(seen: Sequence[_Seen], corners: int) -> Bool[np.ndarray, " n"]:
+@dataclass(frozen=True)
+class _Kept:
+    """Which photos agree on where the board lies; and whether the others are known not to."""
+
+    agree: Bool[np.ndarray, " n"]
+    sure: bool = True
+
+    @classmethod
+    def all_of(cls, seen: Sequence[_Seen]) -> "_Kept":
+        return cls(np.ones(len(seen), bool))
+
+
+def _agreeing(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
     """Photos that agree with the longest run that agrees with itself; all where none is needed."""
     count = len(seen)
-    together_px = _misses_px(seen, seen, corners).max() if count > _FEWEST else 0.0
+    together_px = _worst(_misses_px(seen, _places(seen, corners_mm))) if count > _FEWEST else 0.0
     if not together_px > _KEPT_STILL_PX:
-        return np.ones(count, bool)
+        return _Kept.all_of(seen)
     for length in range(count - 1, max(_FEWEST, math.ceil(_LEAST_SHARE * count)) - 1, -1):
         runs = [seen[first : first + length] for first in range(count - length + 1)]
-        worst_px = [float(_misses_px(run, run, corners).max()) for run in runs]
+        worst_px = [_worst(_misses_px(run, _places(run, corners_mm))) for run in runs]
         best = int(np.argmin(worst_px))
         if worst_px[best] < _HALVED * together_px:
-            misses_px = _misses_px(seen, runs[best], corners)
-            return misses_px < max(_HALVED * together_px, 2.0 * worst_px[best])
-    return np.ones(count, bool)
+            places = _places(runs[best], corners_mm)
+            misses_px = _misses_px(seen, places)
+            unknown = np.isnan(misses_px)
+            misses_px[unknown] = _misses_px(seen, _completed(places, corners_mm))[unknown]
+            return _Kept(misses_px < max(_HALVED * together_px, 2.0 * worst_px[best]))
+    return _Kept.all_of(seen)
 
 
-def _misses_px(
-    seen: Sequence[_Seen], by: Sequence[_Seen], corners: int
-) -> Float64[np.ndarray, " n"]:
-    """Of each photo the median distance between its corners and where others locate them."""
-    ids = np.concatenate([one.photo.ids for one in by])
-    xy_px = np.concatenate([one.photo.xy_px for one in by])
-    lengths = [len(one.photo.ids) for one in by]
-    view_idx = np.repeat(np.arange(len(by), dtype=np.int32), lengths)
-    views = [one.view for one in by]
-    places = triangulate(views, view_idx, ids, xy_px, corners).points_in_world
-    misses_px = np.zeros(len(seen))
+def _by_its_shape(seen: Sequence[_Seen], corners_mm: Points3) -> _Kept:
+    """Of two runs that hardly show the same corners the larger one, where the other one lies
+    elsewhere by the board's shape, or nothing foretells where; all where no runs are so."""
+    count = len(seen)
+    worst, kept = (_KEPT_STILL_PX, 0), _Kept.all_of(seen)
+    for border in range(_FEWEST_ASIDE, count - _FEWEST_ASIDE + 1):
+        runs = [_Run.of(range(border), seen, corners_mm)]
+        runs.append(_Run.of(range(border, count), seen, corners_mm))
+        smaller, larger = sorted(runs, key=lambda one: one.size)
+        common = int((smaller.located & larger.located).sum())
+        if smaller.size[0] == 0 or common >= _IN_COMMON * smaller.size[0]:
+            continue
+        foretold = _completed(larger.places, corners_mm)
+        misses_px = _misses_px([seen[k] for k in smaller.photos], foretold)
+        off_px = math.inf if np.isnan(misses_px).all() else float(np.nanmean(misses_px))
+        explained = smaller.corners_seen + larger.corners_seen
+        if (off_px, explained) > worst:
+            agree = np.isin(np.arange(count), np.array(larger.photos))
+            worst, kept = (off_px, explained), _Kept(agree, sure=math.isfinite(off_px))
+    return kept
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Photos that follow each other, and where they locate the corners."""
+
+    photos: range
+    places: Points3
+    corners_seen: int
+    """In all photos together, of those that are located."""
+
+    @classmethod
+    def of(cls, photos: range, seen: Sequence[_Seen], corners_mm: Points3) -> "_Run":
+        own = [seen[k] for k in photos]
+        places = _places(own, corners_mm)
+        ids = np.concatenate([one.photo.ids for one in own])
+        return cls(photos, places, int((~np.isnan(places[ids, 0])).sum()))
+
+    @property
+    def located(self) -> Bool[np.ndarray, " c"]:
+        return ~np.isnan(self.places[:, 0])
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Corners, and photos."""
+        return int(self.located.sum()), len(self.photos)
+
+
+def _places(seen: Sequence[_Seen], corners_mm: Points3) -> Points3:
+    """Where these photos locate the corners; NaN where they do not."""
+    ids = np.concatenate([one.photo.ids for one in seen])
+    xy_px = np.concatenate([one.photo.xy_px for one in seen])
+    lengths = [len(one.photo.ids) for one in seen]
+    view_idx = np.repeat(np.arange(len(seen), dtype=np.int32), lengths)
+    views = [one.view for one in seen]
+    return triangulate(views, view_idx, ids, xy_px, len(corners_mm)).points_in_world
+
+
+def _completed(places: Points3, corners_mm: Points3) -> Points3:
+    """With the corners that were not located where the board's shape has them."""
+    known = ~np.isnan(places[:, 0])
+    if known.sum() < _FEWEST:
+        return places
+    off = corners_mm[known] - corners_mm[known].mean(axis=0)
+    length, breadth = np.linalg.svd(off, compute_uv=False)[:2]
+    if breadth < _LEAST_BREADTH * length:
+        return places
+    pose = fit_similarity(corners_mm[known], places[known])
+    return np.where(known[:, None], places, pose.apply(corners_mm))
+
+
+def _misses_px(seen: Sequence[_Seen], places: Points3) -> Float64[np.ndarray, " photos"]:
+    """Of each photo the median distance between its corners and these; NaN where none is known."""
+    misses_px = np.full(len(seen), np.nan)
     for k, one in enumerate(seen):
         off = np.linalg.norm(one.view.project(places[one.photo.ids]) - one.photo.xy_px, axis=1)
         known = off[np.isfinite(off)]
-        misses_px[k] = np.median(known) if len(known) else 0.0
+        if len(known):
+            misses_px[k] = np.median(known)
     return misses_px
+
+
+def _worst(misses_px: Float64[np.ndarray, " photos"]) -> float:
+    """Of those that are known."""
+    return float(np.nan_to_num(misses_px).max())

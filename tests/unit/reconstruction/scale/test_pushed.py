@@ -86,3 +86,55 @@ def test_what_the_scene_is_measured_in_does_not_matter(capture: Capture) -> None
     here = without_pushed_board(capture.scene, detections)
     there = without_pushed_board(elsewhere, detections)
     assert [one.name for one in here.photos] == [one.name for one in there.photos]
+
+
+def showing(detections: BoardDetections, columns: dict[int, range]) -> BoardDetections:
+    """Each photo from these on shows these columns of the board's corners alone."""
+    across, photos = detections.board.inner[0], list(detections.photos)
+    for first, shown in columns.items():
+        for k in range(first, len(photos)):
+            whole = detections.photos[k]
+            rows = np.isin(whole.ids % across, list(shown))
+            photos[k] = replace(
+                whole,
+                ids=whole.ids[rows],
+                xy_px=whole.xy_px[rows],
+                sigmas_px=whole.sigmas_px[rows],
+            )
+    return replace(detections, photos=tuple(photos))
+
+
+LEFT_THEN_RIGHT = {0: range(3), 7: range(3, 6)}
+
+
+@pytest.mark.parametrize("shift_mm", [0.5, 2.0, 8.0])
+@pytest.mark.parametrize("columns", [LEFT_THEN_RIGHT, {0: range(4), 7: range(3, 6)}])
+def test_a_push_between_photos_of_other_corners_is_told_by_the_shape(
+    capture: Capture, shift_mm: float, columns: dict[int, range]
+) -> None:
+    """Corners that only one run shows contradict nothing, wherever the board lay."""
+    detections = showing(pushed(capture, {7: shift_mm}, turn_deg=0.1), columns)
+    agreeing = without_pushed_board(capture.scene, detections)
+    assert [one.photo_idx for one in agreeing.photos] == list(range(7))
+    assert "was pushed between photo06.jpg and photo07.jpg" in agreeing.set_aside[0].reason
+    assert abs(scale_error(capture, detections)) < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_photos_of_other_corners_of_a_still_board_are_kept(capture: Capture, seed: int) -> None:
+    for columns in (
+        LEFT_THEN_RIGHT,
+        {0: range(2), 5: range(2, 6)},
+        {0: range(4), 9: range(4, 6)},
+        {0: range(1), 7: range(1, 6)},
+    ):
+        found = showing(capture.detections(noise_px=0.1, seed=seed), columns)
+        assert without_pushed_board(capture.scene, found) is found
+
+
+def test_where_nothing_foretells_the_other_corners_they_are_not_taken(capture: Capture) -> None:
+    """One column of corners lies on a line: the board may be turned about it."""
+    found = showing(capture.detections(noise_px=0.1), {0: range(1), 7: range(4, 5)})
+    agreeing = without_pushed_board(capture.scene, found)
+    assert [one.photo_idx for one in agreeing.photos] == list(range(7))
+    assert "too few to tell whether the board was pushed" in agreeing.set_aside[0].reason
