@@ -237,8 +237,9 @@ def foreign_camera(given_px: float, shown_px: float, shown_by: str) -> str:
     return (
         f"The camera file is not that of these photos: its focal length is {given_px:.0f} px, "
         f"where {shown_by} about {shown_px:.0f} px. It was made with another camera, lens, zoom or "
-        "focus. Give the file of the camera and lens that took the photos, made at the same zoom, "
-        "or give none."
+        "focus, or the zoom was changed between the photos. Give the file of the camera and lens "
+        "that took the photos, made at the same zoom, or give none; take the photos again where "
+        "some show the limb larger than others do from the same place."
     )
 
 
