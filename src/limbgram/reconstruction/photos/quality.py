@@ -106,6 +106,25 @@ def remarks(photos: PhotoSet, options: QualityOptions = DEFAULTS) -> tuple[Remar
     return (*found, *_of_other_lenses(photos, options))
 
 
+def _strange(photos: PhotoSet, idx: int, most: int, others: int) -> str:
+    """What is said of a photo of a camera that hardly any other photo is of."""
+    own, usual = photos.cameras[idx], photos.cameras[most]
+    size, usual_size = (f"{one.width_px} x {one.height_px}" for one in (own, usual))
+    if own.label == usual.label and (own.height_px, own.width_px) == (
+        usual.width_px,
+        usual.height_px,
+    ):
+        return (
+            f"{size}, where {others} others are {usual_size}: a program has turned its pixels by a "
+            "quarter, and so it counts as of another camera. Send photos as the phone took them, "
+            "upright and lengthwise"
+        )
+    return (
+        f"taken with {own.label}, {size}, where {others} others are of {usual.label}, "
+        f"{usual_size}: so few photos tell little about a lens. Stay with one lens and zoom"
+    )
+
+
 def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Remark]:
     """Photos whose files tell another lens, zoom or focus than those of nearly all others."""
     counts = np.bincount([photo.camera_idx for photo in photos.photos])
@@ -115,13 +134,7 @@ def _of_other_lenses(photos: PhotoSet, options: QualityOptions) -> Iterator[Rema
     for photo in photos.photos:
         idx, exif = photo.camera_idx, photo.exif
         if idx != most and counts[idx] <= options.max_strange_share * len(photos.photos):
-            size = f"{photo.width_px} x {photo.height_px}"
-            text = (
-                f"taken with {photos.cameras[idx].label}, {size}, where {counts[most]} others are "
-                f"of {photos.cameras[most].label}: so few photos tell little about a lens. Stay "
-                "with one lens and zoom"
-            )
-            yield Remark(photo.name, text)
+            yield Remark(photo.name, _strange(photos, idx, most, int(counts[most])))
         elif exif.focal_mm is not None and exif.subject_m is not None:
             # A thin lens: the principal distance is f D / (D - f).
             focal_m = exif.focal_mm / 1000

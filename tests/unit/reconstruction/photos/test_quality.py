@@ -131,3 +131,22 @@ def test_a_photo_of_another_lens_or_focus_is_named() -> None:
     assert "its lens is 1.1% longer" in told[1].text
     halves = PhotoSet(tuple(photo(k, k % 2) for k in range(10)), cameras)
     assert remarks(halves) == ()
+
+
+def test_a_photo_whose_pixels_were_turned_is_not_called_another_lens() -> None:
+    def photo(number: int, width_px: int, height_px: int, camera_idx: int) -> Photo:
+        return Photo(
+            name=f"{number}.jpg", path=Path(f"{number}.jpg"), width_px=width_px,
+            height_px=height_px, exif=Exif(model="Phone"), sha256=str(number),
+            camera_idx=camera_idx,
+        )  # fmt: skip
+
+    cameras = tuple(
+        CameraGroup(label="Phone, 5.7 mm", width_px=width, height_px=height, exif=Exif())
+        for width, height in ((400, 300), (300, 400))
+    )
+    usual = [photo(k, 400, 300, 0) for k in range(10)]
+    (told,) = remarks(PhotoSet((*usual, photo(10, 300, 400, 1)), cameras))
+    assert told.name == "10.jpg"
+    assert told.text.startswith("300 x 400, where 10 others are 400 x 300: a program has turned")
+    assert "lens" not in told.text
