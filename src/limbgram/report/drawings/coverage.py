@@ -35,6 +35,8 @@ _WIDTH_IN, _HEIGHT_IN = 10.6, 4.7
 _LETTERS = 8
 _HIGHEST_DEG, _LOWEST_DEG = 90.0, -30.0
 _OUTER, _INNER = 1.0, 0.42
+_CLEAR = 0.2
+"""Between a label and the middle of a photo's circle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,10 +120,11 @@ def _ring(axes: Axes, marks: Sequence[StandMark]) -> None:
     axes.set_ylim(-1.28, 1.28)
     axes.set_aspect("equal")
     axes.axis("off")
+    places = [_at(one.stand.azimuth_deg, _reach(one.stand.elevation_deg)) for one in marks]
     for elevation_deg, words in ((0.0, "level"), (45.0, "45° up")):
         radius = _reach(elevation_deg)
         axes.add_patch(Circle((0, 0), radius, fill=False, ec=FAINT, lw=0.7, ls=(0, (4, 3))))
-        x, y = _at(-15.0, radius)
+        x, y = _free_place(radius, places)
         axes.text(
             x, y, words, fontsize=6.5, color=PALE_INK, ha="center", va="center", backgroundcolor="w"
         )
@@ -135,9 +138,8 @@ def _ring(axes: Axes, marks: Sequence[StandMark]) -> None:
         "does not count": {"fc": "white", "ec": DOUBT, "ls": "-", "text": DOUBT},
         "to add": {"fc": "#DFEFF3", "ec": ACT, "ls": (0, (2, 1.2)), "text": ACT},
     }
-    for mark in marks:
+    for mark, place in zip(marks, places, strict=True):
         style = styles[mark.kind]
-        place = _at(mark.stand.azimuth_deg, _reach(mark.stand.elevation_deg))
         axes.add_patch(
             Circle(place, 0.085, fc=style["fc"], ec=style["ec"], ls=style["ls"], lw=1.3, zorder=3)
         )
@@ -172,6 +174,13 @@ def _reach(elevation_deg: float) -> float:
     """Distance from the middle: high cameras stand near to it."""
     share = (elevation_deg - _LOWEST_DEG) / (_HIGHEST_DEG - _LOWEST_DEG)
     return _OUTER - (_OUTER - _INNER) * min(max(share, 0.0), 1.0)
+
+
+def _free_place(radius: float, taken: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Between two hours, where no photo stands near; near 12 o'clock if that is free."""
+    tried = [_at(-15.0 - 30.0 * k, radius) for k in range(12)]
+    off = [min((math.dist(one, other) for other in taken), default=math.inf) for one in tried]
+    return next((one for one, far in zip(tried, off) if far > _CLEAR), tried[int(np.argmax(off))])
 
 
 def _at(azimuth_deg: float, radius: float) -> tuple[float, float]:
