@@ -162,6 +162,29 @@ def test_relief_that_stays_high_at_short_waves_is_told_to_be_lost(
     assert 0.8 < np.mean(ratios) < 1.35
 
 
+@pytest.mark.parametrize(
+    ("growth", "shortest_mm", "least"), [(1.0, 4.0, 0.8), (0.2, 2.5, 1.0), (0.0, 2.5, 1.0)]
+)
+def test_a_line_gets_back_what_wrinkles_lost(
+    growth: float, shortest_mm: float, least: float
+) -> None:
+    """Told as usual relief, wrinkles would give back two thirds of what they lost."""
+    truly: list[float] = []
+    told: list[np.ndarray] = []
+    for seed in range(2):
+        found = solved(0.1, seed, 0.3, shortest_mm, growth=growth)
+        lift, inside = found.mesh.vertices_mm[:, 2], _inside()
+        whole, left = (
+            _squared_slope(found, one)[inside].mean() for one in (lift - found.errors_mm, lift)
+        )
+        truly.append((whole - left) / 4)
+        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
+        told.append(lost[inside].mean(0))
+    expected, sigma = np.mean(told, axis=0)
+    assert abs(expected - np.mean(truly)) < 1.96 * sigma
+    assert least < expected / np.mean(truly) < 1.8
+
+
 def _squared_slope(found: Solved, lift: np.ndarray) -> np.ndarray:
     """Mean over each vertex's faces of the squared gradient, from the faces' corners."""
     mesh = found.mesh
