@@ -6,7 +6,8 @@ Rendered captures, and captures of the generator by a camera and by a phone from
 reconstructed with the camera file of its board photos; without it, the lens found from the photos
 of the limb alone; and without board as well, the scale from printed scale bars, or from one length
 on the limb that a tape measured. A tape is wrong by 0.5 mm (one sigma, drawn by the seed), its ends
-are picked by hand to 0.7 px in the photos that show them. All against the exact truth.
+are picked by hand to 0.7 px in the photos that show them. All against the exact truth. What is made
+anew takes the place of what OUT holds; each line keeps its commit.
 
 One tape is one draw, and every vertex shares its error. So the scene of the taped case is scaled by
 a hundred more tapes, each read and picked anew, and the error of its size is held against the sigma
@@ -87,13 +88,15 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = chosen.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        results: Result = {"machine": machine(), "captures": {}}
+        results: Result = json.loads(chosen.out.read_text()) if chosen.out.exists() else {}
+        results = {"captures": {}} | results | {"machine": machine()}
         for name, source, options in _captures(chosen, folder):
             found: Result = results["captures"].setdefault(name, {})
             for way, words in _ways(source, folder / source.name, options):
                 sys.stderr.write(f"{name}: {way}\n")
                 case = folder / source.name / way.replace(", ", "_").replace(" ", "-")
-                found[way] = _one(source, case, words)
+                made = {"commit": results["machine"]["commit"][:12]}
+                found[way] = _one(source, case, words) | made
                 if options is not None and "--known-distance" in words:
                     found[way]["tapes"] = _more_tapes(source, case, _Taped.of(options))
                 chosen.out.write_text(json.dumps(results, indent=1) + "\n")
@@ -238,13 +241,14 @@ def _one(source: Path, case: Path, words: list[str]) -> Result:
 
 def _page(results: Result) -> str:
     heads = ("capture", "given", "RMS mm", "95 % mm", "expected RMS mm", "of it cameras mm",
-             "scale", "worst girth mm", "error / sigma", "verdict")  # fmt: skip
+             "scale", "worst girth mm", "error / sigma", "verdict", "commit")  # fmt: skip
     rows = []
     for name, ways in results["captures"].items():
         for way, one in ways.items():
             if "rms_mm" not in one:
                 told = one["message"].strip().splitlines()[-1:] or [""]
-                rows.append((name, way, *[""] * 7, f"exit {one['exit_code']}: {told[0][:80]}"))
+                refused = f"exit {one['exit_code']}: {told[0][:80]}"
+                rows.append((name, way, *[""] * 7, refused, one["commit"]))
                 continue
             cameras = next((mm for part, mm in one["budget_mm"].items() if "camera" in part), None)
             rows.append(
@@ -259,6 +263,7 @@ def _page(results: Result) -> str:
                     "" if one["worst_girth_mm"] is None else f"{one['worst_girth_mm']:.2f}",
                     "" if one["error_over_sigma"] is None else f"{one['error_over_sigma']:.2f}",
                     one["light"],
+                    one["commit"],
                 )
             )
     said = [
