@@ -25,6 +25,7 @@ Fails   never: a cell that fewer than two photos see has no sigma.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -106,6 +107,23 @@ class Showing:
 def cosines_of(proxy: LimbProxy, views: Sequence[View]) -> Float64[np.ndarray, "n v"]:
     """Between normal and ray, by cell and view; 0 where a photo does not show the cell."""
     return np.concatenate(list(incidences(proxy.mesh, views, _GRAZING_DEG))).astype(float)
+
+
+def narrowest_deg(
+    proxy: LimbProxy, views: Sequence[View], max_incidence_deg: float
+) -> Float64[np.ndarray, " n"]:
+    """Least angle between the rays of two photos that show a cell squarely; inf where none do."""
+    narrowest = np.full(len(proxy.mesh), np.inf)
+    if len(views) < 2:
+        return narrowest
+    sees = cosines_of(proxy, views) >= np.cos(np.radians(max_incidence_deg))
+    rays = np.array([one.centre_in_world for one in views]) - proxy.mesh.vertices_mm[:, None]
+    rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+    for one, other in combinations(range(len(views)), 2):
+        cosine = np.clip((rays[:, one] * rays[:, other]).sum(axis=1), -1.0, 1.0)
+        apart = np.where(sees[:, one] & sees[:, other], np.degrees(np.arccos(cosine)), np.inf)
+        narrowest = np.minimum(narrowest, apart)
+    return narrowest
 
 
 def chosen_for(
