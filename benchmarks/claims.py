@@ -157,6 +157,8 @@ def intervals() -> str:
         "sparse": "8 % painted",
         "patchy": "half of the paint left out in patches",
         "wrinkled": "15 % painted, wrinkles down to 3 mm",
+        "shapes": "scans of other limbs, dense to little paint",
+        "skin": "knit, veins, scars and wrinkles",
     }
     heads = ("captures", "figure", "interval holds", "states too little", "states too much",
              "mean error / sigma", "RMS error / sigma")  # fmt: skip
