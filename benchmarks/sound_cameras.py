@@ -167,9 +167,9 @@ def _page(result: dict[str, Any]) -> str:
     sound = sum(not one["faulty"] for one in result["captures"].values())
     told = (
         f"{len(false)} of {sound} captures by sound cameras were given lenses of single photos"
-        f"{': ' + '; '.join(false) if false else ''}. Cells: fall of the sum of squares, and "
-        "per number; a kind is set free where that is beyond chance and beyond what two bodies "
-        "explain."
+        f"{': ' + '; '.join(false) if false else ''}. Cells: by how much the sum of squares would "
+        "fall, less two a number, and (in brackets) the whole fall per number; a kind is set free "
+        "where that is beyond chance and beyond what two bodies explain, less two a number as well."
     )
     heads = ("capture", "placed", "sigma px", *_ASKED, "two bodies", "set free")
     parts = ("# Sound cameras", made_on(result["machine"]), told, table(heads, rows))
