@@ -288,6 +288,8 @@ const TEXTS = {
   "remark.underexposed": ["underexposed", "unterbelichtet"],
   "remark.mirrored": ["mirrored", "gespiegelt"],
   "remark.lens": ["another lens or zoom", "anderes Objektiv oder Zoom"],
+  "remark.zoomed": ["zoomed or focused anew", "gezoomt oder neu scharfgestellt"],
+  "remark.turned": ["turned by a program", "von einem Programm gedreht"],
   "find.ring": ["Ring: closed all round", "Ring: rundum geschlossen"],
   "find.ring.none": ["Ring: no photo has its place yet", "Ring: noch kein Foto hat seinen Platz"],
   "find.ring.gap": ["Ring: widest gap {0}°", "Ring: größte Lücke {0}°"],

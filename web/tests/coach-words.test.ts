@@ -34,5 +34,6 @@ test("what the figures do not tell is the server's own sentence", async () => {
   expect(coachWords(ANSWER as never).lead).toBe("NOT YET: in English");
   expect(coachWords({ ...ANSWER, go: true } as never).lead).toMatch(/^GO/);
   expect(remarkWords("blurred: edges 5 px wide")).toBe("unscharf");
+  expect(remarkWords("480 x 720, where 11 others are 720 x 480: a program has turned its pixels by a quarter")).toBe("von einem Programm gedreht");
   expect(remarkWords("something else")).toBe("something else");
 });

@@ -53,6 +53,8 @@ const REMARKS: readonly [RegExp, TextKey][] = [
   [/^underexposed/, "remark.underexposed"],
   [/^stored mirrored/, "remark.mirrored"],
   [/^taken with/, "remark.lens"],
+  [/a program has turned its pixels/, "remark.turned"],
+  [/focal length is (longer|shorter)/, "remark.zoomed"],
 ];
 
 /** What is wrong with a photo, shortly where it is one of the usual things. */

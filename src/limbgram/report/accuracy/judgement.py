@@ -335,20 +335,24 @@ def _scale(figures: Figures) -> tuple[Criterion, ...]:
         SCALE_SIGMA.judge(
             two_sigma,
             f"The scale is known to {two_sigma:.3f} % (limit {SCALE_SIGMA.green} %)"
-            + (_stretched(lengths.board_stretch) if two_sigma > SCALE_SIGMA.green else "."),
+            + (_surer(figures) if two_sigma > SCALE_SIGMA.green else "."),
         ),
     )
 
 
-def _stretched(stretch: float) -> str:
-    """What a board says of its print that is longer one way than the other."""
+def _surer(figures: Figures) -> str:
+    """Why no more is known of the scale, and what would tell more."""
+    stretch = figures.lengths.board_stretch
     if stretch == 0:
-        return "."
+        return ". Show a board in more photos, or tape a longer distance, or more of them."
     longer, shorter = ("x", "y") if stretch > 0 else ("y", "x")
-    return (
+    said = (
         f": the board is {100 * abs(stretch):.2f} % longer along its {longer} than along its "
-        f"{shorter}. Measure both on the print, and print it again at 100 %."
+        f"{shorter}. "
     )
+    if figures.movement is not None and figures.movement.alone:
+        return f"{said}It stood beside a limb that moved, which may be why. Photograph it again."
+    return f"{said}Measure both on the print, and print it again at 100 %."
 
 
 def _independent(figures: Figures) -> Iterator[Criterion]:

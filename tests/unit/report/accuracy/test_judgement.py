@@ -152,6 +152,9 @@ def test_a_board_stretched_one_way_is_amber_and_the_reason_is_told(
     assert tree.light == "amber"
     assert "known to 0.200 % (limit 0.1 %): the board is 0.20 % longer along its y" in tree.headline
     assert tree.figures.lengths.board_stretch == -0.002
+    unsure = replace(metric.scale, board_stretch=0.0, relative_sigma=0.003)
+    taped = assess(replace(with_sigmas, metric=replace(metric, scale=unsure)))
+    assert any(one.endswith("or tape a longer distance, or more of them.") for one in taped.reasons)
     true = replace(metric.scale, board_stretch=0.0002, relative_sigma=0.0001)
     fine = assess(replace(with_sigmas, metric=replace(metric, scale=true)))
     assert fine.light == "green"

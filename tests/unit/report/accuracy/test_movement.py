@@ -136,6 +136,18 @@ def test_a_limb_that_moved_is_amber_where_it_alone_places_the_photos(
     assert found.tree["movement"]["photos"] == list(names[-len(names) // 2 :])
 
 
+def test_a_board_beside_a_limb_that_moved_is_not_sent_to_the_printer(
+    with_sigmas: Evidence,
+) -> None:
+    metric = with_sigmas.metric
+    scale = replace(metric.scale, board_stretch=0.0016, relative_sigma=0.0008)
+    unsure = replace(with_sigmas, metric=replace(metric, scale=scale))
+    moved = replace(movement(shifts(with_sigmas, 4.0)), alone=True)
+    (said,) = [one for one in assessed(unsure, moved).reasons if "longer along its x" in one]
+    assert "a limb that moved" in said
+    assert "print it again" not in said
+
+
 def test_otherwise_it_is_red_from_a_millimetre(with_sigmas: Evidence) -> None:
     for size_mm, light in ((0.9, "amber"), (1.1, "red")):
         assert assessed(with_sigmas, movement(shifts(with_sigmas, size_mm))).light == light
