@@ -11,7 +11,7 @@ from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cli.captures import DEFAULT_BOARD, parse_board
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.synthetic import CaptureOptions, Turning, make_capture
+from limbgram.synthetic import CaptureOptions, TurnedOver, Turning, make_capture
 from limbgram.synthetic.capture import Capture
 
 pytestmark = pytest.mark.slow
@@ -74,3 +74,17 @@ def test_a_board_that_stands_still_tells_no_size(tmp_path: Path) -> None:
     found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
     assert not found.go
     assert any("stands still" in text for text in found.findings), found.findings
+
+
+def test_a_cast_that_was_turned_over_is_placed_in_both_poses(tmp_path: Path) -> None:
+    options = replace(
+        OPTIONS, seed=72, photos=32, width_px=700, height_px=467, coverage=0.55,
+        turning=TurnedOver(),
+    )  # fmt: skip
+    capture = make_capture(tmp_path / "capture", options)
+    board = parse_board(DEFAULT_BOARD)
+    found = check_sources(list(capture.photos), [lens_of(capture)], board, Run())
+    assert sum(one.placed for one in found.photos) == options.photos, found.headline
+    (said,) = [one for one in found.notes if "turned over" in one]
+    names = [photo.name for photo in capture.photos]
+    assert f"{names[0]} to {names[15]} and {names[16]} to {names[-1]}" in said

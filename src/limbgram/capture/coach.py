@@ -55,11 +55,12 @@ from limbgram.reconstruction.features.detection import (
     Keypoints,
     detect,
 )
-from limbgram.reconstruction.mapping.ring import place
+from limbgram.reconstruction.mapping.ring import MappingOptions
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.matching.matching import (
     Candidate,
     MatchedPair,
+    Matches,
     joined,
     match_pairs,
     pairs_worth_matching,
@@ -75,14 +76,14 @@ from limbgram.reconstruction.photos.quality import (
     edge_width_px,
     remarks,
 )
-from limbgram.reconstruction.poses import Poses, board_of_object
+from limbgram.reconstruction.poses import Poses, board_of_object, place_object
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import Board
 from limbgram.reconstruction.targets.finding import find_board
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
-from limbgram.reconstruction.twoview.verification import verify
+from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
 _FEWEST_LIMB_POINTS = 50
 _ABOVE_FLOOR_MM = 3.0
@@ -287,14 +288,18 @@ class Coach:
             still = run(find_still, features)
             features = still.moving(features)
             self._forget_changed(small, still)
-            pairs = self._pairs(small, features, cameras, run)
-            scene = run(place, small, features, pairs, cameras)
+            matches, pairs = self._pairs(small, features, cameras, run)
+            detections = None if self._board is None else run(find_board, small, self._board)
+            mapping, twoview = MappingOptions(), TwoViewOptions()
+            placed = place_object(
+                small, features, matches, pairs, cameras, detections, run, mapping, twoview
+            )
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, str(refusal), options)
         findings: list[str] = []
-        detections = None if self._board is None else run(find_board, small, self._board)
-        if detections is not None and still.groups:
-            detections = board_of_object(detections, still, Poses())
+        scene, poses = placed.scene, placed.poses
+        if detections is not None and (still.groups or poses.sides):
+            detections = board_of_object(detections, still, poses)
         board_photos = None if detections is None else len(detections.photos)
         try:
             metric = to_millimetres(scene, detections, (), cameras=cameras)
@@ -315,7 +320,8 @@ class Coach:
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = _Seen(photos, small, metric, limb, looked_at, found)
         answer = _answer(seen, findings, board_photos, options)
-        return replace(answer, notes=(*answer.notes, *_turning_notes(still)))
+        turned = _turned_over_notes(poses, small)
+        return replace(answer, notes=(*answer.notes, *_turning_notes(still), *turned))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new ones are looked for."""
@@ -345,8 +351,10 @@ class Coach:
             self._matched = {k: v for k, v in self._matched.items() if not changed & {*k}}
             self._verified = {k: v for k, v in self._verified.items() if not changed & {*k}}
 
-    def _pairs(self, small: PhotoSet, features: Features, cameras: Cameras, run: Run) -> Pairs:
-        """Verified pairs; only those that were not compared before are matched."""
+    def _pairs(
+        self, small: PhotoSet, features: Features, cameras: Cameras, run: Run
+    ) -> tuple[Matches, Pairs]:
+        """Matches and verified pairs; only what was not compared before is matched."""
 
         def named(first: int, second: int) -> tuple[str, str]:
             return small.photos[first].sha256, small.photos[second].sha256
@@ -369,7 +377,7 @@ class Coach:
             if kept is not None:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))
-        return Pairs(tuple(verified), matches.pairs_tried - len(verified))
+        return matches, Pairs(tuple(verified), matches.pairs_tried - len(verified))
 
 
 def _turning_notes(still: Still) -> tuple[str, ...]:
@@ -381,6 +389,17 @@ def _turning_notes(still: Still) -> tuple[str, ...]:
         "to reach one."
     )
     return (*still.notes, turn)
+
+
+def _turned_over_notes(poses: Poses, small: PhotoSet) -> tuple[str, ...]:
+    """That the hours of a photo count for its own pose of the object."""
+    if not poses.sides:
+        return ()
+    return (
+        f"The object was turned over: {poses.names(small)} show it in two poses, joined by what "
+        "lies on the object alone. Hours and heights count in the pose whose photos show the board "
+        "more often, as if the object had kept it.",
+    )
 
 
 def _renumbered(known: MatchedPair, candidate: Candidate) -> MatchedPair:

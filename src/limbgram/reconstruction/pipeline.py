@@ -67,9 +67,8 @@ from limbgram.reconstruction.poses import (
     PosesOptions,
     above_floors,
     board_of_object,
-    find_poses,
     may_be_turned_over,
-    refuse_apart,
+    place_object,
 )
 from limbgram.reconstruction.scale.given import KnownDistance, TapedGirth
 from limbgram.reconstruction.scale.marks import mark_distances
@@ -519,23 +518,11 @@ def _by_full_size(
     features = still.moving(features)
     matches = run(match, photos, features, options.matching)
     pairs = run(verify, photos, matches, cameras, options.twoview)
-    try:
-        scene = run(place, photos, features, pairs, cameras, options.mapping)
-    except PlacementError:
-        poses = run(find_poses, photos, features, pairs, cameras, found, None, options.poses)
-        if not poses.sides:
-            raise
-    else:
-        poses = Poses()
-        if may_be_turned_over(scene, found):
-            poses = run(find_poses, photos, features, pairs, cameras, found, scene, options.poses)
-        if not poses.sides:
-            return Placing(features, matches, pairs, scene, still)
-    matches = poses.matches_on_object(features, matches)
-    pairs = run(verify, photos, matches, cameras, options.twoview)
-    scene = run(place, photos, features, pairs, cameras, options.mapping)
-    refuse_apart(poses, scene)
-    return Placing(features, matches, pairs, scene, still, poses)
+    mapping, twoview = options.mapping, options.twoview
+    placed = place_object(
+        photos, features, matches, pairs, cameras, found, run, mapping, twoview, options.poses
+    )
+    return Placing(features, placed.matches, placed.pairs, placed.scene, still, placed.poses)
 
 
 def _lacking(scene: Scene) -> str:

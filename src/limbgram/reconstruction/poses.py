@@ -35,11 +35,12 @@ from limbgram.core.geometry.frames import (
     fit_similarity,
 )
 from limbgram.core.geometry.lens import Camera
+from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import Region, RegionOptions, find_region, footprint
 from limbgram.reconstruction.features.detection import Features
-from limbgram.reconstruction.mapping.ring import MappingOptions, place_roughly
+from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.still import Still
@@ -50,6 +51,7 @@ from limbgram.reconstruction.scale.standing import without_still_board
 from limbgram.reconstruction.scale.visibility import aim_of
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+from limbgram.reconstruction.twoview.verification import TwoViewOptions, verify
 
 _FEWEST_PHOTOS = 4
 """Photos of one side, at least."""
@@ -121,6 +123,11 @@ class Poses:
     sides: tuple[Side, ...] = ()
     clearance: float = DEFAULTS.clearance
 
+    def names(self, photos: PhotoSet) -> str:
+        """First and last photo of each side, as words."""
+        of = photos.names
+        return " and ".join(f"{of[one.photos[0]]} to {of[one.photos[-1]]}" for one in self.sides)
+
     def on_object(self, features: Features) -> tuple[Bool[np.ndarray, " n"], ...]:
         """Which keypoints of each photo lie on the object; of photos without a place, none."""
         found = [np.zeros(len(one), bool) for one in features.keypoints]
@@ -155,6 +162,52 @@ class Poses:
         kept = self.sides[int(np.argmax(counts))].photos
         photos = tuple(one for one in detections.photos if one.photo_idx in kept)
         return replace(detections, photos=photos)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Photos that have places, by the object alone where it was turned over between them."""
+
+    matches: Matches
+    pairs: Pairs
+    scene: Scene
+    poses: Poses
+
+
+def place_object(
+    photos: PhotoSet,
+    features: Features,
+    matches: Matches,
+    pairs: Pairs,
+    cameras: Cameras,
+    detections: BoardDetections | None,
+    run: Run,
+    mapping: MappingOptions,
+    twoview: TwoViewOptions,
+    options: PosesOptions = DEFAULTS,
+) -> Placed:
+    """Place photos, and where the object was turned over between them join the sides by it alone.
+
+    Raises:
+        PlacementError: too few photos hang together, or the object does not join its two sides.
+    """
+    try:
+        scene = run(place, photos, features, pairs, cameras, mapping)
+    except PlacementError:
+        poses = run(find_poses, photos, features, pairs, cameras, detections, None, options)
+        if not poses.sides:
+            raise
+    else:
+        poses = Poses()
+        if may_be_turned_over(scene, detections):
+            poses = run(find_poses, photos, features, pairs, cameras, detections, scene, options)
+        if not poses.sides:
+            return Placed(matches, pairs, scene, poses)
+    matches = poses.matches_on_object(features, matches)
+    pairs = run(verify, photos, matches, cameras, twoview)
+    scene = run(place, photos, features, pairs, cameras, mapping)
+    refuse_apart(poses, scene)
+    return Placed(matches, pairs, scene, poses)
 
 
 def find_poses(

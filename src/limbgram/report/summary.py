@@ -272,15 +272,11 @@ def summarise(
 def _poses_notes(done: Reconstruction) -> tuple[str, ...]:
     if not done.poses.sides:
         return ()
-    names = [
-        f"{done.photos.names[side.photos[0]]} to {done.photos.names[side.photos[-1]]}"
-        for side in done.poses.sides
-    ]
     return (
-        f"The object was turned over: {' and '.join(names)} show it in two poses. They were joined "
-        "by what lies on the object alone; floor, board and room of each pose were left out, and "
-        "the board sets the scale in the pose whose photos show it more often. The surface was "
-        "made as a closed one, by the Poisson method.",
+        f"The object was turned over: {done.poses.names(done.photos)} show it in two poses. They "
+        "were joined by what lies on the object alone; floor, board and room of each pose were "
+        "left out, and the board sets the scale in the pose whose photos show it more often. The "
+        "surface was made as a closed one, by the Poisson method.",
     )
 
 
