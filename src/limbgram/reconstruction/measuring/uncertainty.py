@@ -83,8 +83,9 @@ _LEAST_RELIEF = 1.0
 _WRINKLED_SLOPE, _WRINKLED_DETAIL = 2.2, 2.0
 """How much more slope is lost there, and how much more energy: twelve wrinkled captures ask for 2.2
 times the slope, and theory for 2.0 times the energy."""
-_NOISE_SLOPE_SIGMA = 0.2
-"""Standard deviation, as a fraction, of the squared slope of the noise."""
+_NOISE_SLOPE_SIGMA = 0.3
+"""Standard deviation, as a fraction, of the squared slope of the noise: what photos get wrong alike
+is steeper or less so than what they get wrong apart."""
 _FLAT = 1 / 48
 """Flat faces of edge e on a bend of radius R add this times (e / R)^2 to a line across the bend."""
 _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
