@@ -34,6 +34,7 @@ from limbgram.capture.proxy import LimbProxy
 from limbgram.core.geometry.lens import View
 from limbgram.reconstruction.choices import MOST_TRIANGLES
 from limbgram.reconstruction.measuring.rounds import MatchingOptions
+from limbgram.reconstruction.measuring.uncertainty import OFFSET_PX
 from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.pipeline import DEFAULTS as PIPELINE
 
@@ -43,8 +44,6 @@ USUAL_PHOTOS, PHOTO_POWER = 5.0, 0.05
 LEAST_SPREAD = 0.5
 USUAL_SLOPE, SLOPE_POWER = 20.0, 0.15
 BRIDGED_PX = 17.0
-OFFSET_PX = 0.0045
-"""What `measuring` states for the surface as a whole."""
 _GRAZING_DEG = 85.0
 _FAINTEST_SLOPE = 1.0
 _COUNTED = 6.0

@@ -611,11 +611,12 @@ def _displace(
 
 SCALE, CAMERAS, OFFSET = "scale", "cameras and lens", "offset of the whole surface"
 """Sources of what all vertices share, as `Mesh.shared_sources` has them."""
-_OFFSET_PX = 0.0045
+OFFSET_PX = 0.006
 """How far the whole surface may lie in or out by the way photos are sampled, in pixels: volumes of
 53 small captures (seeds 6000 to 7088) say -0.007 px for thighs, -0.003 for shanks and 0.003 for
 bulbous limbs, and blur that is not known adds 0.002. Errors of 139 volumes (seeds 9000 to 11099)
-were 0.92 of what 0.005 states."""
+were 0.92 of what 0.005 states; of 30 made by later code (seeds 32100 to 35007) 1.2 of what 0.0045
+states."""
 
 
 def with_sigma(
@@ -636,7 +637,7 @@ def with_sigma(
     filled = filled | still_guessed(guessed, local)
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
-    modes_mm = np.column_stack([shared.modes_mm, _OFFSET_PX * seen.pixel_mm])
+    modes_mm = np.column_stack([shared.modes_mm, OFFSET_PX * seen.pixel_mm])
     cameras = modes_mm.shape[1] - 2
     variance = local.variance_mm2 + shared.rest_mm2 + (modes_mm**2).sum(1)
     return replace(
