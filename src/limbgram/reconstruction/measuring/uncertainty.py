@@ -39,6 +39,7 @@ from numba import njit
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.measuring.rounds import JointEquations, SeenSurface
 from limbgram.reconstruction.measuring.thin_plate import (
@@ -113,6 +114,10 @@ _PUSHED_PX = 0.35
 _MOST_LEFT = 0.5
 """A guessed place of which more than this is left is still a guess: in eight captures with half of
 the paint left out, errors of guesses were 0.5 px below this and up to 4.9 mm above it."""
+_SIDE_RINGS, _LONG_EDGE = 2, 1.5
+"""Rings beside a fill that are looked at, and from how many times the usual edge a long one counts.
+In two patchy captures such places were up to 9 mm off with sigmas of 0.3 mm; without them the rest
+has an RMS of 0.15 mm (0.31) and of 0.20 (0.23)."""
 _CORRELATION_LENGTHS = 2.26
 """Reach of the errors in lengths of the plate: pi reach^2 is the area 16 length^2 of its noise."""
 
@@ -180,9 +185,38 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
     )
 
 
-def still_guessed(guessed: Bool[np.ndarray, " n"], local: LocalErrors) -> Bool[np.ndarray, " n"]:
-    """Of the guessed vertices those that no texture holds."""
-    return guessed & (local.left > _MOST_LEFT)
+def all_filled(
+    mesh: Mesh,
+    equations: JointEquations,
+    guessed: Bool[np.ndarray, " n"],
+    left: Float64[np.ndarray, " n"],
+) -> Bool[np.ndarray, " n"]:
+    """What was filled, guesses that no texture holds, and what beside those is held as badly.
+
+    A fill that starts millimetres off bends its sides towards it: guesses found by patches that
+    reach into it, vertices on which no two photos agree, and long faces that bridge the step.
+
+    Args:
+        guessed: Vertices that no depth map had.
+        left: Of an error of the given surface, as `LocalErrors` has it.
+    """
+    filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
+    filled = filled | (guessed & (left > _MOST_LEFT))
+    weak = guessed | (equations.photos < 2) | _bridging(mesh)
+    for _ in range(_SIDE_RINGS):
+        beside = np.zeros(len(mesh), bool)
+        beside[mesh.faces[filled[mesh.faces].any(axis=1)]] = True
+        filled = filled | (beside & weak)
+    return filled
+
+
+def _bridging(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    """Ends of edges much longer than the usual one."""
+    ends = find_edges(mesh.faces).ends
+    long = edge_lengths(mesh.vertices_mm, ends)
+    bridging = np.zeros(len(mesh), bool)
+    bridging[ends[long > _LONG_EDGE * np.median(long)]] = True
+    return bridging
 
 
 def _free(
@@ -633,8 +667,7 @@ def with_sigma(
             skin too, so such a vertex counts as filled unless texture holds it.
     """
     local = local_errors(mesh, seen, equations)
-    filled = np.zeros(len(mesh), bool) if mesh.filled is None else mesh.filled
-    filled = filled | still_guessed(guessed, local)
+    filled = all_filled(mesh, equations, guessed, local.left)
     measured = ~filled & (equations.photos > 1)
     shared = shared_errors(mesh, seen.axes, seen.seen_by, measured, metric)
     modes_mm = np.column_stack([shared.modes_mm, OFFSET_PX * seen.pixel_mm])

@@ -16,7 +16,7 @@ from limbgram.reconstruction.measuring.thin_plate import (
     tangent_axes,
     thin_plate_of,
 )
-from limbgram.reconstruction.measuring.uncertainty import local_errors, still_guessed
+from limbgram.reconstruction.measuring.uncertainty import all_filled, local_errors
 
 SIDE, EDGE_MM, PHOTOS = 60, 1.2, 5
 LENGTH_MM = 0.8
@@ -223,10 +223,34 @@ def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() ->
     away_mm = _from_middle(_sheet())
     local = local_errors(found.mesh, found.seen, _believing(found))
     everywhere = np.ones(len(found.mesh), np.bool_)
-    guesses = still_guessed(everywhere, local)
+    guesses = all_filled(found.mesh, found.equations, everywhere, local.left)
     assert guesses[away_mm < 8].all()
-    assert not guesses[_inside() & (away_mm > 14)].any()
-    assert not still_guessed(~everywhere, local).any()
+    assert not guesses[_inside() & (away_mm > 14 + 2 * EDGE_MM)].any()
+    assert not all_filled(found.mesh, found.equations, ~everywhere, local.left).any()
+
+
+@pytest.mark.parametrize("weak", ["guessed", "agreed on by one photo", "stretched", "held"])
+def test_weak_places_beside_a_fill_belong_to_it_and_no_others(weak: str) -> None:
+    """Two rings of them: what is held, or weak somewhere else, is measured."""
+    found = solved(0.1, 1)
+    away_mm = _from_middle(found.mesh)
+    fill = away_mm < 3 * EDGE_MM
+    side = ~fill & (away_mm < 4 * EDGE_MM)
+    far = (away_mm > 12 * EDGE_MM) & (away_mm < 14 * EDGE_MM)
+    chosen = side | far
+    mesh, photos = replace(found.mesh, filled=fill), found.equations.photos.copy()
+    guessed = chosen & (weak == "guessed")
+    if weak == "agreed on by one photo":
+        photos[chosen] = 1
+    if weak == "stretched":
+        lifted = mesh.vertices_mm.copy()
+        lifted[chosen, 2] += 3 * EDGE_MM
+        mesh = mesh.with_vertices(lifted)
+    equations = replace(found.equations, photos=photos)
+    filled = all_filled(mesh, equations, guessed, np.zeros(len(mesh)))
+    assert filled[fill].all()
+    assert filled[side].all() == (weak != "held")
+    assert not filled[away_mm > 10 * EDGE_MM].any()
 
 
 def test_a_surface_that_photos_hardly_see_has_finite_sigmas() -> None:
