@@ -303,6 +303,7 @@ const TEXTS = {
   "options.fits.not": ["These photos are not of this camera.", "Diese Fotos sind nicht von dieser Kamera."],
   "options.fits.do": ["Choose the camera that took them, or let it be found out by the photos.", "Die Kamera wählen, die sie aufnahm, oder sie aus den Fotos ermitteln lassen."],
   "options.certificate": ["Certificate", "Zertifikat"],
+  "result.notes": ["What was done with these photos", "Was mit diesen Fotos geschah"],
   "kit.camera": ["Camera: {0}, calibrated beforehand.", "Kamera: {0}, vorher kalibriert."],
   "kit.camera.unnamed": ["without a name", "ohne Namen"],
   "kit.none": ["No calibrated camera was given: the lens was found out by the photos.", "Keine kalibrierte Kamera: das Objektiv wurde aus den Fotos ermittelt."],

@@ -1,6 +1,6 @@
 """Kit: whether the photos of a case fit a camera, and what is known of the camera of its run.
 
-And of its size: what a tape said of it.
+And of its size, what a tape said of it; and what was done with its photos.
 """
 
 from datetime import UTC, datetime
@@ -14,7 +14,7 @@ from limbgram.app.clinic import CaseHere, ClinicHere
 from limbgram.capture.acceptance import Outcome
 from limbgram.cases.cameras import camera_doubt
 from limbgram.cases.certificates import cameras_of, cited_setups
-from limbgram.cases.taped import tapes_judged
+from limbgram.cases.findings import capture_notes, tapes_judged
 from limbgram.formats.camera import read_camera
 
 router = APIRouter(tags=["cameras"])
@@ -47,11 +47,15 @@ class TapeSaid(BaseModel):
 
 
 class Kit(BaseModel):
-    """The kit that a case was computed with, and what checked its size."""
+    """The kit of a case, what checked its size, and what was done with its photos."""
 
     cameras: list[str] = Field(description="Labels of the camera files that were given.")
     setups: list[Setup] = Field(description="Of those with a certificate.")
     tapes: list[TapeSaid] = Field(description="Girths taped on the limb, given with the run.")
+    notes: list[str] = Field(
+        description="Whether the limb kept still, and what was done with the photos: masks, a "
+        "turntable, two poses, marks that helped; word by word as the page says it."
+    )
 
 
 @router.get("/cases/{case_id}/camera-fit")
@@ -89,4 +93,5 @@ def read_kit(case: CaseHere) -> Kit:
         tapes=[
             TapeSaid(light=one.light, sentence=one.sentence) for one in tapes_judged(case.folder)
         ],
+        notes=list(capture_notes(case.folder)),
     )

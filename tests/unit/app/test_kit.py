@@ -13,7 +13,7 @@ from limbgram.core.geometry.lens import Camera
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import write_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
-from limbgram.report.accuracy.judgement import SCALE, TAPE
+from limbgram.report.accuracy.judgement import MOVED, SCALE, TAPE
 
 API = "/api/v1"
 
@@ -45,10 +45,11 @@ def test_a_case_names_the_cameras_that_it_was_computed_with(
         "cameras": [],
         "setups": [],
         "tapes": [],
+        "notes": [],
     }
     (clinic.shelf.root / case_id / "camera.json").write_bytes(camera_file(tmp_path))
     told = client.get(f"{API}/cases/{case_id}/kit").json()
-    assert told == {"cameras": ["Made Up 1"], "setups": [], "tapes": []}
+    assert told == {"cameras": ["Made Up 1"], "setups": [], "tapes": [], "notes": []}
 
 
 def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
@@ -67,6 +68,26 @@ def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(
     ]
     accuracy.write_text('{"criteria": 3}')
     assert client.get(f"{API}/cases/{case_id}/kit").json()["tapes"] == []
+
+
+def test_movement_and_what_was_done_with_the_photos_are_told_as_the_pages_say_it(
+    client: TestClient, clinic: Clinic
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    folder = clinic.shelf.case(case_id).folder
+    moved = MOVED.judge(8.0, "The limb moved by up to 8.0 mm.")
+    judged = {"criteria": [tree_of(one) for one in (SCALE.judge(0.01, "It agrees."), moved)]}
+    folder.accuracy("json").write_text(json.dumps(judged))
+    still, reduced = "What stood still in the photos was left out.", "The photos were reduced."
+    told = {"scene": {"placed": 12, "notes": [still]}, "resolution": {"notes": [reduced]}}
+    folder.summary.write_text(json.dumps(told))
+    assert client.get(f"{API}/cases/{case_id}/kit").json()["notes"] == [
+        moved.sentence,
+        still,
+        reduced,
+    ]
+    folder.summary.write_text("no JSON")
+    assert client.get(f"{API}/cases/{case_id}/kit").json()["notes"] == [moved.sentence]
 
 
 def camera_file(folder: Path) -> bytes:

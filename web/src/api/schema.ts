@@ -2677,7 +2677,7 @@ export interface components {
         };
         /**
          * Kit
-         * @description The kit that a case was computed with, and what checked its size.
+         * @description The kit of a case, what checked its size, and what was done with its photos.
          */
         Kit: {
             /**
@@ -2695,6 +2695,11 @@ export interface components {
              * @description Girths taped on the limb, given with the run.
              */
             tapes: components["schemas"]["TapeSaid"][];
+            /**
+             * Notes
+             * @description Whether the limb kept still, and what was done with the photos: masks, a turntable, two poses, marks that helped; word by word as the page says it.
+             */
+            notes: string[];
         };
         /**
          * KnownDistance

@@ -138,6 +138,7 @@ function Finished({ room }: RoomProps) {
             <GirthTable rows={rows} level={level.value} onLevel={(h) => (level.value = h)} />
           </section>
           {kit.value.value && <KitLines kit={kit.value.value} />}
+          <NoteLines notes={kit.value.value?.notes ?? []} verdict={room.info.verdict} />
           <section class="small-note">
             <a href={href.step(room.id, "compare")}>{t("result.compare")}</a>
           </section>
@@ -193,7 +194,7 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
 
 /** What a tape said of the size, where the verdict above does not say it; or how to have it checked where nothing did. */
 function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; verdict: Schemas["Case"]["verdict"] }) {
-  const said = [verdict?.headline ?? "", ...(verdict?.reasons ?? []).slice(0, 2)].join(" ");
+  const said = saidOf(verdict);
   if (!tapes.length)
     return /size (is )?unchecked/.test(said) ? (
       <Notice tone="amber" title={t("size.unchecked")}>
@@ -231,6 +232,28 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
       })}
     </section>
   );
+}
+
+/** Whether the limb kept still and what was done with the photos, where the verdict above does not say it. */
+function NoteLines({ notes, verdict }: { notes: readonly string[]; verdict: Schemas["Case"]["verdict"] }) {
+  const said = saidOf(verdict);
+  const more = notes.filter((one) => !said.includes(one));
+  if (!more.length) return null;
+  return (
+    <section class="small-note" role="group" aria-label={t("result.notes")}>
+      <h3>{t("result.notes")}</h3>
+      {more.map((one) => (
+        <p key={one} class="soft">
+          {one}
+        </p>
+      ))}
+    </section>
+  );
+}
+
+/** What the lines of the verdict say to everybody. */
+function saidOf(verdict: Schemas["Case"]["verdict"]): string {
+  return [verdict?.headline ?? "", ...(verdict?.reasons ?? []).slice(0, 2)].join(" ");
 }
 
 interface Share {

@@ -1,0 +1,68 @@
+"""Findings of a finished case: what its files say of tapes, of movement and of the photos."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeVar
+
+from limbgram.cases.folder import CaseFolder
+from limbgram.core.files import json_of
+from limbgram.core.typed import Strictness, value_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One criterion of the accuracy, as it was judged."""
+
+    key: str
+    light: Literal["green", "amber", "red"]
+    sentence: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Judged:
+    criteria: tuple[Finding, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Noted:
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Done:
+    scene: _Noted
+    resolution: _Noted
+
+
+_Kept = TypeVar("_Kept")
+_TAPE, _MOVEMENT = "tape", "movement"
+"""Criteria of accuracy.json."""
+
+
+def tapes_judged(case: CaseFolder) -> tuple[Finding, ...]:
+    """What accuracy.json says of each taped girth; nothing where no such file can be read."""
+    return _findings(case, _TAPE)
+
+
+def capture_notes(case: CaseFolder) -> tuple[str, ...]:
+    """Whether the limb kept still, and what was done with the photos, as the pages say it.
+
+    Masks, a turntable, two poses, coded marks that helped, lenses of single photos, photos that
+    were reduced. Nothing where no such files can be read.
+    """
+    moved = tuple(one.sentence for one in _findings(case, _MOVEMENT))
+    done = _read(case.summary, _Done)
+    return moved if done is None else (*moved, *done.scene.notes, *done.resolution.notes)
+
+
+def _findings(case: CaseFolder, key: str) -> tuple[Finding, ...]:
+    judged = _read(case.accuracy("json"), _Judged)
+    return () if judged is None else tuple(one for one in judged.criteria if one.key == key)
+
+
+def _read(file: Path, kind: type[_Kept]) -> _Kept | None:
+    try:
+        tree = json_of(file.read_bytes())
+        return value_of(tree, kind, strictness=Strictness(pass_over_unknown=True))
+    except (OSError, ValueError):
+        return None
