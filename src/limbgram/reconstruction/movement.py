@@ -68,7 +68,7 @@ class LookOptions:
     """Of the limb against its surroundings."""
     halves: MovementOptions = field(
         default_factory=lambda: MovementOptions(
-            false_alarm=1e-8, course_alarm=1e-8, least_shift=0.0007
+            false_alarm=1e-8, drift_alarm=1e-8, least_shift=0.0007
         )
     )
     """Of its halves. Half a limb with sparse paint holds a photo weakly: a good capture of such a
