@@ -294,9 +294,14 @@ def _chance(before: _Fit, after: _Fit, tried: int) -> float:
 
 
 def _course(apart: _Apart, options: MovementOptions) -> _Course:
-    """The steps or the drift that explain most, where the camera's way explains clearly less."""
-    stepwise, drifting = _stepwise(apart, options), _drifting(apart, options)
-    found = drifting if drifting.told and drifting.criterion < stepwise.criterion else stepwise
+    """The steps or the drift that explain most, where the camera's way explains clearly less.
+
+    A drift looks much like a step of half its way in the middle, which may be too slight to tell.
+    """
+    stepwise = _stepwise(apart, options)
+    told = [one for one in (stepwise, _drifting(apart, options)) if one.told]
+    clear = [one for one in told if not _slight(apart, _off(apart, one), options)]
+    found = min(clear or told or [stepwise], key=lambda one: one.criterion)
     count = len(apart.photos)
     if found.told and found.criterion > _round_the_limb(apart).criterion - _CLEARLY:
         still = apart.fitted(np.zeros((count, 0)))
@@ -379,8 +384,8 @@ def _restless(apart: _Apart) -> _Course:
     return _Course("restless", own, np.arange(count), still.unlikely, _MOVE * count)
 
 
-def _told(apart: _Apart, course: _Course, photos: int, options: MovementOptions) -> BodyMotion:
-    """By photo, against the largest group; where there are no groups, against the middle."""
+def _off(apart: _Apart, course: _Course) -> Float64[np.ndarray, "n 6"]:
+    """Motions against the largest group; where there are no groups, against the middle photo."""
     if course.kind == "step":
         largest = int(np.bincount(course.group).argmax())
         reference = course.fit.motions[int(np.flatnonzero(course.group == largest)[0])]
@@ -388,8 +393,19 @@ def _told(apart: _Apart, course: _Course, photos: int, options: MovementOptions)
         reference = course.fit.motions[len(apart.photos) // 2]
     else:
         reference = np.zeros(_MOVE)
-    off = course.fit.motions - reference
-    slight = np.linalg.norm(off[:, 3:], axis=1).max() < options.least_shift * apart.distance
+    return course.fit.motions - reference
+
+
+def _slight(apart: _Apart, off: Float64[np.ndarray, "n 6"], options: MovementOptions) -> bool:
+    """Whether no photo's shift shows on the surface."""
+    shift = np.linalg.norm(off[:, 3:], axis=1)
+    return bool(shift.max() < options.least_shift * apart.distance)
+
+
+def _told(apart: _Apart, course: _Course, photos: int, options: MovementOptions) -> BodyMotion:
+    """By photo."""
+    off = _off(apart, course)
+    slight = _slight(apart, off, options)
     told = np.array(apart.photos)
     motions = np.zeros((photos, _MOVE))
     nothing = Movement.unknown(photos)
