@@ -26,8 +26,8 @@ from captures import LIMBGRAM, accuracy, machine, read_poses, timed
 from limbgram.synthetic import CaptureOptions, make_capture
 
 RATE = 30
-_BITS_A_PIXEL = 0.15
-"""About what phones spend: 9 megabits a second at 1080p."""
+_QUALITY = 20
+"""Of x264 and x265 (CRF): films of phones look like 18 to 23."""
 _SHAKEN = (2, 3, 4)
 """Of nine frames one after another, those that the hand blurs."""
 
@@ -186,14 +186,15 @@ def mpeg4(frames: Sequence[Path], to: Path) -> Path:
 
 
 def as_phones_do(frames: Sequence[Path], to: Path, ffmpeg: str, codec: str) -> Path:
-    """Coded in one pass at a phone's bit rate, a key frame a second; HEVC with 0.7 of H.264's."""
-    height, width = cv2.imread(str(frames[0])).shape[:2]
-    bits = _BITS_A_PIXEL * width * height * RATE * (0.7 if codec == "libx265" else 1.0)
+    """Coded in one pass at constant quality, a key frame a second.
+
+    Not at a phone's bit rate: of a walk in few frames each is as far from the last as ten of a
+    phone's film are, and at that rate would be blurred as none of those.
+    """
     listed = to.with_suffix(".txt")
     listed.write_text("".join(f"file '{frame.resolve()}'\n" for frame in frames))
     words = ["-y", "-r", str(RATE), "-f", "concat", "-safe", "0", "-i", str(listed)]
-    words += ["-c:v", codec, "-preset", "veryfast", "-g", str(RATE), "-b:v", str(round(bits))]
-    words += ["-maxrate", str(round(1.5 * bits)), "-bufsize", str(round(2 * bits))]
+    words += ["-c:v", codec, "-preset", "veryfast", "-g", str(RATE), "-crf", str(_QUALITY)]
     words += ["-pix_fmt", "yuv420p", "-r", str(RATE), str(to)]
     subprocess.run([ffmpeg, *words], check=True, capture_output=True)
     return to
