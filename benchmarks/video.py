@@ -27,7 +27,7 @@ from limbgram.synthetic import CaptureOptions, make_capture
 
 RATE = 30
 _QUALITY = 20
-"""Of x264 and x265 (CRF): films of phones look like 18 to 23."""
+"""Of x264 and x265 (CRF): hardly to be told from the source by eye."""
 _SHAKEN = (2, 3, 4)
 """Of nine frames one after another, those that the hand blurs."""
 
