@@ -225,7 +225,7 @@ def test_a_guess_over_bare_skin_stays_one_and_a_guess_in_paint_was_measured() ->
     everywhere = np.ones(len(found.mesh), np.bool_)
     guesses = all_filled(found.mesh, found.equations, everywhere, local.left)
     assert guesses[away_mm < 8].all()
-    assert not guesses[_inside() & (away_mm > 14 + EDGE_MM)].any()
+    assert not guesses[_inside() & (away_mm > 14)].any()
     assert not all_filled(found.mesh, found.equations, ~everywhere, local.left).any()
 
 
