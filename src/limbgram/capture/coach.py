@@ -57,6 +57,7 @@ from limbgram.reconstruction.features.detection import (
 )
 from limbgram.reconstruction.mapping.ring import MappingOptions
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.zoom import zoomed_sentence
 from limbgram.reconstruction.matching.matching import (
     Candidate,
     MatchedPair,
@@ -416,6 +417,9 @@ def _answer(
     fault = common_fault([one.photo for one in seen.looked_at if one.placed], options.quality)
     if fault is not None:
         findings.append(fault)
+    zoomed = [one.name for one in scene.verdicts if one.remark]
+    if zoomed:
+        findings.append(zoomed_sentence(zoomed, len(scene.names)))
     checked, missing = _judged(seen.photos, seen.looked_at, scene, seen.limb, options)
     gap_deg = max(_gaps_deg([one.azimuth_deg for one in checked if one.counts]), default=math.nan)
     ring = scene.ring
@@ -620,7 +624,7 @@ def _judged(
                 azimuth_deg=stands[idx].azimuth_deg,
                 elevation_deg=stands[idx].elevation_deg,
                 counts=one.placed and not bad,
-                remarks=(*([verdict.reason] if verdict.reason else []), *told),
+                remarks=(*(one for one in (verdict.reason, verdict.remark) if one), *told),
             )
         )
     return tuple(checked), missing_round(checked, options)

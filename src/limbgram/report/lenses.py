@@ -66,8 +66,9 @@ def _told(kind: Deviation, largest_px: float) -> str:
         case "focal length":
             return (
                 "The focal length differed from photo to photo, by up to "
-                f"{largest_px:.1f} px at the corners, as it does when the camera focuses anew. It "
-                "was solved for each photo. Lock the focus where the camera allows it."
+                f"{largest_px:.1f} px at the corners, as it does when the camera focuses anew or "
+                "zooms. It was solved for each photo. Lock zoom and focus where the camera allows "
+                "it."
             )
         case "rolling shutter":
             return (

@@ -7,8 +7,7 @@ import numpy as np
 
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.mapping.scene import Movement, Scene
-
-_NAMED_AT_MOST = 6
+from limbgram.reconstruction.photos.photo import listed
 
 
 def moved_mm(movement: Movement | None) -> float:
@@ -48,7 +47,7 @@ def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> st
         case "step":
             return (
                 f"The limb moved by up to {far} and turned by {turn} between the photos: it lies "
-                f"elsewhere in {_listed(moved_photos(movement, names))}."
+                f"elsewhere in {listed(moved_photos(movement, names))}."
             )
 
 
@@ -71,7 +70,7 @@ def bending_sentence(bending: Movement, names: Sequence[str], unit: str, doubt: 
         return "Both halves of the limb kept still against each other."
     where = "from photo to photo"
     if bending.kind == "step":
-        where = f"in {_listed(moved_photos(bending, names))}"
+        where = f"in {listed(moved_photos(bending, names))}"
     far = f"{moved_mm(bending):.1f} {unit} and {float(np.nanmax(bending.turn_deg)):.1f} degrees"
     rigid = "No rigid surface fits all photos."
     if doubt:
@@ -97,9 +96,3 @@ def movement_remark(scene: Scene, photo_idx: int, unit: str) -> tuple[str, ...]:
         return ()
     others = "most photos show" if movement.kind == "step" else "the middle of the walk shows"
     return (f"the limb lies {movement.shift[photo_idx]:.1f} {unit} from where {others} it",)
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _NAMED_AT_MOST
-    shown = ", ".join(names[:_NAMED_AT_MOST])
-    return f"{shown} and {more} more" if more > 0 else shown

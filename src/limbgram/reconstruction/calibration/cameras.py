@@ -25,7 +25,7 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import Camera
-from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,14 +279,14 @@ def _fitting(
         chosen = [one for one in fitting if _strangeness(group, one) == best]
         if any(one.camera != chosen[0].camera for one in chosen):
             raise CalibrationError(
-                f"{len(chosen)} calibrations given fit {_described(names)} equally well, and "
+                f"{len(chosen)} calibrations given fit {listed(names, 3)} equally well, and "
                 "nothing in the photos tells which camera took them. Give the camera file of one "
                 "camera, or keep the photos of each camera as a case of its own."
             )
         return _as_taken(chosen[0], group)
     faults = [fault for fault in misfits if fault is not None]
     raise CalibrationError(
-        f"No calibration given fits {_described(names)} ({group.width_px} x {group.height_px}"
+        f"No calibration given fits {listed(names, 3)} ({group.width_px} x {group.height_px}"
         f"{' ' + label_of(group.exif) if label_of(group.exif) else ''}): {'; '.join(faults)}."
     )
 
@@ -427,7 +427,3 @@ def _resized(calibration: Calibration, group: CameraGroup) -> Calibration:
         covariance=calibration.covariance * np.outer(units, units),
         rms_px=calibration.rms_px * factor,
     )
-
-
-def _described(names: list[str]) -> str:
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")

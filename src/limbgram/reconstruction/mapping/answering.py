@@ -14,7 +14,8 @@ Method  A score test (Rao 1948) for each kind: how far one Gauss-Newton step wou
         Of the kinds that pass, the one with the lowest Bayesian information criterion (Schwarz
         1978) is set free, the scene adjusted with its numbers drawn to nought by the spread that
         the capture itself shows, and asked again. A spread that no camera has is another fault,
-        such as the file of another camera: no own lens may hide it.
+        such as the file of another camera: no own lens may hide it. Photos that were zoomed
+        (zoom.py) are told by that very spread, and keep the focal lengths that were found.
 """
 
 from collections.abc import Sequence
@@ -31,9 +32,11 @@ from limbgram.reconstruction.mapping.own import (
     numbers_of,
     with_own,
     with_room_for,
+    with_spread_of,
 )
 from limbgram.reconstruction.mapping.scene import Deviation, Scene
 from limbgram.reconstruction.mapping.solution import Adjusted, adjust, predicted_falls
+from limbgram.reconstruction.mapping.zoom import zoomed_by_own
 
 _FALSE_ALARM = 1e-6
 """Chance that photos of one lens are given own ones, for all kinds together."""
@@ -56,8 +59,14 @@ def answered(
     while (asked := asked_for(best, priors)) is not None:
         room = with_room_for(start, asked.deviation, asked.chance)
         trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
-        if trial.sigma_px >= best.sigma_px or beyond_cameras(trial.scene):
+        if trial.sigma_px >= best.sigma_px:
             break
+        if beyond_cameras(trial.scene):
+            if not zoomed_by_own(trial.scene):
+                break
+            # the spread of a camera's faults held their focal lengths back
+            room = with_spread_of(room, trial.scene)
+            trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
         best, start = trial, room
     return best
 

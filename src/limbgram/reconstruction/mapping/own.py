@@ -102,6 +102,13 @@ def with_room_for(scene: Scene, deviation: Deviation, chance: float = 1.0) -> Sc
     return replace(scene, own=own, camera_covariance=None)
 
 
+def with_spread_of(scene: Scene, solved: Scene) -> Scene:
+    """The scene with the spread that another solution of its own numbers ended with."""
+    assert scene.own is not None
+    assert solved.own is not None
+    return replace(scene, own=replace(scene.own, spread=solved.own.spread))
+
+
 def beyond_cameras(scene: Scene) -> bool:
     """Whether lenses of single photos differ by more than those of real cameras can."""
     own = scene.own

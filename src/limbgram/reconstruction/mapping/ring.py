@@ -35,7 +35,12 @@ from limbgram.reconstruction.mapping.verdicts import (
     judge,
     photo_points,
 )
-from limbgram.reconstruction.mapping.zoom import judged_focals, odd_among, odd_focals
+from limbgram.reconstruction.mapping.zoom import (
+    judged_focals,
+    odd_among,
+    odd_focals,
+    zoomed_by_own,
+)
 from limbgram.reconstruction.matching.coded import Coded
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.photos.quality import common_fault
@@ -158,16 +163,21 @@ def _placed(
 def readjusted(scene: Scene, cameras: Cameras, options: MappingOptions) -> Scene:
     """A scene with new observations, adjusted, less a few zoomed photos; its verdicts follow."""
     alike = replace(scene, own=None)
-    adjusted = _adjusted_alike(alike, cameras, options)
-    aside, most = dict[int, str](), options.max_odd_share * len(adjusted.scene.placed)
-    while odd := _odd_of(adjusted.scene, alike, cameras, options):
-        if len(aside) + len(odd) > most:
-            break
-        adjusted = _adjusted_alike(without_photos(adjusted.scene, set(odd)), cameras, options)
-        alike = without_photos(alike, set(odd))
-        aside |= odd
-    adjusted = _scene_of(_as_asked(adjusted, alike, cameras, options))
-    odd = odd if adjusted.own is None else odd_focals(adjusted)
+    fixed = _adjusted_alike(alike, cameras, options)
+    answer = _as_asked(fixed, alike, cameras, options)
+    aside, odd = dict[int, str](), dict[int, str]()
+    most = options.max_odd_share * len(fixed.scene.placed)
+    if len(zoomed_by_own(answer.scene)) <= most:
+        while odd := _odd_of(fixed.scene, alike, cameras, options):
+            if len(aside) + len(odd) > most:
+                break
+            fixed = _adjusted_alike(without_photos(fixed.scene, set(odd)), cameras, options)
+            alike = without_photos(alike, set(odd))
+            aside |= odd
+        if aside:
+            answer = _as_asked(fixed, alike, cameras, options)
+    adjusted = _scene_of(answer)
+    odd = odd if adjusted.own is None else odd_focals(adjusted) | zoomed_by_own(adjusted)
     figures = photo_points(adjusted)
     verdicts = tuple(
         replace(

@@ -23,7 +23,7 @@ class PhotoVerdict:
     reason: str = ""
     """Why it was not placed and what to do; empty for a placed photo."""
     remark: str = ""
-    """What is odd about it though it is used."""
+    """That it is used though its focal length is not that of the others; what to do."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from limbgram.reconstruction.matching.windows import (
     correlate,
 )
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import PhotoSet, listed
 from limbgram.reconstruction.photos.quality import common_fault
 
 
@@ -234,7 +234,6 @@ def _partners(
 
 _UNKNOWN_CHANGE = 2.0
 """Factor by which more change of scale is allowed where the pair's own is not known."""
-_NAMED_AT_MOST = 6
 _PYRAMID_BYTES = 4 / 3
 """All levels of a photo, a pixel."""
 _PLAIN = (
@@ -436,7 +435,7 @@ def _refuse_bare(photos: PhotoSet, features: Features, options: MatchingOptions)
     if 2 * len(bare) > len(counts):
         raise MatchingError(
             f"{len(bare)} of {len(counts)} photos show hardly anything that can be recognised "
-            f"({int(np.median(counts))} keypoints in the middle one): {_named(bare)}. "
+            f"({int(np.median(counts))} keypoints in the middle one): {listed(bare)}. "
             + (common_fault(photos.photos) or _PLAIN)
         )
 
@@ -447,10 +446,5 @@ def _refuse_strangers(photos: PhotoSet, pairs: Sequence[PairMatches]) -> None:
     if 2 * len(strangers) > len(photos.names):
         raise MatchingError(
             f"{len(strangers)} of {len(photos.names)} photos show nothing that another photo shows "
-            f"too: {_named(strangers)}. " + (common_fault(photos.photos) or _APART)
+            f"too: {listed(strangers)}. " + (common_fault(photos.photos) or _APART)
         )
-
-
-def _named(names: Sequence[str]) -> str:
-    more = len(names) - _NAMED_AT_MOST
-    return ", ".join(names[:_NAMED_AT_MOST]) + (f" and {more} more" if more > 0 else "")

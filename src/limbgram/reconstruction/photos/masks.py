@@ -16,14 +16,13 @@ from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
 from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, fault_for_people
 from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
-from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, listed
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
 MASKS_FOLDER = "masks"
 _PHOTO_SUFFIXES = (".jpg", ".jpeg", ".tif", ".tiff", *HEIF_SUFFIXES, *RAW_SUFFIXES)
 _COLOURED = 24
 """Difference of two colour channels that no mask has."""
-_NAMED_AT_MOST = 5
 Picture = TypeVar("Picture", bound=np.ndarray)
 
 
@@ -131,11 +130,9 @@ def mask_notes(photos: PhotoSet) -> tuple[str, ...]:
         return ()
     if not whole:
         return (f"All {count} photos have masks: only what is white in them was used.",)
-    named = ", ".join(whole[:_NAMED_AT_MOST])
-    more = f" and {len(whole) - _NAMED_AT_MOST} more" if len(whole) > _NAMED_AT_MOST else ""
     return (
         f"{count - len(whole)} of {count} photos have masks: only what is white in them was used. "
-        f"Used whole, for want of a mask: {named}{more}.",
+        f"Used whole, for want of a mask: {listed(whole)}.",
     )
 
 

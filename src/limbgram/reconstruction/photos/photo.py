@@ -6,7 +6,7 @@ upright for people. Nothing is ever written back to a photo.
 """
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,6 +72,15 @@ class CameraGroup:
     width_px: int
     height_px: int
     exif: Exif
+
+
+_LISTED_AT_MOST = 6
+
+
+def listed(names: Sequence[str], most: int = _LISTED_AT_MOST) -> str:
+    """The first few names in words, and how many more there are."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def digest_of(sha256s: Iterable[str]) -> str:

@@ -90,6 +90,7 @@ def image_figures(evidence: Evidence) -> ImageFigures:
                     *([verdict.remark] if verdict.remark else []),
                     *movement_remark(scene, number, evidence.unit),
                 ),
+                zoomed=bool(verdict.remark),
                 points=verdict.points,
                 edge_width_px=photo.sharpness,
                 burnt_share=photo.burnt,

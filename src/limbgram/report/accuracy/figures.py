@@ -582,6 +582,8 @@ class PhotoFigures:
     placed: bool
     reason: str
     remarks: tuple[str, ...]
+    zoomed: bool
+    """Used though its focal length is not that of the others."""
     points: int
     edge_width_px: float
     burnt_share: float

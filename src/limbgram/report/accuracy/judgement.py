@@ -15,6 +15,7 @@ from typing import Literal
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
+from limbgram.reconstruction.mapping.zoom import zoomed_sentence
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.report.accuracy.figures import (
@@ -95,6 +96,9 @@ LENS = _Limit("lens", "Camera: photos against its calibration", "sigmas", 3.0)
 """Never red by itself: what it does to the size, a length tells. Six good captures have 0.5 to 1.0,
 one with a focal length 3 % wrong 6.6."""
 LENS_PATTERN = _Limit("lens_pattern", "Camera: pattern in the residuals", "px", 0.05)
+ZOOMED = _Limit("zoomed", "Photos of another focal length", "", 0.0)
+"""Never red by itself: their focal lengths are solved for, and a lens that was zoomed differs in
+more than that."""
 SQUARE = _Limit(
     "square_pixels", "Camera: pixels higher than wide, or wider", "%", 100 * SQUARE_WITHIN
 )
@@ -185,6 +189,7 @@ def criteria(
         *surface,
         *_completeness(figures),
         *_cameras(figures),
+        *_zoomed(figures),
         *_uncalibrated(figures, uncalibrated),
         *of_kit(setups),
         *_movement(figures),
@@ -445,6 +450,16 @@ def _cameras(figures: Figures) -> Iterator[Criterion]:
                 if pattern > limit_px
                 else f"The residuals of {name} follow no pattern over the picture.",
             )
+
+
+def _zoomed(figures: Figures) -> Iterator[Criterion]:
+    """Nothing is said where all photos have the focal length of their camera."""
+    names = [one.name for one in figures.images.by_photo if one.zoomed]
+    if names:
+        yield ZOOMED.judge(
+            float(len(names)),
+            zoomed_sentence(names, figures.images.photos),
+        )
 
 
 def _square(lens: LensFigures) -> Criterion:

@@ -11,7 +11,7 @@ from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
 from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
 from limbgram.reconstruction.mapping.solution import adjust
-from limbgram.reconstruction.mapping.zoom import focal_fits, odd_focals
+from limbgram.reconstruction.mapping.zoom import focal_fits, odd_focals, zoomed_by_own
 
 Maker = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=700, fx=1500.0, fy=1490.0, cx=450.0, cy=345.0, k1=-0.08)
@@ -28,8 +28,17 @@ def zoomed(scene: Scene, photo: int, zoom: float) -> Scene:
 
 
 def adjusted(scene: Scene) -> Scene:
+    return adjust(scene, calibrated(LENS).calibrations).scene
+
+
+def calibrated(camera: Camera) -> Cameras:
     covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0])
-    return adjust(scene, [Calibration(camera=LENS, covariance=covariance, source="board")]).scene
+    return Cameras((Calibration(camera=camera, covariance=covariance, source="board"),))
+
+
+def with_verdicts(scene: Scene) -> Scene:
+    fine = [PhotoVerdict(name=name, placed=True, points=1, rms_px=0.1) for name in scene.names]
+    return replace(scene, verdicts=tuple(fine))
 
 
 @pytest.fixture
@@ -59,10 +68,7 @@ def test_a_zoomed_photo_is_named_after_the_adjustment_and_no_other(ring: Scene) 
 @pytest.mark.parametrize("zoom", [1.02, 1.06, 0.94])
 def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float) -> None:
     """Each of them bends the points that both see, so by itself neither stands out enough."""
-    covariance = np.diag([1.0, 1.0, 1.0, 1.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 0.0])
-    known = Cameras((Calibration(camera=LENS, covariance=covariance, source="board"),))
-    fine = [PhotoVerdict(name=name, placed=True, points=1, rms_px=0.1) for name in ring.names]
-    ring = replace(ring, verdicts=tuple(fine))
+    known, ring = calibrated(LENS), with_verdicts(ring)
     assert not any(one.reason for one in readjusted(ring, known, MappingOptions()).verdicts)
     found = readjusted(zoomed(zoomed(ring, 4, zoom), 5, zoom), known, MappingOptions())
     named = {k: one.reason for k, one in enumerate(found.verdicts) if one.reason}
@@ -71,6 +77,34 @@ def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float
     assert all(f"{way} than that of the other photos" in words for words in named.values())
     assert not {4, 5} & {*found.placed}
     assert not any(one.remark for one in found.verdicts)
+
+
+@pytest.mark.parametrize("zoom", [1.05, 1.2, 0.95])
+@pytest.mark.parametrize(
+    "photos", [range(7), range(1, 15, 2)], ids=["half of a walk", "every other"]
+)
+def test_half_of_the_photos_zoomed_are_named_and_used(
+    ring: Scene, zoom: float, photos: range
+) -> None:
+    """Too many to be set aside: their focal lengths are found, and the poses stay true."""
+    changed = with_verdicts(ring)
+    for photo in photos:
+        changed = zoomed(changed, photo, zoom)
+    found = readjusted(changed, calibrated(LENS), MappingOptions())
+    assert found.placed == ring.placed
+    assert [k for k, one in enumerate(found.verdicts) if one.remark] == [*photos]
+    factors = [view.camera.fx / found.cameras[0].fx for view in found.views]
+    wanted = [zoom if k in photos else 1.0 for k in range(len(ring.names))]
+    assert np.abs(np.array(factors) / wanted - 1.0).max() < 0.01
+    assert zoomed_by_own(found).keys() == {*photos}
+
+
+def test_the_file_of_another_camera_is_no_zoom(ring: Scene) -> None:
+    """All photos differ from it alike; nobody zoomed."""
+    file = calibrated(replace(LENS, fx=1.06 * LENS.fx, fy=1.06 * LENS.fy))
+    found = readjusted(with_verdicts(ring), file, MappingOptions())
+    assert not any(one.remark or one.reason for one in found.verdicts)
+    assert zoomed_by_own(found) == {}
 
 
 def test_photos_with_few_points_are_not_judged(make_scene: Maker) -> None:

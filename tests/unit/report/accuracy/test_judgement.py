@@ -241,6 +241,22 @@ def test_a_lens_of_which_nobody_knows_the_cost_is_never_green(with_sigmas: Evide
     assert told.gravity == "serious"
 
 
+def test_zoomed_photos_are_never_green_and_are_named(with_sigmas: Evidence) -> None:
+    scene = with_sigmas.metric.scene
+    verdicts = tuple(
+        replace(one, remark="zoomed" if k in (1, 2) else "") for k, one in enumerate(scene.verdicts)
+    )
+    scene = replace(scene, verdicts=verdicts)
+    tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=scene)))
+    assert tree.light == "amber"
+    names = f"{scene.names[1]}, {scene.names[2]}"
+    assert (
+        f"2 of {len(scene.names)} photos have another focal length than the others: {names}."
+        in (tree.headline)
+    )
+    assert not [one for one in assess(with_sigmas).criteria if one.key == "zoomed"]
+
+
 def with_part(evidence: Evidence, relation: Relation, lacking: float, *, given: bool) -> Evidence:
     """The same limb beside another body of half its size."""
     other = Part(
