@@ -58,6 +58,17 @@ def overexposed(photo: Image.Image) -> Image.Image:
     return ImageEnhance.Brightness(photo).enhance(4.0)
 
 
+def zoomed(by: float) -> Callable[[Image.Image], Image.Image]:
+    """A digital zoom: the middle of the picture, enlarged to its size."""
+
+    def enlarge(photo: Image.Image) -> Image.Image:
+        width, height = photo.size
+        box = tuple(0.5 * side * (1 + way / by) for way in (-1, 1) for side in (width, height))
+        return photo.resize((width, height), Image.Resampling.BICUBIC, box=box)
+
+    return enlarge
+
+
 def longer(camera: dict[str, Any]) -> dict[str, Any]:
     """A focal length 3 % too long."""
     lens = camera["parameters"]
@@ -78,6 +89,8 @@ class Spoiled:
     title: str
     photos: Callable[[Photos], Photos] = all_of
     image: Callable[[Image.Image], Image.Image] | None = None
+    images: slice = slice(None)
+    """Photos that the change is made to."""
     camera: Callable[[dict[str, Any]], dict[str, Any]] | None = None
     words: Sequence[str] = field(default=())
 
@@ -92,6 +105,8 @@ CAPTURES = (
     Spoiled("every photo overexposed", image=overexposed),
     Spoiled("every photo mirrored", image=ImageOps.mirror),
     Spoiled("camera file of another camera", camera=foreign),
+    Spoiled("the second half of the photos zoomed by 5 %", image=zoomed(1.05), images=slice(8, 15)),
+    Spoiled("every other photo zoomed by 20 %", image=zoomed(1.2), images=slice(1, None, 2)),
 )
 
 
@@ -122,8 +137,9 @@ def tried(one: Spoiled, source: Path, camera: Path, folder: Path) -> dict[str, A
     photos = one.photos(sorted(p for p in (source / "images").iterdir() if p.is_file()))
     images = folder / "images"
     images.mkdir(parents=True)
+    changed = {*photos[one.images]}
     for photo in photos:
-        _store(photo, images / photo.name, one.image)
+        _store(photo, images / photo.name, one.image if photo in changed else None)
     stated = folder / "camera.json"
     tree = json.loads(camera.read_text())
     stated.write_text(json.dumps(tree if one.camera is None else one.camera(tree)))
