@@ -16,6 +16,7 @@ import argparse
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -61,6 +62,9 @@ NEAR_MM = 15.0
 """A cell with no surface within this has none."""
 WITHIN = 0.3
 FEWEST_EXPLAINED = 10
+
+
+MOVED = re.compile("limb moved|limb bent|lie otherwise|lie elsewhere|lay elsewhere")
 
 
 def main() -> None:
@@ -150,6 +154,7 @@ def one(seed: int, folder: Path) -> Result:
         "check_s": round(time.perf_counter() - start, 1),
         "check_cpu_s": round(time.process_time() - start_cpu, 1),
         "findings": check.findings,
+        "said_to_move": any(MOVED.search(one) for one in (*check.findings, *check.notes)),
         "plan_sigma_mm": planned_sigma_mm(options, read_camera(camera).edge_px)
         if len(photos) == options.photos
         else None,

@@ -18,7 +18,7 @@ Fails   never on photos that cannot be joined or scaled: that is its answer. Pho
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 
@@ -67,6 +67,7 @@ from limbgram.reconstruction.matching.matching import (
     pairs_worth_matching,
 )
 from limbgram.reconstruction.matching.still import Still, find_still
+from limbgram.reconstruction.movement import bending_sentence, lens_doubt, movement_sentence
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.photos.quality import (
@@ -77,6 +78,7 @@ from limbgram.reconstruction.photos.quality import (
     edge_width_px,
     remarks,
 )
+from limbgram.reconstruction.pipeline import PipelineOptions, Placing, by_the_limb
 from limbgram.reconstruction.poses import Poses, board_of_object, place_object
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.scale.scaling import to_millimetres
@@ -297,8 +299,14 @@ class Coach:
             )
         except (CalibrationError, MatchingError, PlacementError) as refusal:
             return _refused(photos, str(refusal), options)
+        poses = placed.poses
+        placing = Placing(features, placed.matches, placed.pairs, placed.scene, still, poses)
+        if placed.scene.ring is not None and placed.scene.ring.closed:
+            # while it is open, more photos are to come, and an arc bends as if the limb moved
+            settled = by_the_limb(small, cameras, placing, detections, PipelineOptions(), run)
+            placing, detections = settled.placing, settled.found
         findings: list[str] = []
-        scene, poses = placed.scene, placed.poses
+        scene = placing.scene
         if detections is not None and (still.groups or poses.sides):
             detections = board_of_object(detections, still, poses)
         board_photos = None if detections is None else len(detections.photos)
@@ -320,9 +328,12 @@ class Coach:
             limb, found = metric.scene.points_in_world, False
         looked_at = run(look_at_limb, photos, small, features, metric, limb, self._seen)
         seen = _Seen(photos, small, metric, limb, looked_at, found)
+        findings += _moved_findings(metric, cameras)
         answer = _answer(seen, findings, board_photos, options)
         turned = _turned_over_notes(poses, small)
-        return replace(answer, notes=(*answer.notes, *_turning_notes(still), *turned))
+        moved = _moved_notes(metric)
+        notes = (*moved, *answer.notes, *_turning_notes(still), *turned)
+        return replace(answer, notes=notes)
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new ones are looked for."""
@@ -379,6 +390,37 @@ class Coach:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))
         return matches, Pairs(tuple(verified), matches.pairs_tried - len(verified))
+
+
+def _moved_findings(metric: MetricScene, cameras: Cameras) -> Iterator[str]:
+    """That the limb bent, or moved where its own points do not place the photos."""
+    scene, unit = metric.scene, _unit_of(metric)
+    movement, bending = scene.movement, scene.bending
+    again = "Let the limb rest on something firm, and take the photos again."
+    if movement is not None and movement.moved and not movement.alone:
+        words = movement_sentence(movement, scene.names, unit)
+        yield f"{words} Its own points do not place the photos. {again}"
+    if bending is not None and bending.moved:
+        doubt = lens_doubt(scene, cameras)
+        yield f"{bending_sentence(bending, scene.names, unit, doubt)} {again}"
+
+
+def _unit_of(metric: MetricScene) -> str:
+    return "mm" if metric.scale.unit == "mm" else "scene units"
+
+
+def _moved_notes(metric: MetricScene) -> Iterator[str]:
+    """That the limb moved as one piece, or what lies round it did: the surface will do without."""
+    scene = metric.scene
+    movement = scene.movement
+    if movement is not None and movement.moved and movement.alone:
+        yield (
+            f"{movement_sentence(movement, scene.names, _unit_of(metric))} The surface will be "
+            "made by the points on the limb alone, and its verdict will not be green. For a green "
+            "one let the limb rest on something firm, and take the photos again."
+        )
+    elif movement is not None and movement.beside:
+        yield movement_sentence(movement, scene.names, _unit_of(metric))
 
 
 def _turning_notes(still: Still) -> tuple[str, ...]:

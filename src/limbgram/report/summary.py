@@ -18,6 +18,7 @@ from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
+from limbgram.reconstruction.movement import movement_remark
 from limbgram.reconstruction.photos.masks import mask_notes
 from limbgram.reconstruction.photos.photo import PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import remarks
@@ -29,7 +30,6 @@ from limbgram.report.accuracy.selfcalibration import SelfCalibration
 from limbgram.report.drawings.charts import ImageScale, image_scales
 from limbgram.report.intended_use import OF_SCANS
 from limbgram.report.lenses import OwnLensFigures, own_lenses
-from limbgram.report.movement import movement_remark
 from limbgram.report.parts import PartSummary, part_summaries
 from limbgram.workbench.limb import marked_red
 

@@ -7,6 +7,14 @@ import numpy as np
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.movement import (
+    bending_sentence,
+    lens_doubt,
+    moved_mm,
+    moved_photos,
+    movement_remark,
+    movement_sentence,
+)
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.photos.quality import remarks
@@ -25,14 +33,6 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
 )
 from limbgram.report.drawings.charts import image_scales
-from limbgram.report.movement import (
-    bending_sentence,
-    lens_doubt,
-    moved_mm,
-    moved_photos,
-    movement_remark,
-    movement_sentence,
-)
 
 _NOISE_PHOTOS = 2
 _NOISE_SIDE_PX = 1000

@@ -8,12 +8,12 @@ import numpy as np
 
 from limbgram.reconstruction.mapping.own import with_room_for
 from limbgram.reconstruction.mapping.scene import Movement
+from limbgram.reconstruction.movement import moved_mm, movement_remark, movement_sentence
 from limbgram.report.accuracy.assessment import Assessment, assess
 from limbgram.report.accuracy.capture import movement_figures
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.layout import accuracy_report
 from limbgram.report.html import html_of
-from limbgram.report.movement import moved_mm, movement_remark, movement_sentence
 
 
 def movement(
