@@ -435,9 +435,19 @@ def _placed_by(
         scene = _retracked(scene, places_px, pairs, reach_px)
         if len(scene.placed) < 2:
             return None
-        adjusted = adjust(scene, _held(scene, cameras), rounds=2)
-        scene = replace(adjusted.scene, camera_covariance=adjusted.covariance)
+        scene = _adjusted(scene, cameras)
+    while loose := {*scene.placed} - {*joined_photos(scene)}:
+        scene = without_photos(scene, loose)
+        if len(scene.placed) < 2:
+            return None
+        scene = _adjusted(scene, cameras)
     return scene
+
+
+def _adjusted(scene: Scene, cameras: Cameras) -> Scene:
+    """With the covariance of its photos; lenses held."""
+    adjusted = adjust(scene, _held(scene, cameras), rounds=2)
+    return replace(adjusted.scene, camera_covariance=adjusted.covariance)
 
 
 def _placed_by_board(detections: BoardDetections, scene: Scene, cameras: Cameras) -> Scene | None:
