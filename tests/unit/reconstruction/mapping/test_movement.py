@@ -31,9 +31,18 @@ RING = [
 ]
 
 
-def placed(poses: list[Rigid], rng: np.random.Generator, noise: float = 1.0) -> Scene:
-    """A scene of these poses, each off by its sigmas, with points round the origin."""
-    off = [noise * rng.normal(size=6) * SIGMAS for _ in poses]
+def placed(
+    poses: list[Rigid], rng: np.random.Generator, noise: float = 1.0, bent: float = 0.0
+) -> Scene:
+    """A scene of these poses, each off by its sigmas, with points round the origin.
+
+    Args:
+        bent: By so many sigmas more they are off as the cosine and sine of their turn go.
+    """
+    turns = np.linspace(0, 2 * np.pi, len(poses), endpoint=False)
+    shared = np.column_stack([np.eye(len(poses)), bent * np.cos(turns), bent * np.sin(turns)])
+    errors = np.kron(shared, np.diag(SIGMAS))
+    off = (noise * errors @ rng.normal(size=errors.shape[1])).reshape(-1, 6)
     moved = [
         Rigid(
             Rigid.from_rotation_vector(one[:3], np.zeros(3)).rotation @ pose.rotation,
@@ -41,7 +50,8 @@ def placed(poses: list[Rigid], rng: np.random.Generator, noise: float = 1.0) -> 
         )
         for pose, one in zip(poses, off, strict=True)
     ]
-    variances = np.concatenate([np.tile(SIGMAS**2, len(poses)), np.zeros(10)])
+    covariance = np.zeros((6 * len(poses) + 10,) * 2)
+    covariance[:-10, :-10] = errors @ errors.T
     names = tuple(f"{k}.jpg" for k in range(len(poses)))
     return Scene(
         names=names,
@@ -53,7 +63,7 @@ def placed(poses: list[Rigid], rng: np.random.Generator, noise: float = 1.0) -> 
         verdicts=tuple(
             PhotoVerdict(name=name, placed=True, points=400, rms_px=0.1) for name in names
         ),
-        camera_covariance=np.diag(variances),
+        camera_covariance=covariance,
     )
 
 
@@ -74,6 +84,29 @@ def seen(shifts: np.ndarray, seed: int, noise: float = 1.0, turn_deg: float = 0.
     return movement_between(placed(RING, rng, noise), placed(room, rng, noise).moved(frame))
 
 
+def seen_of_a_soft_ring(shifts: np.ndarray, seed: int, *, together: bool) -> BodyMotion:
+    """A ring that bends far by both bodies, evenly along it.
+
+    Args:
+        together: Whether the covariance tells that neighbours are off together.
+    """
+    rng = np.random.default_rng(seed)
+    room = [
+        pose @ Rigid.from_rotation_vector(np.zeros(3), shift) for pose, shift in zip(RING, shifts)
+    ]
+    bodies = [placed(poses, rng, bent=8.0) for poses in (RING, room)]
+    if not together:
+        bodies = [replace(one, camera_covariance=alone(one.camera_covariance)) for one in bodies]
+    return movement_between(bodies[0], bodies[1])
+
+
+def alone(covariance: np.ndarray | None) -> np.ndarray:
+    """The covariance without what photos have in common."""
+    assert covariance is not None
+    photo = np.append(np.repeat(np.arange(PHOTOS), 6), np.full(10, PHOTOS))
+    return np.where(photo[:, None] == photo, covariance, 0.0)
+
+
 def step(size_mm: float, first: int = PHOTOS // 2) -> np.ndarray:
     shifts = np.zeros((PHOTOS, 3))
     shifts[first:] = size_mm * np.array([0.6, 0.64, 0.48])
@@ -83,6 +116,20 @@ def step(size_mm: float, first: int = PHOTOS // 2) -> np.ndarray:
 def test_photos_without_movement_show_none() -> None:
     kinds = [seen(np.zeros((PHOTOS, 3)), seed).movement.kind for seed in range(100)]
     assert kinds == ["still"] * 100
+
+
+def test_errors_that_neighbours_share_hide_no_movement() -> None:
+    """A ring that bends keeps its ends together, and a drift parts them."""
+    drift = np.linspace(0, 1, PHOTOS)[:, None] * np.array([4.0, 0.0, 1.2])
+    still = np.zeros((PHOTOS, 3))
+
+    def kinds(shifts: np.ndarray, *, together: bool) -> list[str]:
+        found = [seen_of_a_soft_ring(shifts, seed, together=together) for seed in range(30)]
+        return [one.movement.kind for one in found]
+
+    assert kinds(still, together=True) == ["still"] * 30
+    assert kinds(drift, together=True) == ["drift"] * 30
+    assert kinds(drift, together=False) == ["still"] * 30
 
 
 @pytest.mark.parametrize("size_mm", [2.0, 4.0, 8.0, 10.0])
