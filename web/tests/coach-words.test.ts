@@ -21,7 +21,7 @@ test("what is missing is told in the language chosen, by its figures", async () 
 
 test("photos that join no other are told as such, with what to do", async () => {
   const { coachWords } = await import("../src/screens/coach-words");
-  const photos = [{ counts: false, placed: false }, { counts: false, placed: false }, { counts: true, placed: true }];
+  const photos = [{ counts: false, placed: false }, { counts: false, placed: false }, { counts: true, placed: true, remarks: [] }];
   const said = coachWords({ ...ANSWER, photos } as never);
   expect(said.lead).toBe("Noch nicht: 2 von 3 Fotos hängen mit keinem anderen zusammen.");
   expect(said.why).toMatch(/herumgehen/);
@@ -36,4 +36,13 @@ test("what the figures do not tell is the server's own sentence", async () => {
   expect(remarkWords("blurred: edges 5 px wide")).toBe("unscharf");
   expect(remarkWords("480 x 720, where 11 others are 720 x 480: a program has turned its pixels by a quarter")).toBe("von einem Programm gedreht");
   expect(remarkWords("something else")).toBe("something else");
+});
+
+test("a limb that moved and photos that were zoomed are told", async () => {
+  const { coachWords } = await import("../src/screens/coach-words");
+  expect(coachWords({ ...ANSWER, go: true, kept_still: false } as never).why).toMatch(/Gliedmaß bewegte sich/);
+  expect(coachWords({ ...ANSWER, go: true, kept_still: true } as never).why).not.toMatch(/bewegte/);
+  expect(coachWords({ ...ANSWER, kept_still: false } as never).lead).toMatch(/bewegte oder beugte sich/);
+  const photos = [{ counts: true, placed: true, remarks: ["Its focal length is longer than that of the other photos, by 4.8%"] }];
+  expect(coachWords({ ...ANSWER, photos } as never).lead).toMatch(/^Noch nicht: 1 Foto/);
 });

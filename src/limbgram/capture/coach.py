@@ -243,6 +243,9 @@ class CaptureCheck:
     """None where the limb was not found."""
     notes: tuple[str, ...] = ()
     """What does not stand in the way of GO and is worth a look."""
+    kept_still: bool | None = None
+    """Whether the limb kept still and kept its shape; None where that is not known: while the ring
+    is open nobody looks."""
 
 
 def check_capture(
@@ -333,7 +336,7 @@ class Coach:
         turned = _turned_over_notes(poses, small)
         moved = _moved_notes(metric)
         notes = (*moved, *answer.notes, *_turning_notes(still), *turned)
-        return replace(answer, notes=notes)
+        return replace(answer, notes=notes, kept_still=_kept_still(metric.scene))
 
     def _features(self, small: PhotoSet, run: Run) -> Features:
         """Keypoints of all photos; only new ones are looked for."""
@@ -390,6 +393,16 @@ class Coach:
                 own = replace(kept.matches, first=pair.first, second=pair.second)
                 verified.append(replace(kept, matches=own))
         return matches, Pairs(tuple(verified), matches.pairs_tried - len(verified))
+
+
+def _kept_still(scene: Scene) -> bool | None:
+    """Whether the limb kept still and kept its shape; None where either is not known."""
+    seen = (scene.movement, scene.bending)
+    if any(one is not None and one.moved for one in seen):
+        return False
+    if any(one is None or one.kind == "unknown" for one in seen):
+        return None
+    return True
 
 
 def _moved_findings(metric: MetricScene, cameras: Cameras) -> Iterator[str]:

@@ -2032,6 +2032,8 @@ export interface components {
              * @default []
              */
             notes: string[];
+            /** Kept Still */
+            kept_still?: boolean | null;
         };
         /**
          * CarverSettings

@@ -367,6 +367,8 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
     { ok: placed && answer.missing.length === 0, text: !placed ? t("find.ring.none") : answer.missing.length === 0 ? t("find.ring") : t("find.ring.gap", answer.largest_gap_deg ? Math.round(answer.largest_gap_deg) : "?") },
     { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
     ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: answer.board_photos >= 3, text: t("find.board", answer.board_photos) }]),
+    ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
+    ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
     { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },
   ];
   return (
@@ -385,6 +387,16 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
             <li key={one}>{one}</li>
           ))}
         </ul>
+      )}
+      {answer.notes.length > 0 && (
+        <>
+          <h3>{t("find.notes")}</h3>
+          <ul class="findings small-note soft">
+            {answer.notes.map((one) => (
+              <li key={one}>{one}</li>
+            ))}
+          </ul>
+        </>
       )}
     </section>
   );

@@ -17,10 +17,11 @@ export interface CoachWords {
 
 const LEAST_BOARD_PHOTOS = 3;
 const LEAST_SEEN = 0.95;
+const ZOOMED = /focal length is (longer|shorter)/;
 
 /** The answer in one line, and what it rests on. */
 export function coachWords(answer: Answer): CoachWords {
-  if (answer.go) return { lead: t("capture.go"), why: t("capture.go.why") };
+  if (answer.go) return { lead: t("capture.go"), why: t(answer.kept_still === false ? "coach.moved.go" : "capture.go.why") };
   const said = reasons(answer);
   if (said[0]) return { lead: t("coach.not.yet", said[0]), why: said[1] ?? "" };
   const [lead, why] = parted(answer.headline);
@@ -34,6 +35,9 @@ function reasons(answer: Answer): string[] {
   if (answer.board_photos !== null && answer.board_photos !== undefined && answer.board_photos < LEAST_BOARD_PHOTOS) found.push(t("coach.board", answer.board_photos));
   const measured = answer.coverage?.measured;
   if (measured !== undefined && measured < LEAST_SEEN) found.push(t("coach.seen", (100 * measured).toFixed(0)));
+  const zoomed = answer.photos.filter((one) => one.placed && one.remarks.some((said) => ZOOMED.test(said))).length;
+  if (zoomed) found.push(t("coach.zoomed", zoomed));
+  if (answer.kept_still === false) found.push(t("coach.moved"));
   const apart = answer.photos.filter((one) => one.placed === false).length;
   if (!found.length && apart) return [t("coach.apart", apart, answer.photos.length), t("coach.apart.do")];
   const bad = answer.photos.filter((one) => !one.counts).length;
@@ -54,7 +58,7 @@ const REMARKS: readonly [RegExp, TextKey][] = [
   [/^stored mirrored/, "remark.mirrored"],
   [/^taken with/, "remark.lens"],
   [/a program has turned its pixels/, "remark.turned"],
-  [/focal length is (longer|shorter)/, "remark.zoomed"],
+  [ZOOMED, "remark.zoomed"],
 ];
 
 /** What is wrong with a photo, shortly where it is one of the usual things. */

@@ -152,7 +152,7 @@ function Said({ said, goes, photos }: { said: Schemas["Check"] | null; goes: boo
   const refused = said?.state === "refused" && !running;
   const tone = goes ? "green" : refused || (answer && !running) ? "amber" : "";
   const lead = goes ? t("capture.go") : running ? t("capture.checking", said?.photos ?? 0) : refused ? t("capture.cannot.check") : answer && !answer.go ? notYet(answer) : t(photos ? "capture.collect" : "phone.begin");
-  const why = running ? t("capture.checking.why") : refused ? (said?.message ?? "") : "";
+  const why = running ? t("capture.checking.why") : refused ? (said?.message ?? "") : answer?.go && answer.kept_still === false ? coachWords(answer).why : "";
   return (
     <div class="say" role="status">
       <span class={`mark ${tone}`}>

@@ -174,12 +174,16 @@ function picks(hit: Hit | null) {
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   const verdict = info.verdict;
   if (!verdict) return <p class="lead-line">{info.message || t("result.none")}</p>;
-  const reasons = verdict.reasons.slice(0, expert.value ? 20 : 2);
+  const lead = parted(withoutColour(verdict.headline))[0];
+  const reasons = verdict.reasons
+    .slice(0, expert.value ? 20 : 2)
+    .map((one) => (one.startsWith(lead) ? one.slice(lead.length).trim() : one))
+    .filter(Boolean);
   return (
     <>
       <div class="verdict">
         <Chip tone={verdict.light}>{t(`verdict.${verdict.light}`)}</Chip>
-        <p class="lead-line">{parted(withoutColour(verdict.headline))[0]}</p>
+        <p class="lead-line">{lead}</p>
       </div>
       {verdict.light !== "green" && reasons.length > 0 && (
         <ul class="findings small-note soft">
