@@ -249,6 +249,25 @@ def test_movement_too_small_to_matter_is_none() -> None:
     assert found.movement.kind == "step"
 
 
+@pytest.mark.parametrize("firmly", [False, True])
+def test_one_photo_elsewhere_is_believed_only_if_points_hold_it(firmly: bool) -> None:
+    rng = np.random.default_rng(3)
+    shifts = np.zeros((PHOTOS, 3))
+    shifts[5] = [4.0, 5.0, 0.0]
+    room = [
+        pose @ Rigid.from_rotation_vector(np.zeros(3), shift) for pose, shift in zip(RING, shifts)
+    ]
+    photo = np.repeat(np.arange(PHOTOS, dtype=np.int32), 40)
+    point = np.tile(np.arange(40, dtype=np.int32), PHOTOS)
+    kept = np.full(len(photo), True) if firmly else (photo != 5) | (point < 10)
+    seen_of = Observations(photo[kept], point[kept], np.zeros((int(kept.sum()), 2)))
+    limb, around = (replace(placed(one, rng), observations=seen_of) for one in (RING, room))
+    found = movement_between(limb, around).movement
+    assert found.moved is firmly
+    unknown = np.flatnonzero(~np.isfinite(found.shift)).tolist()
+    assert unknown == ([] if firmly else [5])
+
+
 def test_few_photos_tell_nothing() -> None:
     scene = placed(RING[:5], np.random.default_rng(0))
     found = movement_between(scene, scene).movement
