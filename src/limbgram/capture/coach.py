@@ -135,6 +135,9 @@ class CheckOptions:
     """Expected sigma beyond which a place is called unsure: 0.6 mm in 95 of 100, the same."""
     widest_pair_deg: float = 35.0
     """Between two photos that show a place squarely: up to here depth is found in most places."""
+    fewest_round: int = 10
+    """Photos that must count all the way round. Three rings of 9 were refused or red, one of them
+    after a GO; of 11 rings of 10 the six that showed the board well came out good."""
     max_thin: float = 0.3
     """Share of the limb for which all of them may stand wider. Ten good captures of 10 to 12 photos
     have 0.11 at most; one of 9, with 0.73, came out full of holes."""
@@ -495,6 +498,12 @@ def _answer(
             "the weakest place. Paint the sock more densely there, or take more photos between."
         )
     findings += said
+    counting = sum(one.counts for one in checked)
+    if not findings and counting < options.fewest_round:
+        findings.append(
+            f"{counting} photos count, and {options.fewest_round} are needed at least: the surface "
+            "would have holes. Take photos in steps of 30 degrees or less all the way round."
+        )
     placed = sum(one.placed for one in checked)
     facts = f"{placed} of {len(checked)} photos placed, largest gap {gap_deg:.0f} degrees"
     if board_photos is not None:
