@@ -368,7 +368,6 @@ function Findings({ said, onCheck }: { said: Check | null; onCheck: (() => void)
     { ok: sharp === answer.photos.length, text: t("find.sharp", sharp, answer.photos.length) },
     ...(answer.board_photos === null || answer.board_photos === undefined ? [] : [{ ok: answer.board_photos >= 3, text: t("find.board", answer.board_photos) }]),
     ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
-    ...(answer.kept_still === null || answer.kept_still === undefined ? [] : [{ ok: answer.kept_still, text: t(answer.kept_still ? "find.still" : "find.moved") }]),
     { ok: answer.photos.every((one) => one.burnt < 0.02), text: answer.photos.every((one) => one.burnt < 0.02) ? t("find.light") : t("find.light.bad") },
   ];
   return (
