@@ -61,8 +61,8 @@ def answered(
         trial = adjust(room, priors, outlier_sigmas=outlier_sigmas, solve_own=True)
         if trial.sigma_px >= best.sigma_px:
             break
-        if beyond_cameras(trial.scene):
-            if not zoomed_by_own(trial.scene):
+        if beyond := beyond_cameras(trial.scene):
+            if beyond != ("focal length",) or not zoomed_by_own(trial.scene):
                 break
             # the spread of a camera's faults held their focal lengths back
             room = with_spread_of(room, trial.scene)

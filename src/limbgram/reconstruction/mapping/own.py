@@ -109,12 +109,17 @@ def with_spread_of(scene: Scene, solved: Scene) -> Scene:
     return replace(scene, own=replace(scene.own, spread=solved.own.spread))
 
 
-def beyond_cameras(scene: Scene) -> bool:
-    """Whether lenses of single photos differ by more than those of real cameras can."""
-    own = scene.own
+def beyond_cameras(scene: Scene) -> tuple[Deviation, ...]:
+    """Kinds in which lenses of single photos differ by more than those of real cameras can."""
+    own, first = scene.own, 0
     assert own is not None
-    most = [_WIDE[kind] for kind in own.deviations for _ in range(numbers_of(kind))]
-    return bool(np.any(own.spread > np.array(most)))
+    beyond: list[Deviation] = []
+    for kind in own.deviations:
+        numbers = slice(first, first + numbers_of(kind))
+        first = numbers.stop
+        if (own.spread[numbers] > _WIDE[kind]).any():
+            beyond.append(kind)
+    return tuple(beyond)
 
 
 @dataclass(frozen=True)
