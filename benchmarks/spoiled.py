@@ -89,7 +89,7 @@ class Spoiled:
     title: str
     photos: Callable[[Photos], Photos] = all_of
     image: Callable[[Image.Image], Image.Image] | None = None
-    images: slice = slice(None)
+    images: slice = field(default_factory=lambda: slice(None))
     """Photos that the change is made to."""
     camera: Callable[[dict[str, Any]], dict[str, Any]] | None = None
     words: Sequence[str] = field(default=())

@@ -48,7 +48,7 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
-from limbgram.reconstruction.dense.region import limb_among
+from limbgram.reconstruction.dense.region import RegionOptions, limb_among
 from limbgram.reconstruction.features.detection import (
     FeatureOptions,
     Features,
@@ -328,7 +328,7 @@ class Coach:
             )
         found = True
         try:
-            limb = _limb_of(metric)
+            limb = limb_shown(metric)
         except RegionError as refusal:
             findings.append(str(refusal))
             limb, found = metric.scene.points_in_world, False
@@ -569,10 +569,11 @@ class _Slopes:
         """Root mean square round these full-size pixels; 0 outside the photo."""
         rows, columns = self.energy.shape
         known = np.isfinite(xy_px).all(axis=1)
-        x, y = (np.where(known, xy_px.T, -1.0) / self.block_px).astype(int)
+        x, y = np.where(known, xy_px.T, -1.0) / self.block_px
         inside = known & (x >= 0) & (y >= 0) & (x < columns) & (y < rows)
-        found = self.energy[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)]
-        return np.where(inside, np.sqrt(found.astype(np.float64)), 0.0)
+        # beside the lens a place may lie farther off than an integer holds
+        row, column = np.clip(y, 0, rows - 1).astype(int), np.clip(x, 0, columns - 1).astype(int)
+        return np.where(inside, np.sqrt(self.energy[row, column].astype(np.float64)), 0.0)
 
 
 @dataclass(frozen=True)
@@ -584,13 +585,15 @@ class _Looked:
     slopes: _Slopes
 
 
-def _limb_of(metric: MetricScene) -> Points3:
+def limb_shown(metric: MetricScene) -> Points3:
     """The points of what the cameras aim at, above the floor."""
     scene = metric.scene
     points = scene.points_in_world
     aim = aim_of(scene.views, points)
     if metric.floor_z_mm is not None:
-        above = _ABOVE_FLOOR_MM if metric.scale.unit == "mm" else 0.0
+        # without a size there is no board either, and the floor's own points lie about its plane
+        in_mm = metric.scale.unit == "mm"
+        above = _ABOVE_FLOOR_MM if in_mm else RegionOptions().floor_clearance * aim.reach
         points = points[points[:, 2] > metric.floor_z_mm + above]
     return limb_among(points, aim, _FEWEST_LIMB_POINTS).points_mm
 

@@ -1,9 +1,12 @@
-"""Gaps in a walk: whole walks are never held back, and missing sides are asked for."""
+"""Gaps in a walk: whole walks are never held back, missing sides are asked for. And the limb."""
 
 import numpy as np
 import pytest
 
-from limbgram.capture.coach import CheckedPhoto, missing_round
+from limbgram.capture.coach import CheckedPhoto, limb_shown, missing_round
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.synthetic.photographer import walk_round
 
 SEEDS = range(40)
@@ -49,3 +52,36 @@ def test_a_side_that_is_missing_in_both_rings_is_asked_for() -> None:
     for seed in SEEDS:
         left = [one for one in walk(24, 2, seed) if not 100 < one.azimuth_deg < 180]
         assert sum(one.count for one in missing_round(left)) >= 2
+
+
+@pytest.mark.parametrize("floor_sigma", [0.001, 0.003])
+def test_without_a_size_the_floor_is_no_limb(floor_sigma: float) -> None:
+    """A thinly painted pot, in units of its distance, on a printed sheet with ten times its points.
+
+    The sheet's own points lie on both sides of its plane, by their errors and by its relief.
+    """
+    draw = np.random.default_rng(5)
+    angle, height = draw.uniform(0, 2 * np.pi, 900), draw.uniform(0, 0.3, 900)
+    pot = np.column_stack([0.15 * np.cos(angle), 0.15 * np.sin(angle), height])
+    sheet = np.column_stack(
+        [draw.uniform(-0.4, 0.4, (9000, 2)), draw.normal(scale=floor_sigma, size=9000)]
+    )
+    lens = Camera(width_px=1000, height_px=1300, fx=1200.0, fy=1200.0, cx=499.5, cy=649.5)
+    poses = walk_round(np.array([0.0, 0.0, 0.1]), 1.0, 20, 2, 3)
+    nothing = np.zeros(0, np.int32)
+    names = tuple(f"{number}.jpg" for number in range(len(poses)))
+    scene = Scene(
+        names=names,
+        cameras=(lens,),
+        camera_idx=(0,) * len(poses),
+        camera_from_world=poses,
+        points_in_world=np.concatenate([pot, sheet]),
+        observations=Observations(nothing, nothing, np.zeros((0, 2))),
+        verdicts=(),
+    )
+    metric = to_millimetres(scene)
+    limb = limb_shown(metric)
+    of_pot = (metric.scene.points_in_world[None, :900] == limb[:, None]).all(axis=2).any(axis=0)
+    assert metric.floor_z_mm is not None
+    assert of_pot.sum() > 0.95 * len(limb)
+    assert of_pot.mean() > 0.9
