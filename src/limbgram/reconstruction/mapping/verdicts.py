@@ -97,18 +97,21 @@ _CONTRADICTION_DEG = 15.0
 def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:
     """Photos whose pose contradicts the pairs that hold most of their matches.
 
-    Planes are not asked: each allows two poses.
+    A plane allows two poses, of which a pair keeps one: where that agrees it speaks for the photo,
+    where it does not it says nothing. A general pair that sees little but a plane turns wrongly.
     """
     agreeing, all_matches = np.zeros(len(scene.names)), np.zeros(len(scene.names))
     for pair in pairs.verified:
         first, second = pair.matches.first, pair.matches.second
         placed = scene.camera_from_world[first], scene.camera_from_world[second]
-        if pair.kind != "general" or pair.second_from_first is None:
+        if pair.kind == "rotation" or pair.second_from_first is None:
             continue
         if placed[0] is None or placed[1] is None:
             continue
         turn = placed[1].rotation @ placed[0].rotation.T
         agrees = angle_between_deg(turn, pair.second_from_first.rotation) < _CONTRADICTION_DEG
+        if pair.kind == "planar" and not agrees:
+            continue
         for photo in (first, second):
             all_matches[photo] += len(pair.matches)
             agreeing[photo] += len(pair.matches) * agrees

@@ -9,6 +9,9 @@ Method  Points that three photos or more see stay where the scene has them. A ph
         points spread more than far ones. The points follow a zoomed photo in part, so that about
         0.4 of its zoom is seen: 0.45 % of 1 % on limb_ring15, at 11 sigmas. Under autofocus every
         photo has a focal length of its own; odd is only what stands out from the others' spread.
+        So it does where the points do not keep still, a sheet of paper that bends, say: a photo
+        that faces it squarely tells its zoom ten times worse than the others, and shows ten times
+        their spread. Both the offsets and what they are in own sigmas count as spread.
         Zoomed neighbours bend the points that they share, and none of them is sure then: of two of
         14 photos zoomed by 6 % each showed 1 %, at 3 to 4 sigmas. Those that stand out so far are
         suspected, and their fit is done anew with points that the other photos alone hold: there
@@ -23,7 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.frames import Rigid
@@ -135,26 +138,40 @@ def zoomed_by_own(scene: Scene) -> dict[int, str]:
     first = 0
     for kind in own.deviations[: own.deviations.index("focal length")]:
         first += numbers_of(kind)
-    factors = 1.0 + own.values[:, first]
+    factors, fits = 1.0 + own.values[:, first], focal_fits(scene)
     found: dict[int, str] = {}
     for camera in sorted({scene.camera_idx[photo] for photo in scene.placed}):
-        photos = np.array([k for k in scene.placed if scene.camera_idx[k] == camera])
-        usual = _usual(factors[photos])
-        off = factors[photos] / usual - 1.0 if usual is not None else np.zeros(len(photos))
-        for photo in np.flatnonzero(np.abs(off) > _BEYOND_FOCUS).tolist():
-            found[int(photos[photo])] = _told(float(off[photo]), "")
+        known = [
+            (photo, fit.sigma)
+            for photo, fit in enumerate(fits)
+            if fit is not None and scene.camera_idx[photo] == camera
+        ]
+        photos, sigmas = np.array([k for k, _ in known], int), np.array([s for _, s in known])
+        alike = _largest_group(factors[photos])
+        if not alike.any():
+            continue
+        off = factors[photos] / np.median(factors[photos[alike]]) - 1.0
+        firm = _ODD_SIGMAS * _understated(off[alike], sigmas[alike]) * sigmas
+        for k in np.flatnonzero(np.abs(off) > np.maximum(_BEYOND_FOCUS, firm)).tolist():
+            found[int(photos[k])] = _told(float(off[k]), "")
     return found
 
 
-def _usual(factors: Float64[np.ndarray, " p"]) -> float | None:
-    """Middle of the largest group of photos whose focal lengths agree; of two, that of the file."""
+def _largest_group(factors: Float64[np.ndarray, " p"]) -> Bool[np.ndarray, " p"]:
+    """Photos whose focal lengths agree; of two such groups, that of the file. None if none is."""
+    if not len(factors):
+        return np.zeros(0, np.bool_)
     alike = np.abs(factors[:, None] - factors) < _ALIKE
     sizes = alike.sum(axis=1)
     if sizes.max() < _FEWEST_ALIKE * len(factors):
-        return None
+        return np.zeros(len(factors), np.bool_)
     largest = np.flatnonzero(sizes == sizes.max())
-    middle = largest[np.argmin(np.abs(factors[largest] - 1.0))]
-    return float(np.median(factors[alike[middle]]))
+    return alike[largest[np.argmin(np.abs(factors[largest] - 1.0))]]
+
+
+def _understated(offs: Float64[np.ndarray, " p"], sigmas: Float64[np.ndarray, " p"]) -> float:
+    """How many times the own sigmas of usual photos fall short of their spread; 1 at least."""
+    return max(1.0, 1.4826 * float(np.median(np.abs(offs) / sigmas)))
 
 
 def _told(off: float, more: str) -> str:
@@ -169,11 +186,14 @@ def _standing_out(fits: Sequence[FocalFit | None], sigmas: float) -> dict[int, s
     known = {photo: fit for photo, fit in enumerate(fits) if fit is not None}
     if not known:
         return {}
-    usual = 1.4826 * float(np.median([abs(fit.ratio - 1.0) for fit in known.values()]))
+    offs = np.array([abs(fit.ratio - 1.0) for fit in known.values()])
+    own_sigmas = np.array([fit.sigma for fit in known.values()])
+    usual = 1.4826 * float(np.median(offs))
+    understated = _understated(offs, own_sigmas)
     found: dict[int, str] = {}
     for photo, fit in known.items():
         off = fit.ratio - 1.0
-        if abs(off) > max(_ODD_SHARE, sigmas * fit.sigma, _ODD_SIGMAS * usual):
+        if abs(off) > max(_ODD_SHARE, sigmas * understated * fit.sigma, _ODD_SIGMAS * usual):
             found[photo] = _told(off, " or more")
     return found
 

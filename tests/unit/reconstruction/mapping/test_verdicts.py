@@ -106,7 +106,7 @@ def relative(scene: Scene, first: int, second: int, turn_deg: float = 0.0) -> Ri
 def test_a_photo_contradicts_where_most_of_its_matches_say_so(
     make_scene: MakeScene, make_pair: MakePair, turn_deg: float, wrong: bool
 ) -> None:
-    """Photo 2 has 29 matches that agree, photo 3 has 31, both 30 others; planes are not asked."""
+    """Photo 2 has 29 matches that agree, photo 3 has 31, both 30 others; planes say nothing."""
     scene = make_scene(photos=4)
     fewer, turned, more = (np.zeros((count, 2)) for count in (29, 30, 31))
     plane = np.zeros((90, 2))
@@ -119,6 +119,8 @@ def test_a_photo_contradicts_where_most_of_its_matches_say_so(
     )
     found = contradicted(scene, Pairs(verified, ()))
     assert found.tolist() == [False, False, wrong, False]
+    seen = make_pair(1, 2, plane, relative(scene, 1, 2), kind="planar")
+    assert not contradicted(scene, Pairs((*verified, seen), ())).any()
 
 
 def test_points_and_residuals_are_counted_by_photo(make_scene: MakeScene) -> None:

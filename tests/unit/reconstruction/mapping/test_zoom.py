@@ -9,9 +9,15 @@ import pytest
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.ring import MappingOptions, readjusted
-from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.mapping.scene import Observations, OwnLenses, PhotoVerdict, Scene
 from limbgram.reconstruction.mapping.solution import adjust
-from limbgram.reconstruction.mapping.zoom import focal_fits, odd_focals, zoomed_by_own
+from limbgram.reconstruction.mapping.zoom import (
+    FocalFit,
+    _standing_out,
+    focal_fits,
+    odd_focals,
+    zoomed_by_own,
+)
 
 Maker = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=700, fx=1500.0, fy=1490.0, cx=450.0, cy=345.0, k1=-0.08)
@@ -65,6 +71,15 @@ def test_a_zoomed_photo_is_named_after_the_adjustment_and_no_other(ring: Scene) 
     assert "shorter" in odd_focals(adjusted(zoomed(ring, 7, 0.97)))[7]
 
 
+@pytest.mark.parametrize(("off", "sigma", "odd"), [(0.02, 0.003, False), (0.02, 0.0003, True)])
+def test_a_photo_that_tells_its_zoom_badly_may_be_off_as_much_more(
+    off: float, sigma: float, odd: bool
+) -> None:
+    """The others are off by five of their sigmas, as on a sheet that bends."""
+    others = [FocalFit(1.0 + 0.0015 * (-1) ** k, 0.0003) for k in range(14)]
+    assert (14 in _standing_out([*others, FocalFit(1.0 + off, sigma)], 5.0)) == odd
+
+
 @pytest.mark.parametrize("zoom", [1.02, 1.06, 0.94])
 def test_zoomed_neighbours_are_both_named_and_set_aside(ring: Scene, zoom: float) -> None:
     """Each of them bends the points that both see, so by itself neither stands out enough."""
@@ -97,6 +112,28 @@ def test_half_of_the_photos_zoomed_are_named_and_used(
     wanted = [zoom if k in photos else 1.0 for k in range(len(ring.names))]
     assert np.abs(np.array(factors) / wanted - 1.0).max() < 0.01
     assert zoomed_by_own(found).keys() == {*photos}
+
+
+@pytest.mark.parametrize(("noise_px", "named"), [(0.0, {4}), (60.0, set())])
+def test_a_solved_focal_length_that_nothing_holds_is_no_zoom(
+    ring: Scene, noise_px: float, named: set[int]
+) -> None:
+    """Solved for from points that barely tell it; 3 % off, where it tells them to 1 %."""
+    values = 0.0005 * np.random.default_rng(5).normal(size=(15, 1))
+    values[4] = 0.03
+    own = OwnLenses(
+        deviations=("focal length",),
+        values=values,
+        spread=np.array([0.01]),
+        shifts=np.zeros((15, 10)),
+        chances=(1e-9,),
+    )
+    seen = ring.observations
+    theirs = (seen.photo_idx == 4)[:, None]
+    noise = np.where(theirs, np.random.default_rng(6).normal(0, noise_px, seen.xy_px.shape), 0.0)
+    changed = Observations(seen.photo_idx, seen.point_idx, seen.xy_px + noise)
+    found = zoomed_by_own(replace(ring, observations=changed, own=own))
+    assert found.keys() == named
 
 
 def test_the_file_of_another_camera_is_no_zoom(ring: Scene) -> None:
