@@ -166,11 +166,14 @@ def repeats(source: Path, camera: Path, count: int) -> Iterator[dict[str, Any]]:
 
 
 def accuracy(case: Path, source: Path) -> dict[str, Any]:
-    """What the case says of itself, and its comparison with the truth where there is one."""
+    """What the case says of itself, and its comparison with the truth where there is one.
+
+    That is None where the surface lies too far from the truth to be compared.
+    """
     own = _accuracy_tree(case)
     said = {name: own[name] for name in ("headline", "light", "criteria", "expected")}
     against = _accuracy_tree(case, source) if (source / "truth").is_dir() else own
-    return said | {"truth": against["truth"]}
+    return said | {"truth": against.get("truth")}
 
 
 def _accuracy_tree(case: Path, truth: Path | None = None) -> dict[str, Any]:

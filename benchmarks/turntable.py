@@ -4,8 +4,8 @@
 
 Every capture is made by the project's generator, small, and run through the command line; the
 results are written after each with its commit, and a run goes on where an earlier one ended.
-`right` is a surface within its own stated error, `refused` says what to do; `wrong` and `failed`
-must not be.
+`right` is a surface within its own stated error, or red; `refused` says what to do; `wrong` and
+`failed` must not be. A red surface may lie too far from the truth to be compared.
 """
 
 import argparse
@@ -105,10 +105,12 @@ def one(name: str, seed: int, camera: Path, folder: Path) -> dict[str, Any]:
         return told | {"outcome": "refused" if refused else "failed", "said": run["message"]}
     summary = json.loads((case / "summary.json").read_text("utf-8"))
     judged = accuracy(case, source)
-    truth, stated = judged["truth"], stated_rms_mm(judged)
-    honest = truth["rms_mm"] < WITHIN * stated or judged["light"] == "red"
+    truth, stated, red = judged["truth"], stated_rms_mm(judged), judged["light"] == "red"
+    if truth is None:
+        outcome = "right" if red else "wrong"
+        return told | {"outcome": outcome, "light": judged["light"], "said": judged["headline"]}
     return told | {
-        "outcome": "right" if honest else "wrong",
+        "outcome": "right" if red or truth["rms_mm"] < WITHIN * stated else "wrong",
         "light": judged["light"],
         "headline": judged["headline"],
         "placed": summary["scene"]["placed"],
@@ -148,8 +150,8 @@ def table(found: dict[str, Any]) -> str:
     ]
     for run in found["runs"]:
         cells = [run["case"], str(run["seed"]), run["outcome"]]
-        if run["outcome"] in ("refused", "failed"):
-            cells += [""] * 9
+        if "rms_mm" not in run:
+            cells += [run.get("light", ""), *[""] * 8]
         else:
             cells += [
                 run["light"], f"{run['placed']} of {run['photos']}", f"{run['rms_mm']:.3f}",
@@ -158,9 +160,9 @@ def table(found: dict[str, Any]) -> str:
                 f"{run['filled_share']:.1%}", str(run["bodies"]),
             ]  # fmt: skip
         lines.append(f"| {' | '.join([*cells, format(run['run']['cpu_s'], '.0f')])} |")
-    refusals = [run for run in found["runs"] if run["outcome"] in ("refused", "failed")]
+    refusals = [run for run in found["runs"] if "rms_mm" not in run]
     if refusals:
-        lines += ["", "## What was refused, or failed", ""]
+        lines += ["", "## What was refused, failed, or cannot be compared", ""]
         lines += [f"- {one['case']}, seed {one['seed']}: {_words(one['said'])}" for one in refusals]
     return "\n".join(lines) + "\n"
 

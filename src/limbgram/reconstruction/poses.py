@@ -68,6 +68,8 @@ its own tilt open by ten degrees and more."""
 _FEWEST_ASTRAY = 4
 _BESIDE = 3
 """Photos between the best place to part the photos by the board and the weak link that is meant."""
+_MOST_TRIED = 6
+"""Places at which a capture is parted, at most: each costs two scenes."""
 _WEAKEST = 2
 """Links between a photo and the next at which sides are tried."""
 _WEAK_LINK = 0.5
@@ -224,17 +226,32 @@ def find_poses(
     lenses = [cameras.calibrations[one.camera_idx].camera for one in photos.photos]
     by_pairs = _where_pairs_leave_board(pairs, detections, lenses)
     others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
-    for start in dict.fromkeys([*by_pairs, *others]):
+    candidates, tried = [*by_pairs, *others], set[int]()
+    best: tuple[Side, ...] = ()
+    while candidates and len(tried) < _MOST_TRIED:
+        start = candidates.pop(0)
+        if start in tried:
+            continue
+        tried.add(start)
         halves = tuple(range(start)), tuple(range(start, count))
         sides = [
             _side(half, photos, features, pairs, cameras, detections, options) for half in halves
         ]
-        known = [side for side in sides if side is not None]
+        known = tuple(side for side in sides if side is not None)
         if len(known) < len(halves):
             continue
         if scene is None or _board_moves(scene, detections) or not _one_body(known, scene):
-            return Poses(sides=tuple(known), clearance=options.clearance)
-    return Poses()
+            # a side that itself falls apart begins or ends elsewhere
+            again = [k for side in known for k in _suspected(side.metric.scene, detections)]
+            if not again:
+                return Poses(sides=known, clearance=options.clearance)
+            candidates = [*again, *candidates]
+            best = max(best, known, key=_photos_placed)
+    return Poses(sides=best, clearance=options.clearance)
+
+
+def _photos_placed(sides: Sequence[Side]) -> int:
+    return sum(len(side.metric.scene.placed) for side in sides)
 
 
 def may_be_turned_over(scene: Scene, detections: BoardDetections | None) -> bool:
@@ -377,18 +394,25 @@ def _suspected(
         near = [k for k in weak if abs(k - by_board) <= _BESIDE]
         yield from dict.fromkeys([*near, by_board, *weak])
     else:
-        yield from _where_object_parts(scene)
+        yield from _where_object_parts(scene, detections)
 
 
 def _board_moves(scene: Scene, detections: BoardDetections | None) -> bool:
     return detections is not None and _where_board_moves(scene, detections) is not None
 
 
-def _where_object_parts(scene: Scene) -> Iterator[int]:
-    """The photo from which on hardly a point near the aim is one of those seen before."""
+def _where_object_parts(scene: Scene, detections: BoardDetections) -> Iterator[int]:
+    """The photo from which on hardly a point near the aim is one of those seen before.
+
+    Photos that show the board are asked: the others may have been placed by the object.
+    """
+    shown = _boards_from_cameras(scene, detections).photos
+    if len(shown) < 2 * _FEWEST_PHOTOS:
+        return
     aim = aim_of(scene.views, scene.points_in_world)
     near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < _NEAR_AIM * aim.reach
-    seen, count = scene.observations, len(scene.names)
+    seen = scene.observations.some(np.isin(scene.observations.photo_idx, shown))
+    count = len(scene.names)
     first = np.full(len(near), count)
     last = np.full(len(near), -1)
     np.minimum.at(first, seen.point_idx, seen.photo_idx)
@@ -397,17 +421,17 @@ def _where_object_parts(scene: Scene) -> Iterator[int]:
     shares: list[tuple[float, int]] = []
     for start in range(_FEWEST_PHOTOS, count - _FEWEST_PHOTOS + 1):
         before, after = int((last < start).sum()), int((first >= start).sum())
-        if min(before, after) >= _FEWEST_NEAR and _face_alike(scene, aim.point, start):
+        if min(before, after) >= _FEWEST_NEAR and _face_alike(scene, shown, aim.point, start):
             shares.append((1.0 - (before + after) / len(first), start))
     if shares and min(shares)[0] < _SHARED_NEAR:
         yield min(shares)[1]
 
 
-def _face_alike(scene: Scene, aim: Vector3, start: int) -> bool:
+def _face_alike(scene: Scene, photos: Sequence[int], aim: Vector3, start: int) -> bool:
     """Whether photos before `start` look at the object from where those from it on do."""
-    rays = np.array([view.centre_in_world - aim for view in scene.views])
+    rays = np.array([scene.view(photo).centre_in_world - aim for photo in photos])
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    before = np.array(scene.placed) < start
+    before = np.array(photos) < start
     if before.all() or not before.any():
         return False
     apart = np.degrees(np.arccos(np.clip(rays[before] @ rays[~before].T, -1.0, 1.0)))

@@ -1,27 +1,32 @@
 """Poses: a cast that was turned over is told by its board, and nothing else is."""
 
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from limbgram.core.errors import PlacementError
 from limbgram.core.geometry.frames import Rigid, Similarity
+from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.region import solid
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.matching.matching import Matches, PairMatches
+from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.poses import (
     Poses,
     Side,
     above_floors,
+    find_poses,
     may_be_turned_over,
     refuse_apart,
 )
 from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.reconstruction.targets.board import BoardDetections, PhotoCorners
+from limbgram.reconstruction.twoview.pairs import Pairs
 from limbgram.synthetic import (
     SMALL,
     Movement,
@@ -110,6 +115,26 @@ def test_a_room_that_joins_them_shows_the_cast_twice(turned_over: Truth) -> None
     assert may_be_turned_over(scene_of(turned_over, in_room=True), board_in(turned_over))
 
 
+def test_photos_without_the_board_that_the_cast_joined_hide_nothing(turned_over: Truth) -> None:
+    """They are placed by the first pose's cast, and share its points with the photos before."""
+    scene = scene_of(turned_over, in_room=True).moved(OTHER_UNIT.inverse)
+    astray = (8, 9, 15)
+    first_limb = turned_over.room_from_limb[0].inverse
+    poses = list(scene.camera_from_world)
+    for k in astray:
+        poses[k] = turned_over.views[k].camera_from_world @ first_limb
+    seen = scene.observations
+    body = np.int32(len(scene.points_in_world) // 2) * np.isin(seen.photo_idx, astray)
+    mixed = replace(
+        scene,
+        camera_from_world=tuple(poses),
+        observations=replace(seen, point_idx=seen.point_idx - body),
+    ).moved(OTHER_UNIT)
+    shown = board_in(turned_over)
+    shown = replace(shown, photos=tuple(o for o in shown.photos if o.photo_idx not in astray))
+    assert may_be_turned_over(mixed, shown)
+
+
 @pytest.mark.parametrize(
     "told",
     [
@@ -180,6 +205,28 @@ def side_of(truth: Truth, photos: range, floor_z_mm: float | None = 0.0) -> Side
 def poses(turned_over: Truth) -> Poses:
     first, second = range(PHOTOS // 2), range(PHOTOS // 2, PHOTOS)
     return Poses(sides=(side_of(turned_over, first), side_of(turned_over, second)))
+
+
+@pytest.mark.parametrize("first_guess", [5, 8, 11])
+def test_a_side_that_falls_apart_itself_is_parted_there(
+    monkeypatch: pytest.MonkeyPatch, turned_over: Truth, first_guess: int
+) -> None:
+    """Whatever place is tried first, the sides begin where the cast was turned over."""
+
+    def guess(*_: Any) -> list[int]:
+        return [first_guess]
+
+    def side(half: range, *_: Any) -> Side:
+        return side_of(turned_over, half)
+
+    monkeypatch.setattr("limbgram.reconstruction.poses._where_pairs_leave_board", guess)
+    monkeypatch.setattr("limbgram.reconstruction.poses._side", side)
+    photo = SimpleNamespace(camera_idx=0)
+    photos = cast(PhotoSet, SimpleNamespace(photos=[photo] * PHOTOS))
+    calibration = SimpleNamespace(camera=turned_over.views[0].camera)
+    cameras = cast(Cameras, SimpleNamespace(calibrations=[calibration]))
+    found = find_poses(photos, Features(()), Pairs((), 0), cameras, board_in(turned_over), None)
+    assert [side.photos for side in found.sides] == [tuple(range(8)), tuple(range(8, PHOTOS))]
 
 
 def keypoints(xy_px: np.ndarray) -> Keypoints:
