@@ -62,6 +62,9 @@ _MOVED_SHARE = 0.04
 """How far photos put the board from one place, of the cameras' distance, where an object was turned
 over: 0.12 to 0.13. Good captures have 0.0005, a patient who shifts or a board that is pushed
 0.01."""
+_MOST = 0.6
+"""Part of the photos by which the board's place is found where some put it elsewhere."""
+_TRIMMING_ROUNDS = 20
 _ASTRAY_DEG = 20.0
 """Turn of a pair against its board from which it contradicts it: a board seen flat from afar leaves
 its own tilt open by ten degrees and more."""
@@ -404,12 +407,16 @@ def _board_moves(scene: Scene, detections: BoardDetections | None) -> bool:
 def _where_object_parts(scene: Scene, detections: BoardDetections) -> Iterator[int]:
     """The photo from which on hardly a point near the aim is one of those seen before.
 
-    Photos that show the board are asked: the others may have been placed by the object.
+    Photos that show the board where most do are asked: the object may have placed the others.
     """
-    shown = _boards_from_cameras(scene, detections).photos
+    aim = aim_of(scene.views, scene.points_in_world)
+    boards = _boards_from_cameras(scene, detections)
+    if len(boards.photos) < 2 * _FEWEST_PHOTOS:
+        return
+    in_place = boards.off_their_place() < _MOVED_SHARE * aim.distance
+    shown = [photo for photo, kept in zip(boards.photos, in_place, strict=True) if kept]
     if len(shown) < 2 * _FEWEST_PHOTOS:
         return
-    aim = aim_of(scene.views, scene.points_in_world)
     near = np.linalg.norm(scene.points_in_world - aim.point, axis=1) < _NEAR_AIM * aim.reach
     seen = scene.observations.some(np.isin(scene.observations.photo_idx, shown))
     count = len(scene.names)
@@ -490,14 +497,30 @@ class _Boards:
 
         It has one place before photo number `start`, and one from it on.
         """
+        flat, right = self._equations(start)
+        off = right - flat @ np.linalg.lstsq(flat, right, rcond=None)[0]
+        return float(np.sqrt(3.0 * np.mean(off**2)))
+
+    def off_their_place(self) -> Float64[np.ndarray, " n"]:
+        """How far each photo puts the board from where most of them do (least trimmed squares)."""
+        flat, right = self._equations(len(self.photos))
+        off = np.zeros(len(self.photos))
+        for _ in range(_TRIMMING_ROUNDS):
+            rows = np.repeat(off <= np.quantile(off, _MOST), 3)
+            found = np.linalg.lstsq(flat[rows], right[rows], rcond=None)[0]
+            off = np.linalg.norm((right - flat @ found).reshape(-1, 3), axis=1)
+        return off
+
+    def _equations(
+        self, start: int
+    ) -> tuple[Float64[np.ndarray, "m c"], Float64[np.ndarray, " m"]]:
+        """Of the places of the board, one or two that part at `start`, and of its size."""
         places = 3 * (1 + (start < len(self.photos)))
         design = np.zeros((len(self.photos), 3, 1 + places))
         design[:, :, 0] = -self.arms_mm
         design[:start, :, 1:4] = np.eye(3)
         design[start:, :, places - 2 :] = np.eye(3)
-        flat, right = design.reshape(-1, 1 + places), self.centres.ravel()
-        off = right - flat @ np.linalg.lstsq(flat, right, rcond=None)[0]
-        return float(np.sqrt(3.0 * np.mean(off**2)))
+        return design.reshape(-1, 1 + places), self.centres.ravel()
 
 
 def _boards_from_cameras(scene: Scene, detections: BoardDetections) -> _Boards:

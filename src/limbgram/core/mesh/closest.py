@@ -219,7 +219,10 @@ def _least_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float
 def _nearest_on_triangle(
     triangles: np.ndarray, t: int, x: float, y: float, z: float, place: np.ndarray
 ):
-    """Squared distance to a triangle; fills in the nearest place (Ericson 2005, 5.1.5)."""
+    """Squared distance to a triangle; fills in the nearest place (Ericson 2005, 5.1.5).
+
+    A triangle without an area has edges all the same.
+    """
     ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
     bx, by, bz = triangles[t, 1, 0], triangles[t, 1, 1], triangles[t, 1, 2]
     cx, cy, cz = triangles[t, 2, 0], triangles[t, 2, 1], triangles[t, 2, 2]
@@ -239,14 +242,14 @@ def _nearest_on_triangle(
         v = 1.0
     elif d6 >= 0 and d5 <= d6:
         w = 1.0
-    elif vc <= 0 and d1 >= 0 and d3 <= 0:
+    elif vc <= 0 and d1 >= 0 and d3 <= 0 and d1 > d3:
         v = d1 / (d1 - d3)
-    elif vb <= 0 and d2 >= 0 and d6 <= 0:
+    elif vb <= 0 and d2 >= 0 and d6 <= 0 and d2 > d6:
         w = d2 / (d2 - d6)
-    elif va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
+    elif va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0 and (d4 - d3) + (d5 - d6) > 0:
         w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
         v = 1 - w
-    else:
+    elif va + vb + vc > 0:
         v, w = vb / (va + vb + vc), vc / (va + vb + vc)
     place[0] = ax + v * ab_x + w * ac_x
     place[1] = ay + v * ab_y + w * ac_y

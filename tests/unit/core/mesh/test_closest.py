@@ -27,3 +27,18 @@ def test_triangles_all_in_one_place_have_a_nearest_too() -> None:
 def test_a_mesh_without_faces_has_no_nearest_place() -> None:
     with pytest.raises(ValueError, match="without faces"):
         TriangleTree.of(np.zeros((3, 3)), np.empty((0, 3), np.int32))
+
+
+@pytest.mark.parametrize("corners", [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 1, 2), (2, 1, 0)])
+def test_a_triangle_without_an_area_is_its_edges(corners: tuple[int, int, int]) -> None:
+    """Two corners in one place, or three in a row, as a closing may leave them."""
+    row = np.array([[0.0, 0, 0], [2.0, 0, 0], [1.0, 0, 0]])
+    tree = TriangleTree.of(row, np.array([corners], np.int32))
+    x = np.array([-3.0, 0.0, 0.3, 1.0, 1.7, 2.0, 6.0])
+    for y, z in [(4.0, 3.0), (-1.0, 0.0), (0.0, 0.0)]:
+        queries = np.column_stack([x, np.full(7, y), np.full(7, z)])
+        nearest = np.column_stack([np.clip(x, 0, 2), np.zeros((7, 2))])
+        found = tree.closest(queries)
+        away_mm = np.linalg.norm(queries - nearest, axis=1)
+        np.testing.assert_allclose(found.distances_mm, away_mm, atol=1e-12)
+        np.testing.assert_allclose(found.points_mm, nearest, atol=1e-12)
