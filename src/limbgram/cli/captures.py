@@ -10,6 +10,7 @@ from pathlib import Path
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
+from limbgram.core.tape import read_girth
 from limbgram.core.typed import Strictness, any_value_of, value_of
 from limbgram.formats.board_file import read_board
 from limbgram.formats.marks_file import read_marks
@@ -102,15 +103,19 @@ def parse_box(text: str) -> Box:
 
 
 def parse_tape(text: str) -> TapedGirth:
-    """A taped girth: 150=354 at a height above the table, widest=354 at the widest place."""
+    """A taped girth: 150=354 at a height above the table, widest=354 at the widest place.
+
+    150=354+-4 states how surely it was read.
+    """
     place, equals, girth = text.partition("=")
-    if not equals:
+    girth_mm, sigma_mm = read_girth(girth)
+    if not equals or math.isnan(girth_mm):
         raise OptionsError(
             f"{text!r} is no taped girth. Write 150=354 for 354 mm round the limb at 150 mm above "
-            "the table, or widest=354."
+            "the table, or widest=354; 150=354+-4 where it was read to 4 mm."
         )
     height_mm = None if place.strip().lower() == "widest" else _millimetres(place)
-    return TapedGirth(girth_mm=_millimetres(girth), height_mm=height_mm)
+    return TapedGirth(girth_mm=girth_mm, height_mm=height_mm, sigma_mm=sigma_mm)
 
 
 def _millimetres(text: str) -> float:

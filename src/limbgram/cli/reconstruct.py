@@ -72,7 +72,8 @@ def reconstruct_command(
         list[str] | None,
         typer.Option(
             help="Girth that a tape read on the limb, in mm, to test the size: 150=354 at 150 mm "
-            "above the table on which the board lies, or widest=354. Repeat it.",
+            "above the table on which the board lies, or widest=354. It counts as read to 3 mm in "
+            "95 of 100; state another as 150=354+-2. Repeat it.",
             show_default=False,
         ),
     ] = None,

@@ -17,6 +17,7 @@ from PIL import ImageColor
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import json_of, read_content
 from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.tape import read_girth
 from limbgram.formats.reading import SUFFIXES, ShapeFile, read_shape
 from limbgram.formats.sidecar import LIMB_FILE_ENDING
 from limbgram.formats.units import mm_per_unit_of
@@ -190,14 +191,15 @@ def span_of(text: str) -> tuple[float, float]:
 
 
 def reading_of(text: str) -> TapeReading:
-    """A girth as HEIGHT=GIRTH in mm."""
+    """A girth as HEIGHT=GIRTH in mm, or HEIGHT=GIRTH+-TOLERANCE."""
     height, _, girth = text.partition("=")
-    if math.isnan(_number(height)) or math.isnan(_number(girth)):
+    girth_mm, sigma_mm = read_girth(girth)
+    if math.isnan(_number(height)) or math.isnan(girth_mm):
         raise OptionsError(
             f"{text!r} is no tape reading. Write the height and the girth in millimetres, such as "
-            "60=312.5."
+            "60=312.5, or 60=312.5+-4 where it was read to 4 mm."
         )
-    return TapeReading(height_mm=_number(height), girth_mm=_number(girth))
+    return TapeReading(height_mm=_number(height), girth_mm=girth_mm, sigma_mm=sigma_mm)
 
 
 def _landmark(text: str, marks: Sequence[Vector3]) -> Landmark:

@@ -83,6 +83,8 @@ def test_a_missing_distance_file_is_refused(tmp_path: Path) -> None:
 def test_taped_girths() -> None:
     assert parse_tape("150=354") == TapedGirth(girth_mm=354, height_mm=150)
     assert parse_tape(" Widest = 354.5 ") == TapedGirth(girth_mm=354.5)
+    assert parse_tape("150=354+-1.96") == TapedGirth(girth_mm=354, height_mm=150, sigma_mm=1.0)
+    assert parse_tape("150=354 ± 3.92") == TapedGirth(girth_mm=354, height_mm=150, sigma_mm=2.0)
     assert parse_tape("-20=354").place == "at -20 mm above the table"
 
 

@@ -1,9 +1,9 @@
 """Given: lengths that the user says: between picked points, and girths taped on the limb."""
 
-import math
 from dataclasses import dataclass
 
 from limbgram.core.errors import OptionsError
+from limbgram.core.tape import READING_SIGMA_MM, require_tape
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,11 @@ class TapedGirth:
     girth_mm: float
     height_mm: float | None = None
     """Above the table; None: at the widest place."""
+    sigma_mm: float = READING_SIGMA_MM
+    """Standard deviation of the reading."""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.girth_mm) and 10 < self.girth_mm < 3000):
-            raise OptionsError(
-                f"{self.girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
-            )
+        require_tape(self.girth_mm, self.sigma_mm)
 
     @property
     def place(self) -> str:

@@ -7,7 +7,6 @@ lies across the limb's own axis, however the limb leans.
 Method  sections across the long axis; the hull of the largest closed loop is what a tape reads.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,18 +17,21 @@ from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.sections import Z_AXIS, cut
+from limbgram.core.tape import PLACING_SIGMA_MM, tape_sigma_mm
 from limbgram.reconstruction.scale.given import TapedGirth
 
-_READING_MM = 1.5
-"""One sigma of a tape on a sock: 95 of 100 readings within 3 mm. Carbon copies of one person's
-readings on a rigid cast agree better; between people on a limb a girth is off by more than 5 % at
-worst (Seminati et al. 2017), so a tape finds a wrong scale and never corrects one."""
-_PLACING_MM = 3.0
-"""One sigma of the height at which a tape was laid."""
 _SEARCHED = 80
 _SEARCHED_AGAIN = 20
 _UPRIGHT = 0.7
 """Cosine of the steepest lean at which a height above the table names a place on the limb."""
+
+
+@dataclass(frozen=True)
+class TapePlane:
+    """Where a tape lay: across a direction, so far along it."""
+
+    direction: Vector3
+    along_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +43,8 @@ class TapeWitness:
     """NaN where it cannot be told."""
     sigma_mm: float
     """Of the tape: reading, and placing where the limb tapers."""
+    plane: TapePlane | None = None
+    """None where it cannot be told."""
     reason: str = ""
     """Why there is no figure."""
 
@@ -62,14 +66,14 @@ def hold_tapes(
 def _held(mesh: Mesh, floor_z_mm: float | None, taped: TapedGirth) -> TapeWitness:
     try:
         if taped.height_mm is None:
-            return TapeWitness(taped=taped, measured_mm=_widest(mesh), sigma_mm=_READING_MM)
+            return _at_widest(mesh, taped)
         return _at_height(mesh, floor_z_mm, taped, taped.height_mm)
     except MeasureError as error:
         nothing = float("nan")
         return TapeWitness(taped=taped, measured_mm=nothing, sigma_mm=nothing, reason=str(error))
 
 
-def _widest(mesh: Mesh) -> float:
+def _at_widest(mesh: Mesh, taped: TapedGirth) -> TapeWitness:
     """The largest girth; that of a brim is none, for the limb goes on there."""
     axis = fit_axis(mesh)
     along = mesh.vertices_mm @ axis.direction
@@ -87,7 +91,14 @@ def _widest(mesh: Mesh) -> float:
             "and say how high above the table"
         )
     finer = np.linspace(places[best] - step, places[best] + step, _SEARCHED_AGAIN)
-    return float(np.nanmax(_girths(mesh, axis.direction, finer)))
+    girths = _girths(mesh, axis.direction, finer)
+    widest = int(np.nanargmax(girths))
+    return TapeWitness(
+        taped=taped,
+        measured_mm=float(girths[widest]),
+        sigma_mm=tape_sigma_mm(taped.sigma_mm, 0.0),
+        plane=TapePlane(axis.direction, float(finer[widest])),
+    )
 
 
 def _at_height(
@@ -102,12 +113,15 @@ def _at_height(
         )
     rise = (floor_z_mm + height_mm - axis.point_mm[2]) / axis.direction[2]
     centre = float((axis.point_mm + rise * axis.direction) @ axis.direction)
-    near = _girths(mesh, axis.direction, centre + np.array([-_PLACING_MM, 0.0, _PLACING_MM]))
+    near = _girths(mesh, axis.direction, centre + PLACING_SIGMA_MM * np.array([-1.0, 0.0, 1.0]))
     if not np.isfinite(near[1]):
         raise MeasureError(f"the surface has no whole girth {height_mm:g} mm above the table")
     taper_mm = float(np.nanmax(np.abs(near - near[1])))
     return TapeWitness(
-        taped=taped, measured_mm=float(near[1]), sigma_mm=math.hypot(_READING_MM, taper_mm)
+        taped=taped,
+        measured_mm=float(near[1]),
+        sigma_mm=tape_sigma_mm(taped.sigma_mm, taper_mm),
+        plane=TapePlane(axis.direction, centre),
     )
 
 

@@ -4,9 +4,12 @@ import math
 
 import cv2
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import GreyImage
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.sections import Z_AXIS
 from limbgram.reconstruction.movement import (
     bending_sentence,
     lens_doubt,
@@ -20,7 +23,7 @@ from limbgram.reconstruction.photos.photo import Photo
 from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.scale.marks import marks_of_label
 from limbgram.reconstruction.scale.metric import LengthCheck
-from limbgram.reconstruction.scale.taping import TapeWitness
+from limbgram.reconstruction.scale.taping import TapePlane, TapeWitness
 from limbgram.report.accuracy.evidence import Evidence
 from limbgram.report.accuracy.figures import (
     BoardSeen,
@@ -33,6 +36,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
 )
 from limbgram.report.drawings.charts import image_scales
+from limbgram.workbench.measures.levels import Refused, Sigmas, levels_at, tape_mm
 
 _NOISE_PHOTOS = 2
 _NOISE_SIDE_PX = 1000
@@ -177,7 +181,9 @@ def length_figures(evidence: Evidence) -> LengthFigures:
         check_worst=max((abs(one.error) for one in checks), default=math.nan),
         check_worst_label=max(checks, key=lambda one: abs(one.error)).label if checks else "",
         checked_by_another_piece=_checked_by_another_piece(controls, checks),
-        tapes=tuple(_tape(one) for one in evidence.tapes.found) if scale.unit == "mm" else (),
+        tapes=tuple(_tape(one, evidence.mesh) for one in evidence.tapes.found)
+        if scale.unit == "mm"
+        else (),
         board=_board(evidence),
     )
 
@@ -210,7 +216,8 @@ def _length(one: LengthCheck) -> KnownLength:
     )
 
 
-def _tape(one: TapeWitness) -> TapedLength:
+def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
+    surface_sigma_mm = 0.0 if one.plane is None else _girth_sigma_mm(mesh, one.plane)
     off_mm = one.measured_mm - one.taped.girth_mm
     return TapedLength(
         place=one.taped.place,
@@ -218,9 +225,19 @@ def _tape(one: TapeWitness) -> TapedLength:
         measured_mm=one.measured_mm,
         error_mm=off_mm,
         error=off_mm / one.taped.girth_mm,
-        sigma_mm=one.sigma_mm,
+        sigma_mm=math.hypot(one.sigma_mm, surface_sigma_mm),
         reason=one.reason,
     )
+
+
+def _girth_sigma_mm(mesh: Mesh, plane: TapePlane) -> float:
+    """Standard deviation of the surface's own girth there; 0 where the mesh carries no sigmas."""
+    upright = Rotation.align_vectors(Z_AXIS[None], plane.direction[None])[0]
+    turned = mesh.with_vertices(upright.apply(mesh.vertices_mm))
+    level = levels_at(turned, [plane.along_mm])[0]
+    if isinstance(level, Refused):
+        return 0.0
+    return Sigmas.of(turned).figure(level, tape_mm(level)).sigma or 0.0
 
 
 def _relative_rms(lengths: list[LengthCheck]) -> float:

@@ -264,6 +264,7 @@ class TapedLength:
     error_mm: float
     error: float
     sigma_mm: float
+    """Standard deviation of the difference: of the tape and of the surface's girth."""
     reason: str
     """Why there is no figure; empty where there is one."""
 

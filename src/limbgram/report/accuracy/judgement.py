@@ -14,6 +14,7 @@ from typing import Literal
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
+from limbgram.core.tape import AGREES_SIGMAS, CONTRADICTS_SIGMAS, sigmas_apart
 from limbgram.reconstruction.calibration.cameras import SQUARE_WITHIN, squareness
 from limbgram.reconstruction.mapping.zoom import zoomed_sentence
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
@@ -112,9 +113,10 @@ TAPE_TELLS = 0.01
 """Of the girth: a tape checks the size where its two sigmas are no more. 1 % of a
 girth of 350 mm is less than two plies of sock, and a print fitted to the page is 3 % off or more. A
 tape reaches 1 % on a girth of 300 mm that does not taper."""
-TAPE = _Limit("tape", "Taped girth against the surface", "sigmas", 2.0, 4.0)
-"""Of the tape: green within what 95 of 100 readings are. Four of them (6 mm) are 1.7 % of a girth
-of 350 mm, three plies of sock: no error of reading."""
+TAPE = _Limit(
+    "tape", "Taped girth against the surface", "sigmas", AGREES_SIGMAS, CONTRADICTS_SIGMAS
+)
+"""Of tape and surface together, by the rule of `core.tape`."""
 MOVED = _Limit("movement", "Movement of the limb", "mm", 0.0)
 """Green only where none was found: its size says how far a rigid limb moved, not by how much its
 soft parts gave way. Where the limb alone places the photos it is never red by itself."""
@@ -244,7 +246,7 @@ def size_is_checked(figures: Figures) -> bool:
 def confirmed_by_tape(lengths: LengthFigures) -> float:
     """To what share of the size the tapes confirm it; NaN where they do not."""
     telling = [one for one in lengths.tapes if tape_tells(one)]
-    agree = all(abs(one.error_mm) <= TAPE.green * one.sigma_mm for one in telling)
+    agree = all(sigmas_apart(one.error_mm, one.sigma_mm) <= AGREES_SIGMAS for one in telling)
     return min(map(_sure_to, telling)) if telling and agree else math.nan
 
 
@@ -255,7 +257,7 @@ def tape_tells(tape: TapedLength) -> bool:
 
 def _sure_to(tape: TapedLength) -> float:
     """Two sigmas of a tape, as a share of what it read."""
-    return TAPE.green * tape.sigma_mm / tape.read_mm
+    return AGREES_SIGMAS * tape.sigma_mm / tape.read_mm
 
 
 _ONE_BOARD = "one board alone"
@@ -296,8 +298,10 @@ def rests_on(lengths: LengthFigures) -> str:
 
 
 def _vague(lengths: LengthFigures) -> str:
-    """What is said of tapes that were compared and cannot tell the size; empty where one can."""
-    sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=0.0)
+    """What is said of tapes that cannot tell the size; empty where one can."""
+    sure = min((_sure_to(one) for one in lengths.tapes if not one.reason), default=None)
+    if sure is None:
+        return "; ".join(f"the {_not_compared(one)}" for one in lengths.tapes)
     if sure <= TAPE_TELLS:
         return ""
     return f"the tape is sure to {100 * sure:.1f} % only ({100 * TAPE_TELLS:g} % is needed)"
@@ -377,19 +381,20 @@ def _independent(figures: Figures) -> Iterator[Criterion]:
         )
 
 
+def _not_compared(tape: TapedLength) -> str:
+    return f"taped girth {tape.place} could not be compared ({tape.reason.rstrip('.')})"
+
+
 def _taped(tape: TapedLength, source: str) -> Criterion:
+    """A reading that cannot be compared says nothing against the surface."""
     if tape.reason:
-        return TAPE.judge(
-            math.nan,
-            f"The taped girth {tape.place} could not be compared: {tape.reason.rstrip('.')}.",
-        )
-    off_mm, sigma_mm = tape.error_mm, tape.sigma_mm
+        return TAPE.judge(math.nan, f"The {_not_compared(tape)}.", unknown="green")
     said = (
         f"The tape read {tape.read_mm:g} mm {tape.place}; the surface has "
-        f"{tape.measured_mm:.1f} mm there ({tape.error:+.1%}, a tape is sure to "
-        f"{COVER * sigma_mm:.0f} mm)"
+        f"{tape.measured_mm:.1f} mm there ({tape.error:+.1%}, both are sure to "
+        f"{COVER * tape.sigma_mm:.0f} mm together)"
     )
-    judged = TAPE.judge(abs(off_mm) / sigma_mm, f"{said}.")
+    judged = TAPE.judge(sigmas_apart(tape.error_mm, tape.sigma_mm), f"{said}.")
     if judged.light == "green":
         return judged
     cause = (

@@ -296,7 +296,7 @@ def _lengths(assessment: Assessment) -> Section:
     ]
     if lengths.tapes:
         heads = ("girth", "#tape mm", "#surface mm", "#error mm", "#error %",
-                 "#sigma of the tape mm")  # fmt: skip
+                 "#sigma of both mm")  # fmt: skip
         rows = tuple(_taped(one) for one in lengths.tapes)
         blocks += [
             Heading(words="Taped girths: they owe nothing to the scale"),

@@ -14,6 +14,7 @@ import numpy as np
 
 from limbgram.capture.certificate import SetupCited
 from limbgram.core.interval import COVER
+from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
 from limbgram.report.accuracy.figures import Figures, SurfaceSigma
 from limbgram.report.accuracy.judgement import (
@@ -49,7 +50,6 @@ _NOT_ROUND = 0.10
 _OPEN = 0.05
 _LEFT_OUT = 0.02
 _CHECK_OFF = 0.001
-_TAPE_SIGMAS = 2.0
 _CALIBRATE = (
     "Photograph the calibration board at the same zoom and focus, then run `limbgram calibrate`."
 )
@@ -139,7 +139,14 @@ def _scale(figures: Figures) -> Iterator[Finding]:
             "`--known-distance`.",
         )
     for tape in lengths.tapes:
-        if abs(tape.error_mm) > _TAPE_SIGMAS * tape.sigma_mm:
+        if tape.reason:
+            yield Finding(
+                "worth doing",
+                f"The girth that was taped {tape.place} could not be compared: "
+                f"{tape.reason.rstrip('.')}.",
+                "Tape it where the surface has a whole girth, and say how high above the table.",
+            )
+        elif sigmas_apart(tape.error_mm, tape.sigma_mm) > AGREES_SIGMAS:
             yield Finding(
                 "serious",
                 f"The girth that was taped {tape.place} is {abs(tape.error_mm):.1f} mm "

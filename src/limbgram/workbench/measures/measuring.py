@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from limbgram.core.errors import MeasureError, OptionsError
+from limbgram.core.tape import PLACING_SIGMA_MM
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.edits.thickness import Thickness, wall_of
 from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame, landmark
@@ -184,10 +185,7 @@ def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | str:
     In a list of readings one that lies beyond the limb must not hide the others.
     """
     sigmas = Sigmas.of(outer_bodies(in_limb_frame(found.limb)).mesh)
-    level = levels_at(sigmas.mesh, [reading.height_mm + found.reference_mm])[0]
-    if isinstance(level, Refused):
-        return level.reason
-    return check_reading(reading, level.height_mm, sigmas.figure(level, tape_mm(level)))
+    return _held(sigmas, found.reference_mm, reading)
 
 
 def _reference_mm(limb: Limb, name: str | None) -> float:
@@ -278,11 +276,24 @@ def _volume(
 
 
 def _tape(sigmas: Sigmas, zero: float, readings: tuple[TapeReading, ...]) -> tuple[TapeCheck, ...]:
-    heights = [reading.height_mm + zero for reading in readings]
     checks: list[TapeCheck] = []
-    for reading, level in zip(readings, levels_at(sigmas.mesh, heights)):
-        if isinstance(level, Refused):
-            raise MeasureError(f"A tape reading has no girth to compare with. {level.reason}")
-        girth = sigmas.figure(level, tape_mm(level))
-        checks.append(check_reading(reading, level.height_mm, girth))
+    for reading in readings:
+        held = _held(sigmas, zero, reading)
+        if isinstance(held, str):
+            raise MeasureError(f"A tape reading has no girth to compare with. {held}")
+        checks.append(held)
     return tuple(checks)
+
+
+def _held(sigmas: Sigmas, zero: float, reading: TapeReading) -> TapeCheck | str:
+    """A reading beside the shape's girth, or why there is none."""
+    height = reading.height_mm + zero
+    level, *beside = levels_at(
+        sigmas.mesh, [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
+    )
+    if isinstance(level, Refused):
+        return level.reason
+    girth = sigmas.figure(level, tape_mm(level))
+    near = [tape_mm(one).value for one in beside if not isinstance(one, Refused)]
+    taper_mm = max((abs(one - tape_mm(level).value) for one in near), default=0.0)
+    return check_reading(reading, level.height_mm, girth, taper_mm)

@@ -139,6 +139,7 @@ def _tape(check: TapeCheck, reference_mm: float) -> dict[str, Any]:
         "measured_mm": _figure(check.measured),
         "difference_mm": check.difference_mm,
         "difference_share": check.difference_mm / check.read_mm,
+        "difference_sigma_mm": check.sigma_mm,
         "conflict": check.conflict,
     }
 

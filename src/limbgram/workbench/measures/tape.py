@@ -1,6 +1,6 @@
 """The tape: girths that a clinician read, held against the shape, and the shape made to agree.
 
-A reading differs where it is off by more than a millimetre or a per cent. Fitting scales the shape
+A reading and the shape are in conflict by the rule of `core.tape`. Fitting scales the shape
 about the middles of its sections, by factors that run straight from one reading to the next and
 stay as they are beyond the first and the last; heights do not change. The fitted shape carries no
 sigmas any more.
@@ -15,6 +15,13 @@ from jaxtyping import Float64
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points2, Points3
+from limbgram.core.tape import (
+    AGREES_SIGMAS,
+    READING_SIGMA_MM,
+    require_tape,
+    sigmas_apart,
+    tape_sigma_mm,
+)
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.frame.landmarks import (
     frame_of,
@@ -36,6 +43,8 @@ class TapeReading:
     height_mm: float
     """From the reference of the table."""
     girth_mm: float
+    sigma_mm: float = READING_SIGMA_MM
+    """Standard deviation of the reading."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,23 +55,22 @@ class TapeCheck:
     """In the limb frame."""
     read_mm: float
     measured: Figure
-    conflict: bool
+    sigma_mm: float
+    """Standard deviation of the difference: of the tape (reading and height) and of the shape."""
 
     @property
     def difference_mm(self) -> float:
         """Positive where the shape is larger than the tape says."""
         return self.measured.value - self.read_mm
 
+    @property
+    def sigmas(self) -> float:
+        """The difference in standard deviations of tape and shape."""
+        return sigmas_apart(self.difference_mm, self.sigma_mm)
 
-@dataclass(frozen=True, kw_only=True)
-class ConflictOptions:
-    """From when on a reading and the shape are said to differ."""
-
-    most_mm: float = 1.0
-    most_share: float = 0.01
-
-
-DEFAULTS = ConflictOptions()
+    @property
+    def conflict(self) -> bool:
+        return self.sigmas > AGREES_SIGMAS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,22 +95,25 @@ class TapeFit:
 
 
 def check_reading(
-    reading: TapeReading, height_mm: float, measured: Figure, options: ConflictOptions = DEFAULTS
+    reading: TapeReading, height_mm: float, measured: Figure, taper_mm: float
 ) -> TapeCheck:
-    """Hold a reading against the girth that the shape has at that height in the limb frame."""
+    """Hold a reading against the girth that the shape has at that height in the limb frame.
+
+    Args:
+        taper_mm: Change of the girth over the standard deviation of the tape's height.
+    """
     require_girth(reading)
-    off = abs(measured.value - reading.girth_mm)
-    conflict = off > options.most_mm or off > options.most_share * reading.girth_mm
+    tape = tape_sigma_mm(reading.sigma_mm, taper_mm)
     return TapeCheck(
-        height_mm=height_mm, read_mm=reading.girth_mm, measured=measured, conflict=conflict
+        height_mm=height_mm,
+        read_mm=reading.girth_mm,
+        measured=measured,
+        sigma_mm=math.hypot(tape, measured.sigma or 0.0),
     )
 
 
 def require_girth(reading: TapeReading) -> None:
-    if not (math.isfinite(reading.girth_mm) and 10 < reading.girth_mm < 3000):
-        raise OptionsError(
-            f"{reading.girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
-        )
+    require_tape(reading.girth_mm, reading.sigma_mm)
 
 
 def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float = 0.0) -> TapeFit:

@@ -434,10 +434,13 @@ def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) 
         reason="the surface has no whole girth there",
     )
     tree = assess(replace(on_one_board(with_sigmas), tapes=TapeWitnesses((witness,))))
-    assert tree.light == "amber"
+    assert tree.light == "green"
+    assert not tree.size_checked
     assert (
-        "girth at 40 mm above the table could not be compared: the surface has no" in tree.headline
+        "size unchecked: it rests on one board alone, and the taped girth at 40 mm above the table "
+        "could not be compared (the surface has no whole girth there)" in tree.headline
     )
+    assert any("40 mm above the table could not be compared" in one.what for one in tree.findings)
     assert "unchecked" in tree.headline
 
 

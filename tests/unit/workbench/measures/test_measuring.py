@@ -145,22 +145,43 @@ def test_the_sock_comes_off_first(cylinder: Mesh) -> None:
 
 
 @pytest.mark.parametrize(
-    ("off_mm", "conflict"), [(0.9, False), (-0.9, False), (1.1, True), (-1.1, True)]
+    ("off_mm", "sigma_mm", "conflict"),
+    [
+        (1.2, 1.5, False),
+        (2.9, 1.5, False),
+        (-2.9, 1.5, False),
+        (3.1, 1.5, True),
+        (-3.1, 1.5, True),
+        (2.9, 1.0, True),
+        (3.9, 2.0, False),
+    ],
 )
-def test_a_reading_conflicts_beyond_a_millimetre(
-    cylinder: Mesh, off_mm: float, conflict: bool
+def test_a_reading_conflicts_beyond_two_of_its_sigmas(
+    cylinder: Mesh, off_mm: float, sigma_mm: float, conflict: bool
 ) -> None:
-    reading = TapeReading(height_mm=70, girth_mm=50 * CORNERS + off_mm)
+    reading = TapeReading(height_mm=70, girth_mm=50 * CORNERS + off_mm, sigma_mm=sigma_mm)
     (check,) = measure_limb(aligned(cylinder), LimbMeasureOptions(tape=(reading,))).tape
     assert check.conflict is conflict
     assert check.difference_mm == pytest.approx(-off_mm, abs=1e-9)
+    assert check.sigma_mm == pytest.approx(sigma_mm, abs=1e-9)
 
 
-def test_a_reading_conflicts_beyond_a_per_cent(make_turned: Callable[..., Mesh]) -> None:
-    finger = make_turned(np.full(5, 9.0), np.linspace(0, 60, 5), N)
-    reading = TapeReading(height_mm=20, girth_mm=9 * CORNERS + 0.8)
-    (check,) = measure_limb(aligned(finger), LimbMeasureOptions(tape=(reading,))).tape
-    assert check.conflict
+def test_the_sigma_of_a_difference_is_of_the_tape_its_height_and_the_shape(
+    make_turned: Callable[..., Mesh],
+) -> None:
+    """A cone whose radius falls by a tenth of a millimetre for each millimetre upwards."""
+    z = np.linspace(0, 200, 101)
+    cone = make_turned(60 - 0.1 * z, z, N)
+    sure = replace(
+        cone,
+        sigma_mm=np.full(len(cone.vertices_mm), 0.3, np.float32),
+        shared_mm=np.full((len(cone.vertices_mm), 1), 0.3, np.float32),
+    )
+    reading = TapeReading(height_mm=101, girth_mm=300, sigma_mm=1.0)
+    (check,) = measure_limb(aligned(sure), LimbMeasureOptions(tape=(reading,))).tape
+    taper_mm = 0.1 * 3 * CORNERS
+    across = 0.3 * np.sqrt(1.01) * CORNERS  # the cone's walls lean: a section grows by more
+    assert check.sigma_mm == pytest.approx(np.sqrt(1.0 + taper_mm**2 + across**2), rel=1e-3)
 
 
 def test_readings_that_cannot_be_are_refused(cylinder: Mesh) -> None:

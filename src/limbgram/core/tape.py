@@ -1,0 +1,68 @@
+"""Tape: how surely a girth is read with a tape, and when a reading contradicts a surface.
+
+One rule for the measuring table, the verdict, the app and the record: the difference between
+reading and surface is counted in standard deviations of both, that of the tape (reading it, and
+laying it at the height stated) and that of the surface's own girth.
+"""
+
+import math
+import re
+
+from limbgram.core.errors import OptionsError
+from limbgram.core.interval import COVER
+
+READING_SIGMA_MM = 1.5
+"""Standard deviation of one reading, where none is stated. Lengths on below-knee limbs repeat
+within 1 % (Commean et al. 1996, Arch Phys Med Rehabil 77:477-486): 3 mm on a girth of 300 mm, taken
+as two standard deviations. Where several people tape at a line drawn on the calf, 96 % of pairs
+lie within 6 mm (Tunc et al. 2007, Angiology 58:593-596): 2.1 mm for one reading."""
+PLACING_SIGMA_MM = 3.0
+"""Standard deviation of the height at which a tape was laid."""
+AGREES_SIGMAS = 2.0
+"""Up to here a reading agrees: 95 of 100 readings of a right surface do."""
+CONTRADICTS_SIGMAS = 4.0
+"""Beyond, no error of reading explains the difference: 6 mm, three plies of sock, on 350 mm."""
+
+
+def require_tape(girth_mm: float, sigma_mm: float) -> None:
+    """Refuse what no tape reads on a limb."""
+    if not (math.isfinite(girth_mm) and 10 < girth_mm < 3000):
+        raise OptionsError(
+            f"{girth_mm:g} mm is no girth of a limb. Write millimetres: 345, not 34.5."
+        )
+    if not 0 < sigma_mm < girth_mm:
+        raise OptionsError(
+            f"A tape cannot be sure to {sigma_mm:g} mm (one standard deviation). Give millimetres "
+            f"above 0, such as {READING_SIGMA_MM:g}."
+        )
+
+
+def read_girth(text: str) -> tuple[float, float]:
+    """Girth and its standard deviation, mm, of a text: 354, or 354+-4 where ± is stated.
+
+    ± holds in 95 of 100, as everywhere. The girth is NaN where the text is none.
+
+    >>> read_girth("354")
+    (354.0, 1.5)
+    >>> read_girth("354 ± 1.96")
+    (354.0, 1.0)
+    """
+    girth, *stated = re.split(r"±|\+-|\+/-", text, maxsplit=1)
+    try:
+        return float(girth), float(stated[0]) / COVER if stated else READING_SIGMA_MM
+    except ValueError:
+        return math.nan, math.nan
+
+
+def tape_sigma_mm(reading_sigma_mm: float, taper_mm: float) -> float:
+    """Standard deviation of a taped girth.
+
+    Args:
+        taper_mm: Change of the girth over `PLACING_SIGMA_MM` along the limb.
+    """
+    return math.hypot(reading_sigma_mm, taper_mm)
+
+
+def sigmas_apart(difference_mm: float, *sigmas_mm: float) -> float:
+    """A difference in standard deviations of all that is unsure about it."""
+    return abs(difference_mm) / math.hypot(*sigmas_mm)
