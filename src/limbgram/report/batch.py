@@ -77,13 +77,11 @@ def counted(rows: Sequence[BatchRow]) -> str:
         return "No captures."
     lights = Counter(row.light or "" for row in rows)
     unchecked, done = _unchecked(rows), sum(row.light is not None for row in rows)
-    of_shape = any(row.light == "green" for row in unchecked)
-    green = "green for the shape" if of_shape else "green"
-    words = (("green", green), ("amber", "amber"), ("red", "red"), ("", "without a result"))
+    words = (("green", "green"), ("amber", "amber"), ("red", "red"), ("", "without a result"))
     told = [f"{lights[light]} {word}" for light, word in words if lights[light]]
     faults = sum(bool(row.faults) for row in rows)
     more = f"; in {faults} a step after the surface failed" if faults else ""
-    size = f"; size unchecked: {len(unchecked)} of {done}" if unchecked else ""
+    size = f"; scale not checked independently: {len(unchecked)} of {done}" if unchecked else ""
     return f"{len(rows)} captures: {', '.join(told)}{size}{more}."
 
 
@@ -102,7 +100,7 @@ def colour_of(rows: Sequence[BatchRow]) -> Colour:
 def _banner(rows: Sequence[BatchRow], *, stopped: bool) -> Banner:
     colour = colour_of(rows)
     reasons = ("It was stopped before it ended: the same command continues.",) if stopped else ()
-    green = "GREEN FOR THE SHAPE" if _unchecked(rows) else "ALL GREEN"
+    green = "GREEN, SCALE UNCHECKED" if _unchecked(rows) else "ALL GREEN"
     badge = {"green": green, "amber": "LOOK AT SOME", "red": "NOT ALL GOOD"}[colour]
     return Banner(badge=badge, words=counted(rows), colour=colour, reasons=reasons)
 
@@ -155,8 +153,7 @@ def _table(rows: Sequence[BatchRow]) -> Table:
 def _verdict(row: BatchRow) -> str:
     if row.light is None:
         return "NONE"
-    shape = " for the shape" if row.light == "green" else ""
-    return row.light.upper() + ("" if row.size_checked else f"{shape}; size unchecked")
+    return row.light.upper() + ("" if row.size_checked else "; scale not checked independently")
 
 
 def _surfaces(rows: Sequence[BatchRow]) -> Iterator[Section]:

@@ -61,7 +61,7 @@ _TO_ACCURACY = Link(words="How accurate is it, and what limits it?", address="ac
 def _verdict(verdict: Verdict) -> Banner:
     """The light that the accuracy has, in its colour and in words, and every reason for it."""
     word = verdict.light.upper()
-    words = verdict.headline.removeprefix(word).lstrip(": ")
+    words = verdict.headline.removeprefix(word).lstrip(". ")
     return Banner(
         badge=word,
         words=words,

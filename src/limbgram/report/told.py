@@ -21,6 +21,7 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
     aside = [f"  {part.name}: {part.reason}" for part in summary.set_aside]
     return (
         summary.verdict.headline,
+        *_to_check(summary),
         summary.verdict.facts,
         *missing,
         *aside,
@@ -31,6 +32,13 @@ def summary_lines(summary: Summary) -> tuple[str, ...]:
         *(() if summary.self_calibration is None else (summary.self_calibration.sentence,)),
         *(f"{one.sentence} {one.remark}".rstrip() for one in summary.setups),
     )
+
+
+def _to_check(summary: Summary) -> tuple[str, ...]:
+    """How to have the scale checked, where nothing independent did."""
+    if summary.verdict.size_checked or summary.unit != "mm":
+        return ()
+    return ("To check the scale, tape one girth and pass --tape HEIGHT=GIRTH or widest=GIRTH.",)
 
 
 def profile_lines(stages: Sequence[StageSummary]) -> tuple[str, ...]:

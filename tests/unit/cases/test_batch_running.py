@@ -110,7 +110,7 @@ def test_every_outcome_is_told_and_none_stops_another(
     table = write_table(outcomes, tmp_path / "out", ("A note.",), stopped=False)
     assert table.exit_code == 1
     assert table.line == (
-        "6 captures: 2 green for the shape, 1 red, 3 without a result; size unchecked: 3 of 3."
+        "6 captures: 2 green, 1 red, 3 without a result; scale not checked independently: 3 of 3."
     )
     rows = list(csv.DictReader((tmp_path / "out" / "batch.csv").open()))
     assert [row["verdict"] for row in rows] == ["", "", "green", "", "red", "green"]
@@ -118,7 +118,7 @@ def test_every_outcome_is_told_and_none_stops_another(
     assert [one["exit_code"] for one in kept["captures"]] == [4, 1, 0, 6, 7, 0]
     page = (tmp_path / "out" / "batch.html").read_text("utf-8")
     assert "No board." in page
-    assert page.count("GREEN for the shape; size unchecked") == 2
+    assert page.count("GREEN; scale not checked independently") == 2
     assert [row["size_checked"] for row in rows] == ["", "", "false", "", "false", "false"]
     assert kept["captures"][2]["size_checked"] is False
     assert "A note." in page
@@ -239,9 +239,9 @@ def test_all_green_is_said_only_where_every_size_is_checked(tmp_path: Path) -> N
     assert page(True, True).startswith("2 captures: 2 green. ")
     assert "ALL GREEN" in page(True, True)
     doubtful = page(True, False)
-    assert doubtful.startswith("2 captures: 2 green for the shape; size unchecked: 1 of 2. ")
+    assert doubtful.startswith("2 captures: 2 green; scale not checked independently: 1 of 2. ")
     assert "ALL GREEN" not in doubtful
-    assert "GREEN FOR THE SHAPE" in doubtful
+    assert "GREEN, SCALE UNCHECKED" in doubtful
     rows = list(csv.DictReader((tmp_path / "batch.csv").open()))
     assert [row["size_checked"] for row in rows] == ["true", "false"]
 

@@ -204,19 +204,20 @@ def worst(judged: Sequence[Criterion]) -> Light:
 
 
 def headline(figures: Figures, judged: Sequence[Criterion]) -> str:
-    """The first line: light, reason, millimetres."""
+    """The first line: the light and its reasons, then surface and scale in figures."""
     light = worst(judged)
     word = light.upper()
     if figures.lengths.unit != "mm":
         more = [one for one in reasons(judged) if one.light == light and one is not judged[0]]
-        return " ".join((f"{word}: no millimetres.", judged[0].sentence, *_reasons(more)))
-    main = next(one for one in judged if one.key == "surface_p95")
-    size = _size(figures)
+        return " ".join((f"{word}. No millimetres.", judged[0].sentence, *_reasons(more)))
+    main = next(one for one in judged if one.key == SURFACE_P95.key)
+    scale = f"Scale: {_scale_words(figures)}."
     if light == "green":
-        return f"{word}{size.of_green} {main.value:.2f} mm. {main.sentence} {judged[0].sentence}"
+        within = f"95 % within {main.value:.2f} mm (limit {main.green:.2f} mm)"
+        return f"{word}. Surface: {within}. {scale}"
     grave = [one for one in reasons(judged) if one.light == light and one is not main]
-    said = " ".join(_reasons(grave) or [main.sentence])
-    return f"{word}: {said} {_measured(main)}{size.of_others}".strip()
+    said = _reasons(grave) or [main.sentence]
+    return " ".join((f"{word}.", *said, *_measured(main), scale))
 
 
 def reasons(judged: Sequence[Criterion]) -> tuple[Criterion, ...]:
@@ -260,41 +261,31 @@ def _sure_to(tape: TapedLength) -> float:
     return AGREES_SIGMAS * tape.sigma_mm / tape.read_mm
 
 
-_ONE_BOARD = "one board alone"
-_PRINTS = "prints alone, which one printer makes wrong together"
-
-
-@dataclass(frozen=True)
-class _Size:
-    """What the headline says of the size, after GREEN, and at the end after another light."""
-
-    of_green: str
-    of_others: str
-
-
-def _size(figures: Figures) -> _Size:
-    lengths, share = figures.lengths, confirmed_by_tape(figures.lengths)
+def _scale_words(figures: Figures) -> str:
+    """What set the scale, how well check lengths agree, and what checks it independently."""
+    lengths = figures.lengths
+    count, error = len(lengths.check), 100 * lengths.check_worst
+    set_by = f"set by {rests_on(lengths)}"
+    if count and error <= SCALE.green:
+        lengths_agree = "check length agrees" if count == 1 else "check lengths agree"
+        set_by += f", {count} {lengths_agree} to {error:.3f} %"
     if not size_is_checked(figures):
         if lengths.checked_by_another_piece:
-            return _Size(":", " The size is unchecked: a taped girth contradicts it.")
-        rests, vague = rests_on(lengths), _vague(lengths)
-        lack = f"no {'length off it' if rests == _ONE_BOARD else 'other length'} was given"
-        return _Size(
-            f" for the shape; size unchecked: it rests on {rests}, and {vague or lack}.",
-            f" The size is unchecked: it rests on {rests}{vague and f', and {vague}'}.",
-        )
+            return f"{set_by}; a taped girth contradicts it"
+        vague = _vague(lengths)
+        return f"{set_by}; not checked independently{vague and f': {vague}'}"
     if figures.truth is not None or lengths.checked_by_another_piece:
-        return _Size(":", "")
-    said = f"confirmed to {100 * share:.1f} % by tape"
-    return _Size(f" with the size {said}:", f" The size is {said}.")
+        return f"{set_by}; checked independently"
+    return f"{set_by}; confirmed to {100 * confirmed_by_tape(lengths):.1f} % by tape"
 
 
 def rests_on(lengths: LengthFigures) -> str:
-    """What the size rests on where nothing else checks it."""
-    if not lengths.check:
-        return "one length alone"
-    marked = any(marks_of_label(one.label) for one in (*lengths.control, *lengths.check))
-    return _ONE_BOARD if lengths.source == "board" and not marked else _PRINTS
+    """What the scale was set by."""
+    if any(marks_of_label(one.label) for one in (*lengths.control, *lengths.check)):
+        return "prints of one printer"
+    if lengths.source == "distances":
+        return "known distances" if len(lengths.control) > 1 else "one known distance"
+    return "one board"
 
 
 def _vague(lengths: LengthFigures) -> str:
@@ -312,11 +303,11 @@ def _reasons(grave: Sequence[Criterion]) -> list[str]:
     return [one.sentence for one in grave if one.key != SURFACE_RMS.key][:2]
 
 
-def _measured(main: Criterion) -> str:
+def _measured(main: Criterion) -> list[str]:
     """How sure the rest is, which makes up for nothing that is missing."""
     if not math.isfinite(main.value) or main.light != "green":
-        return ""
-    return f"What was measured is sure to {main.value:.2f} mm."
+        return []
+    return [f"Measured surface: 95 % within {main.value:.2f} mm."]
 
 
 def _scale(figures: Figures) -> tuple[Criterion, ...]:

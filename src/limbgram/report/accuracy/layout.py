@@ -61,7 +61,7 @@ def accuracy_report(assessment: Assessment, pictures: Sequence[Picture]) -> Repo
         title=f"How accurate is {assessment.case}?",
         banner=Banner(
             badge=word,
-            words=assessment.headline.removeprefix(word).lstrip(": "),
+            words=assessment.headline.removeprefix(word).lstrip(". "),
             colour=assessment.light,
         ),
         cards=_cards(assessment),

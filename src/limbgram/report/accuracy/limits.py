@@ -131,8 +131,8 @@ def _scale(figures: Figures) -> Iterator[Finding]:
     elif not lengths.checked_by_another_piece and not any(map(tape_tells, lengths.tapes)):
         yield Finding(
             "worth doing",
-            f"The size rests on {rests_on(lengths)}: what checks it was printed with what set it, "
-            "and a print that is too large as a whole would go unnoticed.",
+            f"The scale was set by {rests_on(lengths)} alone: what checks it was printed with what "
+            "set it, and a print that is too large as a whole would go unnoticed.",
             "Tape a girth of 300 mm or more where the limb hardly tapers, and say so: `--tape "
             "150=354` for 354 mm round the limb at 150 mm above the table, or `--tape widest=354`. "
             "Or measure a distance beside the limb with a steel rule, and give it with "

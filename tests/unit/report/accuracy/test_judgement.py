@@ -48,7 +48,9 @@ def test_lights_change_at_their_limits(limit: Any, value: float, light: str) -> 
 def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
     tree = assess(with_sigmas)
     assert tree.light == "green"
-    assert tree.headline.startswith("GREEN: 0.20 mm.")  # 1.96 * 0.1
+    assert tree.headline.startswith(
+        "GREEN. Surface: 95 % within 0.20 mm (limit 0.60 mm). Scale: "
+    )  # 1.96 * 0.1
     assert "0.050 %" in tree.headline
     assert tree.figures.expected.basis == "vertex sigmas"
     assert {one.part: round(one.sigma_mm, 3) for one in tree.figures.expected.budget} == {
@@ -181,7 +183,7 @@ def test_a_share_that_nothing_tells_is_not_known_rather_than_nothing(evidence: E
 def test_without_scale_there_are_no_millimetres(evidence: Evidence) -> None:
     scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
     tree = assess(replace(evidence, metric=replace(evidence.metric, scale=scale)))
-    assert tree.headline.startswith("RED: no millimetres.")
+    assert tree.headline.startswith("RED. No millimetres. Nothing")
     assert tree.unit == "scene units"
 
 
@@ -316,17 +318,18 @@ def on_one_board(found: Evidence) -> Evidence:
 def test_a_size_that_rests_on_one_board_is_said_to_be_unchecked(with_sigmas: Evidence) -> None:
     tree = assess(on_one_board(with_sigmas))
     assert tree.light == "green"
-    assert tree.headline.startswith("GREEN for the shape; size unchecked: it rests on one board")
+    assert tree.headline.endswith("; not checked independently.")
     assert not tree.size_checked
     taped = assess(with_tape(on_one_board(with_sigmas), GIRTH_MM + 1))
-    assert taped.headline.startswith("GREEN with the size confirmed to 1.0 % by tape: 0.20 mm.")
+    assert taped.headline.endswith("; confirmed to 1.0 % by tape.")
     assert taped.size_checked
     assert not any("one board alone" in one.what for one in taped.findings)
     typed = on_one_board(with_sigmas)
     other = replace(typed.metric.scale.lengths[1], label="A-B")
     scale = replace(typed.metric.scale, lengths=(typed.metric.scale.lengths[0], other))
     checked = assess(replace(typed, metric=replace(typed.metric, scale=scale)))
-    assert checked.headline.startswith("GREEN: 0.20 mm.")
+    assert checked.headline.startswith("GREEN. Surface: 95 % within 0.20 mm (limit 0.60 mm). ")
+    assert checked.headline.endswith("; checked independently.")
     assert checked.tree["size_checked"] is True
 
 
@@ -347,13 +350,11 @@ def test_a_print_that_checks_a_print_leaves_the_size_unchecked(with_sigmas: Evid
         tree = assess(printed)
         assert tree.light == "green"
         assert not tree.size_checked
-        assert tree.headline.startswith(
-            "GREEN for the shape; size unchecked: it rests on prints alone, which one printer "
-            "makes wrong together, and no other length was given. 0.20 mm."
-        )
+        assert "Scale: set by prints of one printer, 1 check length agrees" in tree.headline
+        assert tree.headline.endswith("; not checked independently.")
         assert any("was printed with what set it" in one.what for one in tree.findings)
         taped = assess(with_tape(printed, GIRTH_MM))
-        assert "size confirmed to 1.0 % by tape" in taped.headline
+        assert "; confirmed to 1.0 % by tape" in taped.headline
         assert not any("was printed with what set it" in one.what for one in taped.findings)
     assert assess(labelled(with_sigmas, "A-B", "mat sheet 2, marks 64 to 65")).size_checked
 
@@ -364,9 +365,8 @@ def test_a_tape_that_is_not_sure_enough_does_not_check_the_size(with_sigmas: Evi
         assert assess(with_tape(board, GIRTH_MM, sigma_mm)).size_checked is checked
     vague = assess(with_tape(board, 1.03 * GIRTH_MM, 39.0))
     assert vague.light == "green"  # it contradicts nothing
-    assert vague.headline.startswith(
-        "GREEN for the shape; size unchecked: it rests on one board alone, and the tape is sure to "
-        "24.1 % only (1 % is needed). 0.20 mm."
+    assert vague.headline.endswith(
+        "; not checked independently: the tape is sure to 24.1 % only (1 % is needed)."
     )
     assert any("was printed with what set it" in one.what for one in vague.findings)
 
@@ -378,22 +378,22 @@ def test_every_tape_that_can_tell_must_agree(with_sigmas: Evidence) -> None:
     (vague,) = with_tape(board, GIRTH_MM + 10, 20.0).tapes.found
     both = assess(replace(board, tapes=TapeWitnesses((good, off))))
     assert (both.light, both.size_checked) == ("amber", False)
-    assert both.headline.endswith("The size is unchecked: it rests on one board alone.")
+    assert both.headline.endswith("; not checked independently.")
     by_hand = assess(replace(with_sigmas, tapes=TapeWitnesses((good, off))))
     assert (by_hand.light, by_hand.size_checked) == ("amber", False)
-    assert by_hand.headline.endswith("The size is unchecked: a taped girth contradicts it.")
+    assert by_hand.headline.endswith("; a taped girth contradicts it.")
     passed_over = assess(replace(board, tapes=TapeWitnesses((good, vague))))
     assert (passed_over.light, passed_over.size_checked) == ("green", True)
-    assert "size confirmed to 1.0 % by tape" in passed_over.headline
+    assert "; confirmed to 1.0 % by tape" in passed_over.headline
 
 
 def test_a_result_that_is_not_green_says_so_too_where_a_tape_confirms_its_size(
     with_sigmas: Evidence,
 ) -> None:
     doubtful = with_part(on_one_board(with_sigmas), "apart", 0.0, given=False)
-    assert assess(doubtful).headline.endswith("The size is unchecked: it rests on one board alone.")
+    assert assess(doubtful).headline.endswith("; not checked independently.")
     taped = assess(with_tape(doubtful, GIRTH_MM))
-    assert taped.headline.endswith("The size is confirmed to 1.0 % by tape.")
+    assert taped.headline.endswith("; confirmed to 1.0 % by tape.")
 
 
 def test_nothing_confirms_a_size_without_millimetres(evidence: Evidence) -> None:
@@ -421,7 +421,7 @@ def test_a_tape_is_believed_within_its_own_error_and_no_further(
     named = "the scale board is probably not as large as stated" in tree.headline
     assert named == (light != "green")
     assert tree.size_checked == (light == "green" and sigma_mm == 1.5)
-    assert ("unchecked" in tree.headline) == (not tree.size_checked)
+    assert ("not checked" in tree.headline) == (not tree.size_checked)
     advised = any("girth that was taped" in one.what for one in tree.findings)
     assert advised == (light != "green")
 
@@ -437,11 +437,10 @@ def test_a_tape_that_cannot_be_compared_confirms_nothing(with_sigmas: Evidence) 
     assert tree.light == "green"
     assert not tree.size_checked
     assert (
-        "size unchecked: it rests on one board alone, and the taped girth at 40 mm above the table "
-        "could not be compared (the surface has no whole girth there)" in tree.headline
+        "; not checked independently: the taped girth at 40 mm above the table could not be "
+        "compared (the surface has no whole girth there)." in tree.headline
     )
     assert any("40 mm above the table could not be compared" in one.what for one in tree.findings)
-    assert "unchecked" in tree.headline
 
 
 @pytest.mark.parametrize(("stated_m", "light"), [(0.9, "green"), (0.5, "amber"), (9.0, "red")])
@@ -480,7 +479,7 @@ def test_half_a_limb_is_red_though_every_photo_was_placed(with_sigmas: Evidence)
     tree = assess(replace(with_sigmas, mesh=half))
     assert tree.light == "red"
     assert "directions round the limb have no measured surface" in tree.headline
-    assert tree.headline.startswith("RED: ")
+    assert tree.headline.startswith("RED. ")
     assert tree.reasons[0] in tree.headline
 
 

@@ -132,7 +132,7 @@ def test_the_map_of_sigmas_names_its_unit(with_sigmas: Evidence) -> None:
 
 @pytest.mark.parametrize("words", [3, 40])
 def test_the_box_of_the_verdict_is_as_high_as_its_words(with_sigmas: Evidence, words: int) -> None:
-    said = replace(assess(with_sigmas), light="red", headline="RED: " + "word " * words)
+    said = replace(assess(with_sigmas), light="red", headline="RED. " + "word " * words)
     first, _ = sheets_of(accuracy_report(said, ()))
     box = next(one for one in first if isinstance(one, Box))
     lines = [one for one in first if isinstance(one, Line) and one.words.startswith("word")]
