@@ -43,6 +43,8 @@ LABELS = {
     "skull": "skull, real photos, no scale",
 }
 """What the sets of the accuracy table are, in its order."""
+SHORT = ("limb_ring15", "foot_ring24", "synthetic_p8_mp1_s11", "flowerpot")
+"""What README shows of them: two that were chosen on, one that fails, one of real photos."""
 
 
 def main() -> int:
@@ -78,13 +80,29 @@ def result(name: str) -> Json:
     return content
 
 
+def short() -> str:
+    """Four sets for those who read one table: measured, foot, too few photos, real ones."""
+    heads = ("set", "photos", "verdict", "surface RMS", "worst girth", "error / sigma")
+    rows: list[Sequence[str]] = []
+    for name in SHORT:
+        label, photos, verdict, rms, _, _, _, _, girth, _, sigma, _, _ = _accuracy_row(
+            LABELS[name], _measured()[name]
+        )
+        rows.append((label, photos, verdict, rms, girth, sigma))
+    return table(heads, rows)
+
+
 def accuracy() -> str:
     """All sets with their verdicts, the failed ones among them."""
     heads = ("set", "photos", "verdict", "surface RMS", "95 % within", "bias", "within 0.25 mm",
              "scale error", "worst girth", "volume", "error / sigma", "CPU", "peak")  # fmt: skip
-    found = {name: one for file in MEASURED for name, one in result(file)["sets"].items()}
+    found = _measured()
     rows = [_accuracy_row(label, found[name]) for name, label in LABELS.items() if name in found]
     return table(heads, rows) + "\n\n" + _measured_on(MEASURED)
+
+
+def _measured() -> dict[str, Json]:
+    return {name: one for file in MEASURED for name, one in result(file)["sets"].items()}
 
 
 def _accuracy_row(label: str, one: Json) -> Sequence[str]:
@@ -244,6 +262,7 @@ def _measured_on(files: Sequence[str]) -> str:
 
 
 BLOCKS: dict[str, Callable[[], str]] = {
+    "short": short,
     "accuracy": accuracy,
     "spoiled": spoiled,
     "intervals": intervals,
