@@ -30,8 +30,8 @@ from limbgram.capture.permissible import KINDS, Kind, Limits
 from limbgram.capture.probing import Probed, Surface, find_cylinder, find_spheres
 from limbgram.core.errors import LimbgramError, MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import signed_on
 from limbgram.core.run import track
 from limbgram.workbench.compare.comparison import lay
 from limbgram.workbench.compare.frames import axes_of
@@ -421,10 +421,7 @@ def held_against(mesh: Mesh, calibrated: Mesh) -> tuple[Float64[np.ndarray, " n"
     gaps_mm = KDTree(points).query(calibrated.vertices_mm)[0]
     areas_mm2 = calibrated.vertex_areas_mm2()
     reached = float(areas_mm2[gaps_mm < _NEAR_MM].sum() / areas_mm2.sum())
-    near = TriangleTree.of(calibrated.vertices_mm, calibrated.faces).closest(points)
-    normals = calibrated.face_normals()[near.faces]
-    outside = np.einsum("nc,nc->n", points - near.points_mm, normals) >= 0
-    return np.where(outside, near.distances_mm, -near.distances_mm), reached
+    return signed_on(calibrated).signed(points).signed_mm, reached
 
 
 def _require_use(artefact: Artefact, limits: Limits) -> None:

@@ -31,8 +31,8 @@ from limbgram.cases.store import read_product
 from limbgram.core.errors import CaseError, OptionsError
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import signed_on
 from limbgram.core.typed import Mismatch, Strictness, value_of
 from limbgram.formats.reading import read_limb
 from limbgram.reconstruction.calibration.cameras import Cameras
@@ -327,9 +327,7 @@ def _require_same_place(case: CaseFolder, shape: Mesh, kept: Mesh) -> None:
     own = KDTree(kept.vertices_mm).query(tried)[0] <= _SAME_VERTEX_MM
     if own.mean() >= _LEAST_SAME:
         return
-    near = TriangleTree.of(kept.vertices_mm, kept.faces).closest(tried)
-    outside = ((tried - near.points_mm) * kept.face_normals()[near.faces]).sum(1) >= 0
-    over_mm = np.where(outside, near.distances_mm, -near.distances_mm)
+    over_mm = signed_on(kept).signed(tried).signed_mm
     middle_mm = float(np.median(over_mm))
     uneven_mm = float(np.quantile(np.abs(over_mm - middle_mm), _ALIKE_SHARE))
     if abs(middle_mm) <= _THICKEST_SOCK_MM and uneven_mm <= _ALIKE_MM:

@@ -21,8 +21,8 @@ from limbgram.cases.folder import CaseFolder
 from limbgram.core.errors import LimbgramError
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.planted import signed_on
 from limbgram.reconstruction.photos.decoding import load_luma
 from limbgram.reconstruction.photos.photo import Photo
 from limbgram.report.accuracy.evidence import Evidence
@@ -79,12 +79,11 @@ def look(kept: Evidence, place_mm: Vector3, normal: Vector3) -> Witnesses:
     """The same with the products at hand."""
     scene = kept.metric.scene
     photos = [kept.photos.photos[idx] for idx in scene.placed]
-    tree = TriangleTree.of(kept.mesh.vertices_mm, kept.mesh.faces)
     seeing = [
         (cosine, photo, view)
         for photo, view in zip(photos, scene.views, strict=True)
         if (cosine := _cosine(view, place_mm, normal)) >= _STEEPEST_COS
-        and not _hidden(tree, kept.mesh, view, place_mm, normal)
+        and not _hidden(kept.mesh, view, place_mm, normal)
     ]
     seeing.sort(key=lambda one: -one[0])
     chosen = seeing[:_MOST_PHOTOS]
@@ -109,17 +108,14 @@ def _cosine(view: View, place_mm: Vector3, normal: Vector3) -> float:
     return float(towards @ normal / np.linalg.norm(towards))
 
 
-def _hidden(tree: TriangleTree, mesh: Mesh, view: View, place_mm: Vector3, normal: Vector3) -> bool:
+def _hidden(mesh: Mesh, view: View, place_mm: Vector3, normal: Vector3) -> bool:
     """Whether the way to the camera enters the surface; in steps, as far as the limb reaches."""
     towards = view.centre_in_world - place_mm
     reach_mm = float(np.linalg.norm(towards))
     size_mm = float(np.linalg.norm(np.ptp(mesh.vertices_mm, axis=0)))
     steps = np.arange(_STEP_MM, min(reach_mm, size_mm, _STEP_MM * _MOST_STEPS), _STEP_MM)
     way = place_mm + _LIFT_MM * normal + steps[:, None] * (towards / reach_mm)
-    found = tree.closest(np.ascontiguousarray(way))
-    outward = mesh.face_normals()[found.faces]
-    inside = ((way - found.points_mm) * outward).sum(1) < 0
-    return bool((inside & (found.distances_mm > _LIFT_MM)).any())
+    return bool((signed_on(mesh).signed(way).signed_mm < -_LIFT_MM).any())
 
 
 def _patch(

@@ -16,8 +16,8 @@ from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Faces, Points3
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.signed import SignedSurface
 
 _SAMPLES = 10_000
 _ROUNDS = 12
@@ -53,15 +53,8 @@ class Truth:
         )
 
     @cached_property
-    def tree(self) -> TriangleTree:
-        return TriangleTree.of(self.vertices_mm, self.faces)
-
-    @cached_property
-    def normals(self) -> Float64[np.ndarray, "f 3"]:
-        """Unit normals of the faces."""
-        a, b, c = (self.vertices_mm[self.faces[:, k]] for k in range(3))
-        normals = np.cross(b - a, c - a)
-        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    def surface(self) -> SignedSurface:
+        return SignedSurface(self.vertices_mm, self.faces)
 
 
 @dataclass(frozen=True)
@@ -80,11 +73,10 @@ def by_cameras(centres_mm: Points3, truth: Truth) -> Rigid:
 
 def by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
     """Point to plane from a start within millimetres."""
-    tree, normals = truth.tree, truth.normals
     pose, scale = start, 0.0
     for _ in range(_ROUNDS):
         placed = pose.apply(points_mm)
-        step, scale = _towards(placed, tree, normals, truth, _FAR_MM)
+        step, scale = _towards(placed, truth, _FAR_MM)
         pose = step @ pose
         if np.abs(pose.apply(points_mm) - placed).max() < _STILL_MM:
             break
@@ -93,15 +85,14 @@ def by_surface(points_mm: Points3, truth: Truth, start: Rigid) -> Fit:
 
 def from_anywhere(points_mm: Points3, truth: Truth) -> Rigid:
     """truth_from_world near the truth, wherever its frame is: the best of several starts."""
-    tree, normals = truth.tree, truth.normals
     step = max(1, len(points_mm) // _TRIAL_SAMPLES)
     trial = points_mm[::step]
     best, least = Rigid.identity(), np.inf
     for start in _starts(trial, truth):
         pose = start
         for far_mm in np.geomspace(_TRIAL_FAR_MM, _FAR_MM, _TRIAL_ROUNDS):
-            pose = _towards(pose.apply(trial), tree, normals, truth, float(far_mm))[0] @ pose
-        off = float(np.median(tree.closest(pose.apply(trial)).distances_mm))
+            pose = _towards(pose.apply(trial), truth, float(far_mm))[0] @ pose
+        off = float(np.median(truth.surface.tree.closest(pose.apply(trial)).distances_mm))
         if off < least:
             best, least = pose, off
     return best
@@ -111,11 +102,9 @@ def signed_mm(
     points_mm: Points3, truth: Truth
 ) -> tuple[Float64[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """Distances from the truth, positive outside, and whether the seen truth is what is near."""
-    found = truth.tree.closest(points_mm)
-    seen = truth.seen[truth.faces[found.faces]].all(1) & (found.distances_mm < 5 * _FAR_MM)
-    normals = truth.normals[found.faces]
-    side = np.einsum("nc,nc->n", points_mm - found.points_mm, normals)
-    return np.where(side < 0, -1.0, 1.0) * found.distances_mm, seen
+    found = truth.surface.signed(points_mm)
+    near = np.abs(found.signed_mm) < 5 * _FAR_MM
+    return found.signed_mm, truth.seen[truth.faces[found.faces]].all(1) & near
 
 
 def measured_samples(mesh: Mesh) -> np.ndarray:
@@ -143,19 +132,13 @@ def _axes(points_mm: Points3) -> Float64[np.ndarray, "3 3"]:
     return axes
 
 
-def _towards(
-    points_mm: Points3,
-    tree: TriangleTree,
-    face_normals: Float64[np.ndarray, "f 3"],
-    truth: Truth,
-    far_mm: float,
-) -> tuple[Rigid, float]:
+def _towards(points_mm: Points3, truth: Truth, far_mm: float) -> tuple[Rigid, float]:
     """One point-to-plane step (Chen and Medioni 1992), and the scale error that it leaves."""
-    found = tree.closest(points_mm)
+    found = truth.surface.tree.closest(points_mm)
     near = (found.distances_mm < far_mm) & truth.seen[truth.faces[found.faces]].all(1)
     if near.sum() < _FEWEST_NEAR:
         return Rigid.identity(), float("nan")
-    points, normals = points_mm[near], face_normals[found.faces[near]]
+    points, normals = points_mm[near], truth.surface.flat_normals[found.faces[near]]
     off = np.einsum("nc,nc->n", points - found.points_mm[near], normals)
     middle = points.mean(0)
     arms = points - middle

@@ -13,8 +13,8 @@ from jaxtyping import Bool, Int64
 
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Faces, Vector3
-from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.signed import SignedSurface
 from limbgram.core.mesh.topology import boundary_half_edges, face_components, with_faces
 from limbgram.workbench.limb import Limb
 
@@ -227,12 +227,10 @@ def _apart(mesh: Mesh, pieces: np.ndarray, main: int) -> Bool[np.ndarray, " p"]:
         # All of it, not what joined last: from the wall of a hollow alone, outside is inside.
         surface = with_faces(mesh, mesh.faces[~free[pieces]])
         ids = np.flatnonzero(free[piece_of])
-        near = TriangleTree.of(surface.vertices_mm, surface.faces).closest(mesh.vertices_mm[ids])
-        away = mesh.vertices_mm[ids] - near.points_mm
-        beyond = (away * surface.face_normals()[near.faces]).sum(1) > 0
+        away = SignedSurface(surface.vertices_mm, surface.faces).signed(mesh.vertices_mm[ids])
         nearest = np.full(count, np.inf)
-        np.minimum.at(nearest, piece_of[ids], near.distances_mm)
-        votes = np.bincount(piece_of[ids], np.where(beyond, 1.0, -1.0), count)
+        np.minimum.at(nearest, piece_of[ids], np.abs(away.signed_mm))
+        votes = np.bincount(piece_of[ids], np.where(away.signed_mm > 0, 1.0, -1.0), count)
         joining = free & ((nearest <= reach_mm) | (votes <= 0))
         free &= ~joining
     return free

@@ -74,6 +74,25 @@ class TriangleTree:
         return Closest(places, self.order[found], distances)
 
 
+def nearest_shares(
+    corners: Float64[np.ndarray, "n 3 3"], points_mm: Points3
+) -> Float64[np.ndarray, "n 3"]:
+    """For each point and its triangle: weights of the corners at the nearest place."""
+    return _nearest_shares(
+        np.ascontiguousarray(corners, np.float64), np.ascontiguousarray(points_mm, np.float64)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _nearest_shares(triangles: np.ndarray, queries: np.ndarray):
+    shares, place = np.empty((len(queries), 3)), np.empty(5)
+    for q in range(len(queries)):
+        _nearest_on_triangle(triangles, q, queries[q, 0], queries[q, 1], queries[q, 2], place)
+        shares[q, 1], shares[q, 2] = place[3], place[4]
+        shares[q, 0] = 1.0 - place[3] - place[4]
+    return shares
+
+
 @njit(cache=True, nogil=True)
 def _planted(vertices: np.ndarray, faces: np.ndarray, leaves: int):
     """Triangles along the curve by their middles, their numbers, and the boxes over them."""
@@ -151,7 +170,7 @@ def _search(
 ):
     leaves = boxes.shape[0] // 2
     stack, away2 = np.empty(64, np.int64), np.empty(64)
-    place = np.empty(3)
+    place = np.empty(5)
     last = 0
     for q in turn:
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
@@ -219,9 +238,10 @@ def _least_distance2(triangles: np.ndarray, t: int, x: float, y: float, z: float
 def _nearest_on_triangle(
     triangles: np.ndarray, t: int, x: float, y: float, z: float, place: np.ndarray
 ):
-    """Squared distance to a triangle; fills in the nearest place (Ericson 2005, 5.1.5).
+    """Squared distance to a triangle (Ericson 2005, 5.1.5).
 
-    A triangle without an area has edges all the same.
+    Fills in the nearest place, and the shares of the second and third corner in it: exactly nothing
+    where the place lies across from one. A triangle without an area has edges all the same.
     """
     ax, ay, az = triangles[t, 0, 0], triangles[t, 0, 1], triangles[t, 0, 2]
     bx, by, bz = triangles[t, 1, 0], triangles[t, 1, 1], triangles[t, 1, 2]
@@ -254,4 +274,5 @@ def _nearest_on_triangle(
     place[0] = ax + v * ab_x + w * ac_x
     place[1] = ay + v * ab_y + w * ac_y
     place[2] = az + v * ab_z + w * ac_z
+    place[3], place[4] = v, w
     return (place[0] - x) ** 2 + (place[1] - y) ** 2 + (place[2] - z) ** 2

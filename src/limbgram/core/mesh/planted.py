@@ -1,7 +1,8 @@
 """Trees of meshes, kept: an edit asks the same surface for nearest places again and again.
 
-A mesh is never changed once it is made, so its tree stays right as long as it lives. Trees of the
-few meshes that were asked last are kept, and none longer than its mesh.
+A mesh is never changed once it is made, so its tree stays right as long as it lives, and so do the
+normals that tell a side. Those of the few meshes that were asked last are kept, and none longer
+than its mesh.
 """
 
 from threading import RLock
@@ -9,11 +10,12 @@ from weakref import ref
 
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.signed import SignedSurface
 
 MOST_KEPT = 4
-"""Trees; one of 250,000 triangles takes 30 MB."""
+"""Meshes; of one of 250,000 triangles the tree takes 30 MB, and what tells the side as much."""
 
-_KEPT: "dict[int, tuple[ref[Mesh], TriangleTree]]" = {}
+_KEPT: "dict[int, tuple[ref[Mesh], SignedSurface]]" = {}
 """By the number of the object, the last asked last."""
 _LOCK = RLock()
 """A mesh may end while its thread holds it."""
@@ -25,18 +27,21 @@ def tree_on(mesh: Mesh) -> TriangleTree:
     Raises:
         ValueError: it has no face.
     """
+    return signed_on(mesh).tree
+
+
+def signed_on(mesh: Mesh) -> SignedSurface:
+    """A mesh, ready to be asked on which side places lie."""
     number = id(mesh)
     with _LOCK:
-        known, tree = _KEPT.pop(number, (None, None))
-        if known is not None and tree is not None and known() is mesh:
-            _KEPT[number] = known, tree
-            return tree
-    tree = TriangleTree.of(mesh.vertices_mm, mesh.faces)
-    with _LOCK:
-        _KEPT[number] = ref(mesh, lambda _: _forget(number)), tree
+        known, surface = _KEPT.pop(number, (None, None))
+        if known is None or surface is None or known() is not mesh:
+            known = ref(mesh, lambda _: _forget(number))
+            surface = SignedSurface(mesh.vertices_mm, mesh.faces)
+        _KEPT[number] = known, surface
         while len(_KEPT) > MOST_KEPT:
             del _KEPT[next(iter(_KEPT))]
-    return tree
+    return surface
 
 
 def _forget(number: int) -> None:

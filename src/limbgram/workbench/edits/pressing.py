@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from limbgram.core.geometry.arrays import Points3
-from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.planted import tree_on
+from limbgram.core.mesh.mesh import Mesh, dots
+from limbgram.core.mesh.planted import signed_on
 from limbgram.workbench.frame.sensitive import sensitive_place
 from limbgram.workbench.limb import Limb
 
@@ -53,15 +53,12 @@ class Away:
 
 def away_from(surface: Mesh, points_mm: Points3) -> Away:
     """Signed distances of points from a surface."""
-    found = tree_on(surface).closest(points_mm)
-    way = points_mm - found.points_mm
-    normals = surface.face_normals()[found.faces]
-    upward = (way * normals).sum(1)
-    size = np.linalg.norm(normals, axis=1) * found.distances_mm
+    found = signed_on(surface).signed(points_mm)
+    upward = dots(points_mm - found.points_mm, found.normals)
     return Away(
-        signed_mm=np.where(upward < 0, -1.0, 1.0) * found.distances_mm,
+        signed_mm=found.signed_mm,
         nearest_mm=found.points_mm,
-        along=np.abs(upward) / np.maximum(size, 1e-30),
+        along=np.abs(upward) / np.maximum(np.abs(found.signed_mm), 1e-30),
     )
 
 
