@@ -11,8 +11,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from scipy.special import stdtrit
+
 COVER = 1.96
 """Standard deviations to either side that hold 95 of 100 Gaussian errors."""
+_COVERAGE = 0.95
 HOLDS = "± holds in 95 of 100"
 """What a page or print with a ± says once."""
 _TWO_SIDES = re.compile(r"\+[\d.]+ / -[\d.]")
@@ -38,6 +41,18 @@ class Interval:
     def over(self, unit: float) -> "Interval":
         """The same in a unit that is so many times as large."""
         return Interval(self.below / unit, self.above / unit)
+
+
+def widening(freedom: float) -> float:
+    """What a standard deviation that was told by few residuals is multiplied by (Student 1908).
+
+    `COVER` of the widened one hold 95 of 100, as of one that is known. Whoever makes a sigma from
+    residuals widens it there, so that all who read it may take it for known.
+
+    >>> round(COVER * widening(1), 1), round(COVER * widening(5), 2), round(widening(1e6), 3)
+    (12.7, 2.57, 1.0)
+    """
+    return float(stdtrit(max(freedom, 1.0), 0.5 + _COVERAGE / 2)) / COVER
 
 
 def plus_minus(interval: Interval | None, decimals: int) -> str:

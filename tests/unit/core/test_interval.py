@@ -4,9 +4,10 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import limbgram
-from limbgram.core.interval import HOLDS, Interval, explained, plus_minus
+from limbgram.core.interval import COVER, HOLDS, Interval, explained, plus_minus, widening
 
 
 def test_a_plus_minus_holds_in_95_of_100_gaussian_errors() -> None:
@@ -15,6 +16,15 @@ def test_a_plus_minus_holds_in_95_of_100_gaussian_errors() -> None:
     held = float(np.mean((errors > -stated.below) & (errors < stated.above)))
     assert abs(held - 0.95) < 0.002
     assert "95 of 100" in HOLDS
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 5, 10, 40])
+def test_a_sigma_told_by_few_residuals_is_widened_until_it_holds_95_of_100(freedom: int) -> None:
+    draw = np.random.default_rng(freedom)
+    told = np.sqrt((draw.normal(size=(100_000, freedom)) ** 2).mean(axis=1))
+    errors = np.abs(draw.normal(size=100_000))
+    assert abs(np.mean(errors < COVER * widening(freedom) * told) - 0.95) < 0.003
+    assert np.mean(errors < COVER * told) < 0.95
 
 
 def test_sides_that_differ_are_both_written() -> None:

@@ -3,6 +3,7 @@
 Coded marks are found in the photos instead of picked by hand: `marks` makes distances of them.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,7 @@ from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import Triangulated, triangulate
+from limbgram.core.interval import widening
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.scale.given import KnownDistance, Pick
@@ -30,6 +32,10 @@ _MOST_STRANGE = 0.25
 class _End:
     point_in_world: Vector3
     covariance: Matrix3
+    """For picks with a standard deviation of 1 px."""
+    misses_px2: float
+    """Sum of the squared misses of its picks."""
+    freedom: int
     strange: tuple[SetAside, ...] = ()
     """Photos that contradict the others."""
 
@@ -48,7 +54,7 @@ def measure_distances(
     set_aside: list[SetAside] = []
     for distance in distances:
         ends = [
-            _locate(scene, distance, name, picks, pick_sigma_px)
+            _locate(scene, distance, name, picks)
             for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
         missing = [end for end in ends if isinstance(end, str)]
@@ -58,19 +64,17 @@ def measure_distances(
             check = all_check or len(lengths) % 2 == 1
             first, second = (end for end in ends if isinstance(end, _End))
             set_aside += first.strange + second.strange
-            lengths.append(_length(distance, first, second, check=check))
+            lengths.append(_length(distance, first, second, pick_sigma_px, check=check))
     if not lengths:
         raise ScaleError(
             "None of the known distances could be measured: "
             + "; ".join(f"{one.name}: {one.reason}" for one in set_aside)
             + ". Pick both ends in two or more placed photos taken from different sides."
         )
-    return _ruler(lengths, tuple(set_aside))
+    return ruler_of(lengths, tuple(set_aside))
 
 
-def _locate(
-    scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick], pick_sigma_px: float
-) -> _End | str:
+def _locate(scene: Scene, distance: KnownDistance, name: str, picks: Sequence[Pick]) -> _End | str:
     """One end in the scene, or why it cannot be had."""
     label = distance.label
     unknown = [pick.photo for pick in picks if pick.photo not in scene.names]
@@ -107,10 +111,8 @@ def _locate(
         [view.camera.width_px for view in seen],
         np.array([view.project(point[None])[0] for view in seen]) - xy_px,
     )
-    freedom = max(1, 2 * len(seen) - 3)
-    spread_px = float(located.rms_px[0] * np.sqrt(len(seen) / freedom))
-    sigma_px = pick_sigma_px if distance.sigma_px is None else distance.sigma_px
-    return _End(point, located.covariance[0] * max(sigma_px, spread_px) ** 2, strange)
+    misses_px2 = float(located.rms_px[0] ** 2 * len(seen))
+    return _End(point, located.covariance[0], misses_px2, 2 * len(seen) - 3, strange)
 
 
 def _meeting(views: Sequence[View], xy_px: Points2) -> Triangulated:
@@ -147,12 +149,18 @@ def _check_meeting(
         )
 
 
-def _length(distance: KnownDistance, first: _End, second: _End, *, check: bool) -> RulerLength:
+def _length(
+    distance: KnownDistance, first: _End, second: _End, pick_sigma_px: float, *, check: bool
+) -> RulerLength:
     between = second.point_in_world - first.point_in_world
     measured = float(np.linalg.norm(between))
     direction = between / max(measured, 1e-300)
     of_length = distance.length_sigma_mm / distance.length_mm
-    variance = float(direction @ (first.covariance + second.covariance) @ direction)
+    freedom = first.freedom + second.freedom
+    spread_px = math.sqrt((first.misses_px2 + second.misses_px2) / freedom) * widening(freedom)
+    sigma_px = pick_sigma_px if distance.sigma_px is None else distance.sigma_px
+    of_one_px = float(direction @ (first.covariance + second.covariance) @ direction)
+    variance = of_one_px * max(sigma_px, spread_px) ** 2
     return RulerLength(
         label=distance.label,
         known_mm=distance.length_mm,
@@ -162,14 +170,18 @@ def _length(distance: KnownDistance, first: _End, second: _End, *, check: bool) 
     )
 
 
-def _ruler(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...]) -> Ruler:
-    """Weighted mean of measured over known length; its sigma grows where the lengths differ."""
+def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = ()) -> Ruler:
+    """Weighted mean of measured over known length; its sigma grows where the lengths differ.
+
+    They are few, so what their difference tells is widened.
+    """
     control = [one for one in lengths if one.role == "control"] or list(lengths)
     ratios = np.array([one.measured / one.known_mm for one in control])
     sigmas = np.array([one.sigma / one.known_mm for one in control])
     weights = 1 / np.maximum(sigmas, 1e-12 * ratios) ** 2
     mean = float(weights @ ratios / weights.sum())
-    excess = float(weights @ (ratios - mean) ** 2) / max(1, len(control) - 1)
+    freedom = max(1, len(control) - 1)
+    excess = float(weights @ (ratios - mean) ** 2) / freedom * widening(freedom) ** 2
     sigma = float(np.sqrt(max(1.0, excess) / weights.sum()))
     return Ruler(
         units_per_mm=mean,

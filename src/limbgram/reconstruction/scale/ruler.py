@@ -13,6 +13,7 @@ from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, differentiate_all
+from limbgram.core.interval import widening
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import BoardDetections
@@ -44,10 +45,12 @@ class Ruler:
 def jackknife_sigma(replicates: Float64[np.ndarray, " p"]) -> float:
     """Standard deviation of a figure from its values without each photo in turn (Tukey 1958).
 
-    It holds whatever a photo's errors have in common, such as its pose.
+    It holds whatever a photo's errors have in common, such as its pose; widened, as the photos are
+    few.
     """
     count = len(replicates)
-    return float(np.sqrt((count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)))
+    sigma = np.sqrt((count - 1) / count * np.sum((replicates - replicates.mean()) ** 2))
+    return float(sigma) * widening(count - 1)
 
 
 _LEAST_OBSERVATIONS = 3

@@ -4,10 +4,12 @@ In      visits: a scan and its day, where several scans of one day are repeats; 
 Out     a Series: volume and girths at each visit, and their trends. Where a change lies within its
         uncertainty, it says so. Repeats: how far captures of one unchanged limb lie apart.
 Method  All scans are laid on the first and measured at the same heights. A trend is a straight line
-        by weighted least squares. A scan's sigma is its own if it has one, else the spread of
-        repeats on one day, else the assumed share of the options. Repeatability is the coefficient
-        1.96 sqrt(2) s_w (Bland and Altman 1999), ICC(2,1) for absolute agreement (Shrout and
-        Fleiss 1979), and Bland-Altman bias and limits (1986).
+        by weighted least squares; from three values on, their scatter about it makes its interval.
+        A scan's sigma is its own if it has one, else the spread of repeats on one day, else the
+        assumed share of the options. Repeatability is the coefficient t sqrt(2) s_w (Bland and
+        Altman 1999), ICC(2,1) for absolute agreement (Shrout and Fleiss 1979), and Bland-Altman
+        bias and limits (1986). Quantiles are Student's, as values are few; girths of one capture
+        err together, which leaves fewer of them (Bartlett 1946).
 Fails   OptionsError: fewer than two days. MeasureError: scans that cannot be compared.
 """
 
@@ -18,10 +20,9 @@ from typing import Literal
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.special import ndtri
 
 from limbgram.core.errors import MeasureError, OptionsError
-from limbgram.core.interval import COVER, Interval, plus_minus
+from limbgram.core.interval import COVER, Interval, plus_minus, widening
 from limbgram.workbench.compare.comparison import CompareOptions, at_odds, lay
 from limbgram.workbench.compare.frames import Axes, axes_of, mesh_in_frame, outside_by_name
 from limbgram.workbench.compare.levels import (
@@ -33,7 +34,6 @@ from limbgram.workbench.compare.levels import (
 from limbgram.workbench.compare.registration import Alignment
 from limbgram.workbench.limb import Limb
 
-_COVERAGE = 0.95
 _FEWEST_REPEATS = 2
 SigmaSource = Literal["scans", "repeats", "assumed"]
 
@@ -301,7 +301,7 @@ def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
         names=tuple(limb.name for limb in limbs),
         stack=scans,
         volume=repeatability(scans.volumes_mm3[None, :]),
-        girths=repeatability(tapes.T),
+        girths=repeatability(tapes.T, independent_levels(tapes.T)),
         agreement=bland_altman(tapes[0], tapes[1]) if pair else None,
     )
 
@@ -313,29 +313,35 @@ def fit_trend(
 ) -> Trend:
     """The line through two values or more on two days or more.
 
-    Where the values scatter more than their sigmas say, the slope's sigma grows in proportion
-    (Birge 1932).
+    The sigmas weigh the values. How far these lie from the line tells how large the errors are,
+    for a limb also changes from day to day by more than a scan errs; of two values alone the sigmas
+    have to tell it.
     """
     weeks = (days - days.min()) / 7.0
     columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
     covariance = np.linalg.inv(columns.T @ columns)
     line = covariance @ columns.T @ (values / sigmas)
     sigma = float(np.sqrt(covariance[1, 1]))
-    scatter = None
-    if len(values) > 2:
+    scatter, free = None, len(values) - 2
+    if free > 0:
         residuals = (values - line[0] - line[1] * weeks) / sigmas
-        scatter = float(np.sqrt(residuals @ residuals / (len(values) - 2)))
-    reach = float(ndtri(0.5 + _COVERAGE / 2)) * max(1.0, scatter or 0.0)
+        scatter = float(np.sqrt(residuals @ residuals / free))
+        sigma *= scatter * widening(free)
     return Trend(
         per_week=float(line[1]),
-        per_week_95=reach * sigma,
+        per_week_95=COVER * sigma,
         at_start=float(line[0]),
         scatter=scatter,
     )
 
 
-def repeatability(table: Float64[np.ndarray, "s c"]) -> Repeatability:
+def repeatability(
+    table: Float64[np.ndarray, "s c"], independent: float | None = None
+) -> Repeatability:
     """Subjects in rows, captures in columns.
+
+    Args:
+        independent: How many of the subjects err each for itself; all unless told.
 
     Raises:
         MeasureError: fewer than two captures.
@@ -347,9 +353,10 @@ def repeatability(table: Float64[np.ndarray, "s c"]) -> Repeatability:
             f"{subjects}. Scan the same unchanged limb again."
         )
     within = float(((table - table.mean(1, keepdims=True)) ** 2).sum() / subjects / (captures - 1))
+    free = (captures - 1) * (subjects if independent is None else independent)
     return Repeatability(
         within_sd=float(np.sqrt(within)),
-        coefficient=float(COVER * np.sqrt(2 * within)),
+        coefficient=float(COVER * widening(free) * np.sqrt(2 * within)),
         icc_2_1=None if subjects < 2 else _icc_2_1(table),
     )
 
@@ -358,6 +365,8 @@ def bland_altman(
     first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]
 ) -> BlandAltman:
     """Bias and limits of agreement of two captures of the same subjects.
+
+    The limits are those of one difference more, whose bias is not known either.
 
     Raises:
         MeasureError: fewer than two subjects.
@@ -368,7 +377,9 @@ def bland_altman(
             "more levels."
         )
     off = second - first
-    bias, spread = float(off.mean()), COVER * float(off.std(ddof=1))
+    count = len(off)
+    bias, sigma = float(off.mean()), float(off.std(ddof=1)) * np.sqrt(1 + 1 / count)
+    spread = COVER * widening(count - 1) * float(sigma)
     return BlandAltman(bias=bias, low=bias - spread, high=bias + spread)
 
 
@@ -387,7 +398,7 @@ def _sigmas(
         means = np.bincount(day, values) / np.bincount(day)
         within = float(((values - means[day]) ** 2).sum()) / repeats
         if within > 0:
-            return np.full(len(values), np.sqrt(within)), "repeats"
+            return np.full(len(values), np.sqrt(within) * widening(repeats)), "repeats"
     return assumed_share * np.abs(values), "assumed"
 
 
@@ -402,6 +413,23 @@ def _girth_trend(
         return None
     sigmas, _ = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
     return fit_trend(days[known], tapes_mm[known], sigmas)
+
+
+def independent_levels(table: Float64[np.ndarray, "k c"]) -> float:
+    """How many of the levels in the rows err each for itself.
+
+    From how alike the errors are at each distance: a variance from k values whose correlations are
+    r tells as much as one from k^2 / sum(r^2) independent ones (Bartlett 1946).
+    """
+    errors = table - table.mean(1, keepdims=True)
+    size = float((errors**2).sum())
+    if not size > 0:
+        return 1.0
+    count = len(errors)
+    lags = np.arange(1, count)
+    products = np.array([float((errors[lag:] * errors[:-lag]).sum()) for lag in lags])
+    alike = np.clip(products / (count - lags) * count / size, -1.0, 1.0)
+    return float(count / (1 + 2 * ((1 - lags / count) * alike**2).sum()))
 
 
 def _sigma(sigma: float | None) -> float:

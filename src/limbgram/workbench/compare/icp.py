@@ -26,6 +26,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.interval import widening
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
 from limbgram.workbench.limb import Limb, LimbFrame
@@ -182,7 +183,8 @@ def _looseness(
     pulls = columns * (weights * found.signed_mm)[:, None]
     patches = np.zeros((int(patch.max()) + 1, 6))
     np.add.at(patches, patch, pulls)
-    few = len(patches) / max(len(patches) - 6, 1)
+    free = max(len(patches) - 6, 1)
+    few = len(patches) / free * widening(free) ** 2
     covariance = few * inverse @ (patches.T @ patches) @ inverse
     growth = inverse @ (columns.T @ weights)
     off_mm, counted = np.bincount(patch, weights * found.signed_mm), np.bincount(patch, weights)

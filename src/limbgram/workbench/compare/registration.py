@@ -17,12 +17,11 @@ from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float64
-from scipy.special import stdtrit
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid, fit_similarity
-from limbgram.core.interval import COVER
+from limbgram.core.interval import widening
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.workbench.compare.counterparts import Ground
 from limbgram.workbench.compare.frames import brim_height_mm
@@ -325,7 +324,7 @@ def _looseness_of_marks(
 ) -> Looseness:
     """From how far the landmarks disagree: errors of one size in all directions.
 
-    Few landmarks tell that size badly, so it is widened (Student) until 1.96 of it hold 95 of 100.
+    Few landmarks tell that size badly, so it is widened.
     """
     middle = share @ places_mm
     apart = places_mm - middle
@@ -338,10 +337,9 @@ def _looseness_of_marks(
     counted = 1 / float(np.square(share).sum())
     free = max(3 * counted - 6, 1.0)
     mark_mm2 = float(share @ off_mm**2) * counted / free
-    widened = float(stdtrit(free, 0.975)) / COVER
     return Looseness(
         middle_mm=middle,
-        covariance=max(mark_mm2 * widened**2, _MARK_MM**2) * spread,
+        covariance=max(mark_mm2 * widening(free) ** 2, _MARK_MM**2) * spread,
         growth_shift=np.zeros(3),
     )
 

@@ -22,6 +22,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.geometry.frames import turn_rad
 from limbgram.core.geometry.lens import View
+from limbgram.core.interval import widening
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.reconstruction.photos.photo import Photo
@@ -58,8 +59,8 @@ class PaintedOptions:
 DEFAULTS = PaintedOptions()
 _SQUARE_COSINE = 0.64
 _SLACK_MM = 2.0
-_MEDIAN_OVER_MEAN = np.sqrt(np.pi / 2)
-"""Standard deviation of a median of normal errors over that of their mean."""
+_MEDIAN = np.pi / 2
+"""Variance of a median of many normal errors over that of their mean; of one error it is 1."""
 _SHARED_PX = 0.25
 """One standard deviation, along one direction, of what blur and shading do to all photos alike."""
 
@@ -193,7 +194,7 @@ def _agreed(
                 colour=colour,
                 diameter_mm=float(np.median(spots.diameters_mm[rows])),
                 spread_mm=float(np.sqrt((away_mm**2).mean())),
-                sigma_mm=_sigma_mm(away_mm, spots.pixels_mm[rows]),
+                sigma_mm=sigma_of_median_mm(away_mm, spots.pixels_mm[rows]),
                 photos=tuple(views[k].name for k in spots.photo_idx[rows]),
                 looking=looking,
             )
@@ -202,12 +203,16 @@ def _agreed(
     return PaintedMarks(tuple(marks), tuple(one for one in left_out if not _beside(one, marks)))
 
 
-def _sigma_mm(away_mm: Float64[np.ndarray, " k"], pixels_mm: Float64[np.ndarray, " k"]) -> float:
+def sigma_of_median_mm(
+    away_mm: Float64[np.ndarray, " k"], pixels_mm: Float64[np.ndarray, " k"]
+) -> float:
     """Of a median of places, from their distances along two directions; and what all share."""
     count = len(away_mm)
-    of_one = np.sqrt((away_mm**2).sum() / (2 * max(count - 1, 1)))
+    freedom = 2 * max(count - 1, 1)
+    of_one = np.sqrt((away_mm**2).sum() / freedom) * widening(freedom)
+    of_median = of_one * np.sqrt(_MEDIAN / (count - 1 + _MEDIAN))
     shared = _SHARED_PX * float(np.median(pixels_mm))
-    return float(np.hypot(_MEDIAN_OVER_MEAN * of_one / np.sqrt(count), shared))
+    return float(np.hypot(of_median, shared))
 
 
 def _groups(spots: Spots, agreement_mm: float) -> list[Int64[np.ndarray, " k"]]:

@@ -17,6 +17,7 @@ from jaxtyping import Int32
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.core.geometry.triangulation import triangulate
+from limbgram.core.interval import widening
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet
 from limbgram.reconstruction.targets.board import KIT_DICTIONARY
 from limbgram.reconstruction.targets.marks import (
@@ -118,6 +119,7 @@ def _placed(
         if off_px.max() <= _MOST_OFF_PX:
             freedom = max(1, 2 * _CORNERS * len(seen) - 3 * _CORNERS)
             rms_px = float(np.sqrt(((again - corners_px) ** 2).sum() / freedom))
+            rms_px *= widening(freedom)
             sigmas = [np.trace(one) / 3 for one in met.covariance]
             sigma_mm = max(rms_px, _LEAST_SIGMA_PX) * float(np.sqrt(np.mean(sigmas)))
             sides = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)

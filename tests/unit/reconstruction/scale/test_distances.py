@@ -5,12 +5,15 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from tests.unit.reconstruction.scale.conftest import SCENE_FROM_ROOM
 
 from limbgram.core.errors import OptionsError, ScaleError
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.distances import measure_distances, ruler_of
 from limbgram.reconstruction.scale.given import KnownDistance, Pick
 from limbgram.reconstruction.scale.marks import distance_between_marks, mark_distances
+from limbgram.reconstruction.scale.ruler import RulerLength, jackknife_sigma
 from limbgram.reconstruction.scale.scaling import ScaleOptions, to_millimetres
 from limbgram.reconstruction.targets.marks import MarkDetections, PhotoMarks, find_marks
 from limbgram.reconstruction.targets.plates import MarkPlate, PrintedMark
@@ -66,6 +69,51 @@ def test_sigma_follows_the_picks(capture) -> None:
     )
     assert coarse == pytest.approx(5 * fine, rel=1e-6)
     assert 5e-4 < coarse < 2e-3
+
+
+@pytest.mark.parametrize("photos", [(0, 2), (0, 2, 10), (0, 2, 5, 8, 10)])
+def test_picks_that_scatter_more_than_stated_are_believed(capture, photos) -> None:
+    """Picks three times as far off as stated: few of them tell it badly, and it is widened."""
+    exact = both(capture, photos)[0]
+    draw = np.random.default_rng(len(photos))
+
+    def off(picks: tuple[Pick, ...]) -> tuple[Pick, ...]:
+        return tuple(
+            replace(one, x_px=one.x_px + x, y_px=one.y_px + y)
+            for one, (x, y) in zip(picks, 0.3 * draw.normal(size=(len(picks), 2)), strict=True)
+        )
+
+    held = []
+    for _ in range(500):
+        picked = replace(exact, first=off(exact.first), second=off(exact.second))
+        (one,) = measure_distances(capture.scene, [picked], 0.1, all_check=True).lengths
+        error = one.measured / one.known_mm - SCENE_FROM_ROOM.scale
+        held.append(abs(error) * one.known_mm < 1.96 * one.sigma)
+    assert 0.93 < np.mean(held) < 0.97
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 9])
+def test_lengths_that_differ_more_than_stated_widen_the_scale(count: int) -> None:
+    draw = np.random.default_rng(count)
+    held = []
+    for _ in range(3000):
+        lengths = [
+            RulerLength(
+                label="", known_mm=100.0, measured=100 + 0.3 * off, sigma=0.1, role="control"
+            )
+            for off in draw.normal(size=count)
+        ]
+        found = ruler_of(lengths)
+        held.append(abs(found.units_per_mm - 1) < 1.96 * found.relative_sigma)
+    assert 0.93 < np.mean(held) < 0.97
+
+
+@pytest.mark.parametrize("photos", [3, 4, 8, 15])
+def test_a_sigma_from_photos_left_out_in_turn_holds_95_of_100(photos: int) -> None:
+    by_photo = np.random.default_rng(photos).normal(size=(5000, photos))
+    without = (by_photo.sum(1, keepdims=True) - by_photo) / (photos - 1)
+    sigmas = np.array([jackknife_sigma(one) for one in without])
+    assert 0.93 < np.mean(np.abs(by_photo.mean(1)) < 1.96 * sigmas) < 0.97
 
 
 def test_a_tape_adds_its_own_doubt(capture) -> None:

@@ -14,6 +14,7 @@ from limbgram.workbench.compare.following import (
     bland_altman,
     fit_trend,
     follow,
+    independent_levels,
     repeatability,
 )
 from limbgram.workbench.compare.registration import RegistrationOptions
@@ -22,14 +23,20 @@ AS_IS = FollowOptions(compare=CompareOptions(registration=RegistrationOptions(wa
 START = date(2026, 1, 5)
 
 
-def test_an_exact_line_comes_back_with_the_textbook_sigma() -> None:
-    days, sigma = np.array([0.0, 7, 14, 28]), 3.0
-    found = fit_trend(days, 500 - 4 * days / 7, np.full(4, sigma))
+def test_two_values_have_the_textbook_sigma() -> None:
+    found = fit_trend(np.array([0.0, 28]), np.array([500.0, 484]), np.full(2, 3.0))
     assert found.per_week == pytest.approx(-4)
     assert found.at_start == pytest.approx(500)
-    weeks = days / 7
-    textbook = sigma / np.sqrt(((weeks - weeks.mean()) ** 2).sum())
-    assert found.per_week_95 == pytest.approx(1.96 * textbook, rel=1e-3)
+    assert found.per_week_95 == pytest.approx(1.96 * 3.0 * np.sqrt(2) / 4)
+    assert found.scatter is None
+
+
+def test_an_exact_line_comes_back_and_has_no_scatter() -> None:
+    days = np.array([0.0, 7, 14, 28])
+    found = fit_trend(days, 500 - 4 * days / 7, np.full(4, 3.0))
+    assert found.per_week == pytest.approx(-4)
+    assert found.at_start == pytest.approx(500)
+    assert found.per_week_95 == pytest.approx(0, abs=1e-9)
     assert found.scatter == pytest.approx(0, abs=1e-9)
 
 
@@ -38,23 +45,19 @@ def test_a_value_with_a_large_sigma_counts_little() -> None:
     assert fit_trend(days, values, np.array([1.0, 1, 1e4])).per_week == pytest.approx(10, abs=0.01)
 
 
-def test_intervals_hold_the_true_slope_as_often_as_they_say() -> None:
-    rng = np.random.default_rng(3)
-    days = np.array([0.0, 7, 14, 21, 35, 49])
+@pytest.mark.parametrize("count", [3, 4, 6, 10])
+@pytest.mark.parametrize("understated", [1.0, 3.0])
+def test_intervals_hold_the_true_slope_as_often_as_they_say(count: int, understated: float) -> None:
+    rng = np.random.default_rng(count)
+    days, stated = 7.0 * np.arange(count) ** 1.2, 0.5 + np.arange(count) % 3
     held = clear = 0
-    for _ in range(600):
-        found = fit_trend(days, 2 * days / 7 + rng.normal(0, 1.5, 6), np.full(6, 1.5))
+    for _ in range(2000):
+        noise = understated * stated * rng.normal(size=count)
+        found = fit_trend(days, 2 * days / 7 + noise, stated)
         held += abs(found.per_week - 2) < found.per_week_95
-        clear += fit_trend(days, rng.normal(0, 1.5, 6), np.full(6, 1.5)).is_clear
-    assert 0.94 < held / 600 < 0.995
-    assert 0.005 < clear / 600 < 0.06
-
-
-def test_scatter_beyond_the_sigmas_widens_the_interval() -> None:
-    days, values = np.array([0.0, 7, 14, 21]), np.array([0.0, 9, -8, 2])
-    wide, calm = fit_trend(days, values, np.ones(4)), fit_trend(days, values / 50, np.ones(4))
-    assert wide.per_week_95 == pytest.approx(wide.scatter * calm.per_week_95)
-    assert wide.scatter > 5
+        clear += fit_trend(days, noise, stated).is_clear
+    assert 0.93 < held / 2000 < 0.97
+    assert 0.03 < clear / 2000 < 0.07
 
 
 SHROUT_FLEISS = np.array(
@@ -72,20 +75,61 @@ def test_repeatability_of_known_noise() -> None:
     table = rng.normal(100, 10, 400)[:, None] + rng.normal(0, 0.5, (400, 3))
     found = repeatability(table)
     assert found.within_sd == pytest.approx(0.5, rel=0.06)
-    assert found.coefficient == pytest.approx(1.96 * np.sqrt(2) * found.within_sd)
+    assert found.coefficient == pytest.approx(1.96 * np.sqrt(2) * found.within_sd, rel=0.01)
     assert found.icc_2_1 == pytest.approx(1 - 0.25 / 100.25, abs=1e-3)
     assert repeatability(np.array([[5.0, 6, 7]])).icc_2_1 is None
     with pytest.raises(MeasureError, match="two whole captures"):
         repeatability(np.array([[5.0]]))
 
 
+@pytest.mark.parametrize("captures", [2, 3, 4, 6])
+def test_two_captures_more_differ_by_less_than_the_coefficient_95_times_of_100(
+    captures: int,
+) -> None:
+    rng = np.random.default_rng(captures)
+    tables = rng.normal(500, 3.0, (4000, 1, captures + 2))
+    held = [
+        abs(table[0, -1] - table[0, -2]) < repeatability(table[:, :captures]).coefficient
+        for table in tables
+    ]
+    assert 0.93 < np.mean(held) < 0.97
+
+
+@pytest.mark.parametrize("captures", [2, 3, 4, 6])
+@pytest.mark.parametrize("alike", [0.0, 0.5, 0.8, 0.95, 1.0])
+def test_girths_whose_errors_are_alike_along_the_limb_hold_as_often(
+    captures: int, alike: float
+) -> None:
+    """`alike` is the correlation of neighbours: 1 where a capture errs by one size all over."""
+    rng = np.random.default_rng(captures)
+    errors = rng.normal(size=(25, 1000, captures + 2))
+    for level in range(1, 25):
+        errors[level] = alike * errors[level - 1] + np.sqrt(1 - alike**2) * errors[level]
+    held = []
+    for trial in range(1000):
+        table = 300 + errors[:, trial, :captures]
+        reach = repeatability(table, independent_levels(table)).coefficient
+        held.append(np.mean(np.abs(errors[:, trial, -1] - errors[:, trial, -2]) < reach))
+    assert 0.93 < np.mean(held) < 0.97
+
+
 def test_bias_and_limits_of_agreement() -> None:
     first = np.array([10.0, 20, 30, 40])
     found = bland_altman(first, first + np.array([1.0, 2, 3, 2]))
     assert found.bias == pytest.approx(2)
-    assert found.high - found.low == pytest.approx(2 * 1.96 * np.std([1, 2, 3, 2], ddof=1))
+    student = 3.182446  # of 3 degrees of freedom
+    off = np.std([1, 2, 3, 2], ddof=1) * np.sqrt(1 + 1 / 4)
+    assert found.high - found.low == pytest.approx(2 * student * off, rel=1e-6)
     with pytest.raises(MeasureError, match="two values"):
         bland_altman(first[:1], first[:1])
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 20])
+def test_one_difference_more_lies_within_the_limits_95_times_of_100(count: int) -> None:
+    off = np.random.default_rng(count).normal(0.5, 1.0, (4000, count + 1))
+    found = [bland_altman(np.zeros(count), one[:-1]) for one in off]
+    held = [one.low < last < one.high for one, last in zip(found, off[:, -1], strict=True)]
+    assert 0.93 < np.mean(held) < 0.97
 
 
 def shrunk(limb, share: float):
@@ -124,7 +168,8 @@ def test_repeats_of_a_day_tell_the_sigma(limb) -> None:
     spread = [0.001, -0.001, 0.001, -0.001, 0.031, 0.029]
     found = follow(visits_of(limb, spread, [0, 0, 7, 7, 14, 14]), AS_IS)
     assert found.sigma_source == "repeats"
-    expected = 0.001 * np.sqrt(2) * found.stack.volumes_mm3[0]
+    student = 3.182446 / 1.96  # three days, each with one repeat
+    expected = student * 0.001 * np.sqrt(2) * found.stack.volumes_mm3[0]
     assert found.volume_sigmas_mm3[0] == pytest.approx(expected, rel=0.01)
 
 

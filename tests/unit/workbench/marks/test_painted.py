@@ -21,7 +21,12 @@ from limbgram.synthetic.capture import Capture, make_capture
 from limbgram.synthetic.options import SMALL
 from limbgram.synthetic.props.paint import MAGENTA, SockSpot, places_mm, scattered_spots
 from limbgram.workbench.edits.offset import offset
-from limbgram.workbench.marks.finding import PaintedMarks, PaintedOptions, find_painted_marks
+from limbgram.workbench.marks.finding import (
+    PaintedMarks,
+    PaintedOptions,
+    find_painted_marks,
+    sigma_of_median_mm,
+)
 
 RED = (203, 32, 44)
 MARKS = scattered_spots(4)
@@ -70,6 +75,17 @@ def test_marks_are_found_where_they_were_painted_and_nothing_else_is(
         assert blue > green + 60
     normalised = apart.min(1) / np.array([mark.sigma_mm for mark in marks])
     assert 0.3 < np.sqrt((normalised**2).mean()) < 2.0  # about sqrt(2): along two directions
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 8, 20])
+def test_the_sigma_of_a_place_holds_95_of_100_however_few_photos_tell_it(count: int) -> None:
+    draw = np.random.default_rng(count)
+    held = []
+    for places in 0.4 * draw.normal(size=(3000, count, 2)):
+        middle = np.median(places, axis=0)
+        away_mm = np.linalg.norm(places - middle, axis=1)
+        held.append(np.abs(middle) < 1.96 * sigma_of_median_mm(away_mm, np.zeros(count)))
+    assert 0.93 < np.mean(held) < 0.97
 
 
 def test_a_spot_in_one_photo_only_is_left_out_and_said(capture: Capture, tmp_path: Path) -> None:
