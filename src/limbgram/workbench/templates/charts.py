@@ -26,7 +26,9 @@ _PULL_REACH = 0.8
 _FARTHEST_PULL = 0.8
 """Radians, and units of chart height: more is another place, not another limb."""
 _STEEP = 0.2
-"""A pulled chart must keep this part of its spacing."""
+"""A pulled chart must keep this part of its spacing, in every direction."""
+_GRID = 0.1
+"""In radii: how close the places lie at which that is asked."""
 _NEAR_TIP = -0.7 * DOME
 """Below this a landmark has no angle to speak of."""
 _SHORTEST_MM = 20.0
@@ -71,6 +73,18 @@ class LimbChart:
         if not len(self.centres):
             return own
         return own + _nearness(own, self.centres) @ self.weights
+
+    def spacing(self, own: Chart) -> Float64[np.ndarray, " n"]:
+        """How near to each other a pull leaves neighbours of a place, in the direction in which it
+        brings them nearest; below 0 where it folds the chart.
+        """
+        rise, turn = _apart(own, self.centres)
+        falling = -_nearness(own, self.centres) / _PULL_REACH**2
+        pulls = self.weights * [_TALL, 1.0]  # all in radii, up and round
+        slopes = np.stack([(falling * rise) @ pulls, (falling * np.sin(turn)) @ pulls], axis=2)
+        slopes += np.eye(2)
+        least = np.linalg.svd(slopes, compute_uv=False)[:, 1]
+        return np.where(np.linalg.det(slopes) < 0, -least, least)
 
 
 def plain_chart(limb: Limb, reference: str) -> LimbChart:
@@ -164,22 +178,28 @@ def pulled_chart(
     return pulled
 
 
+def _apart(
+    places: Chart, centres: Float64[np.ndarray, "k 2"]
+) -> tuple[Float64[np.ndarray, "n k"], Float64[np.ndarray, "n k"]]:
+    """From the landmarks to places, in radii up and in radians round."""
+    apart = places[:, None] - centres
+    return _TALL * apart[..., 0], apart[..., 1]
+
+
 def _nearness(places: Chart, centres: Float64[np.ndarray, "k 2"]) -> Float64[np.ndarray, "n k"]:
     """1 at a landmark, falling off smoothly, also round the limb."""
-    rise = _TALL * (places[:, None, 0] - centres[None, :, 0])
-    turn = places[:, None, 1] - centres[None, :, 1]
+    rise, turn = _apart(places, centres)
     square = rise**2 + 2 * (1 - np.cos(turn))
     return np.exp(-square / (2 * _PULL_REACH**2))
 
 
 def _require_order(chart: LimbChart, name: str) -> None:
-    """Refuse a pull that folds the chart."""
-    heights, angles = np.linspace(-DOME, 1.2, 40), np.linspace(-np.pi, np.pi, 61)
-    grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
-    pulled = chart.pulled(grid.reshape(-1, 2)).reshape(grid.shape)
-    rise = np.diff(pulled[..., 0], axis=0) / (heights[1] - heights[0])
-    turn = np.diff(pulled[..., 1], axis=1) / (angles[1] - angles[0])
-    if min(rise.min(), turn.min()) < _STEEP:
+    """Refuse a pull that folds the chart, as high up as it pulls."""
+    top = float(chart.centres[:, 0].max()) + 3 * _PULL_REACH / _TALL
+    heights = np.arange(-DOME, top, _GRID / _TALL)
+    angles = np.linspace(-np.pi, np.pi, round(2 * np.pi / _GRID), endpoint=False)
+    grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1).reshape(-1, 2)
+    if chart.spacing(grid).min() < _STEEP:
         raise MeasureError(
             f"The landmarks of {name or 'the limb'} lie in another order than the template's, so "
             "it cannot be stretched to them. Check where they were picked and what they are named."

@@ -13,7 +13,8 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.solids import Mirror
-from limbgram.workbench.templates.charts import plain_chart, pulled_chart
+from limbgram.workbench.limb import Landmark
+from limbgram.workbench.templates.charts import LimbChart, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import fit_field, node_heights, read_field
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
 from limbgram.workbench.templates.learning import LearnOptions, Pair, learn
@@ -230,6 +231,68 @@ def test_the_chart_puts_landmarks_where_the_template_has_them(bench) -> None:
             np.testing.assert_allclose(place, wanted[mark.name], atol=1e-5)
     tip = plain.own(np.zeros((1, 3)))[0, 0]
     assert tip == pytest.approx(-0.4)
+
+
+def test_no_chart_that_is_accepted_folds(bench) -> None:
+    """Random landmarks and templates: every accepted chart keeps turning the same way round.
+
+    The truth is the chart itself: no small triangle of places, anywhere, comes out turned over.
+    """
+    limb = bench.limb_of(bench.build())
+    plain = plain_chart(limb, "patellar tendon")
+    draw = np.random.default_rng(4)
+    heights, angles = np.arange(-0.4, 2.5, 0.02), np.arange(-np.pi, np.pi, 0.05)
+    grid = np.stack(np.meshgrid(heights, angles, indexing="ij"), axis=-1)
+    accepted = refused = 0
+    for _ in range(300):
+        count = draw.integers(4, 9)
+        own = np.column_stack([draw.uniform(0, 1.1, count), draw.uniform(-np.pi, np.pi, count)])
+        moves = draw.uniform(0.1, 0.4) * draw.normal(size=(count, 2)) * [0.4, 1.0]
+        marks = marked(plain, own)
+        wanted = {mark.name: place + move for mark, place, move in zip(marks, own, moves)}
+        try:
+            chart = pulled_chart(replace(limb, landmarks=marks), plain, wanted)
+        except MeasureError:
+            refused += 1
+            continue
+        accepted += 1
+        pulled = chart.pulled(grid.reshape(-1, 2)).reshape(grid.shape)
+        up, round_ = np.diff(pulled, axis=0)[:, :-1], np.diff(pulled, axis=1)[:-1]
+        turned = up[..., 0] * round_[..., 1] - up[..., 1] * round_[..., 0]
+        assert turned.min() > 0
+    assert accepted > 100
+    assert refused > 10
+
+
+def test_a_pull_that_turns_the_chart_over_askew_is_refused(bench) -> None:
+    """A cross of landmarks: those beside go up and down by 0.5 radii, those above and below round
+    by 0.7. Along each axis nothing comes nearer, but askew the chart folds (determinant -0.4).
+    """
+    limb = bench.limb_of(bench.build())
+    plain = plain_chart(limb, "patellar tendon")
+    own = np.array([[0.5, -0.5], [0.5, 0.5], [0.3, 0.0], [0.7, 0.0]])
+    moves = np.array([[-0.2, 0.0], [0.2, 0.0], [0.0, -0.7], [0.0, 0.7]])
+    marks = marked(plain, own)
+    limb = replace(limb, landmarks=marks)
+
+    def pulled(share: float) -> LimbChart:
+        places = own + share * moves
+        return pulled_chart(
+            limb, plain, {mark.name: place for mark, place in zip(marks, places, strict=True)}
+        )
+
+    middle = np.array([[0.5, 0.0]])
+    assert 0.2 < pulled(0.5).spacing(middle)[0] < 0.5
+    with pytest.raises(MeasureError, match="another order"):
+        pulled(1.0)
+
+
+def marked(plain: LimbChart, own: np.ndarray) -> tuple[Landmark, ...]:
+    """Landmarks of a limb that stands in its limb frame, at these places of its chart."""
+    height = plain.dome_mm + own[:, 0] * (plain.reference_mm - plain.dome_mm)
+    x, y = 50 * plain.lateral * np.sin(own[:, 1]), 50 * np.cos(own[:, 1])
+    places = np.column_stack([x, y, height])
+    return tuple(Landmark(name=f"mark {k}", position_mm=one) for k, one in enumerate(places))
 
 
 def test_a_field_gives_back_a_smooth_function() -> None:
