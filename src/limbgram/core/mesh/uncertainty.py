@@ -102,7 +102,7 @@ def _filled_variance(
 def _patches(mesh: Mesh, filled: Bool[np.ndarray, " n"]) -> tuple[int, Int64[np.ndarray, " k"]]:
     """Number of connected filled patches, and the patch of every filled vertex."""
     faces = mesh.faces[filled[mesh.faces].any(axis=1)]
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    ends = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     ends = ends[filled[ends].all(axis=1)]
     number = np.cumsum(filled) - 1
     links = coo_array(

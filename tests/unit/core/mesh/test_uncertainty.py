@@ -80,6 +80,22 @@ def test_two_patches_do_not_add_up() -> None:
     assert propagate(mesh, filled.astype(float)) == pytest.approx(np.hypot(above, below), rel=1e-6)
 
 
+@pytest.mark.parametrize("corner", [0, 1, 2])
+def test_two_filled_vertices_on_one_edge_are_one_patch(corner: int) -> None:
+    """Whichever side of its triangle that edge is. A measured triangle beside it gives the bend."""
+    faces = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
+    vertices = np.array(
+        [[0, 0, 0], [10, 0, 0], [5, 9, 0], [0, 0, 30], [10, 0, 30], [5, 9, 33]], float
+    )
+    sigma = np.full(6, SIGMA_MM, np.float32)
+    sigma[[corner, (corner + 1) % 3]] = np.nan
+    mesh = Mesh(vertices_mm=vertices, faces=faces, sigma_mm=sigma)
+    filled = np.isnan(sigma)
+    each_mm = filled_sigma_mm(mesh, filled)[filled]
+    assert (each_mm > SIGMA_MM / 2).all()
+    assert propagate(mesh, filled.astype(float)) == pytest.approx(each_mm.sum(), rel=1e-6)
+
+
 def _ball_with_a_patch(half_mm: float, *, both_ends: bool = False) -> Mesh:
     """A ball of 40 mm; within `half_mm` of its pole nothing is known. Measured without error."""
     import trimesh
