@@ -91,7 +91,7 @@ def _cloud(limb: Mesh, cut: Bool[np.ndarray, " n"], step_mm: float) -> Cloud:
         points_mm=limb.vertices_mm[skin].astype(np.float32),
         normals=normals.astype(np.float32),
         colours=np.full((len(skin), 3), 128, np.uint8),
-        views=np.full(len(skin), 3, np.uint8),
+        views=np.full(len(skin), 3, np.uint16),
         spacing_mm=step_mm,
     )
 

@@ -37,7 +37,9 @@ _TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_WRITTEN = {np.dtype(_TYPES[name]).newbyteorder("<").str: name for name in ("float", "uchar")}
+_WRITTEN = {
+    np.dtype(_TYPES[name]).newbyteorder("<").str: name for name in ("float", "uchar", "ushort")
+}
 """Names of the types that are written."""
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 """A face as it is written, a list of uchar and int."""

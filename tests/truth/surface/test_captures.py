@@ -42,7 +42,7 @@ def mesh(truth: trimesh.Trimesh) -> Mesh:
         points_mm=noisy.astype(np.float32),
         normals=tilted.astype(np.float32),
         colours=np.full((len(even), 3), 128, np.uint8),
-        views=np.full(len(even), 4, np.uint8),
+        views=np.full(len(even), 4, np.uint16),
         spacing_mm=0.9,
     )
     return repair(tell_parts(pivot(cloud), cloud), cloud)

@@ -85,7 +85,7 @@ def test_cloud_keeps_normals_and_views(tmp_path: Path) -> None:
         points_mm=rng.normal(size=(50, 3)).astype(np.float32),
         normals=rng.normal(size=(50, 3)).astype(np.float32),
         colours=rng.integers(0, 256, (50, 3), np.uint8),
-        views=rng.integers(2, 9, 50, np.uint8),
+        views=rng.integers(2, 400, 50, np.uint16),
         spacing_mm=1.0,
     )
     read = trimesh.load(write_cloud_ply(cloud, tmp_path / "cloud.ply", "mm"))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float32, Float64, UInt8
+from jaxtyping import Bool, Float32, Float64, UInt8, UInt16
 from numba import njit
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
@@ -18,7 +18,7 @@ class Cloud:
     normals: Float32[np.ndarray, "n 3"]
     """Unit, outwards."""
     colours: UInt8[np.ndarray, "n 3"]
-    views: UInt8[np.ndarray, " n"]
+    views: UInt16[np.ndarray, " n"]
     """Number of photos that agree on the point."""
     spacing_mm: float
     """Typical distance between neighbours."""

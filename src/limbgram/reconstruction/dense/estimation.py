@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float64, UInt8
+from jaxtyping import Float64, UInt16
 from numba import njit
 
 from limbgram.core.errors import DenseError, OptionsError
@@ -48,9 +48,9 @@ _DEPTH_TOLERANCE = 0.02
 
 def agreeing(
     depth_map: DepthMap, others: Sequence[DepthMap], agree_px: float, agree_deg: float
-) -> UInt8[np.ndarray, "h w"]:
+) -> UInt16[np.ndarray, "h w"]:
     """Number of other maps that agree, by pixel."""
-    votes = np.zeros(depth_map.depth_mm.shape, np.uint8)
+    votes = np.zeros(depth_map.depth_mm.shape, np.uint16)
     own = view_row(depth_map)
     for other in others:
         _vote(

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from jaxtyping import Float32, Float64, Int64, UInt8
+from jaxtyping import Float32, Float64, Int64, UInt8, UInt16
 from numba import njit
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -146,8 +146,8 @@ _BEHIND = 4.0
 class PointVisibility:
     """By point: photos whose depth map has it, and its mean colour in them."""
 
-    views: UInt8[np.ndarray, " n"]
-    through: UInt8[np.ndarray, " n"]
+    views: UInt16[np.ndarray, " n"]
+    through: UInt16[np.ndarray, " n"]
     """Photos that saw something behind the point: it would have hidden that."""
     colours: UInt8[np.ndarray, "n 3"]
 
@@ -176,7 +176,7 @@ def point_visibility(
         default=0,
     )
     each_mb = in_flight_mb(photos.photos, colour=True, halvings=halvings)
-    views, through = np.zeros((2, len(points_mm)), np.uint8)
+    views, through = np.zeros((2, len(points_mm)), np.uint16)
     weights = np.full(len(points_mm), 1e-9)
     sums = np.zeros((len(points_mm), 3))
     for seen, weight, colours, behind in in_parallel(one, depth_maps, each_mb=each_mb):

@@ -1,16 +1,26 @@
 """Thinning and moving least squares on spheres and planes that are known by formula."""
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.dense.depth import DepthMap
 from limbgram.reconstruction.dense.fusion import (
     Grid,
     grid_of,
+    point_visibility,
     project_to_surface,
     span_of,
     thin,
 )
+from limbgram.reconstruction.mapping.scene import Observations, PhotoVerdict, Scene
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
 
 RADIUS_MM = 15.0
 
@@ -54,6 +64,44 @@ def test_a_sphere_does_not_shrink(radius_mm: float) -> None:
     assert abs(error.mean()) < 0.06 * plane_would_sink
     cosine = (turned * moved).sum(1) / np.linalg.norm(moved, axis=1)
     assert np.degrees(np.arccos(np.clip(np.percentile(cosine, 5), -1, 1))) < 1.0
+
+
+@pytest.mark.parametrize("photos", [255, 256, 300])
+def test_hundreds_of_photos_are_counted(photos: int, tmp_path: Path) -> None:
+    """One point lies on the wall that all of them show, the other floats in front of it."""
+    cv2.imwrite(str(tmp_path / "P.png"), np.full((20, 20), 90, np.uint8))
+    photo = Photo(
+        name="P.png", path=tmp_path / "P.png", width_px=20, height_px=20, exif=Exif(), sha256="",
+        camera_idx=0,
+    )  # fmt: skip
+    camera = Camera(width_px=20, height_px=20, fx=100.0, fy=100.0, cx=9.5, cy=9.5)
+    scene = Scene(
+        names=("P.png",),
+        cameras=(camera,),
+        camera_idx=(0,),
+        camera_from_world=(Rigid.identity(),),
+        points_in_world=np.zeros((0, 3)),
+        observations=Observations(
+            np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 2), float)
+        ),
+        verdicts=(PhotoVerdict(name="P.png", placed=True, points=0, rms_px=0.1),),
+    )
+    wall = DepthMap(
+        photo_idx=0, camera=camera, camera_from_world=Rigid.identity(), x0=0, y0=0,
+        depth_mm=np.full((20, 20), 100.0, np.float32),
+        normal_in_camera=np.tile(np.array([0, 0, -1], np.float32), (20, 20, 1)),
+        confidence=np.ones((20, 20), np.float32), window_px2=4.0,
+    )  # fmt: skip
+    points = np.array([[1.0, 1.0, 100.0], [-1.0, 0.0, 60.0]], np.float32)
+    normals = np.array([[0, 0, -1], [0, 0, -1]], np.float32)
+    metric = MetricScene(scene=scene, scale=Scale(unit="mm", source="board", relative_sigma=1e-4))
+    group = CameraGroup(label="", width_px=20, height_px=20, exif=Exif())
+    found = point_visibility(
+        PhotoSet((photo,), (group,)), metric, [wall] * photos, points, normals, agree_mm=0.5
+    )
+    assert found.views.tolist() == [photos, 0]
+    assert found.through.tolist() == [0, photos]
+    np.testing.assert_array_equal(found.colours[0], 90)
 
 
 def test_noise_is_averaged_and_no_more_than_statistics_allow() -> None:

@@ -21,7 +21,7 @@ def make_cloud() -> MakeCloud:
             points_mm=moved.astype(np.float32),
             normals=normals.astype(np.float32),
             colours=np.clip(128 + points, 0, 255).astype(np.uint8),
-            views=np.full(len(points), 4, np.uint8),
+            views=np.full(len(points), 4, np.uint16),
             spacing_mm=1.0,
         )
 

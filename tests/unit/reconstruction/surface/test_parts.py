@@ -51,7 +51,7 @@ def from_axis_mm(mesh: Mesh) -> np.ndarray:
 
 
 def seen_by(cloud: Cloud, photos: int) -> Cloud:
-    return replace(cloud, views=np.full(len(cloud), photos, np.uint8))
+    return replace(cloud, views=np.full(len(cloud), photos, np.uint16))
 
 
 @pytest.fixture(scope="module")
