@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from scipy.ndimage import uniform_filter
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
@@ -129,19 +128,35 @@ def _candidates(surface: Surface, radius: float) -> Points3:
     steps = surface.vertices_mm[kept] - radius * surface.normals[kept]
     cell = _VOTE_CELL * radius
     low = steps.min(0) - 2 * cell
-    at = np.floor((steps - low) / cell).astype(int)
-    votes = np.zeros(at.max(0) + 3)
-    np.add.at(votes, tuple(at.T), surface.areas_mm2[kept])
-    votes = 27 * uniform_filter(votes, 3, mode="constant")
+    at = np.floor((steps - low) / cell).astype(np.int64)
+    size = at.max(0) + 3
+    cells, of_step = np.unique(np.ravel_multi_index(tuple(at.T), size), return_inverse=True)
+    votes = np.bincount(of_step, surface.areas_mm2[kept])
     least = _LEAST_VOTES * 4 * np.pi * radius**2
-    places = np.argwhere(votes > least)
-    order = np.argsort(-votes[votes > least], kind="stable")
-    middles = low + (places[order] + 0.5) * cell
+    around = np.indices((3, 3, 3)).reshape(3, -1).T - 1
+    around = around @ [size[1] * size[2], size[2], 1]
+    # only beside a cell with its share of them can there be enough
+    places = np.unique(cells[votes > least / len(around), None] + around)
+    sums = np.sum([_votes_in(places + step, cells, votes) for step in around], axis=0)
+    enough = sums > least
+    order = np.argsort(-sums[enough], kind="stable")
+    places = np.stack(np.unravel_index(places[enough][order], size), axis=1)
+    middles = low + (places + 0.5) * cell
     chosen: list[Vector3] = []
     for middle in middles:
         if all(np.linalg.norm(middle - one) > radius for one in chosen):
             chosen.append(middle)
     return np.array(chosen).reshape(-1, 3)
+
+
+def _votes_in(
+    asked: Int64[np.ndarray, " k"],
+    cells: Int64[np.ndarray, " c"],
+    votes: Float64[np.ndarray, " c"],
+) -> Float64[np.ndarray, " k"]:
+    """What was counted in each cell asked for; `cells` are sorted, and others have nothing."""
+    at = np.minimum(np.searchsorted(cells, asked), len(cells) - 1)
+    return np.where(cells[at] == asked, votes[at], 0.0)
 
 
 def _sphere(surface: Surface, middle: Vector3, radius: float) -> Probed | None:

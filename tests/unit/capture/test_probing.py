@@ -1,5 +1,7 @@
 """Probing against bodies whose place, size and form are known."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,30 @@ def test_both_spheres_of_a_leaning_bar_are_found_where_they_are() -> None:
         assert nearest.diameter_mm == pytest.approx(50.0, abs=1e-3)
         assert nearest.form_mm < 1e-3
         assert 0.8 < nearest.seen < 1.0  # the bar and the strip along it are left out
+
+
+def test_what_lies_far_away_costs_no_memory() -> None:
+    """Two balls of 10 mm at the ends of two metres: a grid over all would have 10^10 cells."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=4, radius=5.0)
+    middles = np.array([[0.0, 0.0, 0.0], [1200.0, 1100.0, 1150.0]])
+    meshes = [
+        Mesh(vertices_mm=np.asarray(ball.vertices) + one, faces=np.asarray(ball.faces, np.int32))
+        for one in middles
+    ]
+    tracemalloc.start()
+    try:
+        found = find_spheres(surface_of(meshes), 10.0)
+        peak_mb = tracemalloc.get_traced_memory()[1] / 2**20
+    finally:
+        tracemalloc.stop()
+    assert len(found) == 2
+    for middle in middles:
+        nearest = min(found, key=lambda one: float(np.linalg.norm(one.middle_mm - middle)))
+        np.testing.assert_allclose(nearest.middle_mm, middle, atol=0.01)
+        assert nearest.diameter_mm == pytest.approx(10.0, abs=0.02)
+    assert peak_mb < 50
 
 
 def test_noise_on_the_surface_is_form_and_hardly_size() -> None:

@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from limbgram.core.geometry.arrays import Matrix3, Points3, Vector3
 from limbgram.core.geometry.lens import View
 from limbgram.reconstruction.scale.visibility import Aim
 
 _TRIALS = 20000
+_BLOCK = 500
+"""Planes tried at a time: a height for each of them and each point is 12 MB."""
 _NEAR = 2.0
 """Only points within this many half frames of the aim tell the floor."""
 _MOST_POINTS = 3000
@@ -57,13 +59,21 @@ def find_floor(
     planes = _candidates(sample, centres, draw)
     if planes is None:
         return None
-    heights = sample @ planes[:, :3].T - planes[:, 3]
-    on = (np.abs(heights) < thickness).sum(0)
-    below = (heights < -3 * thickness).sum(0)
-    on[below > _MOST_BELOW * len(sample)] = 0
+    blocks = np.array_split(planes, -(-len(planes) // _BLOCK))
+    on = np.concatenate([_standing_on(block, sample, thickness) for block in blocks])
     best = planes[int(np.argmax(on))]
     floor = _refined(Plane(best[:3], float(best[3])), near, thickness)
     return floor if _is_floor(floor, near, centres, aim, thickness) else None
+
+
+def _standing_on(
+    planes: Float64[np.ndarray, "k 4"], sample: Points3, thickness: float
+) -> Int64[np.ndarray, " k"]:
+    """Points on each plane; none where points lie below it."""
+    heights = sample @ planes[:, :3].T - planes[:, 3]
+    on = (np.abs(heights) < thickness).sum(0)
+    below = (heights < -3 * thickness).sum(0)
+    return np.where(below > _MOST_BELOW * len(sample), 0, on)
 
 
 def _candidates(
@@ -76,9 +86,10 @@ def _candidates(
     proper = sizes > 1e-12 * np.maximum(sizes.max(), 1e-300)
     normals, a = normals[proper] / sizes[proper, None], a[proper]
     heights = np.einsum("nk,nk->n", normals, a)
-    sides = centres @ normals.T - heights
-    flip = np.where(sides.mean(0) < 0, -1.0, 1.0)
-    one_side = np.all(sides * flip > 0, axis=0)
+    flip = np.where(centres.mean(0) @ normals.T < heights, -1.0, 1.0)
+    one_side = np.ones(len(normals), bool)
+    for centre in centres:
+        one_side &= (centre @ normals.T - heights) * flip > 0
     planes = np.column_stack([normals, heights]) * flip[:, None]
     return planes[one_side] if one_side.any() else None
 
