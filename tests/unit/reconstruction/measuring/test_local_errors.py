@@ -109,6 +109,41 @@ def test_noise_is_told_by_how_photos_disagree(common: float, low: float, high: f
     assert low < np.mean(ratios) < high
 
 
+@pytest.mark.parametrize("numbers", [(0, 4), (0, 8), (0, 1), (0, 2, 5), (0, 1, 2, 3, 4, 5)])
+def test_noise_is_the_sum_of_the_photos_squares_whatever_their_numbers(
+    numbers: tuple[int, ...],
+) -> None:
+    """Pulls of the photos that see a place cancel: the texture is the mean of what they show.
+
+    Signs by the number of the photo told nothing of two photos that were four apart, and a third
+    too much of two that follow one another.
+    """
+    random = np.random.default_rng(2)
+    found, mesh = solved(0.0, 1), _sheet()  # flat: it has lost no detail
+    first = random.integers(0, 40, len(mesh))
+    seen_by = (first[:, None] + numbers).astype(np.int32)
+    pull = random.normal(size=(len(mesh.faces), len(numbers)))
+    pull -= pull.mean(axis=1, keepdims=True)
+    equations = replace(
+        found.equations,
+        pull=pull.astype(np.float32),
+        photos=np.full(len(mesh), len(numbers)),
+    )
+    variance = local_errors(mesh, replace(found.seen, seen_by=seen_by), equations).variance_mm2
+
+    plate = bending_of(found.seen.thin_plate, equations.stiffness) @ found.seen.thin_plate.laplacian
+    system, photo = sp.csr_matrix(equations.held + plate), seen_by[mesh.faces[:, 0]]
+    squares = np.zeros(len(mesh))
+    for number in np.unique(photo):
+        pulls = np.repeat(np.where(photo == number, pull, 0.0).sum(axis=1) / 3, 3)
+        right = np.bincount(mesh.faces.ravel(), pulls, len(mesh))
+        squares += solve(system, right, np.zeros(len(mesh))) ** 2
+    count, common = len(numbers), 0.14  # docs/method/uncertainty.md
+    unseen = count / (count - 1) * (1 + (count - 1) * common) / (1 - common)
+    inside = _inside()
+    assert 0.88 < variance[inside].mean() / (unseen * squares[inside].mean()) < 1.12
+
+
 def test_detail_that_the_thin_plate_takes_is_told() -> None:
     found = solved(0.1, 7, wave_mm=0.3)
     sigma = np.sqrt(local_errors(found.mesh, found.seen, found.equations).variance_mm2)
