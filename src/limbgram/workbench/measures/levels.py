@@ -21,7 +21,7 @@ from scipy.spatial import ConvexHull
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.interval import Interval
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.mesh import Mesh, unit
 from limbgram.core.mesh.sections import Section, cut
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.uncertainty import propagate
@@ -33,6 +33,8 @@ _CRUMB_SHARE = 0.002
 tape, of which the narrowest have 6 mm, can rest on it. The hull of a section would reach out to it:
 five points of under 0.01 mm2 beside a real stump, where a plane just meets a bulge, added 1.4 mm to
 a girth of 350 mm."""
+_SAME_MM = 1e-9
+"""Points of a section as near are one: the way from one to the other is of rounding alone."""
 _TAPE_SHARE, _BRIDGED = 0.8, 0.007
 """What a tape loses with the finest relief, in shares of what the contour loses: it rests on the
 tops, the more so the higher the relief is. The share, and the contour's loss per length at which
@@ -196,18 +198,18 @@ class Sigmas:
     def gradient(self, level: Level, sloped: Sloped) -> Float64[np.ndarray, " n"]:
         """Change of the figure for a millimetre of each vertex along its normal.
 
-        A vertex takes the crossing of its edge along, and slides it on the edge back to the plane.
+        The surface goes along its own normal, so its cut goes along the normal in the plane,
+        further the more the surface leans. How the edges lie has no part in it: along one that
+        nearly lies in the plane a point would slide without end.
         """
-        ends = self.mesh.vertices_mm[level.crossed]
-        edge = ends[:, 1] - ends[:, 0]
-        lean = edge[:, :2] / edge[:, 2:]
-        total = np.zeros(len(self.mesh.vertices_mm))
-        for end, share in ((0, 1 - level.shares), (1, level.shares)):
-            normal = self.normals[level.crossed[:, end]]
-            moved = normal[:, :2] - lean * normal[:, 2:]
-            change = share * (sloped.slopes * moved).sum(1)
-            total += np.bincount(level.crossed[:, end], change, len(total))
-        return total
+        ends = self.normals[level.crossed]
+        parts = np.column_stack([1 - level.shares, level.shares])
+        normal = unit(np.einsum("ke,ked->kd", parts, ends))
+        steep = np.maximum((normal[:, :2] ** 2).sum(1), np.finfo(float).tiny)
+        change = (sloped.slopes * normal[:, :2]).sum(1) / steep
+        along = np.einsum("ked,kd->ke", ends, normal)
+        total = (parts * along * change[:, None]).ravel()
+        return np.bincount(level.crossed.ravel(), total, len(self.mesh))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -372,6 +374,7 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
             height_mm,
             f"The plane at {height_mm:.2f} mm only touches the limb. Choose a height inside it.",
         )
+    sections = [_without_repeats(section) for section in sections]
     rings = [section.points_mm[:, :2] for section in sections]
     depth = np.array([sum(_holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
     outward = np.array([section.area_mm2(up) > 0 for section in sections])
@@ -397,6 +400,18 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
         depth=depth,
         crossed=np.concatenate([section.crossed for section in sections]),
         shares=np.concatenate([section.shares for section in sections]),
+    )
+
+
+def _without_repeats(section: Section) -> Section:
+    """The section with one point where a plane through a vertex crosses all its edges."""
+    steps = section.points_mm - np.roll(section.points_mm, 1, axis=0)
+    fresh = np.linalg.norm(steps, axis=1) > _SAME_MM
+    return replace(
+        section,
+        points_mm=section.points_mm[fresh],
+        crossed=section.crossed[fresh],
+        shares=section.shares[fresh],
     )
 
 
