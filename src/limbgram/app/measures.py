@@ -145,7 +145,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             for one in found.lengths
         ],
         tape=_tape(found, readings),
-        notes=list(limb.notes),
+        notes=[*limb.notes, *([found.beside] if found.beside else [])],
     )
 
 

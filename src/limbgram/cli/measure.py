@@ -68,6 +68,13 @@ def measure_command(
         list[str] | None,
         typer.Option(help='Between two landmarks, over the surface too: "patella:tibia end".'),
     ] = None,
+    through: Annotated[
+        str | None,
+        typer.Option(
+            help="Landmark of the limb to measure where a plane cuts several.",
+            show_default="the one that the long axis goes through",
+        ),
+    ] = None,
     sock: Annotated[
         float | None,
         typer.Option(
@@ -126,12 +133,15 @@ def measure_command(
         volumes_mm=tuple(span_of(text) for text in volume or ()),
         lengths=tuple(pair_of(text, "--length") for text in length or ()),
         tape=tuple(reading_of(text) for text in tape or ()),
+        through=through,
     )
     measures = measure_inside(limb, options) if inside else measure_limb(limb, options)
     if walls is not None and measures.wall is None:
         raise OptionsError("--walls draws the thickness of a wall, and this shape is none.")
     fitted = (
-        None if fit is None else fit_to_tape(measures.limb, options.tape, measures.reference_mm)
+        None
+        if fit is None
+        else fit_to_tape(measures.limb, options.tape, measures.reference_mm, measures.through_mm)
     )
     written = _write(measures, fitted, (csv, picture, fit))
     if walls is not None and measures.wall is not None:
@@ -192,6 +202,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
+        *([measures.beside] if measures.beside else []),
         *(
             f"Volume from {_end(row.low_mm)} to {_end(row.high_mm)}: "
             f"{_text(in_ml(row.volume_mm3), 2)} mL" + (f" ({row.note})" if row.note else "")
@@ -243,8 +254,10 @@ def _row_line(row: Row) -> str:
     reach = "" if tape is None else plus_minus(tape.interval, 2)
     spread = f"   tape {reach}" if reach else ""
     parts = f"   {row.loops} loops" if row.loops > 1 else ""
+    others = " ".join(f"{other.contour_mm:.1f}" for other in row.others)
+    beside = f"   beside it: {others} mm" if others else ""
     crumbs = f"   {row.level.left_out} crumbs left out" if row.level.left_out else ""
-    return start + "".join(cells) + spread + parts + crumbs
+    return start + "".join(cells) + spread + parts + beside + crumbs
 
 
 def _tape_line(check: TapeCheck, reference_mm: float) -> str:

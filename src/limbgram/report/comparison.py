@@ -3,14 +3,18 @@
 In      a Mesh, the truth's mesh and which of it the photos show, and camera centres of both.
 Out     a TruthComparison, mm and fractions.
 Method  rigid alignment alone (camera centres, then point to plane), so that a wrong scale stays
-        in the figures; girth and volume between the same two heights of both.
+        in the figures; girth and volume between the same two heights of both. Where the truth has
+        several outlines at a height, the girths are of its largest, and of what of ours lies nearer
+        to that than to the others.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
-from scipy.spatial import ConvexHull
+from jaxtyping import Float64, Int32, Int64
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, KDTree
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.mesh.closest import TriangleTree
@@ -22,6 +26,8 @@ _GIRTHS = (0.2, 0.4, 0.6, 0.8)
 """Heights at which girths are compared, as shares of the seen height."""
 _NEAR_MM = 0.25
 _FEWEST_SEGMENTS = 8
+_SAME_MM = 1e-6
+"""Ends of neighbouring segments as near are one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,10 +149,37 @@ def sections(placed: Mesh, truth: Truth) -> tuple[tuple[Girth, ...], float]:
     seen_mm = truth.vertices_mm[truth.seen, 2]
     low, high = np.quantile(seen_mm, 0.02), np.quantile(seen_mm, 0.98)
     girths = tuple(
-        Girth(float(height), *(girth_mm(slices.at(height)) for slices in both))
+        Girth(float(height), *map(girth_mm, _of_one_limb(*(one.at(height) for one in both))))
         for height in low + (high - low) * np.array(_GIRTHS)
     )
     ends = np.quantile(seen_mm, 0.1), np.quantile(seen_mm, 0.9)
     heights = np.linspace(ends[0], ends[1], _SECTIONS)
     volumes = [sum(area_mm2(slices.at(height)) for height in heights) for slices in both]
     return girths, float(volumes[0] / volumes[1] - 1)
+
+
+def _of_one_limb(
+    ours: Float64[np.ndarray, "n 2 2"], theirs: Float64[np.ndarray, "m 2 2"]
+) -> tuple[Float64[np.ndarray, "j 2 2"], Float64[np.ndarray, "k 2 2"]]:
+    """Segments of both that belong to the largest outline of the truth.
+
+    Ours may be torn into pieces, so each of its segments goes with the outline next to it.
+    """
+    outline = _outlines(theirs)
+    sizes = [area_mm2(theirs[outline == k]) for k in range(int(outline.max(initial=-1)) + 1)]
+    if len(sizes) < 2:
+        return ours, theirs
+    largest = outline == int(np.argmax(sizes))
+    nearest = KDTree(theirs.mean(1)).query(ours.mean(1))[1]
+    return ours[largest[nearest]], theirs[largest]
+
+
+def _outlines(segments: Float64[np.ndarray, "n 2 2"]) -> Int32[np.ndarray, " n"]:
+    """The outline of each segment: what hangs together by its ends; torn ones count as one."""
+    ends = segments.reshape(-1, 2)
+    same: Int64[np.ndarray, "p 2"] = KDTree(ends).query_pairs(_SAME_MM, output_type="ndarray")
+    if len(np.unique(same)) < len(ends):
+        return np.zeros(len(segments), np.int32)
+    links = np.concatenate([np.arange(len(ends)).reshape(-1, 2), same])
+    graph = coo_array((np.ones(len(links)), links.T), (len(ends), len(ends)))
+    return connected_components(graph, directed=False)[1][::2]

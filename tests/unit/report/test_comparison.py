@@ -91,6 +91,29 @@ def test_noise_shows_in_rms_and_half_a_surface_in_coverage() -> None:
     assert 0.15 < result.p95_mm < 0.22
 
 
+@pytest.mark.parametrize("torn", [False, True])
+def test_girths_are_of_one_of_two_limbs(torn: bool) -> None:
+    """Two legs, the other half as wide: a tape round both would read 400 mm more."""
+    one = limb()
+    small = one.with_vertices(one.vertices_mm * [0.5, 0.5, 1] + [200, 0, 0])
+    faces = np.concatenate([one.faces, small.faces + len(one)]).astype(np.int32)
+    both = Mesh(vertices_mm=np.concatenate([one.vertices_mm, small.vertices_mm]), faces=faces)
+    known = Truth(
+        vertices_mm=both.vertices_mm,
+        faces=faces,
+        seen=np.concatenate([truth().seen, np.zeros(len(small), bool)]),
+        centres_mm=CENTRES_MM,
+    )
+    ours = limb(swell_mm=0.2)
+    measured = both.with_vertices(np.concatenate([ours.vertices_mm, small.vertices_mm]))
+    if torn:  # a slit up the front, away from the widest places
+        middles = measured.vertices_mm[faces].mean(1)
+        slit = (np.abs(middles[:, 1] - 4) < 3) & (middles[:, 0] > 0) & (middles[:, 0] < 100)
+        measured = Mesh(vertices_mm=measured.vertices_mm, faces=faces[~slit])
+    result = compare_with_truth(moved(measured), WORLD.apply(CENTRES_MM), known)
+    assert result.girth_errors_mm == pytest.approx([2 * np.pi * 0.2] * 4, abs=0.3 if torn else 0.06)
+
+
 def test_sections_of_a_cylinder() -> None:
     angle = np.arange(360) * 2 * np.pi / 360
     rim = np.stack([30 * np.cos(angle), 30 * np.sin(angle)], axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
 from limbgram.core.errors import OptionsError
-from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.arrays import Points2, Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 
@@ -89,6 +89,33 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
                 )
             )
     return tuple(sections)
+
+
+def passed_by(rings: Sequence[Points2], place: Float64[np.ndarray, "2"]) -> int:
+    """Which of several closed outlines a line through a place goes through.
+
+    Of outlines in each other the outermost; where the line misses them all, the nearest.
+    """
+    held = [k for k, ring in enumerate(rings) if holds(ring, place)]
+    if held:
+        return max(held, key=lambda k: float(np.ptp(rings[k], axis=0).prod()))
+    return min(range(len(rings)), key=lambda k: _distance_mm(rings[k], place))
+
+
+def holds(ring: Points2, place: Float64[np.ndarray, "2"]) -> bool:
+    """Whether a place lies inside a ring: a ray to +x crosses it an odd number of times."""
+    (x, y), (x_next, y_next) = (ring - place).T, (np.roll(ring, -1, axis=0) - place).T
+    astride = (y > 0) != (y_next > 0)
+    rise = np.where(astride, y_next - y, 1.0)
+    return bool(((x - y * (x_next - x) / rise > 0) & astride).sum() % 2)
+
+
+def _distance_mm(ring: Points2, place: Float64[np.ndarray, "2"]) -> float:
+    """Of a place from a ring."""
+    from_start, steps = place - ring, np.roll(ring, -1, axis=0) - ring
+    size = np.maximum((steps**2).sum(1), np.finfo(float).tiny)
+    shares = np.clip((from_start * steps).sum(1) / size, 0.0, 1.0)
+    return float(np.linalg.norm(from_start - shares[:, None] * steps, axis=1).min())
 
 
 def heights_between(mesh: Mesh, spacing_mm: float) -> Float64[np.ndarray, " k"]:

@@ -4,19 +4,21 @@ A tape is the one length that owes nothing to the scale board. It was laid where
 the same place again: at the widest place, or so high above the table on which the board lies. It
 lies across the limb's own axis, however the limb leans.
 
-Method  sections across the long axis; the hull of the largest closed loop is what a tape reads.
+Method  sections across the long axis; the hull of the closed outline that the axis goes through, or
+        the nearest to it, is what a tape reads.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from limbgram.core.errors import MeasureError
-from limbgram.core.geometry.arrays import Vector3
+from limbgram.core.geometry.arrays import Points2, Vector3
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import Z_AXIS, cut
+from limbgram.core.mesh.sections import Z_AXIS, cut, passed_by
 from limbgram.core.tape import PLACING_SIGMA_MM, tape_sigma_mm
 from limbgram.reconstruction.scale.given import TapedGirth
 
@@ -28,9 +30,9 @@ _UPRIGHT = 0.7
 
 @dataclass(frozen=True)
 class TapePlane:
-    """Where a tape lay: across a direction, so far along it."""
+    """Where a tape lay: across an axis, so far along its direction."""
 
-    direction: Vector3
+    axis: Axis
     along_mm: float
 
 
@@ -80,7 +82,7 @@ def _at_widest(mesh: Mesh, taped: TapedGirth) -> TapeWitness:
     low, high = float(along.min()), float(along.max())
     step = (high - low) / (_SEARCHED + 1)
     places = low + step * np.arange(1, _SEARCHED + 1)
-    girths = _girths(mesh, axis.direction, places)
+    girths = _girths(mesh, axis, places)
     known = np.flatnonzero(np.isfinite(girths))
     if len(known) < 3:
         raise MeasureError("hardly a section of the surface is whole")
@@ -91,13 +93,13 @@ def _at_widest(mesh: Mesh, taped: TapedGirth) -> TapeWitness:
             "and say how high above the table"
         )
     finer = np.linspace(places[best] - step, places[best] + step, _SEARCHED_AGAIN)
-    girths = _girths(mesh, axis.direction, finer)
+    girths = _girths(mesh, axis, finer)
     widest = int(np.nanargmax(girths))
     return TapeWitness(
         taped=taped,
         measured_mm=float(girths[widest]),
         sigma_mm=tape_sigma_mm(taped.sigma_mm, 0.0),
-        plane=TapePlane(axis.direction, float(finer[widest])),
+        plane=TapePlane(axis, float(finer[widest])),
     )
 
 
@@ -113,7 +115,7 @@ def _at_height(
         )
     rise = (floor_z_mm + height_mm - axis.point_mm[2]) / axis.direction[2]
     centre = float((axis.point_mm + rise * axis.direction) @ axis.direction)
-    near = _girths(mesh, axis.direction, centre + PLACING_SIGMA_MM * np.array([-1.0, 0.0, 1.0]))
+    near = _girths(mesh, axis, centre + PLACING_SIGMA_MM * np.array([-1.0, 0.0, 1.0]))
     if not np.isfinite(near[1]):
         raise MeasureError(f"the surface has no whole girth {height_mm:g} mm above the table")
     taper_mm = float(np.nanmax(np.abs(near - near[1])))
@@ -121,7 +123,7 @@ def _at_height(
         taped=taped,
         measured_mm=float(near[1]),
         sigma_mm=tape_sigma_mm(taped.sigma_mm, taper_mm),
-        plane=TapePlane(axis.direction, centre),
+        plane=TapePlane(axis, centre),
     )
 
 
@@ -130,27 +132,22 @@ def _upright(axis: Axis) -> Axis:
     return Axis(point_mm=axis.point_mm, direction=up, spread_mm=axis.spread_mm)
 
 
-def _girths(mesh: Mesh, direction: Vector3, places: np.ndarray) -> np.ndarray:
-    """What a tape reads at each place along a direction; NaN where no whole loop is cut."""
-    across = _across(direction)
+def _girths(mesh: Mesh, axis: Axis, places: np.ndarray) -> np.ndarray:
+    """What a tape reads at each place along an axis; NaN where no whole loop is cut."""
+    across = _across(axis.direction)
     girths = np.full(len(places), np.nan)
-    index = {float(place): k for k, place in enumerate(places)}
-    largest = np.zeros(len(places))
-    torn = np.zeros(len(places), bool)
-    for section in cut(mesh, list(index), direction):
-        at = index[section.offset_mm]
-        if not section.closed:
-            torn[at] = True
-            continue
-        area = abs(section.area_mm2(direction))
-        if area <= largest[at]:
-            continue  # scraps and hollows are not the limb
-        try:
-            girths[at] = ConvexHull(section.points_mm @ across).area  # of two dimensions: length
-        except (QhullError, ValueError):
-            continue
-        largest[at] = area
-    girths[torn] = np.nan
+    rings: dict[float, list[Points2]] = {float(place): [] for place in places}
+    torn: set[float] = set()
+    for section in cut(mesh, list(rings), axis.direction):
+        if section.closed:
+            rings[section.offset_mm].append(section.points_mm @ across)
+        else:
+            torn.add(section.offset_mm)
+    for at, (place, found) in enumerate(rings.items()):
+        if found and place not in torn:
+            ring = found[passed_by(found, axis.point_mm @ across)]
+            with suppress(QhullError, ValueError):  # a scrap without an inside
+                girths[at] = ConvexHull(ring).area  # of two dimensions: length
     return girths
 
 

@@ -232,9 +232,10 @@ def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
 
 def _girth_sigma_mm(mesh: Mesh, plane: TapePlane) -> float:
     """Standard deviation of the surface's own girth there; 0 where the mesh carries no sigmas."""
-    upright = Rotation.align_vectors(Z_AXIS[None], plane.direction[None])[0]
-    turned = mesh.with_vertices(upright.apply(mesh.vertices_mm))
-    level = levels_at(turned, [plane.along_mm])[0]
+    axis = plane.axis
+    upright = Rotation.align_vectors(Z_AXIS[None], axis.direction[None])[0]
+    turned = mesh.with_vertices(upright.apply(mesh.vertices_mm - axis.point_mm))
+    level = levels_at(turned, [plane.along_mm - float(axis.point_mm @ axis.direction)])[0]
     if isinstance(level, Refused):
         return 0.0
     return Sigmas.of(turned).figure(level, tape_mm(level)).sigma or 0.0

@@ -89,6 +89,12 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
             what=f"{missing} of {len(measures.rows)} levels have no girth.",
             remedy="The table says why.",
         )
+    if measures.beside:
+        yield Finding(
+            topic="surface",
+            what=measures.beside,
+            remedy="If another one is meant, measure it by a landmark on it (`--through`).",
+        )
 
 
 def _about_recipe(recipe: RecipeDone | None) -> Iterator[Finding]:

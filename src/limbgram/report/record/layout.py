@@ -259,9 +259,11 @@ def measure_note(content: Content) -> str:
     )
     spread = f"{HOLDS}." if with_sigma else ""
     skin, reference = _skin(content.measures["skin"]), content.measures["reference"]
+    beside = content.measures.get("beside") or ""
     return (
         f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
-        f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread}"
+        f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread} "
+        f"{beside}"
     ).strip()
 
 

@@ -18,6 +18,7 @@ from limbgram.workbench.measures.levels import (
     Refused,
     Sigmas,
     Volumes,
+    area_mm2,
     levels_at,
 )
 
@@ -66,6 +67,9 @@ class LevelChange:
     """Volume of the slab from the last level, or from the distal end, to this one, mm3."""
     reason: str | None
     """Why there are no measures."""
+    others_mm: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+    """Contours of other limbs at this height, of the first shape and of the second: volumes count
+    them, no other figure does."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,8 +191,10 @@ def _slides(
 
 
 def _area_mm2(level: Level | Refused) -> float:
-    area = None if isinstance(level, Refused) else MEASURES["area_mm2"](level)
-    return 0.0 if area is None else area.value
+    """Of all limbs at a height, as volumes count them."""
+    if isinstance(level, Refused):
+        return 0.0
+    return area_mm2(level).value + sum(other.area_mm2 for other in level.others)
 
 
 def _volume(
@@ -232,4 +238,9 @@ def _level(
         measures=measures,
         since_last=since_last,
         reason=reasons[0] if reasons else None,
+        others_mm=(_others_mm(one), _others_mm(two)),
     )
+
+
+def _others_mm(level: Level | Refused) -> tuple[float, ...]:
+    return () if isinstance(level, Refused) else tuple(one.contour_mm for one in level.others)

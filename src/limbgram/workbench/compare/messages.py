@@ -116,6 +116,7 @@ def comparison_lines(comparison: Comparison) -> tuple[str, ...]:
             f"{_difference(level.measures.get('ml_mm'), 11)}"
             f"{_difference(level.measures.get('ap_mm'), 11)}"
             f"{_second(level.since_last, 15, 1000)}{_difference(level.since_last, 9, 1000)}"
+            f"{_beside(level)}"
             for level in comparison.levels.levels
         ),
     )
@@ -348,6 +349,12 @@ def _difference(change: Change | None, width: int, per: float = 1.0) -> str:
     return f"{'-':>{width}}" if change is None else f"{change.difference / per:+{width}.1f}"
 
 
+def _beside(level: LevelChange) -> str:
+    """Other limbs at the height, by the length round each, of the first and of the second."""
+    told = [" ".join(f"{other:.1f}" for other in others) or "none" for others in level.others_mm]
+    return f"   beside it: {told[0]} and {told[1]} mm" if any(level.others_mm) else ""
+
+
 def _alignment(alignment: Alignment) -> dict[str, Any]:
     motion = alignment.first_from_second
     return {
@@ -385,6 +392,7 @@ def _level(level: LevelChange) -> dict[str, Any]:
         **{name: _change(change, 1.0) for name, change in level.measures.items()},
         "volume_since_last_level_ml": _change(level.since_last, _MM3_PER_ML),
         "reason": level.reason,
+        "others_mm": dict(zip(("first", "second"), map(list, level.others_mm))),
     }
 
 

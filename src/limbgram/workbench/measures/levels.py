@@ -2,7 +2,10 @@
 
 In      a mesh with its vertices in the limb frame; heights are z there.
 Out     Levels, their loops told apart by how they lie in each other; Figures with their sigmas.
-Method  Each figure has a slope: how it changes as the level's points move. Through the slopes the
+Method  A level is of one limb: where a plane cuts several, as a trunk and its arms, two thighs, a
+        heel and the forefoot, it is the outline that the long axis goes through, or the nearest to
+        it; no tape goes round two. The others are named beside it.
+        Each figure has a slope: how it changes as the level's points move. Through the slopes the
         sigmas of the vertices become the figure's own. A volume is the clipped solid, exactly,
         without building it, by the divergence of (x, y, 0) / 2: its flux through level caps is
         nothing, so the volume is the flux through the clipped triangles alone. What of a triangle
@@ -22,7 +25,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.interval import Interval
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.sections import Section, cut
+from limbgram.core.mesh.sections import Section, cut, holds, passed_by
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.uncertainty import propagate
 
@@ -41,9 +44,24 @@ tops, the more so the higher the relief is. The share, and the contour's loss pe
 half of it is left (0.63 to 0.80 at losses up to 0.0006, 0.44 and 0.54 at 0.004 in ten captures)."""
 
 
+AXIS_MM = (0.0, 0.0)
+"""Where the long axis passes every level of the limb frame."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Other:
+    """An outline at a level that is not the measured limb's."""
+
+    contour_mm: float
+    area_mm2: float
+    """Of its material."""
+    middle_mm: Float64[np.ndarray, "2"]
+    """Mean of x and y round it."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Level:
-    """A cut across a limb: one or more closed loops."""
+    """A cut across a limb: its outline and the rims of hollows in it."""
 
     height_mm: float
     points_mm: Points2
@@ -55,7 +73,9 @@ class Level:
     depth: Int64[np.ndarray, " l"]
     """Number of loops round each loop: outlines have 0, the rims of hollows 1."""
     left_out: int
-    """Crumbs: outlines too small to be the limb, which no figure counts."""
+    """Crumbs: outlines too small to be a limb, which are not named either."""
+    others: tuple[Other, ...] = ()
+    """Other outlines at this height, which no figure counts, the largest first."""
     crossed: Int32[np.ndarray, "k 2"]
     shares: Float64[np.ndarray, " k"]
     """The mesh's edge on which each point lies, and how far along it."""
@@ -300,26 +320,82 @@ class Volumes:
             )
 
 
-def level_at(mesh_in_limb: Mesh, height_mm: float) -> Level:
+def level_at(
+    mesh_in_limb: Mesh, height_mm: float, through_mm: tuple[float, float] = AXIS_MM
+) -> Level:
     """The cut at one height.
 
     Raises:
         MeasureError: the plane misses the limb, runs into its open brim, or the loops contradict
             each other.
     """
-    (level,) = levels_at(mesh_in_limb, [height_mm])
+    (level,) = levels_at(mesh_in_limb, [height_mm], through_mm)
     if isinstance(level, Refused):
         raise MeasureError(level.reason)
     return level
 
 
-def levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
-    """The cut at each height, in the order asked: as many answers as heights."""
+def levels_at(
+    mesh_in_limb: Mesh,
+    heights_mm: Sequence[float],
+    through_mm: tuple[float, float] = AXIS_MM,
+) -> tuple[Level | Refused, ...]:
+    """The cut at each height, in the order asked: as many answers as heights.
+
+    Args:
+        through_mm: Where a line along z goes through the limb that is measured.
+    """
+    return tuple(
+        level if isinstance(level, Refused) else _of_one_limb(level, through_mm)
+        for level in whole_levels_at(mesh_in_limb, heights_mm)
+    )
+
+
+def whole_levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Level | Refused, ...]:
+    """The same with the loops of all limbs at a height, to be told apart and not to be measured."""
     by_height: dict[float, list[Section]] = {float(height): [] for height in heights_mm}
     for section in cut(mesh_in_limb, [h for h in by_height if np.isfinite(h)]):
         by_height[section.offset_mm].append(section)
     levels = {h: _level(mesh_in_limb, h, sections) for h, sections in by_height.items()}
     return tuple(levels[float(height)] for height in heights_mm)
+
+
+def _of_one_limb(level: Level, through_mm: tuple[float, float]) -> Level:
+    """The loops of the limb that a line goes through; the other outlines named."""
+    outlines = np.flatnonzero(level.depth == 0)
+    if len(outlines) == 1:
+        return level
+    rings = [level.points_mm[level.loop == k] for k in range(len(level.depth))]
+    limbs = [
+        np.array([k == outline or holds(rings[outline], ring[0]) for k, ring in enumerate(rings)])
+        for outline in outlines.tolist()
+    ]
+    chosen = passed_by([rings[k] for k in outlines.tolist()], np.array(through_mm))
+    others = [_other(_with_loops(level, kept)) for k, kept in enumerate(limbs) if k != chosen]
+    others.sort(key=lambda other: -other.area_mm2)
+    return replace(_with_loops(level, limbs[chosen]), others=tuple(others))
+
+
+def _other(level: Level) -> Other:
+    return Other(
+        contour_mm=contour_mm(level).value,
+        area_mm2=area_mm2(level).value,
+        middle_mm=level.points_mm[level.outer].mean(0),
+    )
+
+
+def _with_loops(level: Level, kept: Bool[np.ndarray, " l"]) -> Level:
+    points = kept[level.loop]
+    number = np.cumsum(points) - 1
+    return replace(
+        level,
+        points_mm=level.points_mm[points],
+        after=number[level.after[points]],
+        loop=(np.cumsum(kept) - 1)[level.loop[points]],
+        depth=level.depth[kept],
+        crossed=level.crossed[points],
+        shares=level.shares[points],
+    )
 
 
 def parts_below(
@@ -376,7 +452,7 @@ def _level(mesh: Mesh, height_mm: float, sections: list[Section]) -> Level | Ref
         )
     sections = [_without_repeats(section) for section in sections]
     rings = [section.points_mm[:, :2] for section in sections]
-    depth = np.array([sum(_holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
+    depth = np.array([sum(holds(o, ring[0]) for o in rings if o is not ring) for ring in rings])
     outward = np.array([section.area_mm2(up) > 0 for section in sections])
     if (outward != (depth % 2 == 0)).any():
         return Refused(
@@ -415,14 +491,6 @@ def _without_repeats(section: Section) -> Section:
     )
 
 
-def _holds(ring: Points2, point: Float64[np.ndarray, "2"]) -> bool:
-    """Whether a point lies inside a ring: a ray to +x crosses it an odd number of times."""
-    (x, y), (x_next, y_next) = (ring - point).T, (np.roll(ring, -1, axis=0) - point).T
-    astride = (y > 0) != (y_next > 0)
-    rise = np.where(astride, y_next - y, 1.0)
-    return bool(((x - y * (x_next - x) / rise > 0) & astride).sum() % 2)
-
-
 def _crumbs(
     sections: list[Section], rings: list[Points2], depth: Int64[np.ndarray, " l"]
 ) -> Bool[np.ndarray, " l"]:
@@ -431,7 +499,7 @@ def _crumbs(
     areas = np.array([abs(section.area_mm2(up)) for section in sections])
     crumbs = (depth == 0) & (areas < _CRUMB_SHARE * areas.max())
     for k in np.flatnonzero(crumbs):
-        crumbs |= np.array([_holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)
+        crumbs |= np.array([holds(rings[k], ring[0]) for ring in rings]) & (depth > 0)
     return crumbs
 
 

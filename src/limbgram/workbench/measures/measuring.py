@@ -19,11 +19,13 @@ from limbgram.workbench.frame.landmarks import frame_of, in_limb_frame, landmark
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.lengths import Length, Place, length_between
 from limbgram.workbench.measures.levels import (
+    AXIS_MM,
     DISTAL_END,
     MEASURES,
     PROXIMAL_END,
     Figure,
     Level,
+    Other,
     Refused,
     Sigmas,
     Volumes,
@@ -60,6 +62,9 @@ class LimbMeasureOptions:
     lengths: tuple[tuple[str, str], ...] = ()
     """Pairs of landmarks."""
     tape: tuple[TapeReading, ...] = ()
+    through: str | None = None
+    """Landmark of the limb that is measured where a plane cuts several, as a trunk and its arms;
+    None for the one that the long axis goes through."""
 
 
 DEFAULTS = LimbMeasureOptions()
@@ -76,9 +81,15 @@ class Row:
     """By the names of MEASURES, and the volume from the distal end up to here; None where a figure
     has no answer."""
     loops: int
+    """Of the measured limb: its outline and the rims of hollows in it."""
     reason: str
     """Why a figure, or the whole row, has no answer; empty where all have."""
     level: Level | None
+
+    @property
+    def others(self) -> tuple[Other, ...]:
+        """Outlines of other limbs at this height; the volume counts them, no other figure does."""
+        return () if self.level is None else self.level.others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +127,27 @@ class Measures:
     of the material."""
     wall: Thickness | None = None
     """How thick it is, in the limb frame; None for what is no wall."""
+    through_mm: tuple[float, float] = AXIS_MM
+    """Where a line along z goes through the limb that was measured, in the limb frame."""
+
+    @property
+    def beside(self) -> str:
+        """The other outlines at the heights of the table, in a sentence; empty without any."""
+        rows = [row for row in self.rows if row.others]
+        if not rows:
+            return ""
+        told = "; ".join(
+            f"at {row.from_reference_mm:g} "
+            + " and ".join(f"{other.contour_mm:.1f}" for other in row.others)
+            for row in rows
+        )
+        measured = "nearest to the place asked for"
+        if self.through_mm == AXIS_MM:
+            measured = "that the long axis goes through, or the nearest to it"
+        return (
+            f"At {len(rows)} of {len(self.rows)} heights lie several outlines. Measured is the one "
+            f"{measured}; volumes count all. The others, mm round: {told}."
+        )
 
     @property
     def counted_from(self) -> str:
@@ -144,7 +176,9 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
     zero = _reference_mm(bare, options.reference)
     heights = _heights(sigmas, zero, options)
     volumes = Volumes.of(sigmas)
-    rows = tuple(_row(sigmas, volumes, level, zero) for level in levels_at(sigmas.mesh, heights))
+    through_mm = _through_mm(bare, options.through)
+    cuts = levels_at(sigmas.mesh, heights, through_mm)
+    rows = tuple(_row(sigmas, volumes, level, zero) for level in cuts)
     levels = [row.level for row in rows if row.level is not None]
     if not levels:
         raise MeasureError(f"No height has an answer. The first: {rows[0].reason}")
@@ -161,11 +195,12 @@ def measure_limb(limb: Limb, options: LimbMeasureOptions = DEFAULTS) -> Measures
             length_between(sigmas, _place(bare, start), _place(bare, end))
             for start, end in options.lengths
         ),
-        tape=_tape(sigmas, zero, options.tape),
+        tape=_tape(sigmas, zero, options.tape, through_mm),
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
         skin="outside" if is_two_skinned(levels) else "only",
         wall=wall_of(sigmas.mesh),
+        through_mm=through_mm,
     )
 
 
@@ -185,11 +220,18 @@ def check_alone(found: Measures, reading: TapeReading) -> TapeCheck | str:
     In a list of readings one that lies beyond the limb must not hide the others.
     """
     sigmas = Sigmas.of(outer_bodies(in_limb_frame(found.limb)).mesh)
-    return _held(sigmas, found.reference_mm, reading)
+    return _held(sigmas, found.reference_mm, reading, found.through_mm)
 
 
 def _reference_mm(limb: Limb, name: str | None) -> float:
     return 0.0 if name is None else float(_place(limb, name).in_limb_mm[2])
+
+
+def _through_mm(limb: Limb, name: str | None) -> tuple[float, float]:
+    if name is None:
+        return AXIS_MM
+    x, y, _ = _place(limb, name).in_limb_mm.tolist()
+    return x, y
 
 
 def _place(limb: Limb, name: str) -> Place:
@@ -275,22 +317,28 @@ def _volume(
     )
 
 
-def _tape(sigmas: Sigmas, zero: float, readings: tuple[TapeReading, ...]) -> tuple[TapeCheck, ...]:
+def _tape(
+    sigmas: Sigmas,
+    zero: float,
+    readings: tuple[TapeReading, ...],
+    through_mm: tuple[float, float],
+) -> tuple[TapeCheck, ...]:
     checks: list[TapeCheck] = []
     for reading in readings:
-        held = _held(sigmas, zero, reading)
+        held = _held(sigmas, zero, reading, through_mm)
         if isinstance(held, str):
             raise MeasureError(f"A tape reading has no girth to compare with. {held}")
         checks.append(held)
     return tuple(checks)
 
 
-def _held(sigmas: Sigmas, zero: float, reading: TapeReading) -> TapeCheck | str:
+def _held(
+    sigmas: Sigmas, zero: float, reading: TapeReading, through_mm: tuple[float, float]
+) -> TapeCheck | str:
     """A reading beside the shape's girth, or why there is none."""
     height = reading.height_mm + zero
-    level, *beside = levels_at(
-        sigmas.mesh, [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
-    )
+    heights = [height, height - PLACING_SIGMA_MM, height + PLACING_SIGMA_MM]
+    level, *beside = levels_at(sigmas.mesh, heights, through_mm)
     if isinstance(level, Refused):
         return level.reason
     girth = sigmas.figure(level, tape_mm(level))

@@ -22,7 +22,7 @@ from limbgram.workbench.edits.offset import offset
 from limbgram.workbench.edits.presets import THICKEST_SOCK_MM
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.levels import Level, levels_at
+from limbgram.workbench.measures.levels import Level, whole_levels_at
 
 _SPACING_MM = 1.0
 _FEWEST, _MOST = 60, 400
@@ -108,7 +108,7 @@ def _inner_vertices(mesh: Mesh) -> Bool[np.ndarray, " n"]:
     count = int(np.clip((high - low) / _SPACING_MM, _FEWEST, _MOST))
     heights = low + (high - low) * (np.arange(count) + _OFF) / count
     inner, known = np.zeros(len(mesh), np.bool_), np.zeros(len(mesh), np.bool_)
-    levels = [level for level in levels_at(mesh, heights.tolist()) if isinstance(level, Level)]
+    levels = [one for one in whole_levels_at(mesh, heights.tolist()) if isinstance(one, Level)]
     if not is_two_skinned(levels):
         return inner
     for level in levels:

@@ -21,7 +21,10 @@ _DECIMALS = 4
 
 
 def csv_text(measures: Measures) -> str:
-    """A row for every height; sigmas stand in columns of their own if there are any."""
+    """A row for every height; sigmas stand in columns of their own if there are any.
+
+    `others_mm` has the contours of outlines that are other limbs', separated by spaces.
+    """
     with_sigma = any(
         figure is not None and figure.sigma is not None
         for row in measures.rows
@@ -38,6 +41,7 @@ def csv_text(measures: Measures) -> str:
             *COLUMNS,
             *sigmas,
             "loops",
+            "others_mm",
             "reason",
             "skin",
         ]
@@ -48,7 +52,8 @@ def csv_text(measures: Measures) -> str:
         values = ["" if f is None else round(f.value, _DECIMALS) for f in figures]
         spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
-        tail = [row.loops, row.reason, measures.skin]
+        others = " ".join(f"{round(other.contour_mm, _DECIMALS)}" for other in row.others)
+        tail = [row.loops, others, row.reason, measures.skin]
         sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
     return text.getvalue()
 
@@ -72,6 +77,7 @@ def tree(measures: Measures) -> dict[str, Any]:
         "reference": measures.counted_from,
         "reference_height_mm": measures.reference_mm,
         "tip_height_mm": measures.tip_mm,
+        "beside": measures.beside or None,
         "levels": [_level(row) for row in measures.rows],
         "volumes": [
             {
@@ -117,6 +123,14 @@ def _level(row: Row) -> dict[str, Any]:
         "from_reference_mm": row.from_reference_mm,
         **figures,
         "loops": row.loops,
+        "others": [
+            {
+                "contour_mm": other.contour_mm,
+                "area_mm2": other.area_mm2,
+                "in_limb_mm": other.middle_mm.tolist(),
+            }
+            for other in row.others
+        ],
         "reason": row.reason or None,
     }
 

@@ -30,7 +30,7 @@ from limbgram.workbench.frame.landmarks import (
     with_vertices_in_limb,
 )
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.levels import Figure, Level, area_mm2, level_at, tape_mm
+from limbgram.workbench.measures.levels import AXIS_MM, Figure, Level, area_mm2, level_at, tape_mm
 
 _ROUNDS = 30
 _AGREES = 1e-9
@@ -116,11 +116,17 @@ def require_girth(reading: TapeReading) -> None:
     require_tape(reading.girth_mm, reading.sigma_mm)
 
 
-def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float = 0.0) -> TapeFit:
+def fit_to_tape(
+    limb: Limb,
+    readings: Sequence[TapeReading],
+    reference_mm: float = 0.0,
+    through_mm: tuple[float, float] = AXIS_MM,
+) -> TapeFit:
     """Scale an aligned limb across its axis until its taut girths are those that were read.
 
     Args:
         reference_mm: Height in the limb frame from which the readings' heights count.
+        through_mm: Where a line along z goes through the limb that was taped.
 
     Raises:
         MeasureError: a height misses the limb, or the readings cannot all be met.
@@ -137,14 +143,15 @@ def fit_to_tape(limb: Limb, readings: Sequence[TapeReading], reference_mm: float
     outside = outer_bodies(start)
     outside.require_one_limb()
     skin = outside.mesh
-    levels = [level_at(skin, float(height)) for height in heights]
+    levels = [level_at(skin, float(height), through_mm) for height in heights]
     middles = np.stack([_middle(level) for level in levels])
     before = np.array([tape_mm(level).value for level in levels])
     factors = wanted / before
     for _ in range(_ROUNDS):
         scaling = _Scaling(heights, middles, factors)
         scaled = skin.with_vertices(scaling.apply(skin.vertices_mm))
-        found = np.array([tape_mm(level_at(scaled, float(h))).value for h in heights])
+        taped = [level_at(scaled, float(height), through_mm) for height in heights]
+        found = np.array([tape_mm(level).value for level in taped])
         if np.abs(found / wanted - 1).max() < _AGREES:
             break
         factors = factors * wanted / found

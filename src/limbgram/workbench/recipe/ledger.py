@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import moved_by, roughness_mm
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.levels import Refused, contour_mm, levels_at
 from limbgram.workbench.recipe.accepting import Concern
 
 _LEVELS = 6
@@ -31,7 +31,7 @@ class Figures:
     volume_ml: float
     """Of the closed shape; an open brim, or hole, counts as closed by a cone from its middle."""
     girths_mm: tuple[float | None, ...]
-    """Round the largest section at each level; None where no plane section is whole."""
+    """Along the limb's contour at each level, as it is measured; None where no section is whole."""
     roughness_mm: float
     """How far vertices stand out from their surroundings (RMS)."""
 
@@ -91,14 +91,12 @@ def choose_levels(limb: Limb) -> tuple[float, ...]:
 
 def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
     """Volume, girths and roughness."""
-    longest: dict[float, float] = {}
-    for section in cut(_upright(limb), levels_mm):
-        if section.closed:
-            known = longest.get(section.offset_mm, 0.0)
-            longest[section.offset_mm] = max(known, section.length_mm)
+    levels = levels_at(_upright(limb), levels_mm)
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,
-        girths_mm=tuple(longest.get(level) for level in levels_mm),
+        girths_mm=tuple(
+            None if isinstance(level, Refused) else contour_mm(level).value for level in levels
+        ),
         roughness_mm=roughness_mm(limb.mesh),
     )
 

@@ -46,6 +46,23 @@ def test_a_height_counts_from_the_table_and_a_taper_makes_it_less_sure() -> None
     assert held.sigma_mm == pytest.approx(np.hypot(1.5, taper_mm), rel=0.02)
 
 
+def test_a_trunk_is_taped_without_its_arms() -> None:
+    """The arms hang beside it, and one of them lies higher than the other."""
+    trunk = barrel(12.0)
+    parts = [trunk]
+    for aside, up in ((-120.0, 30.0), (118.0, 20.0)):
+        arm = trunk.vertices_mm * [0.3, 0.3, 0.8] + [aside, 0, up]
+        parts.append(trunk.with_vertices(arm))
+    faces = np.concatenate([part.faces + k * len(trunk) for k, part in enumerate(parts)])
+    body = Mesh(
+        vertices_mm=np.concatenate([part.vertices_mm for part in parts]),
+        faces=faces.astype(np.int32),
+    )
+    for taped in (TapedGirth(girth_mm=390), TapedGirth(girth_mm=390, height_mm=120)):
+        (held,) = hold_tapes(body, 0.0, (taped,)).found
+        assert held.measured_mm == pytest.approx(2 * np.pi * 62, rel=2e-3)
+
+
 @pytest.mark.parametrize(
     ("mesh", "floor", "taped", "why"),
     [

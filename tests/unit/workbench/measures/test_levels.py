@@ -149,12 +149,65 @@ def test_hollows_take_off_area_and_leave_the_girth(make_turned: Callable[..., Me
     assert area_mm2(level).value == pytest.approx(unit * (50**2 - 45**2 + 20**2), rel=EXACT)
 
 
-def test_a_tape_goes_round_two_legs_at_once(cylinder: Mesh) -> None:
-    level = level_at(joined(moved(cylinder, -70, 0, 0), moved(cylinder, 70, 0, 0)), 90.0)
-    round_mm = 2 * N * 50 * math.sin(math.pi / N)
-    assert contour_mm(level).value == pytest.approx(2 * round_mm, rel=EXACT)
-    assert tape_mm(level).value == pytest.approx(round_mm + 2 * 140, rel=EXACT)
-    assert ml_mm(level).value == pytest.approx(240, rel=EXACT)
+def round_mm(radius_mm: float) -> float:
+    return 2 * N * radius_mm * math.sin(math.pi / N)
+
+
+@pytest.mark.parametrize("measured", [0, 1])
+def test_a_tape_goes_round_one_of_two_thighs(
+    make_forked: Callable[..., Mesh], measured: int
+) -> None:
+    """Arms of 50 and 45 mm, 300 mm apart: a tape round both would read over 900 mm."""
+    body = make_forked(300.0, (50.0, 45.0))
+    at, radius, other = ((0.0, 50.0, 45.0), (300.0, 45.0, 50.0))[measured]
+    level = level_at(body, 90.0, through_mm=(at, 0.0))
+    assert level_at(body, 90.0).points_mm[:, 0].max() < 51  # the long axis goes through the first
+    unit = 0.5 * N * math.sin(2 * math.pi / N)
+    assert contour_mm(level).value == pytest.approx(round_mm(radius), rel=EXACT)
+    assert tape_mm(level).value == pytest.approx(round_mm(radius), rel=EXACT)
+    assert ml_mm(level).value == pytest.approx(2 * radius, rel=EXACT)
+    assert ap_mm(level).value == pytest.approx(2 * radius, rel=EXACT)
+    assert area_mm2(level).value == pytest.approx(unit * radius**2, rel=EXACT)
+    (beside,) = level.others
+    assert beside.contour_mm == pytest.approx(round_mm(other), rel=EXACT)
+    assert beside.area_mm2 == pytest.approx(unit * other**2, rel=EXACT)
+    np.testing.assert_allclose(beside.middle_mm, [300.0 - at, 0], atol=1e-6)
+    assert level_at(body, -160.0).others == ()
+
+
+def test_a_trunk_is_measured_without_its_arms(make_turned: Callable[..., Mesh]) -> None:
+    """An arm with a bone in it, and one nearer to the origin than the trunk's own wall."""
+    trunk = make_turned(np.full(2, 150.0), np.array([0.0, 400.0]), N, squeeze=0.7)
+    arm = make_turned(np.full(2, 40.0), np.array([50.0, 390.0]), N)
+    bone = inside_out(make_turned(np.full(2, 10.0), np.array([60.0, 380.0]), N))
+    body = joined(moved(joined(arm, bone), -195, 0, 0), trunk, moved(arm, 192, 20, 0))
+    alone = level_at(trunk, 200.0)
+    level = level_at(body, 200.0)
+    for measure in (contour_mm, tape_mm, ml_mm, ap_mm, area_mm2, radius_mm):
+        assert measure(level).value == pytest.approx(measure(alone).value, rel=EXACT)
+    assert [other.contour_mm for other in level.others] == pytest.approx([round_mm(40)] * 2)
+    unit = 0.5 * N * math.sin(2 * math.pi / N)
+    sizes = [other.area_mm2 / unit for other in level.others]
+    assert sizes == pytest.approx([1600, 1500])
+    held = level_at(body, 200.0, through_mm=(-195.0, 0.0))
+    assert held.depth.tolist() == [0, 1]
+    assert area_mm2(held).value == pytest.approx(unit * 1500, rel=EXACT)
+
+
+def test_a_heel_is_measured_without_the_forefoot(make_forked: Callable[..., Mesh]) -> None:
+    """Upside down the fork stands on heel and ball; the leg's axis goes through the heel."""
+    foot = make_forked(120.0, (32.0, 20.0))
+    foot = moved(inside_out(foot.with_vertices(foot.vertices_mm * [1, 1, -1])), 0, 0, 200)
+    level = level_at(foot, 30.0)
+    assert tape_mm(level).value == pytest.approx(round_mm(32), rel=EXACT)
+    assert [other.contour_mm for other in level.others] == pytest.approx([round_mm(20)])
+
+
+def test_where_the_axis_misses_all_outlines_the_nearest_is_measured(cylinder: Mesh) -> None:
+    small = moved(cylinder.with_vertices(cylinder.vertices_mm * [0.2, 0.2, 1]), 14, 0, 0)
+    level = level_at(joined(moved(cylinder, -65, 0, 0), small), 90.0)
+    assert tape_mm(level).value == pytest.approx(round_mm(10), rel=EXACT)
+    assert [other.contour_mm for other in level.others] == pytest.approx([round_mm(50)])
 
 
 def test_240_planes_give_240_answers_in_the_order_asked(cylinder: Mesh) -> None:
@@ -301,23 +354,14 @@ def test_a_girth_is_the_limbs_own_and_not_the_smoothed_surfaces(cylinder: Mesh) 
     assert Sigmas.of(unknown).figure(level, contour_mm(level)).value == bare
 
 
-@pytest.mark.parametrize(("across_mm", "counts"), [(3.0, False), (8.0, True)])
-def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, counts: bool) -> None:
-    """A pin of 3 mm beside a leg of 100 mm carries no tape; one of 8 mm is told as a loop."""
-    alone = tape_mm(level_at(cylinder, 100.0)).value
+@pytest.mark.parametrize(("across_mm", "named"), [(3.0, False), (8.0, True)])
+def test_a_crumb_beside_the_limb_is_no_limb(cylinder: Mesh, across_mm: float, named: bool) -> None:
+    """A pin beside a leg of 100 mm takes no part in its figures; one of 8 mm is named."""
+    alone = level_at(cylinder, 100.0)
     thin = np.array([across_mm / 100, across_mm / 100, 1.0])
     pin = moved(cylinder.with_vertices(cylinder.vertices_mm * thin), 60, 0, 0)
     level = level_at(joined(cylinder, pin), 100.0)
-    assert level.left_out == (0 if counts else 1)
-    assert len(level.depth) == (2 if counts else 1)
-    reach = 60 + across_mm / 2
-    if counts:
-        assert tape_mm(level).value > alone + 5
-        assert ml_mm(level).value == pytest.approx(50 + reach, abs=0.01)
-    else:
-        assert tape_mm(level).value == pytest.approx(alone, rel=EXACT)
-        assert contour_mm(level).value == pytest.approx(alone, rel=EXACT)
-        assert ml_mm(level).value == pytest.approx(100, rel=EXACT)
-        assert area_mm2(level).value == pytest.approx(
-            area_mm2(level_at(cylinder, 100.0)).value, rel=EXACT
-        )
+    assert level.left_out == (0 if named else 1)
+    assert len(level.others) == (1 if named else 0)
+    for measure in (tape_mm, contour_mm, ml_mm, area_mm2):
+        assert measure(level).value == pytest.approx(measure(alone).value, rel=EXACT)

@@ -6,13 +6,18 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from limbgram.cli.main import app
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.formats.limb_file import write_limb
+from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.lengths import vertex_gradient
 from limbgram.workbench.measures.levels import Sigmas
@@ -66,6 +71,49 @@ def test_heights_count_from_a_landmark(cylinder: Mesh) -> None:
     np.testing.assert_allclose([row.height_mm for row in table.rows], [10, 60, 110, 160])
     (volume,) = table.volumes
     assert volume.volume_mm3.value == pytest.approx(UNIT * 2500 * 40, rel=1e-9)
+
+
+def test_other_limbs_at_a_height_are_named_and_not_taped(
+    make_forked: Callable[..., Mesh], cylinder: Mesh
+) -> None:
+    """Two thighs of 50 and 45 mm, 300 mm apart, joined below: table, CSV, tree and tape."""
+    limb = aligned(make_forked(300.0, (50.0, 45.0)), ("right", 300, 45, 120.0))
+    options = LimbMeasureOptions(heights_mm=(-160.0, 100.0, 150.0))
+    readings = (TapeReading(height_mm=100.0, girth_mm=50 * CORNERS),)
+    table = measure_limb(limb, replace(options, tape=readings))
+    assert [len(row.others) for row in table.rows] == [0, 1, 1]
+    assert table.beside.startswith("At 2 of 3 heights lie several outlines.")
+    other = f"{45 * CORNERS:.1f}"
+    assert table.beside.endswith(f"mm round: at 100 {other}; at 150 {other}.")
+    assert not table.tape[0].conflict
+    told = tree(table)
+    assert told["beside"] == table.beside
+    assert told["levels"][0]["others"] == []
+    assert told["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * CORNERS)
+    rows = list(csv.DictReader(io.StringIO(csv_text(table))))
+    assert [row["others_mm"] for row in rows] == ["", *[f"{45 * CORNERS:.4f}".rstrip("0")] * 2]
+    asked = measure_limb(limb, replace(options, through="right"))
+    assert value(asked.rows[1].figures, "tape_mm") == pytest.approx(45 * CORNERS, rel=1e-9)
+    assert "nearest to the place asked for" in asked.beside
+    fitted = fit_to_tape(limb, (TapeReading(height_mm=100.0, girth_mm=320.0),))
+    assert fitted.changes[0].before_mm == pytest.approx(50 * CORNERS, rel=1e-9)
+    assert measure_limb(aligned(cylinder)).beside == ""
+
+
+def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
+    make_forked: Callable[..., Mesh], tmp_path: Path
+) -> None:
+    body = make_forked(300.0, (50.0, 45.0))
+    shape = write_limb(aligned(body), tmp_path / "thighs.ply")
+    shown = CliRunner().invoke(app, ["measure", str(shape), "--height", "100"])
+    told = f"{45 * CORNERS:.1f}"
+    row = next(line for line in shown.output.splitlines() if line.startswith("   100.0"))
+    assert f"{50 * CORNERS:.1f}" in row
+    assert f"beside it: {told} mm" in row
+    assert "At 1 of 1 heights lie several outlines. Measured is the one" in shown.output
+    (level,) = changes_by_level(body, body, (100.0,)).levels
+    assert level.measures["tape_mm"].first.value == pytest.approx(50 * CORNERS, rel=1e-9)
+    assert level.others_mm == ((pytest.approx(45 * CORNERS),),) * 2
 
 
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
