@@ -17,7 +17,7 @@ from limbgram.core.errors import CaseError
 from limbgram.core.files import json_of, read_content, write_bytes
 from limbgram.core.geometry.lens import PARAMETERS, Camera
 from limbgram.core.typed import Strictness, value_of
-from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.calibration.cameras import Calibration, LensSource
 
 _FORMAT = "limbgram camera"
 _VERSION = 1
@@ -54,7 +54,7 @@ class _CameraFile:
     width_px: int
     height_px: int
     label: str
-    source: Literal["board", "exif"]
+    source: LensSource
     parameters: _Lens
     covariance: tuple[tuple[float, ...], ...]
     sigmas: _Lens | None = None

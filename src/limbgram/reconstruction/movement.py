@@ -543,7 +543,7 @@ def movement_sentence(movement: Movement, names: Sequence[str], unit: str) -> st
 
 def lens_doubt(scene: Scene, cameras: Cameras) -> str:
     """Why the lenses of photos may be others than were found; empty where they are known."""
-    if any(one.source == "exif" for one in cameras.calibrations):
+    if any(one.source != "board" for one in cameras.calibrations):
         return "no board calibrated it"
     return "" if scene.own is None else "it differed from photo to photo"
 

@@ -42,6 +42,7 @@ from limbgram.reconstruction.dense.region import Region, RegionOptions, find_reg
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.ring import MappingOptions, place, place_roughly
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.verdicts import by_found_lenses, found_lenses
 from limbgram.reconstruction.matching.matching import Matches
 from limbgram.reconstruction.matching.still import Still
 from limbgram.reconstruction.photos.photo import PhotoSet
@@ -226,8 +227,11 @@ def find_poses(
 ) -> Poses:
     """The two sides of a capture whose object was turned over; none where it kept its pose."""
     count = len(photos.photos)
-    lenses = [cameras.calibrations[one.camera_idx].camera for one in photos.photos]
-    by_pairs = _where_pairs_leave_board(pairs, detections, lenses)
+    turning, by = pairs, cameras
+    if scene is not None:
+        turning, by = by_found_lenses(scene, pairs, cameras), found_lenses(scene, cameras)
+    lenses = [by.calibrations[one.camera_idx].camera for one in photos.photos]
+    by_pairs = _where_pairs_leave_board(turning, detections, lenses)
     others = _weak_links(pairs, count) if scene is None else _suspected(scene, detections, pairs)
     candidates, tried = [*by_pairs, *others], set[int]()
     best: tuple[Side, ...] = ()

@@ -17,6 +17,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.run import Timing
 from limbgram.core.typed import Strictness, value_of
 from limbgram.reconstruction.budget import Resolution
+from limbgram.reconstruction.calibration.cameras import LensSource
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.movement import movement_remark
 from limbgram.reconstruction.photos.masks import mask_notes
@@ -91,7 +92,7 @@ class CameraSummary:
     """A camera after the adjustment."""
 
     label: str
-    source: Literal["board", "exif"]
+    source: LensSource
     width_px: int
     height_px: int
     fx: float

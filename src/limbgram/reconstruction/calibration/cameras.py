@@ -10,8 +10,8 @@ Method  a calibration fits photos of its own size, or of a smaller copy of it, b
         quarter take it turned: to which side nobody can tell, so the principal point stands in
         the middle, with a sigma that holds either place, and the photos settle it.
         Without any, the focal length comes from EXIF: 35-mm equivalent, else focal length over
-        the model's sensor width, else a usual angle. EXIF is nominal (focused near, 50 mm is
-        51.5), and a guess has sigmas to match.
+        the model's sensor width. EXIF is nominal (focused near, 50 mm is 51.5), and has sigmas to
+        match. Where it tells nothing, a usual angle is guessed, with a wide sigma.
 Fails   CalibrationError: calibrations were given and none fits a group, or two do equally.
 """
 
@@ -27,6 +27,9 @@ from limbgram.core.errors import CalibrationError
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.photos.photo import CameraGroup, Exif, PhotoSet, listed
 
+LensSource = Literal["board", "exif", "guess"]
+"""Where a lens is known from: a board calibrated it, EXIF told its focal length, or nothing did."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
@@ -38,7 +41,7 @@ class Calibration:
 
     camera: Camera
     covariance: Float64[np.ndarray, "10 10"]
-    source: Literal["board", "exif"]
+    source: LensSource
     label: str = ""
     """Make, model and lens, as in EXIF."""
     focal_mm: float | None = None
@@ -168,7 +171,7 @@ def cameras_for(
 
 
 def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibration:
-    """A guess: focal length from EXIF, everything else as in an ideal lens, all uncertain."""
+    """Focal length from EXIF or guessed, everything else as in an ideal lens, all uncertain."""
     guess = focal_from_exif(group.exif, group.width_px, group.height_px, options)
     camera = Camera(
         width_px=group.width_px,
@@ -181,7 +184,7 @@ def from_exif(group: CameraGroup, options: CameraOptions = DEFAULTS) -> Calibrat
     return Calibration(
         camera=camera,
         covariance=_wide_covariance(camera, guess.relative_sigma, options),
-        source="exif",
+        source=guess.source,
         label=label_of(group.exif),
         focal_mm=group.exif.focal_mm,
         focal_35mm=group.exif.focal_35mm,
@@ -196,6 +199,7 @@ class FocalGuess:
 
     focal_px: float
     relative_sigma: float
+    source: Literal["exif", "guess"]
 
 
 def focal_from_exif(
@@ -210,25 +214,31 @@ def focal_from_exif(
         return FocalGuess(
             exif.focal_35mm / float(np.hypot(36.0, 24.0)) * diagonal_px,
             max(options.sigma_from_35mm, min(doubt, options.sigma_from_nothing)),
+            "exif",
         )
     zoom = exif.digital_zoom or 1.0
     sensor_mm = _sensor_mm(exif)
     if exif.focal_mm is not None and sensor_mm is not None:
         focal_px = exif.focal_mm / sensor_mm * long_side_px * zoom
-        return FocalGuess(focal_px, options.sigma_from_sensor)
-    return FocalGuess(options.usual_focal * long_side_px * zoom, options.sigma_from_nothing)
+        return FocalGuess(focal_px, options.sigma_from_sensor, "exif")
+    focal_px = options.usual_focal * long_side_px * zoom
+    return FocalGuess(focal_px, options.sigma_from_nothing, "guess")
 
 
 def contradicting_exif(
     photos: PhotoSet, cameras: Cameras, options: CameraOptions = DEFAULTS
 ) -> str | None:
-    """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can."""
+    """Why a measured calibration cannot be that of its photos, by their EXIF; None where it can.
+
+    Where EXIF tells nothing, one that is more than any lens is long cannot.
+    """
     for group, calibration in zip(photos.cameras, cameras.calibrations):
         guess = focal_from_exif(group.exif, group.width_px, group.height_px, options)
         ratio = calibration.camera.fx / guess.focal_px
         far = max(ratio, 1.0 / ratio) > 1.0 + _FAR_SIGMAS * guess.relative_sigma
         if calibration.source == "board" and far:
-            return foreign_camera(calibration.camera.fx, guess.focal_px, "their EXIF tells")
+            shown_by = "their EXIF tells" if guess.source == "exif" else "a usual lens has"
+            return foreign_camera(calibration.camera.fx, guess.focal_px, shown_by)
     return None
 
 

@@ -43,8 +43,8 @@ def map_incrementally(
 ) -> tuple[Scene, ...]:
     """Seed pair, resection of each next photo, triangulation, bundle adjustment.
 
-    Lenses calibrated with a board are held; those from EXIF get one focal length and one radial
-    term of their own on the way.
+    Lenses calibrated with a board are held; others get one focal length and one radial term of
+    their own on the way.
 
     Args:
         places_px: Keypoints of every photo, in the order that the pairs number them.
@@ -112,7 +112,7 @@ def _write_pair(database: pycolmap.Database, pair: VerifiedPair) -> None:
 def _colmap_camera(given: Calibration, camera_id: int) -> pycolmap.Camera:
     lens = given.camera
     centre = [lens.cx + _HALF, lens.cy + _HALF]
-    if given.source == "exif":
+    if given.source != "board":
         model, parameters = "SIMPLE_RADIAL", [(lens.fx + lens.fy) / 2, *centre, lens.k1]
     else:
         parameters = [lens.fx, lens.fy, *centre, lens.k1, lens.k2, lens.p1, lens.p2, lens.k3]

@@ -31,6 +31,7 @@ from limbgram.reconstruction.mapping.solution import Adjusted, adjust
 from limbgram.reconstruction.mapping.tracks import farthest_reaching, with_all_tracks
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
+    by_found_lenses,
     contradicted,
     judge,
     photo_points,
@@ -152,7 +153,7 @@ def _placed(
             f"{_SAME_SPOT}"
         )
     rough = _adjusted(without_photos(found[0], _unheld(found[0])), cameras, options)
-    dropped = _misplaced(rough, pairs, options)
+    dropped = _misplaced(rough, by_found_lenses(rough, pairs, cameras), options)
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
     scene = with_all_tracks(rough, places_px, pairs, options.track_px, coded)

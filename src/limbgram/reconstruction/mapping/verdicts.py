@@ -9,11 +9,14 @@ the second with Cauchy weights.
 
 Verdicts: that all photos are placed proves nothing, because a scene can be folded over and still
 have small residuals. So every placed photo is asked whether its turn against its neighbours is the
-one that its pairs, each solved by itself with the cheirality test, found. A photo that was not
-placed gets the reason, and what to do about it.
+one that its pairs, each solved by itself with the cheirality test, found. Pairs of cameras without
+a calibration are solved again by the lenses of the scene first: under a focal length 1.6 times the
+true one the turns of 79 pairs were 19 degrees off in the median. A photo that was not placed gets
+the reason, and what to do about it.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Complex128, Float64, Int64
@@ -22,10 +25,13 @@ from scipy.sparse.linalg import splu
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import angle_between_deg
+from limbgram.core.run import in_parallel
+from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
-from limbgram.reconstruction.twoview.pairs import Pairs
+from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+from limbgram.reconstruction.twoview.verification import verify_pair
 
 _DETECTOR_WEIGHT = 0.1
 """(sigma of window matching / sigma of the detector)^2.
@@ -92,6 +98,35 @@ def _agree(
 
 _FEW_KEYPOINTS = 200
 _CONTRADICTION_DEG = 15.0
+
+
+def found_lenses(scene: Scene, cameras: Cameras) -> Cameras:
+    """The calibrations that boards gave; of cameras without one, the lenses of the scene."""
+    return Cameras(
+        tuple(
+            given if given.source == "board" else replace(given, camera=lens)
+            for given, lens in zip(cameras.calibrations, scene.cameras, strict=True)
+        )
+    )
+
+
+def by_found_lenses(scene: Scene, pairs: Pairs, cameras: Cameras) -> Pairs:
+    """The pairs, those of cameras without a calibration solved again by the lenses of the scene.
+
+    What has no geometry by these is left out.
+    """
+    found = found_lenses(scene, cameras).calibrations
+
+    def again(pair: VerifiedPair) -> VerifiedPair | None:
+        first, second = (
+            found[scene.camera_idx[photo]] for photo in (pair.matches.first, pair.matches.second)
+        )
+        if first.source == second.source == "board":
+            return pair
+        return verify_pair(pair.matches, first, second)
+
+    solved = [pair for pair in in_parallel(again, pairs.verified) if pair is not None]
+    return Pairs(tuple(solved), pairs.rejected)
 
 
 def contradicted(scene: Scene, pairs: Pairs) -> Bool[np.ndarray, " p"]:

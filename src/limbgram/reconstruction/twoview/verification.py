@@ -89,6 +89,9 @@ def verify_pair(
     """One pair; None where too few matches agree."""
     moving = matches.some(~still_background(matches, options.still_px))
     pair = _Straight.of(moving, first, second)
+    finite = np.isfinite(np.hstack([pair.xy_first, pair.xy_second]))
+    known: Bool[np.ndarray, " m"] = np.logical_and.reduce(finite, axis=1)
+    moving, pair = moving.some(known), pair.chosen(known)
     fit = _fit(pair, options)
     fewest = max(options.min_inliers, round(options.min_inlier_share * len(moving)))
     if fit is None or fit.inliers.sum() < fewest:

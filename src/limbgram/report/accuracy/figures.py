@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from limbgram.core.mesh.mesh import Relation
+from limbgram.reconstruction.calibration.cameras import LensSource
 
 LENGTH = "length"
 """Stands for the unit of the case, mm or scene units."""
@@ -363,13 +364,21 @@ class Correlations:
     matrix: tuple[tuple[float, ...], ...]
 
 
+LENS_SOURCES: dict[LensSource, str] = {
+    "board": "calibrated with a board",
+    "exif": "guessed from EXIF",
+    "guess": "guessed, as EXIF tells nothing of it",
+}
+"""Where lenses are known from, in words."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LensFigures:
     """A camera of the capture."""
 
     camera: int
     label: str
-    source: Literal["board", "exif"]
+    source: LensSource
     width_px: int
     height_px: int
     calibration_rms_px: float

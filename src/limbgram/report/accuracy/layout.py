@@ -21,6 +21,7 @@ from limbgram.report.accuracy.charts import (
 )
 from limbgram.report.accuracy.figures import (
     LENGTH,
+    LENS_SOURCES,
     SHARE,
     CameraResiduals,
     KnownLength,
@@ -470,7 +471,7 @@ def _cameras(assessment: Assessment) -> Iterator[Block]:
 
 def _lens(lens: LensFigures, residuals: CameraResiduals | None) -> Iterator[Block]:
     """Parameters, sigmas, correlations, and what the lens leaves over in the pictures."""
-    source = "calibrated with a board" if lens.source == "board" else "guessed from EXIF"
+    source = LENS_SOURCES[lens.source]
     words = f"{lens.name}, {lens.width_px} x {lens.height_px} px, {source}"
     rows = tuple(
         (

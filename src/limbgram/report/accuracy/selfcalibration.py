@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS
-from limbgram.report.accuracy.figures import ExpectedError, LensFigures
+from limbgram.report.accuracy.figures import LENS_SOURCES, ExpectedError, LensFigures
 
 MEASURED_COST_MM = 0.002
 """Most that the RMS error of rendered captures grew without their camera file
@@ -38,7 +38,7 @@ def self_calibration(
     cameras: Sequence[LensFigures], expected: ExpectedError, unit: str
 ) -> SelfCalibration | None:
     """What the missing camera files cost."""
-    found = [one for one in cameras if one.source == "exif"]
+    found = [one for one in cameras if one.source != "board"]
     if not found:
         return None
     focal = max((_focal_sigma(one) for one in found), default=math.nan)
@@ -48,7 +48,7 @@ def self_calibration(
         cameras=tuple(one.name for one in found),
         focal_sigma=focal,
         sigma_mm=sigma_mm,
-        sentence=_sentence(", ".join(one.name for one in found), focal, sigma_mm),
+        sentence=_sentence(found, focal, sigma_mm),
     )
 
 
@@ -57,11 +57,13 @@ def _focal_sigma(lens: LensFigures) -> float:
     return one.sigma / one.value
 
 
-def _sentence(names: str, focal: float, sigma_mm: float) -> str:
-    told = (
-        f"No camera file was given: the lens of {names} was guessed from EXIF and found from these "
-        "photos alone"
+def _sentence(found: Sequence[LensFigures], focal: float, sigma_mm: float) -> str:
+    lenses = " and ".join(
+        f"the lens of {names} was {words}"
+        for source, words in LENS_SOURCES.items()
+        if (names := ", ".join(one.name for one in found if one.source == source))
     )
+    told = f"No camera file was given: {lenses}, and found from these photos alone"
     if math.isfinite(focal):
         told += f", its focal length {plus_minus(Interval.of_sigma(100 * focal), 2)} %"
     if not math.isfinite(sigma_mm):

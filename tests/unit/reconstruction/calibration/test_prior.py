@@ -205,6 +205,7 @@ def test_the_most_telling_tag_gives_the_focal_length(
     guess = focal_from_exif(exif, *size)
     assert guess.focal_px == pytest.approx(focal_px, rel=1e-3)
     assert guess.relative_sigma == sigma
+    assert guess.source == ("guess" if sigma == 0.3 else "exif")
 
 
 def test_a_guess_says_that_it_is_one() -> None:

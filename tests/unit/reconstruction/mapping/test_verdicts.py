@@ -4,20 +4,26 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.frames import Rigid, angle_between_deg
+from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.features.detection import Features, Keypoints
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.mapping.verdicts import (
     agreed_places,
+    by_found_lenses,
     contradicted,
+    found_lenses,
     judge,
     photo_points,
 )
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+from limbgram.reconstruction.twoview.verification import verify_pair
 
 MakeScene = Callable[..., Scene]
 MakePair = Callable[..., VerifiedPair]
@@ -121,6 +127,57 @@ def test_a_photo_contradicts_where_most_of_its_matches_say_so(
     assert found.tolist() == [False, False, wrong, False]
     seen = make_pair(1, 2, plane, relative(scene, 1, 2), kind="planar")
     assert not contradicted(scene, Pairs((*verified, seen), ())).any()
+
+
+LENS = Camera(width_px=900, height_px=700, fx=700.0, fy=700.0, cx=449.5, cy=349.5, k1=0.05)
+
+
+def by_guess(scene: Scene, make_pair: MakePair, ratio: float) -> tuple[Pairs, Cameras]:
+    """All pairs, verified under a lens without distortion and with so much more focal length."""
+    lens = replace(LENS, fx=ratio * LENS.fx, fy=ratio * LENS.fy, k1=0.0)
+    given = Calibration(camera=lens, covariance=np.eye(10), source="guess")
+    seen, verified = scene.observations, list[VerifiedPair]()
+    places = [seen.xy_px[seen.photo_idx == photo] for photo in range(len(scene.names))]
+    rows = np.repeat(np.arange(len(places[0]))[:, None], 2, axis=1)
+    for first, second in combinations(range(len(places)), 2):
+        shown = make_pair(first, second, rows, xy_px=(places[first], places[second]))
+        found = verify_pair(shown.matches, given, given)
+        assert found is not None
+        verified.append(found)
+    return Pairs(tuple(verified), 0), Cameras((given,))
+
+
+def test_turns_solved_under_a_guessed_lens_are_solved_again_under_the_lens_of_the_scene(
+    make_scene: MakeScene, make_pair: MakePair
+) -> None:
+    """The scene is exact. Its lens is found, where 1.65 times its focal length was guessed."""
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    pairs, cameras = by_guess(scene, make_pair, 1.65)
+    assert contradicted(scene, pairs).all()
+    again = by_found_lenses(scene, pairs, cameras)
+    assert len(again.verified) == len(pairs.verified)
+    for pair in again.verified:
+        first, second = pair.matches.first, pair.matches.second
+        assert pair.second_from_first is not None
+        true = relative(scene, first, second).rotation
+        assert angle_between_deg(true, pair.second_from_first.rotation) < 0.01
+    assert not contradicted(scene, again).any()
+    poses = list(scene.camera_from_world)
+    wrong = Rigid.from_rotation_vector(np.array([0.0, 0.0, np.radians(20.0)]), np.zeros(3))
+    poses[4] = wrong @ scene.view(4).camera_from_world
+    turned = replace(scene, camera_from_world=tuple(poses))
+    found = contradicted(turned, by_found_lenses(turned, pairs, cameras))
+    assert np.flatnonzero(found).tolist() == [4]
+
+
+def test_a_lens_that_a_board_calibrated_is_not_solved_again(
+    make_scene: MakeScene, make_pair: MakePair
+) -> None:
+    scene = make_scene(photos=6, points=60, share=1.0, lenses=(LENS,))
+    pairs, cameras = by_guess(scene, make_pair, 1.02)
+    board = Cameras((replace(cameras.calibrations[0], source="board"),))
+    assert found_lenses(scene, board) == board
+    assert by_found_lenses(scene, pairs, board).verified == pairs.verified
 
 
 def test_points_and_residuals_are_counted_by_photo(make_scene: MakeScene) -> None:

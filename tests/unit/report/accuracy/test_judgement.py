@@ -203,7 +203,12 @@ def test_advice_names_what_is_wrong_and_nothing_else(with_sigmas: Evidence) -> N
         assert absent not in said
     camera = replace(with_sigmas.cameras.calibrations[0], source="exif")
     guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(camera,)))
-    assert any("EXIF" in one.what for one in assess(guessed).findings)
+    assert any("guessed from EXIF" in one.what for one in assess(guessed).findings)
+    untold = replace(camera, source="guess")
+    guessed = replace(with_sigmas, cameras=replace(with_sigmas.cameras, calibrations=(untold,)))
+    said = " ".join(one.what for one in assess(guessed).findings)
+    assert "was guessed, as EXIF tells nothing of it" in said
+    assert "from EXIF" not in said
 
 
 def without_camera_file(evidence: Evidence) -> Evidence:
