@@ -41,7 +41,7 @@ class Check(BaseModel):
 def read_check(clinic: ClinicHere, case: CaseHere) -> Check:
     """What the coach said last, and whether it is at work."""
     coach = clinic.coaches.of(case)
-    here = sum(not one.problem for one in clinic.intake(case).received())
+    here = len(clinic.intake(case).received())
     answered = coach.state in ("done", "refused")
     return Check(
         state="refused" if answered and coach.message else coach.state,
@@ -57,8 +57,8 @@ def read_check(clinic: ClinicHere, case: CaseHere) -> Check:
 @router.post("/cases/{case_id}/check", status_code=202)
 def ask_check(clinic: ClinicHere, case: CaseHere, given: AskCheck) -> Check:
     """Check the photos that are here; again after more have come."""
-    received = [one for one in clinic.intake(case).received() if not one.problem]
-    sources = tuple(case.received / one.name for one in received)
+    # also those that cannot be used: whoever reads them says why
+    sources = tuple(case.received / one.name for one in clinic.intake(case).received())
     if not sources and case.folder.photos.is_dir():
         sources = (case.folder.photos,)
     cameras = camera_files(clinic, given.cameras)

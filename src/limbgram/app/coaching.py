@@ -15,7 +15,7 @@ from typing import Literal
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import Cancelled, LimbgramError, PhotoError
+from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
@@ -120,10 +120,7 @@ class Coach:
             self._let_go()
             self._watch = CaptureWatch(asked.calibrations, asked.board)
             self._watched = asked.kit
-        try:
-            return self._watch.check(asked.sources, run)
-        except PhotoError:  # hardly a photo can be read: this says of each one why
-            return check_sources(asked.sources, asked.calibrations, asked.board, run)
+        return self._watch.check(asked.sources, run)
 
     def _let_go(self) -> None:
         if self._watch is not None:

@@ -101,7 +101,7 @@ def start_job(clinic: ClinicHere, case: CaseHere, given: JobOptions) -> JobReply
 
     It is queued while as many runs of other cases work as are allowed at a time.
     """
-    received = [one for one in clinic.intake(case).received() if not one.problem]
+    received = clinic.intake(case).received()
     folder = case.received if received else case.folder.photos
     if not folder.is_dir():
         raise CaseError("There are no photos here yet. Send them first.")

@@ -65,8 +65,7 @@ def read_camera_fit(
     camera: Annotated[list[str], Query(max_length=20, description="Ids of cameras.")],
 ) -> CameraFit:
     """Whether the photos that are here can be of these cameras; asked before the run."""
-    received = [one for one in clinic.intake(case).received() if not one.problem]
-    sources = [case.received / one.name for one in received]
+    sources = [case.received / one.name for one in clinic.intake(case).received()]
     if not sources and case.folder.photos.is_dir():
         sources = sorted(case.folder.photos.iterdir())
     doubt = camera_doubt(sources, [read_camera(one) for one in camera_files(clinic, camera)])

@@ -69,13 +69,15 @@ from limbgram.reconstruction.matching.matching import (
 from limbgram.reconstruction.matching.still import Still, find_still
 from limbgram.reconstruction.movement import bending_sentence, lens_doubt, movement_sentence
 from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet
+from limbgram.reconstruction.photos.masks import load_mask, mask_notes
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import (
     QualityOptions,
     brightest_luma,
     burnt_share,
     common_fault,
     edge_width_px,
+    exposed_in,
     remarks,
 )
 from limbgram.reconstruction.pipeline import PipelineOptions, Placing, by_the_limb
@@ -249,6 +251,8 @@ class CaptureCheck:
     kept_still: bool | None = None
     """Whether the limb kept still and kept its shape; None where that is not known: while the ring
     is open nobody looks."""
+    set_aside: tuple[SetAside, ...] = ()
+    """Files that were not looked at, and why; the notes say it in words."""
 
 
 def check_capture(
@@ -290,9 +294,15 @@ class Coach:
 
     def check(self, photos: PhotoSet, small: PhotoSet, run: Run | None = None) -> CaptureCheck:
         """Whether these photos are good; those known from an earlier check cost little."""
-        run, options = run or Run(), self._options
+        found = self._checked(photos, small, run or Run())
+        left_out = (f"{one.name} is left out: {one.reason}." for one in photos.set_aside)
+        notes = (*left_out, *mask_notes(photos), *found.notes)
+        return replace(found, notes=notes, set_aside=photos.set_aside)
+
+    def _checked(self, photos: PhotoSet, small: PhotoSet, run: Run) -> CaptureCheck:
+        options = self._options
         try:
-            cameras = run(cameras_for, small, self._calibrations)
+            cameras = run(cameras_for, photos, self._calibrations).reduced(small.cameras)
             features = self._features(small, run)
             still = run(find_still, features)
             features = still.moving(features)
@@ -630,13 +640,17 @@ def look_at_limb(
         box = (max(left, 0), max(top, 0), left + width, top + height)
         looked = known.get(photo.sha256)
         if looked is None or not _alike(looked.box, box):
-            luma = load_luma(photo)
-            part = luma[box[1] : box[3], box[0] : box[2]]
+            luma, mask = load_luma(photo), load_mask(photo)
+            limb_at = np.zeros(luma.shape, np.uint8)
+            cv2.fillConvexPoly(limb_at, np.round(hull * factor).astype(np.int32), 1)
+            # the outline of a bent limb spans a part of what lies behind it
+            where = (limb_at > 0) & exposed_in(luma, mask)
+            part = slice(box[1], box[3]), slice(box[0], box[2])
             seen = replace(
                 photo,
-                sharpness=edge_width_px(part),
-                burnt=burnt_share(part),
-                brightest=brightest_luma(part),
+                sharpness=edge_width_px(luma[part], None if mask is None else mask[part]),
+                burnt=burnt_share(luma[part], where[part]),
+                brightest=brightest_luma(luma[part], where[part]),
             )
             looked = _Looked(box, seen, _Slopes.of(luma))
             known[photo.sha256] = looked

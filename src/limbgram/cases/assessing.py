@@ -12,6 +12,7 @@ Fails   CaseError: no finished case, or not what it was finished with; OptionsEr
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -68,7 +69,7 @@ def kept_evidence(case: CaseFolder) -> Evidence:
     boards = ("still_board", "board_of_object", "find_board")
     board = next((one for one in boards if one in keys), "find_board")
     return Evidence(
-        photos=_read(case, keys, "read_photos", PhotoSet),
+        photos=replace(_read(case, keys, "read_photos", PhotoSet), set_aside=record.set_aside),
         cameras=_read(case, keys, "cameras_for", Cameras),
         detections=_read(case, keys, board, BoardDetections) if board in keys else None,
         metric=_read(case, keys, "to_millimetres", MetricScene),

@@ -23,17 +23,20 @@ from limbgram.reconstruction.photos.decoding import in_flight_mb, load_luma
 from limbgram.reconstruction.photos.masks import (
     held_upright,
     load_mask,
-    mask_notes,
     no_mask_fits,
     require_masks_folder,
 )
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
+    candidates_in,
     grouped,
+    look_at_all,
     masked_by,
     natural_order,
+    photo_set,
     read_photos,
+    too_few,
 )
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
@@ -67,27 +70,32 @@ def check_sources(
         ]
         photos = run(read_photos, named)
         if masks is not None:
-            photos = masked_by(photos, masks)
-            if not any(one.mask_path for one in photos.photos) and not bad_masks_of(photos):
-                raise no_mask_fits(masks, photos.photos[0].path)
+            photos = _with_masks(photos, masks)
         small = run(reduce_photos, photos, folder)
-        found = check_capture(photos, small, calibrations, board, options, run)
-    return with_mask_notes(found, photos)
+        return check_capture(photos, small, calibrations, board, options, run)
+
+
+def _with_masks(photos: PhotoSet, masks: Path) -> PhotoSet:
+    """The photos with the masks of a folder.
+
+    Raises:
+        PhotoError: no picture in it is named as the mask of a photo.
+    """
+    masked = masked_by(photos, masks)
+    fits = any(one.mask_path for one in masked.photos)
+    if not fits and masked.set_aside == photos.set_aside:
+        raise no_mask_fits(masks, photos.photos[0].path)
+    return masked
 
 
 _Stamp = tuple[int, int]
 """Size and time of a file: what tells that it is the one that was read."""
+_Pixels = tuple[str, int | None, Path | None]
 
 
-def with_mask_notes(found: CaptureCheck, photos: PhotoSet) -> CaptureCheck:
-    """The answer, and which photos have masks."""
-    aside = tuple(f"{one.name} is not used {one.reason}." for one in bad_masks_of(photos))
-    return replace(found, notes=(*mask_notes(photos), *aside, *found.notes))
-
-
-def bad_masks_of(photos: PhotoSet) -> tuple[SetAside, ...]:
-    """Masks that were set aside."""
-    return tuple(one for one in photos.set_aside if one.reason.startswith("as mask of "))
+def _pixels_of(photo: Photo) -> _Pixels:
+    """What the small copy of a photo hangs on."""
+    return photo.sha256, photo.bits, photo.mask_path
 
 
 class CaptureWatch:
@@ -105,7 +113,8 @@ class CaptureWatch:
         self._masks = masks
         self._coach = Coach(calibrations, board, options)
         self._scratch = tempfile.TemporaryDirectory(prefix="limbgram-watch-")
-        self._read: dict[Path, tuple[_Stamp, Photo | None, Photo | None]] = {}
+        self._looked: dict[Path, tuple[_Stamp, Photo | SetAside]] = {}
+        self._copies: dict[_Pixels, Photo] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -128,46 +137,28 @@ class CaptureWatch:
             PhotoError: a source does not exist, or fewer than two photos are readable.
         """
         run = run or Run()
-        stamps = stamps_of(sources)
-        self._read = {file: own for file, own in self._read.items() if stamps.get(file) == own[0]}
-        new = [file for file in stamps if file not in self._read]
-        if new:
-            self._take_in(new, stamps, run)
-        pairs = self._pairs()
-        if len(pairs) < 2:
-            raise PhotoError(
-                f"Photos that can be read so far: {len(pairs)}; 2 are needed for a check. Go on "
-                "taking photos."
-            )
-        photos = grouped([photo for photo, _ in pairs], ())
-        small = grouped([copy for _, copy in pairs], ())
-        return with_mask_notes(self._coach.check(photos, small, run), photos)
-
-    def _take_in(self, new: Sequence[Path], stamps: dict[Path, _Stamp], run: Run) -> None:
-        """Read new files, and make their small copies."""
-        known: dict[Path, Photo] = {}
-        copies: dict[Path, Photo] = {}
-        try:
-            photos = run(read_photos, new, PhotoOptions(min_photos=1))
-        except PhotoError:  # none of them is a photo
-            photos = None
-        if photos is not None:
-            photos = photos if self._masks is None else masked_by(photos, self._masks)
+        photos = run(self._read_again, sources)
+        if self._masks is not None:
+            photos = masked_by(photos, self._masks)
+        if len(photos.photos) < 2:
+            raise too_few(sources, photos, PhotoOptions())
+        fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
+        if fresh:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
-            small = run(reduce_photos, photos, folder)
-            for photo, copy in zip(photos.photos, small.photos):
-                known[photo.path], copies[photo.path] = photo, copy
-        for file in new:
-            self._read[file] = (stamps[file], known.get(file), copies.get(file))
+            copies = run(reduce_photos, replace(photos, photos=fresh), folder)
+            self._copies |= dict(zip(map(_pixels_of, fresh), copies.photos))
+        small = [replace(self._copies[_pixels_of(one)], name=one.name) for one in photos.photos]
+        return self._coach.check(photos, grouped(small, ()), run)
 
-    def _pairs(self) -> list[tuple[Photo, Photo]]:
-        """Photos with their small copies, in order, each content once."""
-        found: dict[str, tuple[Photo, Photo]] = {}
-        for file in sorted(self._read, key=natural_order):
-            _, photo, copy = self._read[file]
-            if photo is not None and copy is not None:
-                found.setdefault(photo.sha256, (photo, copy))
-        return list(found.values())
+    def _read_again(self, sources: Sequence[Path]) -> PhotoSet:
+        """As `read_photos`, but only files that are new or were written again are decoded."""
+        found = candidates_in(sources)
+        stamps = {one.path: stamp_of(one.path) for one in found.photos}
+        known = {file: own for file, own in self._looked.items() if stamps.get(file) == own[0]}
+        new = [file for file in stamps if file not in known]
+        looked = zip(new, look_at_all(new, PhotoOptions()))
+        self._looked = known | {file: (stamps[file], one) for file, one in looked}
+        return photo_set(found, [self._looked[one.path][1] for one in found.photos])
 
 
 def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
@@ -183,9 +174,13 @@ def stamps_of(sources: Sequence[Path]) -> dict[Path, _Stamp]:
         inside = source.is_dir()
         for file in sorted(source.iterdir(), key=natural_order) if inside else (source,):
             if file.is_file() and not (inside and file.name.startswith(".")):
-                about = file.stat()
-                found[file] = (about.st_size, about.st_mtime_ns)
+                found[file] = stamp_of(file)
     return found
+
+
+def stamp_of(file: Path) -> _Stamp:
+    about = file.stat()
+    return about.st_size, about.st_mtime_ns
 
 
 def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
@@ -208,7 +203,13 @@ def reduce_photos(photos: PhotoSet, folder: Path) -> PhotoSet:
         place.write_bytes(written.tobytes())
         mask_path = _reduced_mask(photo, place, (width, height))
         return replace(
-            photo, path=place, width_px=width, height_px=height, mask_path=mask_path, bits=None
+            photo,
+            path=place,
+            width_px=width,
+            height_px=height,
+            mask_path=mask_path,
+            cut_out=False,
+            bits=None,
         )
 
     each_mb = in_flight_mb(photos.photos, 2.0)

@@ -13,6 +13,7 @@ CASE/superseded/      results of an earlier run that no longer stand, until a ru
 CASE/log.txt          what the libraries said
 """
 
+import os
 import re
 import shutil
 import sys
@@ -27,13 +28,13 @@ from limbgram.core.errors import CaseError, PhotoError, disk_advice, is_full
 from limbgram.core.files import written_whole
 from limbgram.reconstruction.photos.masks import (
     MASKS_FOLDER,
+    find_mask,
     mask_in,
-    masks_among,
     no_mask_fits,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import SetAside
-from limbgram.reconstruction.photos.quality import name_for_people, sifted
+from limbgram.reconstruction.photos.photo import SetAside, left_out_lines
+from limbgram.reconstruction.photos.reading import Candidate, candidates_in
 
 _HALF = re.compile(
     r"\.[0-9a-f]{16}\.\d+\.(part(\.\w+)?|old)|\.([0-9a-f]{16}|.+\.(json|html|pdf|png))\.half"
@@ -175,7 +176,7 @@ def take_in(
     for name, source in list(wanted.items()):
         fault = _take_in_one(case, source, name)
         if fault is not None:
-            set_aside.append(SetAside(name_for_people(source), fault))
+            set_aside.append(SetAside(name.name, fault))
             del wanted[name]
     if not wanted:
         raise _no_photos(sources, set_aside)
@@ -195,46 +196,28 @@ def incoming(
     Raises:
         PhotoError: a source does not exist, or no mask in the folder of masks is any photo's.
     """
-    pictures: list[tuple[Path, Path]] = []
-    set_aside: list[SetAside] = []
-    for source in sources:
-        base = source if source.is_dir() else source.parent
-        if source.is_dir():
-            found = [*_inside(source), *_inside(source / MASKS_FOLDER)]
-        elif source.exists() or source.is_symlink():
-            found = [source]
-        else:
-            raise PhotoError(
-                f"{source} does not exist. Check the spelling; a folder of photos or photo files "
-                "are expected."
-            )
-        candidates = sifted(found)
-        pictures += [(file, file.relative_to(base)) for file in candidates.pictures]
-        set_aside += candidates.set_aside
-    return (pictures if masks is None else _masked_by(masks, pictures)), set_aside
+    found = candidates_in(sources)
+    if masks is not None:
+        require_masks_folder(masks)
+    pictures = [(one.path, Path(one.name)) for one in found.photos]
+    masked = [(one, _mask_of(one, masks)) for one in found.photos]
+    for photo, mask in masked:
+        if mask is not None:
+            pictures.append((mask, Path(MASKS_FOLDER) / f"{_called_as(mask, photo)}.png"))
+    if masks is not None and found.photos and len(pictures) == len(found.photos):
+        raise no_mask_fits(masks, found.photos[0].path)
+    return pictures, list(found.set_aside)
 
 
-def _masked_by(folder: Path, pictures: list[tuple[Path, Path]]) -> list[tuple[Path, Path]]:
-    """The photos, with the masks in a folder instead of those that lie beside them."""
-    require_masks_folder(folder)
-    beside = masks_among([source for source, _ in pictures])
-    photos = [(source, name) for source, name in pictures if source not in beside]
-    found = [mask for source, _ in photos if (mask := mask_in(folder, source)) is not None]
-    if not found and photos:
-        raise no_mask_fits(folder, photos[0][0])
-    return [*photos, *((mask, Path(MASKS_FOLDER) / mask.name) for mask in found)]
+def _mask_of(photo: Candidate, masks: Path | None) -> Path | None:
+    """A photo's mask in a folder, or the one that lies beside it."""
+    return find_mask(photo.path) if masks is None else mask_in(masks, photo.path, photo.name)
 
 
-def _inside(folder: Path) -> list[Path]:
-    """What lies in a folder and is not hidden."""
-    try:
-        return sorted(file for file in folder.iterdir() if not file.name.startswith("."))
-    except (FileNotFoundError, NotADirectoryError):
-        return []  # no folder of masks
-    except OSError as error:
-        raise PhotoError(
-            f"The folder of the photos cannot be read. {disk_advice(error)}"
-        ) from error
+def _called_as(mask: Path, photo: Candidate) -> str:
+    """What a mask is called for, once its photo has another name: all of that, or its stem."""
+    whole = mask.stem in (photo.path.name, photo.name)
+    return photo.name if whole else Path(photo.name).stem
 
 
 def _take_in_one(case: CaseFolder, source: Path, name: Path) -> str | None:
@@ -288,16 +271,15 @@ def _no_photos(sources: Sequence[Path], set_aside: Sequence[SetAside]) -> PhotoE
     folders = [
         file.name
         for source in sources
-        if source.is_dir()
-        for file in _inside(source)
-        if file.is_dir() and file.name != MASKS_FOLDER
+        if source.is_dir() and os.access(source, os.R_OK)
+        for file in sorted(source.iterdir())
+        if file.is_dir() and not file.name.startswith(".") and file.name != MASKS_FOLDER
     ]
     inside = f" It holds folders ({', '.join(folders[:_TOLD_AT_MOST])})." if folders else ""
-    found = "".join(f"\n  {one.name}: {one.reason}" for one in set_aside[:_TOLD_AT_MOST])
     return PhotoError(
         f"There are no photos in {where}.{inside} Name the folder in which the photos themselves "
         "lie, as JPEG, PNG or TIFF; sub-folders are not searched."
-        + (f" Left out:{found}" if found else "")
+        f"{left_out_lines(set_aside)}"
     )
 
 

@@ -29,6 +29,7 @@ from limbgram.core.files import json_of, written_whole
 from limbgram.core.geometry.arrays import ColourImage
 from limbgram.core.run import Run
 from limbgram.reconstruction.photos.quality import name_for_people
+from limbgram.reconstruction.photos.reading import names_apart
 from limbgram.reconstruction.photos.video import (
     FrameChoice,
     FrameOptions,
@@ -78,9 +79,11 @@ def with_frames(case: CaseFolder, sources: Sequence[Path], run: CachingRun) -> t
         PhotoError: a video cannot be used.
     """
     taken: list[Path] = []
+    called = names_apart([source for source in sources if is_video(source)])
     for source in sources:
-        if is_video(source):
-            taken.append(take_frames(source, case.frames / _stem(source), run).photos)
+        if source in called:
+            folder = case.frames / _stem(source.with_name(called[source]))
+            taken.append(take_frames(source, folder, run).photos)
         else:
             taken.append(source)
     return tuple(taken)

@@ -24,12 +24,13 @@ from typing import IO, Self
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
 from limbgram.cases.zips import copy_member, damage_refused
-from limbgram.core.errors import CaseError, LimbgramError, OptionsError, printable
+from limbgram.core.errors import CaseError, OptionsError, printable
 from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Mismatch, tree_of, value_of
-from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, open_picture
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.privacy import take_place_from_film, without_traces
 from limbgram.reconstruction.photos.quality import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+from limbgram.reconstruction.photos.reading import look_at, names_apart
 
 MOST_PHOTO_BYTES = 300_000_000
 MOST_FILM_BYTES = 8_000_000_000
@@ -291,8 +292,11 @@ class Intake:
                     and not PurePosixPath(one.filename).name.startswith((".", "__"))
                 ]
                 _require_reasonable(name, members)
-                for member in members:
-                    inner = checked_name(PurePosixPath(member.filename.replace("\\", "/")).name)
+                stem = PurePosixPath(name).stem
+                files = [Path("/", stem, one.filename.replace("\\", "/")) for one in members]
+                called = names_apart(files)
+                for member, file in zip(members, files):
+                    inner = checked_name(called[file])
                     with self.begin(inner, 0, None, f"{name}/{inner}") as target:
                         try:
                             copy_member(archive, member, target)
@@ -328,7 +332,7 @@ class Intake:
         return sorted(file for file in self.folder.iterdir() if not file.name.startswith("."))
 
     def _keep(self, name: str, part: Path, sha256: str, size: int) -> Received:
-        """Clean what arrived, put it in its place, and see whether it can be opened."""
+        """Clean what arrived, put it in its place, and see whether it can be used."""
         place = self.folder / name
         if suffix_of(name) in VIDEO_SUFFIXES:
             removed = take_place_from_film(part)
@@ -338,7 +342,8 @@ class Intake:
         cleaned = without_traces(part.read_bytes(), suffix_of(name), self.key)
         with written_whole(place) as beside:
             beside.write_bytes(cleaned.content)
-        width_px, height_px, problem = _opened(place)
+        seen = look_at(place)
+        unusable = isinstance(seen, SetAside)
         return Received(
             name=name,
             bytes=size,
@@ -346,9 +351,9 @@ class Intake:
             kept_sha256=file_sha256(place),
             removed=cleaned.removed,
             kept=cleaned.kept,
-            width_px=width_px,
-            height_px=height_px,
-            problem=problem,
+            width_px=0 if unusable else seen.width_px,
+            height_px=0 if unusable else seen.height_px,
+            problem=f"It cannot be used: {seen.reason}." if unusable else "",
         )
 
     def _arriving(self, name: str) -> Arriving:
@@ -431,17 +436,6 @@ def secret_of(folder: Path) -> bytes:
             beside.write_bytes(secrets.token_bytes(32))
         file.chmod(0o600)
     return file.read_bytes()
-
-
-def _opened(path: Path) -> tuple[int, int, str]:
-    """Size of a picture by its header, and why it cannot be used."""
-    try:
-        with open_picture(path) as picture:
-            return picture.size[0], picture.size[1], ""
-    except LimbgramError as error:
-        return 0, 0, str(error)
-    except DECODING_FAULTS:
-        return 0, 0, "It cannot be opened: it is damaged, or no picture. Copy it again."
 
 
 def _require_reasonable(name: str, members: list[zipfile.ZipInfo]) -> None:

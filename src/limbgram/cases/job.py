@@ -16,6 +16,7 @@ from limbgram.core.files import written_whole
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import read_camera
 from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.photos.photo import naming_left_out
 from limbgram.reconstruction.pipeline import Capture, Reconstruction, options_for, reconstruct
 from limbgram.report.accuracy.assessment import assess
 from limbgram.report.case import case_report
@@ -48,7 +49,8 @@ def do(job: Job, run: CachingRun) -> Done:
         tapes=job.tapes,
         plates=job.plates,
     )
-    done = reconstruct(capture, options_for(job.choices), run)
+    with naming_left_out(left_out):
+        done = reconstruct(capture, options_for(job.choices), run)
     drawn = run(
         draw,
         done.photos,
@@ -59,14 +61,14 @@ def do(job: Job, run: CachingRun) -> Done:
         done.mesh,
         done.others,
     )
+    done = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
     # Judged before anything is written: files of a red result are named as what they are.
     evidence = evidence_of(done, cited_setups(case, datetime.now(UTC).date()))
     assessment = run.unkept(assess, evidence)
     red = assessment.light == "red"
     run.unkept(deliver, done, case.deliverables, unscaled=job.unscaled, red=red)
     write_accuracy(case, assessment)
-    told = replace(done, photos=replace(done.photos, set_aside=(*left_out, *done.photos.set_aside)))
-    summary = summarise(told, assessment, run.timings, run.reused)
+    summary = summarise(done, assessment, run.timings, run.reused)
     _write_report(case, summary, drawn, f"Surface of {evidence.name}")
     answer = Answer(
         summary=case.summary,
@@ -74,7 +76,7 @@ def do(job: Job, run: CachingRun) -> Done:
         lines=summary_lines(summary),
         costs=profile_lines(summary.stages),
     )
-    return Done(told, summary.verdict, answer)
+    return Done(done, summary.verdict, answer)
 
 
 def _take_cameras_in(job: Job, case: CaseFolder) -> tuple[Calibration, ...]:

@@ -66,6 +66,7 @@ class CaseRecord:
     """Date and time, UTC."""
     stages: tuple[StageEntry, ...] = ()
     photos: tuple[PhotoHash, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
     files: tuple[FileEntry, ...] = ()
 
 

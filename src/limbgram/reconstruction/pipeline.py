@@ -60,7 +60,7 @@ from limbgram.reconstruction.movement import (
     tell_sides,
     without_what_moved_beside,
 )
-from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.photo import PhotoSet, naming_left_out
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 from limbgram.reconstruction.poses import (
     Poses,
@@ -212,6 +212,14 @@ def reconstruct(
     """A surface in millimetres from photos taken round a limb."""
     run = run or Run()
     photos = run(read_photos, capture.sources, options.photos)
+    with naming_left_out(photos.set_aside):
+        return _reconstructed(photos, capture, options, run)
+
+
+def _reconstructed(
+    photos: PhotoSet, capture: Capture, options: PipelineOptions, run: Run
+) -> Reconstruction:
+    """The same from photos that are read."""
     refuse_beyond(photos, run.memory_mb)
     cameras = run(cameras_for, photos, capture.calibrations, options.cameras)
     board = capture.board

@@ -47,6 +47,8 @@ class BatchRow:
     """What became of each step after the surface."""
     faults: tuple[str, ...]
     """Steps that failed, and why."""
+    left_out: tuple[tuple[str, str], ...]
+    """Photos and other files that the surface was made without, and why."""
     attempts: int
     seconds: float
     thumbnail: Picture | None = None
@@ -66,6 +68,7 @@ def batch_report(rows: Sequence[BatchRow], notes: Sequence[str], *, stopped: boo
                 title="Captures",
                 blocks=(*(Text(words=note, note=True) for note in notes), _table(ordered)),
             ),
+            *_left_out(ordered),
             *_surfaces(ordered),
         ),
     )
@@ -148,6 +151,14 @@ def _table(rows: Sequence[BatchRow]) -> Table:
     heads = ("capture", "from", "then", "#attempts", "#seconds", "what became of it", "verdict")
     colours: tuple[Colour | None, ...] = tuple(row.light or "red" for row in rows)
     return Table(heads=heads, rows=cells, colours=colours)
+
+
+def _left_out(rows: Sequence[BatchRow]) -> Iterator[Section]:
+    """What surfaces were made without."""
+    cells = tuple((row.name, name, reason) for row in rows for name, reason in row.left_out)
+    if cells:
+        table = Table(heads=("capture", "what", "why"), rows=cells)
+        yield Section(title="Left out", blocks=(table,))
 
 
 def _verdict(row: BatchRow) -> str:

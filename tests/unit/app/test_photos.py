@@ -20,7 +20,7 @@ API = "/api/v1"
 
 
 def jpeg(seed: int = 0, exif: Image.Exif | None = None) -> bytes:
-    pixels = np.random.default_rng(seed).integers(0, 255, (60, 80, 3), np.uint8)
+    pixels = np.random.default_rng(seed).integers(0, 255, (66, 88, 3), np.uint8)
     made = io.BytesIO()
     Image.fromarray(pixels).save(made, "JPEG", exif=exif or Image.Exif(), quality=90)
     return made.getvalue()
@@ -41,7 +41,7 @@ def test_a_photo_is_here_with_the_hash_of_what_was_sent(client: TestClient, phot
     assert sent["photos"][0]["sha256"] == hashlib.sha256(content).hexdigest()
     listed = client.get(photos).json()
     assert [one["name"] for one in listed["photos"]] == ["IMG_1.jpg"]
-    assert (listed["photos"][0]["width_px"], listed["photos"][0]["height_px"]) == (80, 60)
+    assert (listed["photos"][0]["width_px"], listed["photos"][0]["height_px"]) == (88, 66)
 
 
 def test_the_same_photo_again_does_no_harm_and_another_is_refused(
@@ -223,6 +223,19 @@ def test_a_zip_brings_its_photos_and_nothing_else(
     assert {one["state"] for one in client.get(photos).json()["photos"]} == {"here"}
 
 
+def test_photos_of_one_name_in_two_folders_of_a_zip_are_two(
+    client: TestClient, photos: str
+) -> None:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        for seed, name in enumerate(("100APPLE/IMG_1.jpg", "101APPLE/IMG_1.jpg", "IMG_1.jpg")):
+            archive.writestr(name, jpeg(seed))
+    sent = client.put(f"{photos}/walk.zip", content=made.getvalue()).json()
+    names = ["100APPLE_IMG_1.jpg", "101APPLE_IMG_1.jpg", "walk_IMG_1.jpg"]
+    assert [one["name"] for one in sent["photos"]] == names
+    assert {one["state"] for one in sent["photos"]} == {"here"}
+
+
 def test_a_zip_that_would_fill_the_disk_is_refused(client: TestClient, photos: str) -> None:
     made = io.BytesIO()
     with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -270,6 +283,15 @@ def test_more_than_was_announced_or_is_taken_is_refused(client: TestClient, phot
     )
     assert large.status_code == 422
     assert "300 MB" in large.json()["message"]
+
+
+@pytest.mark.parametrize("left", [0.9, 0.5])
+def test_a_photo_that_is_cut_off_is_not_good(client: TestClient, photos: str, left: float) -> None:
+    """Its header is whole and tells its size; the reader of the run says the same of it."""
+    content = jpeg()[: round(left * len(jpeg()))]
+    (sent,) = client.put(f"{photos}/IMG_1.jpg", content=content).json()["photos"]
+    assert sent["state"] == "unusable"
+    assert "cut off: copy it again" in sent["problem"]
 
 
 def test_what_cannot_be_opened_is_named(client: TestClient, photos: str) -> None:

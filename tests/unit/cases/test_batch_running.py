@@ -24,6 +24,7 @@ from limbgram.cases.folder import CaseFolder, locked
 from limbgram.cases.order import Job
 from limbgram.cases.supervision import Event, Supervision
 from limbgram.core.errors import Cancelled, OptionsError
+from limbgram.reconstruction.photos.photo import SetAside
 
 CHILD = """
 import json, os, sys, time, pathlib
@@ -50,7 +51,8 @@ if what == "wait":
     sys.exit(130)
 light = what if what in ("red", "amber") else "green"
 (case / "summary.json").write_text(json.dumps(
-    {"verdict": {"light": light, "headline": light.upper() + ": 0.1 mm", "reasons": []}}))
+    {"verdict": {"light": light, "headline": light.upper() + ": 0.1 mm", "reasons": []},
+     "set_aside": [{"name": "IMG_7.jpg", "reason": "the file is cut off"}]}))
 send(event="finished", answer={
     "is": "Answer", "summary": {"path": str(case / "summary.json")}, "light": light})
 """
@@ -258,6 +260,21 @@ def test_a_table_cell_is_no_formula(tmp_path: Path) -> None:
     assert row["steps_failed"] == "align"
     assert "align: No place." in row["message"]
     assert "a step after the surface failed" in table.line
+
+
+def test_what_a_surface_was_made_without_is_told(
+    run: Callable[..., BatchRun], tmp_path: Path
+) -> None:
+    (outcome,) = run({"a": "green"}, lambda _: None).wait()
+    assert outcome.set_aside == (SetAside("IMG_7.jpg", "the file is cut off"),)
+    table = write_table([outcome], tmp_path, (), stopped=False)
+    (told,) = table.content["captures"]
+    assert told["set_aside"] == [{"name": "IMG_7.jpg", "reason": "the file is cut off"}]
+    row = next(csv.DictReader((tmp_path / "batch.csv").open()))
+    assert row["left_out"] == "IMG_7.jpg: the file is cut off"
+    page = (tmp_path / "batch.html").read_text("utf-8")
+    assert "Left out" in page
+    assert "the file is cut off" in page
 
 
 def test_a_capture_that_another_batch_works_on_is_left_to_it(

@@ -229,9 +229,34 @@ def test_another_file_of_the_same_name_is_refused(source: Path, tmp_path: Path) 
     other.write_bytes(b"another")
     with pytest.raises(CaseError, match="another file"):
         take_in(case, [other])
-    with pytest.raises(PhotoError, match="same name"):
-        take_in(CaseFolder(tmp_path / "new"), [source, other])
     assert (case.photos / "b.jpg").read_bytes() == (source / "b.jpg").read_bytes()
+
+
+def test_photos_of_one_name_come_in_with_their_folders_and_their_masks(tmp_path: Path) -> None:
+    for side in ("left", "right"):
+        for name in ("1.jpg", "2.png", "masks/1.png", "masks/2.png.png"):
+            (tmp_path / side / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / side / name).write_bytes(f"{side} {name}".encode())
+    case = CaseFolder(tmp_path / "case")
+    assert take_in(case, [tmp_path / "left", tmp_path / "right"]) == ()
+    assert names(case) == [
+        "left_1.jpg", "left_2.png", "masks/left_1.png", "masks/left_2.png.png",
+        "masks/right_1.png", "masks/right_2.png.png", "right_1.jpg", "right_2.png",
+    ]  # fmt: skip
+    assert (case.photos / "right_1.jpg").read_bytes() == b"right 1.jpg"
+    assert (case.photos / "masks" / "right_1.png").read_bytes() == b"right masks/1.png"
+    masks = tmp_path / "corrected"
+    masks.mkdir()
+    (masks / "left_1.png").write_bytes(b"corrected")
+    take_in(case, [tmp_path / "left", tmp_path / "right"], masks)
+    assert (case.photos / "masks" / "left_1.png").read_bytes() == b"corrected"
+    assert not (case.photos / "masks" / "right_1.png").exists()
+
+
+def test_a_photo_named_by_itself_brings_its_mask(source: Path, tmp_path: Path) -> None:
+    case = CaseFolder(tmp_path / "case")
+    take_in(case, [source / "b.jpg"])
+    assert names(case) == ["b.jpg", "masks/b.png"]
 
 
 def test_a_missing_source_is_refused(tmp_path: Path) -> None:

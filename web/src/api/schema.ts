@@ -2034,6 +2034,11 @@ export interface components {
             notes: string[];
             /** Kept Still */
             kept_still?: boolean | null;
+            /**
+             * Set Aside
+             * @default []
+             */
+            set_aside: components["schemas"]["SetAside"][];
         };
         /**
          * CarverSettings
@@ -3550,6 +3555,16 @@ export interface components {
              * @default 0
              */
             memory_mb: number;
+        };
+        /**
+         * SetAside
+         * @description A part that was left out, and why: told to the user by name.
+         */
+        SetAside: {
+            /** Name */
+            name: string;
+            /** Reason */
+            reason: string;
         };
         /**
          * Setup

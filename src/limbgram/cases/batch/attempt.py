@@ -41,6 +41,7 @@ from limbgram.core.errors import (
 from limbgram.core.files import json_of, read_content
 from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.formats.sidecar import limb_file_beside
+from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.report.accuracy.judgement import Light
 from limbgram.workbench.limb import marked_red
@@ -111,6 +112,8 @@ class Outcome:
     attempts: int = 0
     seconds: float = 0.0
     steps: tuple[StepOutcome, ...] = ()
+    set_aside: tuple[SetAside, ...] = ()
+    """What was left out of a result, and why; without a result the message says it."""
 
     @property
     def done(self) -> bool:
@@ -135,6 +138,7 @@ class _Summary:
     """What is read of a case's summary."""
 
     verdict: _Verdict
+    set_aside: tuple[SetAside, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -359,11 +363,12 @@ def _judged(
     """The outcome with the verdict of the case, which is the one that its page shows."""
     try:
         tree = json_of(read_content(case.summary, _LARGEST_BYTES, CaseError))
-        verdict = value_of(tree, _Summary, "", _AS_WRITTEN).verdict
+        summary = value_of(tree, _Summary, "", _AS_WRITTEN)
     except ValueError as error:
         raise CaseError(
             f"{case.summary} cannot be read: {error}. Delete it and run the batch again."
         ) from error
+    verdict = summary.verdict
     codes = [step.exit_code for step in steps if step.exit_code]
     codes += [RED_EXIT_CODE] if verdict.light == "red" else []
     return replace(
@@ -374,6 +379,7 @@ def _judged(
         size_checked=verdict.size_checked,
         exit_code=worst_of(codes),
         steps=steps,
+        set_aside=summary.set_aside,
     )
 
 

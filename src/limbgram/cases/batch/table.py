@@ -105,6 +105,7 @@ def _row(outcome: Outcome, cases: Path, *, pictured: bool = False) -> BatchRow:
         told=outcome.headline if outcome.done else outcome.message,
         steps=tuple(step.name for step in outcome.steps if not step.exit_code),
         faults=tuple(f"{one.name}: {one.message}" for one in outcome.steps if one.exit_code),
+        left_out=tuple((part.name, part.reason) for part in outcome.set_aside),
         attempts=outcome.attempts,
         seconds=outcome.seconds,
         thumbnail=_thumbnail(cases / outcome.name, outcome.name)
@@ -130,7 +131,7 @@ def _thumbnail(case: Path, name: str) -> Picture | None:
 
 _HEADS = (
     "capture", "source", "state", "verdict", "size_checked", "exit_code", "attempts", "seconds",
-    "steps_done", "steps_failed", "headline", "message",
+    "steps_done", "steps_failed", "headline", "message", "left_out",
 )  # fmt: skip
 
 
@@ -141,7 +142,8 @@ def _csv(outcomes: Sequence[Outcome]) -> str:
     for one in outcomes:
         done = [step.name for step in one.steps if not step.exit_code]
         failed = [step.name for step in one.steps if step.exit_code]
-        texts = (one.headline, " ".join((one.message, *_faults(one))).strip())
+        left_out = "; ".join(f"{part.name}: {part.reason}" for part in one.set_aside)
+        texts = (one.headline, " ".join((one.message, *_faults(one))).strip(), left_out)
         writer.writerow((
             _plain(one.name), _plain(one.source), one.state, one.light or "",
             _boolean(one.size_checked), one.exit_code, one.attempts, one.seconds,

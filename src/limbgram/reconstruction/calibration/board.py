@@ -42,7 +42,7 @@ from limbgram.reconstruction.calibration.verdicts import (
     refuse_uncovered,
     refuse_undetermined,
 )
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, naming_left_out
 from limbgram.reconstruction.targets.board import Board, BoardDetections
 from limbgram.reconstruction.targets.finding import TargetOptions, find_board
 
@@ -116,6 +116,8 @@ class BoardCalibration:
     board: Board
     photos: tuple[PhotoFit, ...]
     set_aside: tuple[SetAside, ...]
+    """Files that are no photos that can be used, photos without the board, and those that fit
+    badly."""
     sigma0_px: float
     """Standard deviation of one coordinate of one corner."""
     inflation: float
@@ -142,7 +144,8 @@ def calibrate(
     photos: PhotoSet, board: Board, options: CalibrationOptions = DEFAULTS
 ) -> BoardCalibration:
     """Calibrate the one camera that took these photos of a board."""
-    return calibrate_detections(photos, find_board(photos, board, options.targets), options)
+    with naming_left_out(photos.set_aside):
+        return calibrate_detections(photos, find_board(photos, board, options.targets), options)
 
 
 def calibrate_detections(
@@ -204,7 +207,7 @@ def calibrate_detections(
         ),
         board=detections.board,
         photos=_photo_fits(screened, solution, detections),
-        set_aside=detections.set_aside + screened.set_aside,
+        set_aside=(*photos.set_aside, *detections.set_aside, *screened.set_aside),
         sigma0_px=solution.sigma0_px,
         inflation=inflation,
         correlations=_correlations(covariance[:LENS_SIZE, :LENS_SIZE]),

@@ -105,6 +105,10 @@ class Cameras:
 
     calibrations: tuple[Calibration, ...]
 
+    def reduced(self, groups: Sequence[CameraGroup]) -> "Cameras":
+        """The same for smaller copies of the photos."""
+        return Cameras(tuple(_resized(one, group) for one, group in zip(self.calibrations, groups)))
+
 
 def label_of(exif: Exif) -> str:
     """Make, model and lens, without the make repeated; empty where EXIF says nothing."""
@@ -207,7 +211,7 @@ def focal_from_exif(
 ) -> FocalGuess:
     """Focal length in pixels of this size, from the most telling tag."""
     long_side_px = max(width_px, height_px)
-    if exif.focal_35mm is not None and 5 <= exif.focal_35mm <= 3000:
+    if exif.focal_35mm is not None:
         diagonal_px = float(np.hypot(width_px, height_px))
         # EXIF 3.0 leaves open whether this counts a digital zoom; most phones do so.
         doubt = 0.0 if exif.digital_zoom is None else abs(exif.digital_zoom - 1.0)

@@ -161,8 +161,9 @@ DECODING_FAULTS = (
 )
 """What Pillow's decoders raise on broken files."""
 
-# Large pictures are refused by our own limit, with a reason; Pillow's warning would add noise.
-warnings.filterwarnings("ignore", category=Image.DecompressionBombWarning)
+# What is wrong with a file is told by its reason; what Pillow warns of besides, such as a damaged
+# header or a large picture, would stand on the terminal between the answers.
+warnings.filterwarnings("ignore", module=r"PIL\.")
 
 
 def load_luma(photo: Photo, halvings: int = 0) -> GreyImage:
@@ -178,7 +179,7 @@ def load_luma(photo: Photo, halvings: int = 0) -> GreyImage:
             bits = photo.bits or (16 if is_deep(picture) else None)
             return _of_size(photo, luma_of(picture, bits, halvings), halvings)
     except DECODING_FAULTS as fault:
-        raise _gone(photo) from fault
+        raise gone(photo) from fault
 
 
 def load_colour(photo: Photo, halvings: int = 0) -> ColourImage:
@@ -199,7 +200,7 @@ def load_colour(photo: Photo, halvings: int = 0) -> ColourImage:
                 colours = _as_array(picture, "RGB", halvings)
             return _of_size(photo, colours, halvings)
     except DECODING_FAULTS as fault:
-        raise _gone(photo) from fault
+        raise gone(photo) from fault
 
 
 def halvings_to(width_px: int, least_px: float) -> int:
@@ -322,11 +323,12 @@ def _as_array(picture: ImageFile, mode: Literal["L", "RGB"], halvings: int = 0) 
 def _of_size(photo: Photo, pixels: np.ndarray, halvings: int = 0) -> np.ndarray:
     part = 1 << halvings
     if pixels.shape[:2] != (-(-photo.height_px // part), -(-photo.width_px // part)):
-        raise _gone(photo)
+        raise gone(photo)
     return pixels
 
 
-def _gone(photo: Photo) -> PhotoError:
+def gone(photo: Photo) -> PhotoError:
+    """The refusal of a photo that changed or vanished since it was read first."""
     return PhotoError(
         f"The photo {photo.name} could be read before and no longer can. It was probably moved, "
         f"replaced or altered. Put it back at {photo.path}, or start again with the photos there."
@@ -334,6 +336,8 @@ def _gone(photo: Photo) -> PhotoError:
 
 
 _LONGEST_TEXT = 64
+_FILM_FOCALS_MM = 5.0, 3000.0
+"""Shortest and longest focal length, for 35-mm film, that a tag is believed to tell."""
 _SERIAL = 0xA431
 """BodySerialNumber of EXIF 2.3."""
 
@@ -358,7 +362,7 @@ def read_exif(picture: Image.Image) -> Exif:
         lens=_text(details.get(Base.LensModel)),
         body=_body(_text(details.get(_SERIAL))),
         focal_mm=_positive(details.get(Base.FocalLength)),
-        focal_35mm=_positive(details.get(Base.FocalLengthIn35mmFilm)),
+        focal_35mm=_film_focal_mm(details.get(Base.FocalLengthIn35mmFilm)),
         digital_zoom=_enlarged(_positive(details.get(Base.DigitalZoomRatio))),
         aperture=_positive(details.get(Base.FNumber)),
         subject_m=_positive(details.get(Base.SubjectDistance)),
@@ -386,6 +390,13 @@ def _positive(value: object) -> float | None:
     except (TypeError, ValueError, ArithmeticError):
         return None
     return number if math.isfinite(number) and 0 < number < 1e5 else None
+
+
+def _film_focal_mm(value: object) -> float | None:
+    """What no lens has is no focal length: micrometres, or 65535 for one that is not known."""
+    number = _positive(value)
+    shortest_mm, longest_mm = _FILM_FOCALS_MM
+    return number if number is not None and shortest_mm <= number <= longest_mm else None
 
 
 def _enlarged(zoom: float | None) -> float | None:

@@ -2,6 +2,7 @@
 
 A photo's mask is NAME.png or NAME.jpg.png beside it or in a subfolder `masks`. It has the size
 of the stored photo, or of the photo held upright, and is then turned back to the sensor's frame.
+A photo that was cut out, on transparent ground, is a mask of itself.
 """
 
 from collections.abc import Sequence
@@ -9,12 +10,17 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, UInt8
 from PIL import Image
 
 from limbgram.core.errors import PhotoError
 from limbgram.core.geometry.arrays import Mask
-from limbgram.reconstruction.photos.decoding import DECODING_FAULTS, fault_for_people
+from limbgram.reconstruction.photos.decoding import (
+    DECODING_FAULTS,
+    fault_for_people,
+    gone,
+    open_picture,
+)
 from limbgram.reconstruction.photos.heif import HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet, listed
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
@@ -27,20 +33,48 @@ Picture = TypeVar("Picture", bound=np.ndarray)
 
 
 def load_mask(photo: Photo) -> Mask | None:
-    """Pixels of a photo to be used, in the sensor's frame; None where no mask was given.
+    """Pixels of a photo to be used, in the sensor's frame; None where it has no mask.
 
     Raises:
         PhotoError: the mask changed or vanished since the photos were read.
     """
+    own = _own_mask(photo) if photo.cut_out else None
     if photo.mask_path is None:
-        return None
+        return own
     try:
         mask = read_mask(photo.mask_path, photo.width_px, photo.height_px, photo.exif)
     except DECODING_FAULTS as fault:
         raise _gone(photo) from fault
     if isinstance(mask, str):
         raise _gone(photo)
-    return mask
+    return mask if own is None else mask & own
+
+
+def _own_mask(photo: Photo) -> Mask:
+    """What of a photo is more opaque than not."""
+    try:
+        with open_picture(photo.path) as picture:
+            opacity = opacity_of(picture)
+    except DECODING_FAULTS as fault:
+        raise gone(photo) from fault
+    if opacity is None or opacity.shape != (photo.height_px, photo.width_px):
+        raise gone(photo)
+    return _white(opacity)
+
+
+def opacity_of(picture: Image.Image) -> UInt8[np.ndarray, "rows columns"] | None:
+    """How opaque each pixel of a picture is; None where all are wholly so."""
+    if picture.mode in ("LA", "RGBA", "PA"):
+        opacity = np.asarray(picture.getchannel("A"))
+    elif picture.mode in ("1", "L", "P", "RGB") and "transparency" in picture.info:
+        opacity = np.asarray(picture.convert("RGBA").getchannel("A"))
+    else:
+        return None
+    return opacity if opacity.min(initial=255) < 255 else None
+
+
+def _white(levels: np.ndarray) -> Mask:
+    return levels > levels.max() / 2
 
 
 def masks_among(files: Sequence[Path]) -> set[Path]:
@@ -55,10 +89,11 @@ def find_mask(photo: Path) -> Path | None:
     return mask_in(photo.parent / MASKS_FOLDER, photo) if beside is None else beside
 
 
-def mask_in(folder: Path, photo: Path) -> Path | None:
-    """The mask of a photo in a folder."""
-    for name in (photo.name, photo.stem):
-        candidate = _png_named(folder / name)
+def mask_in(folder: Path, photo: Path, name: str | None = None) -> Path | None:
+    """The mask of a photo in a folder; `name` where it is called otherwise than its file."""
+    called = Path(photo.name if name is None else name)
+    for stem in (called.name, called.stem):
+        candidate = _png_named(folder / stem)
         if candidate is not None and candidate != photo:
             return candidate
     return None
@@ -107,7 +142,7 @@ def read_mask(path: Path, width_px: int, height_px: int, exif: Exif) -> Mask | s
         levels = _levels(picture)
     if isinstance(levels, str):
         return levels
-    mask = levels > levels.max() / 2
+    mask = _white(levels)
     if not mask.any():
         return "it is black everywhere and would hide the whole photo"
     return np.ascontiguousarray(_turned_back(mask, exif) if upright else mask)
@@ -124,7 +159,7 @@ def mask_fault(path: Path, width_px: int, height_px: int, exif: Exif) -> str | N
 
 def mask_notes(photos: PhotoSet) -> tuple[str, ...]:
     """How many photos have masks, and which of them have none; nothing where none has."""
-    whole = [one.name for one in photos.photos if one.mask_path is None]
+    whole = [one.name for one in photos.photos if not one.masked]
     count = len(photos.photos)
     if len(whole) == count:
         return ()
@@ -149,10 +184,9 @@ def _png_named(base: Path) -> Path | None:
 
 def _levels(picture: Image.Image) -> np.ndarray | str:
     """Brightness, or opacity of a picture cut out on transparent ground."""
-    if picture.mode in ("LA", "RGBA", "PA") or "transparency" in picture.info:
-        opacity = np.asarray(picture.convert("RGBA"))[:, :, 3]
-        if opacity.min() < 255:
-            return opacity
+    opacity = opacity_of(picture)
+    if opacity is not None:
+        return opacity
     if picture.mode.startswith("I"):
         return np.asarray(picture)
     colour = np.asarray(picture.convert("RGB"))

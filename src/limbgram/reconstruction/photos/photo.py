@@ -6,9 +6,12 @@ upright for people. Nothing is ever written back to a photo.
 """
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+
+from limbgram.core.errors import Cancelled, LimbgramError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,14 +49,21 @@ class Photo:
     camera_idx: int
     """Group of photos from one camera at one size (`PhotoSet.cameras`)."""
     mask_path: Path | None = None
+    cut_out: bool = False
+    """Whether its own opacity hides a part of it (`photos.masks.load_mask`)."""
     bits: int | None = None
     """Of sixteen bits a sample, those that the capture uses; None of a photo with eight."""
     sharpness: float = float("nan")
     """Width of the sharpest edges, px (smaller is sharper); see `photos.quality`."""
     burnt: float = float("nan")
-    """Share of pixels at the upper end of the scale, 0 to 1."""
+    """Share of what it shows that is at the upper end of the scale, 0 to 1 (`photos.quality`)."""
     brightest: float = float("nan")
-    """Luma that one pixel in a hundred exceeds, 0 to 255."""
+    """Luma that one pixel in a hundred of what it shows exceeds, 0 to 255."""
+
+    @property
+    def masked(self) -> bool:
+        """Whether only a part of it is to be used."""
+        return self.mask_path is not None or self.cut_out
 
 
 @dataclass(frozen=True)
@@ -62,6 +72,23 @@ class SetAside:
 
     name: str
     reason: str
+
+
+def left_out_lines(set_aside: Sequence[SetAside]) -> str:
+    """What was left out and why, to go below a message; empty where nothing was."""
+    lines = "".join(f"\n  {one.name}: {one.reason}" for one in set_aside)
+    return f"\nLeft out:{lines}" if lines else ""
+
+
+@contextmanager
+def naming_left_out(set_aside: Sequence[SetAside]) -> Generator[None]:
+    """Have a refusal name what was left out as well: there the cause may lie."""
+    try:
+        yield
+    except Cancelled:
+        raise
+    except LimbgramError as refusal:
+        raise type(refusal)(f"{refusal}{left_out_lines(set_aside)}") from refusal
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,24 +9,27 @@ Method  Candidates are told by their ending or their first bytes; nothing is dec
         Sharpness is the width of the sharpest edges, which depends little on what the photo shows:
         an edge blurred by a Gaussian of width s has a steepest slope of contrast / (s sqrt(2 pi)).
         Motion blurs one direction only, so edges across it are taken: the worse of four directions
-        counts. Exposure is the share of pixels at either end of the scale.
+        counts. Exposure is the share of pixels at either end of the scale, of what a mask keeps;
+        without one, of what stands before a burnt-out backdrop: burnt pixels that reach the
+        picture's border, farther from everything else than paint on a burnt limb leaves bare.
 """
 
 import stat
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar, cast
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8
 
 from limbgram.core.errors import printable
-from limbgram.core.geometry.arrays import GreyImage
+from limbgram.core.geometry.arrays import GreyImage, Mask
 from limbgram.reconstruction.photos.heif import HEIF_BRANDS, HEIF_SUFFIXES
 from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.raw import RAW_SUFFIXES
 
+Picture = TypeVar("Picture", bound=np.ndarray)
 _FINE_PX, _COARSE_PX = 1.0, 2.5
 _SIDE_PX = 1800
 """Side of the middle part that is looked at."""
@@ -39,6 +42,12 @@ _SHARPEST = 80.0
 _BINS = 4
 _FEWEST_EDGES = 50
 _BURNT_LUMA = 252
+_ACROSS = 240
+"""Cells along the longer side, in which a backdrop is told from what stands before it."""
+_BETWEEN = 6
+"""Cells: what is burnt nearer than this to two places that are not is bare ground between paint."""
+_LEAST_SHOWN = 0.01
+"""Share of a picture that stands before a backdrop: with less, all of it is burnt."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,17 +209,53 @@ def _seen_width_px(photo: Photo, options: QualityOptions) -> float:
     return photo.sharpness * min(1.0, (options.seen_megapixels / megapixels) ** 0.5)
 
 
-def edge_width_px(luma: GreyImage) -> float:
+def judged(photo: Photo, luma: GreyImage, mask: Mask | None = None) -> Photo:
+    """The photo with its sharpness and exposure."""
+    where = exposed_in(luma, mask)
+    return replace(
+        photo,
+        sharpness=edge_width_px(luma, mask),
+        burnt=burnt_share(luma, where),
+        brightest=brightest_luma(luma, where),
+    )
+
+
+def exposed_in(luma: GreyImage, mask: Mask | None = None) -> Mask:
+    """Pixels by which exposure is judged: those of the mask, or all before a burnt backdrop."""
+    if mask is not None:
+        return mask
+    rows, columns = luma.shape
+    factor = min(1.0, _ACROSS / max(rows, columns))
+    size = max(1, round(columns * factor)), max(1, round(rows * factor))
+    kept = (luma < _BURNT_LUMA).astype(np.uint8) * 255
+    cells = (cv2.resize(kept, size, interpolation=cv2.INTER_AREA) > 127).astype(np.uint8)
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _BETWEEN + 1, 2 * _BETWEEN + 1))
+    shown = cv2.morphologyEx(cells, cv2.MORPH_CLOSE, disc)
+    # what is burnt and enclosed is no backdrop: only what reaches the border is
+    around = cv2.copyMakeBorder(1 - shown, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=1)
+    _, parts = cv2.connectedComponents(around, connectivity=4)
+    backdrop = parts[1:-1, 1:-1] == parts[0, 0]
+    if 1.0 - backdrop.mean() < _LEAST_SHOWN:
+        return np.ones(luma.shape, np.bool_)
+    before = (~backdrop).astype(np.uint8)
+    return cv2.resize(before, (columns, rows), interpolation=cv2.INTER_NEAREST) > 0
+
+
+def edge_width_px(luma: GreyImage, mask: Mask | None = None) -> float:
     """Gaussian sigma, px, of the sharpest edges in the worst of four directions.
 
     Slopes at two scales t and T over a blurred step compare as sqrt((s^2 + T^2) / (s^2 + t^2)).
-    NaN where the photo shows no edges.
+    The outline of a mask counts for no edge. NaN where the photo shows no edges.
     """
     middle = _middle(luma)
     fine_x, fine_y = _slopes(middle, _FINE_PX)
     coarse_x, coarse_y = _slopes(middle, _COARSE_PX)
     coarse = np.hypot(coarse_x, coarse_y)
     seen = coarse > _LEAST_SLOPE
+    if mask is not None:
+        reach_px = 2 * round(3 * _COARSE_PX) + 1
+        inner = cv2.erode(_middle(mask).astype(np.uint8), np.ones((reach_px, reach_px), np.uint8))
+        seen &= np.asarray(inner[::2, ::2]) > 0
     coarse, turn = coarse[seen], np.arctan2(coarse_y[seen], coarse_x[seen])
     ratio = np.hypot(fine_x[seen], fine_y[seen]) / coarse
     bins = np.round(turn * (_BINS / np.pi)).astype(np.int64) % _BINS
@@ -219,19 +264,21 @@ def edge_width_px(luma: GreyImage) -> float:
     return max(known, default=float("nan"))
 
 
-def burnt_share(luma: GreyImage) -> float:
-    """Share of pixels at the upper end of the scale."""
-    return float(np.mean(luma[::2, ::2] >= _BURNT_LUMA))
+def burnt_share(luma: GreyImage, where: Mask) -> float:
+    """Share of these pixels at the upper end of the scale; NaN without any."""
+    seen = luma[::2, ::2][where[::2, ::2]]
+    return float(np.mean(seen >= _BURNT_LUMA)) if seen.size else float("nan")
 
 
-def brightest_luma(luma: GreyImage) -> float:
-    """Luma that one pixel in a hundred exceeds."""
-    return float(np.percentile(luma[::4, ::4], 99))
+def brightest_luma(luma: GreyImage, where: Mask) -> float:
+    """Luma that one in a hundred of these pixels exceeds; NaN without any."""
+    seen = luma[::4, ::4][where[::4, ::4]]
+    return float(np.percentile(seen, 99)) if seen.size else float("nan")
 
 
-def _middle(luma: GreyImage) -> UInt8[np.ndarray, "middle_h middle_w"]:
-    top, left = (max(0, (side - _SIDE_PX) // 2) for side in luma.shape)
-    return luma[top : top + _SIDE_PX, left : left + _SIDE_PX]
+def _middle(picture: Picture) -> Picture:
+    top, left = (max(0, (side - _SIDE_PX) // 2) for side in picture.shape)
+    return cast(Picture, picture[top : top + _SIDE_PX, left : left + _SIDE_PX])
 
 
 def _slopes(luma: GreyImage, scale_px: float) -> tuple[np.ndarray, np.ndarray]:
@@ -271,23 +318,25 @@ class Sifted:
     """Candidates in the order in which they were given, and the rest."""
 
     pictures: tuple[Path, ...]
-    set_aside: tuple[SetAside, ...]
+    faulty: tuple[tuple[Path, str], ...]
+    """Named as pictures, and why they are none that can be opened."""
+    others: tuple[SetAside, ...]
 
 
 def sifted(files: Iterable[Path]) -> Sifted:
     """Part what can be a picture from what cannot."""
     pictures: list[Path] = []
     others: list[Path] = []
-    set_aside: list[SetAside] = []
+    faulty: list[tuple[Path, str]] = []
     for file in files:
         fault = _fault(file)
         if fault is not None:
-            set_aside.append(SetAside(name_for_people(file), fault))
+            faulty.append((file, fault))
         elif file.suffix.lower() in PICTURE_SUFFIXES or _begins_as_picture(file):
             pictures.append(file)
         elif not file.is_dir():
             others.append(file)
-    return Sifted(tuple(pictures), (*set_aside, *_summed_up(others)))
+    return Sifted(tuple(pictures), tuple(faulty), tuple(_summed_up(others)))
 
 
 def name_for_people(path: Path) -> str:

@@ -4,17 +4,23 @@ In      files and folders; hidden files and sub-folders of a folder are left alo
 Out     a PhotoSet: photos sorted by name, their cameras, and what was set aside and why. Photos of
         one camera, lens, focal length, zoom and size share one calibration: each of a phone's
         lenses is a camera, and however it is held it stays the same one.
-Method  Every picture is decoded once: only so a cut-off file shows itself.
+Method  Every picture is decoded once: only so a cut-off file shows itself. The steps serve every
+        door by themselves: `candidates_in` says what can be a photo and what it is called,
+        `look_at` judges one file, `photo_set` what is known of all together.
+        Photos are told by name ever after. Where two folders hold photos of one name, as cameras
+        that count alike write them, those of both folders are called by it too:
+        100APPLE_IMG_0001.JPG.
 Fails   PhotoError: a source does not exist, or fewer than two photos are left.
 """
 
 import hashlib
 import re
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from limbgram.core.errors import OptionsError, PhotoError
+from limbgram.core.errors import OptionsError, PhotoError, printable
 from limbgram.core.run import PROGRAM_MB, budget_mb, in_parallel
 from limbgram.reconstruction.photos.decoding import (
     DECODING_FAULTS,
@@ -22,6 +28,7 @@ from limbgram.reconstruction.photos.decoding import (
     decoding_mb,
     depth_of,
     fault_for_people,
+    in_flight_mb,
     is_deep,
     load_colour,
     load_luma,
@@ -35,16 +42,18 @@ from limbgram.reconstruction.photos.masks import (
     mask_fault,
     mask_in,
     masks_among,
+    opacity_of,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet, SetAside
-from limbgram.reconstruction.photos.quality import (
-    brightest_luma,
-    burnt_share,
-    edge_width_px,
-    name_for_people,
-    sifted,
+from limbgram.reconstruction.photos.photo import (
+    CameraGroup,
+    Exif,
+    Photo,
+    PhotoSet,
+    SetAside,
+    left_out_lines,
 )
+from limbgram.reconstruction.photos.quality import judged, name_for_people, sifted
 from limbgram.reconstruction.photos.raw import HAS_RAW, NO_RAW, RAW_SUFFIXES
 
 
@@ -83,11 +92,17 @@ def _label(exif: Exif) -> str:
 
 __all__ = [
     "DEFAULTS",
+    "Candidate",
+    "Candidates",
     "PhotoOptions",
+    "candidates_in",
     "load_colour",
     "load_luma",
     "load_mask",
+    "look_at",
     "masked_by",
+    "names_apart",
+    "photo_set",
     "read_photos",
 ]
 
@@ -120,21 +135,68 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     Raises:
         PhotoError: a source does not exist, or fewer than `min_photos` photos are left.
     """
+    found = candidates_in(sources)
+    looked = look_at_all([one.path for one in found.photos], options)
+    photos = photo_set(found, looked)
+    if len(photos.photos) < max(1, options.min_photos):
+        raise too_few(sources, photos, options)
+    return photos
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A file that can be a photo, and what it is called ever after."""
+
+    path: Path
+    name: str
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """What can be photos, in the order of their names, and what cannot."""
+
+    photos: tuple[Candidate, ...]
+    set_aside: tuple[SetAside, ...]
+
+
+def candidates_in(sources: Sequence[Path]) -> Candidates:
+    """The files that can be photos, named or lying in named folders, each once; masks are none.
+
+    Raises:
+        PhotoError: a source does not exist.
+    """
+    files, set_aside = _files_in(sources)
+    parted = sifted(sorted(files, key=natural_order))
+    masks = masks_among(parted.pictures)
+    photos = [file for file in parted.pictures if file not in masks]
+    names = names_apart([*photos, *(file for file, _ in parted.faulty)])
+    faulty = (SetAside(printable(names[file], keep=""), why) for file, why in parted.faulty)
+    photos.sort(key=lambda file: natural_order(file.with_name(names[file])))
+    return Candidates(
+        tuple(Candidate(file, names[file]) for file in photos),
+        (*set_aside, *faulty, *parted.others),
+    )
+
+
+def look_at_all(files: Sequence[Path], options: PhotoOptions) -> list[Photo | SetAside]:
+    """`look_at` for many files, as memory allows."""
     if not 0 < options.max_megapixels <= MEGAPIXELS_DECODER:
         raise OptionsError(f"max_megapixels must lie between 0 and {MEGAPIXELS_DECODER}.")
-    files, set_aside = _files_in(sources)
-    masks = masks_among(files)
-    files = [file for file in files if file not in masks]
     each_mb = max((_reading_mb(file, options) for file in files), default=0.0)
-    results = in_parallel(lambda file: _read(file, options), files, each_mb=each_mb)
-    photos, repeated = _without_repeats([result for result in results if isinstance(result, Photo)])
-    set_aside += [result for result in results if isinstance(result, SetAside)] + repeated
-    photos = _of_one_depth(photos)
+    return in_parallel(lambda file: look_at(file, options), files, each_mb=each_mb)
+
+
+def photo_set(candidates: Candidates, looked: Sequence[Photo | SetAside]) -> PhotoSet:
+    """The photos of a capture of which each candidate was looked at."""
+    named = [
+        replace(one, name=candidate.name)
+        for candidate, one in zip(candidates.photos, looked, strict=True)
+    ]
+    photos, repeated = _without_repeats(one for one in named if isinstance(one, Photo))
     photos, bad_masks = _without_bad_masks(photos)
-    set_aside += bad_masks
-    if len(photos) < max(1, options.min_photos):
-        raise _too_few(sources, photos, set_aside, options)
-    return grouped(photos, tuple(set_aside))
+    faulty = [one for one in named if isinstance(one, SetAside)]
+    set_aside = (*candidates.set_aside, *faulty, *repeated, *bad_masks)
+    return grouped(_of_one_depth(photos), set_aside)
 
 
 def masked_by(photos: PhotoSet, folder: Path) -> PhotoSet:
@@ -144,14 +206,18 @@ def masked_by(photos: PhotoSet, folder: Path) -> PhotoSet:
         PhotoError: it is no folder.
     """
     require_masks_folder(folder)
-    named = [replace(one, mask_path=mask_in(folder.absolute(), one.path)) for one in photos.photos]
+    named = [
+        replace(one, mask_path=mask_in(folder.absolute(), one.path, one.name))
+        for one in photos.photos
+    ]
     kept, bad_masks = _without_bad_masks(named)
-    return replace(photos, photos=tuple(kept), set_aside=(*photos.set_aside, *bad_masks))
+    again = in_parallel(_judged_again, kept, each_mb=in_flight_mb(kept) + _LOOKING_MB)
+    return replace(photos, photos=tuple(again), set_aside=(*photos.set_aside, *bad_masks))
 
 
-def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
-    """Files named or lying in named folders, each once, in natural order of names."""
-    files: dict[Path, None] = {}
+def _files_in(sources: Sequence[Path]) -> tuple[Collection[Path], list[SetAside]]:
+    """Files named or lying in named folders, each once."""
+    files: dict[Path, Path] = {}
     set_aside: list[SetAside] = []
     for source in sources:
         if source.is_dir():
@@ -162,13 +228,44 @@ def _files_in(sources: Sequence[Path]) -> tuple[list[Path], list[SetAside]]:
                     SetAside(name_for_people(source), "no permission to read the folder")
                 )
                 continue
-            files.update((entry, None) for entry in found)
         elif source.exists() or source.is_symlink():
-            files[source] = None
+            found = [source]
         else:
-            raise PhotoError(f"{source} does not exist. Check the path of the photos.")
-    candidates = sifted(sorted(files, key=natural_order))
-    return list(candidates.pictures), [*set_aside, *candidates.set_aside]
+            raise PhotoError(
+                f"{source} does not exist. Check the spelling; a folder of photos or photo files "
+                "are expected."
+            )
+        for file in found:
+            files.setdefault(file.parent.resolve() / file.name, file)
+    return files.values(), set_aside
+
+
+def names_apart(files: Collection[Path]) -> dict[Path, str]:
+    """A name for each file: its own, after that of its folder where another folder has it too.
+
+    Endings do not tell photos apart: what lies in one case as x.jpg and x.png is photo and mask.
+    """
+    holding: dict[str, set[Path]] = defaultdict(set)
+    folders = {file: file.parent.resolve() for file in files}
+    for file, folder in folders.items():
+        holding[file.stem.casefold()].add(folder)
+    shared = {folder for alike in holding.values() if len(alike) > 1 for folder in alike}
+    labels = _labels(shared)
+    return {
+        file: f"{labels[folder]}_{file.name}" if folder in shared else file.name
+        for file, folder in folders.items()
+    }
+
+
+def _labels(folders: Collection[Path]) -> dict[Path, str]:
+    """As much of the end of each path as tells it from the others."""
+    labels: dict[Path, str] = {}
+    parts = {folder: folder.relative_to(folder.anchor).parts for folder in folders}
+    for count in range(1, 1 + max(map(len, parts.values()), default=0)):
+        labels = {folder: "_".join(own[-count:]) for folder, own in parts.items()}
+        if len({label.casefold() for label in labels.values()}) == len(labels):
+            break
+    return labels
 
 
 def natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
@@ -179,7 +276,8 @@ def natural_order(path: Path) -> tuple[list[tuple[int, int, str]], str]:
     ], str(path)
 
 
-def _read(path: Path, options: PhotoOptions) -> Photo | SetAside:
+def look_at(path: Path, options: PhotoOptions = DEFAULTS) -> Photo | SetAside:
+    """A photo, decoded once as a whole and judged; or why the file is none that can be used."""
     if path.suffix.lower() in RAW_SUFFIXES and not HAS_RAW:
         return SetAside(path.name, NO_RAW)
     try:
@@ -231,10 +329,13 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
         # Before EXIF: a fault in the pixels must show here.
         bits = depth_of(picture)
         luma = luma_of(picture, bits)
+        opacity = opacity_of(picture)
+        if opacity is not None and not opacity.any():
+            return SetAside(path.name, "it is transparent everywhere and shows nothing")
         exif = read_exif(picture)
     with path.open("rb") as stream:
         digest = hashlib.file_digest(stream, "sha256").hexdigest()
-    return Photo(
+    photo = Photo(
         name=path.name,
         path=path.absolute(),
         width_px=width_px,
@@ -243,28 +344,27 @@ def _decoded(path: Path, options: PhotoOptions) -> Photo | SetAside:
         sha256=digest,
         camera_idx=0,
         mask_path=find_mask(path.absolute()),
+        cut_out=opacity is not None,
         bits=bits,
-        sharpness=edge_width_px(luma),
-        burnt=burnt_share(luma),
-        brightest=brightest_luma(luma),
     )
+    try:
+        mask = load_mask(photo)
+    except PhotoError:  # a bad mask is set aside with its reason once all files are known
+        mask = None
+    return judged(photo, luma, mask)
 
 
 def _of_one_depth(photos: Sequence[Photo]) -> list[Photo]:
     """Deep photos alike: by itself, a dark one would be taken for one of fewer bits."""
     bits = max((photo.bits for photo in photos if photo.bits is not None), default=None)
-    return [photo if photo.bits in (None, bits) else _seen_at(photo, bits) for photo in photos]
+    return [
+        photo if photo.bits in (None, bits) else _judged_again(replace(photo, bits=bits))
+        for photo in photos
+    ]
 
 
-def _seen_at(photo: Photo, bits: int | None) -> Photo:
-    photo = replace(photo, bits=bits)
-    luma = load_luma(photo)
-    return replace(
-        photo,
-        sharpness=edge_width_px(luma),
-        burnt=burnt_share(luma),
-        brightest=brightest_luma(luma),
-    )
+def _judged_again(photo: Photo) -> Photo:
+    return judged(photo, load_luma(photo), load_mask(photo))
 
 
 def _without_repeats(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAside]]:
@@ -299,18 +399,11 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
     return kept, set_aside
 
 
-def _too_few(
-    sources: Sequence[Path],
-    photos: Sequence[Photo],
-    set_aside: Sequence[SetAside],
-    options: PhotoOptions,
-) -> PhotoError:
+def too_few(sources: Sequence[Path], photos: PhotoSet, options: PhotoOptions) -> PhotoError:
+    """The refusal of sources with fewer photos than are needed."""
     where = ", ".join(str(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
-    reasons = "".join(f"\n  {part.name}: {part.reason}" for part in set_aside[:_NAMED_AT_MOST])
-    more = len(set_aside) - _NAMED_AT_MOST
     return PhotoError(
-        f"Photos that can be read in {where}: {len(photos)}; {options.min_photos} are needed at "
-        "least. Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not searched."
-        + (f" Set aside:{reasons}" if reasons else "")
-        + (f"\n  and {more} more" if more > 0 else "")
+        f"Photos that can be read in {where}: {len(photos.photos)}; {options.min_photos} are "
+        "needed at least. Name a folder with photos as JPEG, PNG or TIFF; its sub-folders are not "
+        f"searched.{left_out_lines(photos.set_aside)}"
     )

@@ -14,6 +14,7 @@ from limbgram.reconstruction.calibration.adjustment import bent_board
 from limbgram.reconstruction.calibration.board import CalibrationOptions, calibrate_detections
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
+from limbgram.report.calibration import calibration_text
 
 Capture = Callable[..., Any]
 FIXED = [PARAMETERS.index(name) for name in ("skew", "k3")]
@@ -138,6 +139,14 @@ def test_a_bent_and_stretched_board_does_not_bend_the_camera(
 
 def test_a_flat_board_is_left_flat(capture: Capture) -> None:
     assert calibrate_detections(*capture(seed=5).arguments).board_shape is None
+
+
+def test_what_was_no_photo_is_told_with_the_calibration(capture: Capture) -> None:
+    taken = capture()
+    photos = replace(taken.photos, set_aside=(SetAside("cut.jpg", "the file is cut off"),))
+    result = calibrate_detections(photos, taken.detections)
+    assert result.set_aside == (SetAside("cut.jpg", "the file is cut off"),)
+    assert "  cut.jpg: the file is cut off" in calibration_text(result)
 
 
 def test_a_photo_that_contradicts_the_others_is_set_aside_by_name(capture: Capture) -> None:

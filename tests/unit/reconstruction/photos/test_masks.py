@@ -9,6 +9,7 @@ from PIL import Image, ImageOps
 
 from limbgram.core.errors import PhotoError
 from limbgram.reconstruction.photos.masks import held_upright, load_mask, mask_notes, upright
+from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.photos.reading import masked_by, read_photos
 
 Writer = Callable[..., Path]
@@ -62,6 +63,56 @@ def test_a_mask_drawn_upright_is_turned_back(
     mask = load_mask(photo)
     np.testing.assert_array_equal(mask, corner_mask(120, 90) > 0)
     np.testing.assert_array_equal(held_upright(corner_mask(120, 90) > 0, photo.exif), upright > 127)
+
+
+def cut_out(tmp_path: Path, name: str, seed: int, ground: int = 255) -> np.ndarray:
+    """A photo on transparent ground, of which a fifth is left; its opacity."""
+    coarse = np.random.default_rng(seed).integers(60, 180, (9, 12, 3), dtype=np.uint8)
+    pixels = np.asarray(Image.fromarray(coarse).resize((400, 300), Image.Resampling.BICUBIC))
+    opacity = np.zeros((300, 400), np.uint8)
+    opacity[60:260, 100:220] = 255
+    opacity[59, 100:220] = 100  # a soft edge, more transparent than not
+    pixels = np.where(opacity[:, :, None] == 0, ground, pixels).astype(np.uint8)
+    Image.fromarray(np.dstack([pixels, opacity])).save(tmp_path / name)
+    return opacity
+
+
+@pytest.mark.parametrize("ground", [0, 255])
+def test_a_photo_that_was_cut_out_is_a_mask_of_itself(tmp_path: Path, ground: int) -> None:
+    """And its exposure and its edges are those of what is left."""
+    opacities = [cut_out(tmp_path, f"{number}.png", number, ground) for number in range(3)]
+    photos = read_photos([tmp_path])
+    assert photos.set_aside == ()
+    assert mask_notes(photos) == ("All 3 photos have masks: only what is white in them was used.",)
+    for photo, opacity in zip(photos.photos, opacities, strict=True):
+        mask = load_mask(photo)
+        assert mask is not None
+        np.testing.assert_array_equal(mask, opacity > 127)
+        assert photo.burnt == 0.0
+        assert 120 < photo.brightest < 200
+        # the cut is sharper than anything of the photo, and counts for no edge
+        assert not photo.sharpness < 3.0
+    assert not [one for one in remarks(photos) if "exposed" in one.text]
+
+
+def test_a_mask_beside_a_cut_out_hides_more_of_it(tmp_path: Path) -> None:
+    opacity = cut_out(tmp_path, "1.png", 1)
+    cut_out(tmp_path, "2.png", 2)
+    drawn = np.zeros((300, 400), np.uint8)
+    drawn[100:, :] = 255
+    Image.fromarray(drawn).save(tmp_path / "1.png.png")
+    mask = load_mask(read_photos([tmp_path]).photos[0])
+    assert mask is not None
+    np.testing.assert_array_equal(mask, (opacity > 127) & (drawn > 0))
+
+
+def test_a_photo_that_is_transparent_everywhere_is_set_aside(tmp_path: Path) -> None:
+    for number in range(3):
+        cut_out(tmp_path, f"{number}.png", number)
+    Image.fromarray(np.zeros((300, 400, 4), np.uint8)).save(tmp_path / "nothing.png")
+    (part,) = read_photos([tmp_path]).set_aside
+    assert part.name == "nothing.png"
+    assert "transparent everywhere" in part.reason
 
 
 def test_a_cut_out_counts_by_its_opacity(write_photo: Writer, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from limbgram.reconstruction.photos.quality import (
     burnt_share,
     common_fault,
     edge_width_px,
+    judged,
     remarks,
 )
 
@@ -56,9 +57,59 @@ def test_of_a_large_photo_the_middle_is_looked_at() -> None:
 def test_light_is_measured() -> None:
     picture = np.full((400, 400), 40, np.uint8)
     picture[:100] = 255
-    assert abs(burnt_share(picture) - 0.25) < 0.01
-    assert brightest_luma(picture) == 255
-    assert brightest_luma(np.full((400, 400), 40, np.uint8)) == 40
+    everywhere = np.ones(picture.shape, np.bool_)
+    assert abs(burnt_share(picture, everywhere) - 0.25) < 0.01
+    assert brightest_luma(picture, everywhere) == 255
+    assert brightest_luma(np.full((400, 400), 40, np.uint8), everywhere) == 40
+    assert np.isnan(burnt_share(picture, ~everywhere))
+    assert np.isnan(brightest_luma(picture, ~everywhere))
+
+
+def before_white(limb: np.ndarray) -> np.ndarray:
+    """A patterned limb of 200 x 500 px that leaves the picture above, before clipped paper."""
+    picture = np.full((900, 1200), 255, np.uint8)
+    picture[:500, 500:700] = limb
+    return picture
+
+
+def test_a_burnt_backdrop_is_not_the_limb() -> None:
+    """Nine tenths of the picture are burnt, and nothing of the limb is."""
+    limb = np.tile(np.repeat([60, 150], 10).astype(np.uint8), (500, 10))
+    seen = judged(photo("a.jpg", 1.0), before_white(limb))
+    assert seen.burnt < 0.01
+    assert 145 <= seen.brightest <= 255
+    assert remarks(PhotoSet((seen,), ())) == ()
+    assert common_fault([seen]) is None
+
+
+def test_dark_clothes_before_white_paper_are_underexposed() -> None:
+    seen = judged(photo("a.jpg", 1.0), before_white(discs(0.8)[:500, :200] // 8))
+    assert seen.brightest < 40
+    assert seen.burnt < 0.01
+
+
+@pytest.mark.parametrize("patch_px", [40, 120])
+def test_what_is_burnt_on_the_limb_counts_before_any_backdrop(patch_px: int) -> None:
+    limb = np.full((500, 200), 150, np.uint8)
+    limb[150 : 150 + patch_px, 40 : 40 + patch_px] = 255
+    for backdrop in (255, 40):
+        picture = before_white(limb)
+        picture[picture == 255] = backdrop
+        picture[150 : 150 + patch_px, 540 : 540 + patch_px] = 255
+        whole_px = limb.size if backdrop == 255 else picture.size
+        share = patch_px**2 / whole_px
+        assert 0.9 * share < judged(photo("a.jpg", 1.0), picture).burnt < 1.1 * share
+
+
+def test_paint_on_a_burnt_limb_is_no_limb_before_a_backdrop() -> None:
+    """Skin and wall are burnt; of the limb the paint is left, and it is the skin that lies bare."""
+    limb = np.full((500, 200), 255, np.uint8)
+    for x, y in np.random.default_rng(5).integers(5, 195, (160, 2)):
+        cv2.circle(limb, (int(x), int(y * 500 / 200)), 4, 80, -1)
+    bare = float((limb == 255).mean())
+    assert judged(photo("a.jpg", 1.0), before_white(limb)).burnt > 0.8 * bare
+    nothing = judged(photo("a.jpg", 1.0), np.full((900, 1200), 255, np.uint8))
+    assert nothing.burnt == 1.0
 
 
 def photo(name: str, sharpness: float, burnt: float = 0.0, brightest: float = 200.0) -> Photo:

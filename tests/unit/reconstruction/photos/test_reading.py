@@ -10,6 +10,7 @@ import pytest
 from PIL import Image, ImageOps
 
 from limbgram.core.errors import OptionsError, PhotoError
+from limbgram.reconstruction.calibration.cameras import cameras_for
 from limbgram.reconstruction.photos.decoding import halvings_to, load_colour, load_luma
 from limbgram.reconstruction.photos.reading import PhotoOptions, read_photos
 
@@ -272,13 +273,71 @@ def test_hidden_files_and_sub_folders_are_left_alone(write_photo: Writer, tmp_pa
     assert photos.set_aside == ()
 
 
-def test_two_photos_of_one_name_are_not_mixed_up(write_photo: Writer, tmp_path: Path) -> None:
-    write_photo("a/1.jpg", 1)
-    write_photo("b/1.jpg", 2)
-    write_photo("b/2.jpg", 3)
-    photos = read_photos([tmp_path / "a", tmp_path / "b"])
+def test_photos_of_one_name_in_two_folders_are_two_photos(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    """As cameras write them that begin to count again."""
+    for folder in (0, 1):
+        for number in (9, 10):
+            write_photo(f"10{folder}APPLE/IMG_{number}.JPG", 10 * folder + number)
+    write_photo("extra/2.jpg", 3)
+    sources = [tmp_path / name for name in ("101APPLE", "100APPLE", "extra")]
+    photos = read_photos(sources)
+    assert photos.names == (
+        "2.jpg",
+        "100APPLE_IMG_9.JPG",
+        "100APPLE_IMG_10.JPG",
+        "101APPLE_IMG_9.JPG",
+        "101APPLE_IMG_10.JPG",
+    )
+    assert photos.set_aside == ()
+    assert photos.photos[3].path == tmp_path / "101APPLE" / "IMG_9.JPG"
+    (tmp_path / "101APPLE" / "IMG_11.JPG").write_bytes(b"")
+    (left_out,) = read_photos(sources).set_aside
+    assert left_out.name == "101APPLE_IMG_11.JPG"
+
+
+def test_folders_of_one_name_are_told_apart_by_those_above_them(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    for seed, card in enumerate(("one", "two")):
+        write_photo(f"{card}/100APPLE/1.jpg", seed)
+    photos = read_photos([tmp_path / "one" / "100APPLE", tmp_path / "two" / "100APPLE"])
+    assert photos.names == ("one_100APPLE_1.jpg", "two_100APPLE_1.jpg")
+
+
+def test_a_file_that_is_named_twice_is_one_photo(write_photo: Writer, tmp_path: Path) -> None:
+    first = write_photo("a/1.jpg", 1)
+    write_photo("a/2.jpg", 2)
+    (tmp_path / "link").symlink_to(tmp_path / "a")
+    photos = read_photos([tmp_path / "a", first, tmp_path / "link"])
     assert photos.names == ("1.jpg", "2.jpg")
-    assert [part.name for part in photos.set_aside] == ["1.jpg"]
+    assert photos.set_aside == ()
+
+
+def test_a_photo_keeps_its_own_mask_where_folders_share_names(
+    write_photo: Writer, tmp_path: Path
+) -> None:
+    """The PNG of one folder is no mask of the JPEG in the other."""
+    write_photo("a/1.jpg", 1)
+    write_photo("b/1.png", 2)
+    photos = read_photos([tmp_path / "a", tmp_path / "b"])
+    assert photos.names == ("a_1.jpg", "b_1.png")
+    assert [photo.mask_path for photo in photos.photos] == [None, None]
+
+
+@pytest.mark.parametrize("film_mm", [26_000, 65_535, 4, 0])
+def test_a_focal_length_that_no_lens_has_is_not_believed(
+    write_photo: Writer, tmp_path: Path, film_mm: int
+) -> None:
+    """Where it is unknown, some phones write the largest number that fits, others micrometres."""
+    for number in range(2):
+        write_photo(f"{number}.jpg", number, film_mm=film_mm)
+    (camera,) = read_photos([tmp_path]).cameras
+    assert camera.exif.focal_35mm is None
+    (calibration,) = cameras_for(read_photos([tmp_path]), ()).calibrations
+    assert calibration.focal_35mm is None
+    assert 100 < calibration.camera.fx < 200  # of photos 120 px wide
 
 
 def test_nothing_is_written(write_photo: Writer, tmp_path: Path) -> None:
