@@ -228,6 +228,7 @@ def _gcode(limb: Limb, path: Path, options: HandoverOptions) -> _Written:
         f"most; ridges of {check.scallop_mm:.3f} mm.",
         f"Blank: diameter {2 * blank.radius_mm:.0f} mm. Tool: ball end "
         f"{options.carving.tool_diameter_mm:g} mm. About {check.minutes:.0f} min of cutting.",
+        report.standing,
     )
     figures = {"lines": lines, "surface_within_mm": check.gouge_mm, "minutes": check.minutes}
     return _Written(check.carved.surface(), limb.landmarks, figures)

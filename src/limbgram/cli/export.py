@@ -588,6 +588,7 @@ def gcode_reply(
         f"Carved by simulation: {check.gouge_mm:.3f} mm into the shape at most; ridges "
         f"{check.scallop_mm:.3f} mm (95 %); {check.left_mm:.2f} mm left where the tool cannot "
         f"reach ({check.left_share:.2%} of the surface over 0.2 mm)",
+        report.standing,
         *_left_out(report),
         *(() if kept is None else (f"Machine file: {kept}",)),
         f"Mirror check: {picture}. {_LOOK}",
@@ -613,6 +614,10 @@ def gcode_reply(
         "scallop_mm": check.scallop_mm,
         "left_mm": check.left_mm,
         "left_share": check.left_share,
+        "last_row_mm": report.above.last_mm,
+        "proximal_cut_mm": report.above.rise_mm,
+        "proximal_cut_at": report.above.side,
+        "proximal_cut_share": report.above.share,
         "rapid_hits": check.rapid_hits,
         "mirror_check": str(picture),
     }

@@ -55,6 +55,33 @@ def test_the_program_carves_the_limb(tmp_path: Path, limb: Limb, a_turns: str) -
     assert wall[:, 2].min() == pytest.approx(30, abs=0.03)
 
 
+@pytest.mark.parametrize("a_turns", ["tool", "work"])
+def test_what_stays_above_the_last_row_is_told_with_its_place(
+    tmp_path: Path, limb: Limb, a_turns: str
+) -> None:
+    """A brim that is 1.8 mm higher at the patient's right than at the left."""
+    vertices = limb.mesh.vertices_mm.copy()
+    brim = vertices[:, 2] > 29
+    thetas = np.arctan2(vertices[brim, 0], vertices[brim, 1])
+    vertices[brim, 2] = 30 + 0.9 * (1 + np.sin(thetas))
+    slanted = replace(limb, mesh=limb.mesh.with_vertices(vertices))
+    report = write_gcode(slanted, tmp_path / "limb.nc", replace(OPTIONS, a_turns=a_turns))
+    over = report.above
+    assert over.last_mm == pytest.approx(30.0, abs=0.03)
+    assert over.rise_mm == pytest.approx(1.8, abs=0.03)
+    assert over.side == "right"
+    whole_mm2 = np.linalg.norm(slanted.mesh.face_normals(), axis=1).sum() / 2
+    # the mean of 0.9 mm all round, and of the bump's 4 mm more radius most at its highest
+    assert 0.9 * 2 * np.pi * 30 < over.share * whole_mm2 < 0.9 * 2 * np.pi * 32
+    assert "reaches up to 1.8 mm higher, farthest at the right: " in report.standing
+    at = -90 if a_turns == "tool" else 90
+    told = f"LAST ROW: X 30.0, the shape reaches 1.8 mm beyond it, farthest at A {at}, which"
+    assert told in report.path.read_text("ascii")
+    level = write_gcode(limb, tmp_path / "level.nc", OPTIONS)
+    assert level.above.rise_mm < 0.03
+    assert level.standing == "Carved up to the limb's end, at 30.0 mm."
+
+
 def test_a_bone_inside_the_limb_is_told_and_changes_nothing(tmp_path: Path, limb: Limb) -> None:
     skin = limb.mesh
     middle = np.array([0.0, 0.0, 15.0])

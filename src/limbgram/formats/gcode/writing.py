@@ -21,6 +21,7 @@ from limbgram.formats.gcode.reading import read_moves
 from limbgram.workbench.bodies import Apart, outer_bodies
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.carving.simulation import CarveCheck, Moves, check_carving
+from limbgram.workbench.carving.slab import Above, above
 from limbgram.workbench.carving.toolpath import Toolpath, plan_toolpath
 from limbgram.workbench.limb import Limb
 
@@ -28,6 +29,8 @@ _ROUNDING = 0.0005 + 1e-9
 _ROLLED_DEG = 0.0015
 """Within one turn a word may be rounded the other way, and nothing is written as a little."""
 _DEEPEST_GOUGE_MM = 0.05
+_LEAST_TOLD_MM = 0.05
+"""Of what stays in the blank: less is shown as nothing."""
 DEFAULTS = Control()
 _WINDING: dict[Winding, str] = {
     "unwind": "the rotary axis turns back and stays within its limit",
@@ -52,6 +55,21 @@ class GcodeReport:
     """Bodies inside the limb, such as bones, and loose ones beside it: none were carved."""
     loose: tuple[Apart, ...]
     """Those beside it, in the limb frame."""
+    above: Above
+    """What of the limb stays in the blank over the last row."""
+
+    @property
+    def standing(self) -> str:
+        """What stays in the blank over the last row, and where; for people."""
+        over = self.above
+        if over.rise_mm < _LEAST_TOLD_MM:
+            return f"Carved up to the limb's end, at {over.last_mm:.1f} mm."
+        return (
+            f"The last row lies at {over.last_mm:.1f} mm. The limb reaches up to "
+            f"{over.rise_mm:.1f} mm higher, farthest at the {over.side}: {over.share:.1%} of its "
+            "surface is not carved and stays in the blank. Saw and finish it there by hand, or "
+            "trim the limb to a level brim first."
+        )
 
 
 def write_gcode(
@@ -77,8 +95,9 @@ def write_gcode(
     outside.require_one_limb()
     mesh = outside.mesh
     toolpath = plan_toolpath(mesh, options)
+    over = above(mesh, toolpath.blank.to_mm)
     shape_hash = hash_of_shape(whole)
-    text = text_of(toolpath, control, _header(toolpath, control, limb.frame.side, shape_hash))
+    text = text_of(toolpath, control, _header(toolpath, control, limb.frame.side, shape_hash, over))
     found: list[CarveCheck] = []
 
     def encode(stream: BinaryIO) -> None:
@@ -101,6 +120,7 @@ def write_gcode(
         shape_sha256=shape_hash,
         bodies_left_out=outside.bodies_left_out,
         loose=outside.loose,
+        above=over,
     )
 
 
@@ -110,7 +130,9 @@ def hash_of_shape(mesh: Mesh) -> str:
     return hashlib.sha256(corners.tobytes()).hexdigest()
 
 
-def _header(toolpath: Toolpath, control: Control, side: str, shape_hash: str) -> tuple[str, ...]:
+def _header(
+    toolpath: Toolpath, control: Control, side: str, shape_hash: str, over: Above
+) -> tuple[str, ...]:
     options, blank = toolpath.options, toolpath.blank
     turning = (
         "the tool round the work counter-clockwise seen from +X, the work clockwise"
@@ -138,8 +160,16 @@ def _header(toolpath: Toolpath, control: Control, side: str, shape_hash: str) ->
         f"BLANK: diameter {2 * blank.radius_mm:g} mm, free end at X {blank.from_mm:.1f}, "
         f"chuck not before X {blank.to_mm + options.ball_mm:.1f}",
         *standing,
+        f"LAST ROW: X {over.last_mm:.1f}, the shape reaches {over.rise_mm:.1f} mm beyond it, "
+        f"farthest at {letter} {_signed_deg(over, options):.0f}, which is not carved",
         f"RIDGES: {options.scallop_mm:g} mm",
     )
+
+
+def _signed_deg(over: Above, options: CarveOptions) -> float:
+    """Where the highest point is by the rotary axis, from -180 to 180."""
+    turned = -over.theta_deg if options.a_turns == "tool" else over.theta_deg
+    return (turned + 180.0) % 360.0 - 180.0
 
 
 def _compare(moves: Moves, toolpath: Toolpath, control: Control) -> None:

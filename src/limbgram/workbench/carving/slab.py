@@ -35,6 +35,47 @@ def clipped(mesh: Mesh, low_mm: float, high_mm: float) -> Mesh:
     return mesh
 
 
+_SIDES = (
+    "front", "front and right", "right", "back and right",
+    "back", "back and left", "left", "front and left",
+)  # fmt: skip
+"""Of the patient, clockwise seen from above."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Above:
+    """What a shape has above the last row at which it is carved: nothing of that is."""
+
+    last_mm: float
+    """Height of that row."""
+    rise_mm: float
+    """Of the shape's highest point over it."""
+    theta_deg: float
+    """Of that point, from the front towards the patient's right."""
+    share: float
+    """Part of the shape's surface that lies above."""
+
+    @property
+    def side(self) -> str:
+        """Where that point is, for people."""
+        return _SIDES[round(self.theta_deg / 360 * len(_SIDES)) % len(_SIDES)]
+
+
+def above(mesh: Mesh, last_mm: float) -> Above:
+    """What lies above a row, of a mesh in the limb frame."""
+    x, y, high_mm = mesh.vertices_mm[np.argmax(mesh.vertices_mm[:, 2])].tolist()
+    return Above(
+        last_mm=last_mm,
+        rise_mm=max(0.0, high_mm - last_mm),
+        theta_deg=float(np.degrees(np.arctan2(x, y))) % 360,
+        share=_area_mm2(clipped(mesh, last_mm, high_mm)) / _area_mm2(mesh),
+    )
+
+
+def _area_mm2(mesh: Mesh) -> float:
+    return float(np.linalg.norm(mesh.face_normals(), axis=1).sum() / 2)
+
+
 def volume_between_mm3(part: Mesh) -> float:
     """Volume of a clipped surface closed by level planes.
 
