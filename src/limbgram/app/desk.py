@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from limbgram.cases.bench import Bench
+from limbgram.cases.bench import Bench, CaseLocks, Work
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.planted import tree_on
 from limbgram.formats.reading import ShapeFile
-from limbgram.formats.sidecar import limb_file_beside
+from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Kept, Recipe, Replayed, replay
 
@@ -51,7 +51,8 @@ class Desk:
 
     _open: "OrderedDict[Path, OpenShape]" = field(default_factory=lambda: OrderedDict())
     _lock: threading.Lock = field(default_factory=threading.Lock)
-    _changing: dict[Path, threading.RLock] = field(default_factory=dict[Path, threading.RLock])
+    _changing: CaseLocks = field(default_factory=CaseLocks)
+    _reading: CaseLocks = field(default_factory=CaseLocks)
 
     def changing(self, bench: Bench) -> threading.RLock:
         """Held from reading a case's recipe or places to keeping what was made of them.
@@ -60,22 +61,37 @@ class Desk:
         to keep it would undo what the first did. It is the case's own: the shape in memory gives
         way to another one whenever its files change.
         """
-        with self._lock:
-            return self._changing.setdefault(bench.root, threading.RLock())
+        return self._changing.of(bench.root)
+
+    def work(self, bench: Bench) -> Work:
+        """The work on a case as it is now, for a file or a record that is made of it."""
+        with self.changing(bench):
+            shape, recipe = self.shape(bench), bench.recipe()
+            recipe_sha256, beside = bench.recipe_sha256(), limb_file_beside(bench.scan_file())
+            limb_file_sha256 = hash_of(beside.read_bytes()) if beside.is_file() else None
+        return Work(
+            scan=shape.file,
+            limb_file_sha256=limb_file_sha256,
+            recipe=recipe,
+            recipe_sha256=recipe_sha256,
+            done=shape.replayed(recipe),
+        )
 
     def shape(self, bench: Bench) -> OpenShape:
-        """The scan of a case, read again if its files changed."""
-        place = bench.scan_file()
-        with self._lock:
+        """The scan of a case, read again if its files changed; other cases do not wait for it."""
+        with self._reading.of(bench.root):
+            place = bench.scan_file()
             key = _key(place)
-            known = self._open.get(place)
+            with self._lock:
+                known = self._open.get(place)
             if known is None or known.key != key:
                 read = bench.read()
                 known = OpenShape(read, key, Kept(read.limb))
+            with self._lock:
                 self._open[place] = known
-            self._open.move_to_end(place)
-            while len(self._open) > _MOST_OPEN:
-                self._open.popitem(last=False)
+                self._open.move_to_end(place)
+                while len(self._open) > _MOST_OPEN:
+                    self._open.popitem(last=False)
             return known
 
     def forget(self, bench: Bench) -> None:

@@ -9,7 +9,6 @@ from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, ClinicHere
 from limbgram.app.replies import PICTURE
-from limbgram.app.surface import tag_of
 from limbgram.cases.handover import (
     FileKind,
     HandedOver,
@@ -79,13 +78,7 @@ def list_exports(bench: BenchHere) -> list[HandedOver]:
 @router.post("/cases/{case_id}/exports", status_code=201)
 def new_export(clinic: ClinicHere, bench: BenchHere, given: NewExport) -> HandedOver:
     """Write a file, read it back, compare, and draw the picture to hold against the patient."""
-    shape, recipe = clinic.desk.shape(bench), bench.recipe()
-    written = hand_over(
-        bench,
-        shape.replayed(recipe),
-        _options(given),
-        tag_of(shape.file.sha256, shape.limb, recipe),
-    )
+    written = hand_over(bench, clinic.desk.work(bench), _options(given))
     clinic.news.tell(bench.case.case_id, "work")
     return written
 

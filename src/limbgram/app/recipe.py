@@ -140,13 +140,15 @@ def _kinds() -> tuple[EditKind, ...]:
 @router.get("/cases/{case_id}/recipe")
 def read_recipe(clinic: ClinicHere, bench: BenchHere) -> RecipeReply:
     """The recipe."""
-    return recipe_reply(clinic, bench)
+    with clinic.desk.changing(bench):
+        return recipe_reply(clinic, bench)
 
 
 @router.get("/cases/{case_id}/recipe/ledger")
 def read_ledger(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
     """What each edit did to volume, girths and surface."""
-    return _ledgered(clinic, bench)
+    with clinic.desk.changing(bench):
+        return _ledgered(clinic, bench)
 
 
 @router.get("/cases/{case_id}/recipe/file", response_class=Response)
@@ -201,16 +203,14 @@ def delete_edit(clinic: ClinicHere, bench: BenchHere, number: Number) -> Ledgere
 def undo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
     """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
     with clinic.desk.changing(bench):
-        bench.step(-1)
-        return _ledgered(clinic, bench)
+        return _stepped(clinic, bench, -1)
 
 
 @router.post("/cases/{case_id}/recipe/redo")
 def redo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
     """Do again what was undone last."""
     with clinic.desk.changing(bench):
-        bench.step(1)
-        return _ledgered(clinic, bench)
+        return _stepped(clinic, bench, 1)
 
 
 @router.post("/cases/{case_id}/recipe/preview", response_class=Response, responses=BINARY)
@@ -234,10 +234,10 @@ def read_change(clinic: ClinicHere, bench: BenchHere) -> Response:
 
     Header: from_tag and tag. Where the client has another shape than from_tag it fetches the whole.
     """
-    shape = clinic.desk.shape(bench)
-    history = bench.history()
+    with clinic.desk.changing(bench):
+        shape, recipe, history = clinic.desk.shape(bench), bench.recipe(), bench.history()
     before = history.recipes[max(0, history.present - 1)]
-    return _change(shape, parse_recipe(before, "The recipe before"), bench.recipe())
+    return _change(shape, parse_recipe(before, "The recipe before"), recipe)
 
 
 def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
@@ -273,6 +273,13 @@ def _kept(clinic: Clinic, bench: Bench, recipe: Recipe) -> Ledgered:
     bench.save_recipe(recipe)
     clinic.news.tell(bench.case.case_id, "work")
     return Ledgered(recipe=recipe_reply(clinic, bench), ledger=ledger)
+
+
+def _stepped(clinic: Clinic, bench: Bench, by: int) -> Ledgered:
+    """Undo (-1) or redo (+1) one gesture; other windows hear of it as of any other."""
+    bench.step(by)
+    clinic.news.tell(bench.case.case_id, "work")
+    return _ledgered(clinic, bench)
 
 
 def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:

@@ -25,7 +25,7 @@ PAGE_POLICY = {
 @router.get("/cases/{case_id}/record.pdf", response_class=Response, responses=PICTURE)
 def record_pdf(clinic: ClinicHere, bench: BenchHere) -> Response:
     """The record, two sheets of A4."""
-    record = filed_record(bench, clinic.desk.shape(bench).replayed(bench.recipe()))
+    record = filed_record(bench, clinic.desk.work(bench))
     pdf = pdf_of(record_report(record.content, record.pictures))
     name = f'inline; filename="{bench.case.case_id}-record.pdf"'
     return Response(pdf, media_type="application/pdf", headers={"content-disposition": name})
@@ -34,7 +34,7 @@ def record_pdf(clinic: ClinicHere, bench: BenchHere) -> Response:
 @router.get("/cases/{case_id}/record.html", response_class=Response)
 def record_page(clinic: ClinicHere, bench: BenchHere) -> Response:
     """The same as one page."""
-    record = filed_record(bench, clinic.desk.shape(bench).replayed(bench.recipe()))
+    record = filed_record(bench, clinic.desk.work(bench))
     page = html_of(record_report(record.content, record.pictures))
     return Response(page, media_type="text/html; charset=utf-8", headers=PAGE_POLICY)
 

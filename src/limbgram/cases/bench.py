@@ -5,7 +5,7 @@ In the case's folder:
 work/surface.ply         the surface as it was delivered, and its limb file beside it
 work/recipe.toml         the edits in order; work/history.json what undo and redo go to
 work/tape.json           girths read on the patient
-work/rectified.ply       the shape after the recipe, and its limb file
+work/rectified-HASH.ply  a shape after a recipe, and its limb file; HASH is of that shape
 work/files/              what was written for machines
 work/shapes/             shapes of elsewhere, to compare with
 work/.taken/             a surface with its limb file, whole, on the way to its place
@@ -18,12 +18,12 @@ and write, so that they make the same bytes of it.
 import json
 import shutil
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
 from limbgram.cases.deliverables import surface_of
-from limbgram.cases.fingerprint import file_sha256
+from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.record import write_json
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
@@ -31,20 +31,39 @@ from limbgram.core.files import json_of, read_content, write_bytes, written_whol
 from limbgram.core.typed import Mismatch, tree_of, value_of
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.reading import ShapeFile, read_shape
-from limbgram.formats.sidecar import LimbProgress, limb_file_beside, progress_of
+from limbgram.formats.sidecar import LimbProgress, hash_of, limb_file_beside, progress_of
 from limbgram.workbench.frame.landmarks import with_landmarks
-from limbgram.workbench.limb import Limb
+from limbgram.workbench.limb import Limb, marked_red
 from limbgram.workbench.measures.tape import TapeReading, require_girth
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
-from limbgram.workbench.recipe.recipe import Recipe
+from limbgram.workbench.recipe.recipe import Recipe, Replayed
 
 _NAMES = ("surface.ply", "surface-RED.ply")
 _LARGEST = 40_000_000
 _MOST_STATES = 200
 """Recipes that undo goes back through."""
 _MOST_READINGS = 100
-_TAKING = threading.Lock()
+DIGITS = 12
+"""Of the hash in the name of a file that is made of a shape."""
+
+
+@dataclass
+class CaseLocks:
+    """A lock for each case: nobody waits for what is done in another one."""
+
+    _known: dict[Path, threading.RLock] = field(default_factory=dict[Path, threading.RLock])
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def of(self, root: Path) -> threading.RLock:
+        """The lock of the case whose place of work this is."""
+        with self._lock:
+            return self._known.setdefault(root, threading.RLock())
+
+
+_TAKING = CaseLocks()
 """Held while a surface is taken in: who asks meanwhile gets the same one, whole."""
+MAKING = CaseLocks()
+"""Held while a file is made of a shape: who asks for the same one meanwhile gets it, whole."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +98,23 @@ class Progress:
     files: int
 
 
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """The work on a case at one moment: all that a file or a record is made of.
+
+    The files of the case may change while it is made; what belongs together is taken at once.
+    """
+
+    scan: ShapeFile
+    limb_file_sha256: str | None
+    """Of the limb file beside the scan; None without one."""
+    recipe: Recipe
+    recipe_sha256: str
+    """Of its file."""
+    done: Replayed
+    """The shape after the recipe."""
+
+
 @dataclass(frozen=True)
 class Bench:
     """One case's place of work."""
@@ -101,11 +137,6 @@ class Bench:
     def recipe_file(self) -> Path:
         return self.root / "recipe.toml"
 
-    @property
-    def rectified_file(self) -> Path:
-        """Where the shape after the recipe lies; it goes on saying that its capture was red."""
-        return self.root / self.scan_file().name.replace("surface", "rectified")
-
     def has_scan(self) -> bool:
         """Whether there is a shape to work on."""
         return self._kept_scan() is not None or self._delivered() is not None
@@ -116,7 +147,7 @@ class Bench:
         Raises:
             CaseError: the case has no surface yet.
         """
-        with _TAKING:
+        with _TAKING.of(self.root):
             self._put_in_place()
             return self._kept_scan() or self._take_scan()
 
@@ -129,7 +160,7 @@ class Bench:
         Raises:
             CaseError: the case has no surface yet.
         """
-        with _TAKING:
+        with _TAKING.of(self.root):
             self._put_in_place()
             return self._take_scan()
 
@@ -210,9 +241,24 @@ class Bench:
             return kept
         return History((*kept.recipes[: kept.present + 1], now), kept.present + 1)
 
-    def write_rectified(self, limb: Limb) -> Path:
-        """Write the shape after the recipe."""
-        return write_limb(limb, self.rectified_file)
+    def recipe_sha256(self) -> str:
+        """Of the recipe's file, also before there is one."""
+        if self.recipe_file.is_file():
+            return hash_of(read_content(self.recipe_file, _LARGEST, CaseError))
+        return hash_of(encode_recipe(self.recipe()))
+
+    def rectified(self, limb: Limb) -> Path:
+        """The file of a shape after a recipe, written where it is not there yet.
+
+        Its name has the hash of the shape, so that no other shape ever takes its place; and it goes
+        on saying that the capture was red. The limb file comes last: with it the file is whole.
+        """
+        path = self.root / f"rectified-{digits_of(limb)}.ply"
+        path = marked_red(path) if limb.doubt else path
+        with MAKING.of(self.root):
+            if not limb_file_beside(path).is_file():
+                write_limb(limb, path)
+        return path
 
     def tape(self) -> tuple[TapeReading, ...]:
         """Girths that were read on the patient, by height in the limb."""
@@ -312,3 +358,8 @@ class Bench:
                 continue  # it lies off the new surface, and must be placed again
         if limb.landmarks or limb.kind:
             write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+
+
+def digits_of(*made_of: object) -> str:
+    """What a file is made of, as digits for its name."""
+    return Fingerprints().of(made_of)[:DIGITS]

@@ -1,8 +1,9 @@
 """Handover: files for machines and programs, written from a case, with what was read back of each.
 
-In      the bench of an aligned case, a kind of file, and the side as somebody confirms it now.
+In      the work on an aligned case, a kind of file, and the side as somebody confirms it now.
 Out     WORK/files/NAME, its limb file where it is a shape, NAME.mirror.png drawn of what was read
-        back, and NAME.json: figures, hashes, who may take it for what.
+        back, and NAME.json: figures, hashes, who may take it for what. NAME has the hash of the
+        shape and of all that was asked for: a file is never written over by another one.
 Method  The same steps as `limbgram edit apply` and `limbgram export`, through the same files, so
         the bytes are the same.
 Fails   as they do: not aligned, another side, a shape that the format cannot hold, no room.
@@ -10,10 +11,11 @@ Fails   as they do: not aligned, another side, a shape that the format cannot ho
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-from limbgram.cases.bench import Bench
+from limbgram.cases.bench import MAKING, Bench, Work, digits_of
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.record import write_json
 from limbgram.core.errors import CarveError, CaseError
@@ -27,13 +29,12 @@ from limbgram.formats.gate import admit
 from limbgram.formats.gcode.control import Control
 from limbgram.formats.gcode.writing import write_gcode
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.reading import ShapeFile, read_shape
+from limbgram.formats.reading import read_shape
 from limbgram.report.drawings.drawing import png
 from limbgram.report.drawings.mirrorcheck import mirror_check
 from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.carving.setup import CarveOptions
 from limbgram.workbench.limb import Landmark, Limb, Side
-from limbgram.workbench.recipe.recipe import Replayed
 
 FileKind = Literal["stl", "ply", "obj", "glb", "dxf", "aop", "gcode"]
 _SECTIONS_MM = 10.0
@@ -70,6 +71,8 @@ class HandedOver:
     side: Side
     unit: str
     scan_sha256: str
+    recipe_sha256: str = ""
+    """Of the recipe's file; empty in what was written before this was kept."""
     recipe_edits: int
     lines: tuple[str, ...]
     """What was read back, in sentences."""
@@ -85,18 +88,22 @@ class HandedOver:
     notes: tuple[str, ...] = ()
 
 
-def hand_over(bench: Bench, done: Replayed, options: HandoverOptions, tag: str) -> HandedOver:
-    """Write a file and prove it.
+def hand_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOver:
+    """Write a file and prove it; the one that was written before, where it is the same.
 
     Args:
-        done: The shape after the recipe; a recipe without edits hands over the scan itself.
-        tag: Of that shape; four letters of it stand in the file's name.
+        work: A recipe without edits hands over the scan itself.
 
     Raises:
         CarveError: a red capture that nobody signed for; not aligned, or another side.
     """
-    edits = len(done.ledger.lines)
-    read = _through_a_file(bench, done) if edits else bench.read()
+    with MAKING.of(bench.root):
+        return _handed_over(bench, work, options)
+
+
+def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOver:
+    edits = len(work.done.ledger.lines)
+    read = read_shape(bench.rectified(work.done.limb)) if edits else work.scan
     if read.limb.doubt and not options.signed_by.strip():
         raise CarveError(
             f"Not written: {read.limb.doubt}. If it is meant all the same, somebody has to say "
@@ -106,8 +113,12 @@ def hand_over(bench: Bench, done: Replayed, options: HandoverOptions, tag: str) 
     bench.files.mkdir(parents=True, exist_ok=True)
     letter = {"left": "-L", "right": "-R", "none": ""}[options.side]
     suffix = "nc" if options.kind == "gcode" else options.kind
-    name = f"{bench.case.case_id}{letter}-{tag[:4]}.{suffix}"
+    digits = digits_of(read.limb, options, version("limbgram"))
+    name = f"{bench.case.case_id}{letter}-{digits}.{suffix}"
     path = bench.files / name
+    known = _read(bench.files / f"{name}.json")
+    if known is not None and path.is_file() and file_sha256(path) == known.sha256:
+        return known
     written = _written(limb, path, options)
     picture = mirror_check(written.shown, written.marks, options.side, name)
     write_bytes(bench.files / f"{name}.mirror.png", png(picture.figure).tobytes())
@@ -119,7 +130,8 @@ def hand_over(bench: Bench, done: Replayed, options: HandoverOptions, tag: str) 
         sha256=file_sha256(path),
         side=options.side,
         unit="m" if options.kind == "glb" else "mm",
-        scan_sha256=file_sha256(bench.scan_file()),
+        scan_sha256=work.scan.sha256,
+        recipe_sha256=work.recipe_sha256,
         recipe_edits=edits,
         doubt=read.limb.doubt,
         signed_by=options.signed_by.strip(),
@@ -158,10 +170,6 @@ class _Written:
     shown: Mesh
     marks: tuple[Landmark, ...]
     figures: dict[str, Any]
-
-
-def _through_a_file(bench: Bench, done: Replayed) -> ShapeFile:
-    return read_shape(bench.write_rectified(done.limb))
 
 
 def _written(limb: Limb, path: Path, options: HandoverOptions) -> _Written:

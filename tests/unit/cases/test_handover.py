@@ -1,0 +1,167 @@
+"""What leaves a case is the shape that was asked for, whatever else is made at the same time."""
+
+import json
+import shutil
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from limbgram.app.desk import Desk
+from limbgram.cases import filing
+from limbgram.cases.bench import Bench, Work
+from limbgram.cases.filing import filed_record
+from limbgram.cases.handover import HandoverOptions, hand_over, handed_over
+from limbgram.cases.shelf import Shelf
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import volume_mm3
+from limbgram.formats.aop.writing import AopOptions
+from limbgram.formats.ply import write_ply
+from limbgram.formats.reading import read_limb
+from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
+from limbgram.workbench.carving.mapping import MapOptions
+from limbgram.workbench.carving.radius_map import RadiusMap
+from limbgram.workbench.edits.solids import Offset
+from limbgram.workbench.frame.alignment import AlignOptions, align
+from limbgram.workbench.recipe.recipe import Entry
+
+OFFSETS_MM = (-2.0, 1.0)
+"""Of two shapes of one scan, which are made at the same time."""
+ROUNDS = 3
+STL = HandoverOptions(kind="stl", side="left")
+
+
+def capsule() -> Mesh:
+    """Half a ball of 40 mm below a tube up to 160 mm."""
+    polar = np.linspace(0, np.pi / 2, 16)
+    z_mm = np.concatenate([40 * (1 - np.cos(polar)), np.linspace(40, 160, 21)[1:]])
+    radii_mm = np.concatenate([40 * np.sin(polar), np.full(20, 40.0)])
+    spokes = 72
+    return RadiusMap(
+        thetas_deg=360 / spokes * np.arange(spokes),
+        z_mm=z_mm,
+        radii_mm=np.tile(radii_mm[:, None], (1, spokes)),
+    ).surface()
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    """An aligned case."""
+    case = Shelf(tmp_path).new_case("transtibial", "left")
+    case.folder.deliverables.mkdir()
+    write_ply(capsule(), case.folder.deliverables / "surface.ply", "mm")
+    bench = Bench(case)
+    read, up, front = bench.read(), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    bench.save_limb(align(read.limb, AlignOptions(side="left", proximal=up, anterior=front)), read)
+    return bench
+
+
+@pytest.fixture
+def works(bench: Bench) -> tuple[Work, ...]:
+    """The case with one recipe and with the other."""
+    desk = Desk()
+
+    def work(offset_mm: float) -> Work:
+        entry = Entry(edit=Offset(distance_mm=offset_mm))
+        with desk.changing(bench):
+            bench.save_recipe(replace(bench.recipe(), entries=(entry,)))
+            return desk.work(bench)
+
+    return tuple(work(offset_mm) for offset_mm in OFFSETS_MM)
+
+
+def in_two_threads(bench: Bench, act: Callable[[int], None]) -> None:
+    """Do it for both works, again and again, always at the same time and from the start."""
+
+    def clear() -> None:
+        shutil.rmtree(bench.files, ignore_errors=True)
+        for derived in bench.root.glob("rectified*"):
+            derived.unlink()
+
+    together = threading.Barrier(2, clear)
+
+    def again(which: int) -> None:
+        try:
+            for _ in range(ROUNDS):
+                together.wait(60)
+                act(which)
+        except Exception:
+            together.abort()  # the other one does not wait
+            raise
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(again, (0, 1)))
+
+
+def test_two_shapes_that_are_exported_at_once_do_not_mix(
+    bench: Bench, works: tuple[Work, ...]
+) -> None:
+    wanted = [volume_mm3(one.done.limb.mesh) for one in works]
+    assert wanted[1] / wanted[0] > 1.05
+
+    def export(which: int) -> None:
+        handed = hand_over(bench, works[which], STL)
+        file = bench.files / handed.name
+        assert volume_mm3(read_limb(file).mesh) == pytest.approx(wanted[which], rel=1e-5)
+        kept = json.loads((bench.files / f"{handed.name}.json").read_text("utf-8"))
+        assert kept["recipe_sha256"] == works[which].recipe_sha256
+
+    in_two_threads(bench, export)
+
+
+def test_a_record_is_of_one_shape_and_its_own_recipe(
+    bench: Bench, works: tuple[Work, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the same case is exported after another recipe, which is the present one by then."""
+    wanted = [volume_mm3(one.done.limb.mesh) for one in works]
+    filed: list[tuple[ShapeSource, ShapeSource, RecipeSource]] = []
+
+    def file(
+        shape: ShapeSource, scan: ShapeSource, recipe: RecipeSource, _: CaseSource | None
+    ) -> None:
+        filed.append((shape, scan, recipe))
+
+    monkeypatch.setattr(filing, "record_of", file)
+
+    def act(which: int) -> None:
+        if which:
+            hand_over(bench, works[1], STL)
+        else:
+            filed_record(bench, works[0])
+
+    in_two_threads(bench, act)
+    assert len(filed) == ROUNDS
+    for shape, scan, recipe in filed:
+        assert volume_mm3(shape.limb.mesh) == pytest.approx(wanted[0], rel=1e-5)
+        assert scan.sha256 == works[0].scan.sha256
+        assert recipe.recipe == works[0].recipe
+        assert recipe.sha256 == works[0].recipe_sha256 != works[1].recipe_sha256
+
+
+def test_files_that_were_asked_for_otherwise_have_other_names(
+    bench: Bench, works: tuple[Work, ...]
+) -> None:
+    def aop(spokes: int, spacing_mm: float) -> HandoverOptions:
+        of_map = MapOptions(spokes=spokes, spacing_mm=spacing_mm)
+        return HandoverOptions(kind="aop", side="left", aop=AopOptions(map=of_map))
+
+    asked = [aop(60, 4.0), aop(72, 4.0), aop(60, 5.0)]
+    made = [hand_over(bench, works[0], options) for options in asked]
+    assert len({one.name for one in made}) == 3
+    assert [one.lines[0].split()[2] for one in made] == ["60", "72", "60"]
+    before = {file: file.stat().st_mtime_ns for file in bench.files.iterdir()}
+    assert [hand_over(bench, works[0], options) for options in asked] == made
+    assert {file: file.stat().st_mtime_ns for file in bench.files.iterdir()} == before
+    assert {one.name for one in handed_over(bench)} == {one.name for one in made}
+
+
+def test_a_file_that_was_damaged_is_made_again(bench: Bench, works: tuple[Work, ...]) -> None:
+    made = hand_over(bench, works[0], STL)
+    (bench.files / made.name).write_bytes(b"solid")
+    again = hand_over(bench, works[0], STL)
+    assert (again.name, again.sha256) == (made.name, made.sha256)
+    assert (bench.files / made.name).stat().st_size == made.bytes
