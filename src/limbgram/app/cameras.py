@@ -59,7 +59,7 @@ def list_cameras(clinic: ClinicHere) -> list[CameraReply]:
 @router.post("/cameras", status_code=201)
 def new_camera(clinic: ClinicHere, given: NewCamera) -> CameraReply:
     """Begin a camera; then send photos of the board, or a camera file."""
-    return _reply(clinic, _cameras(clinic).new_camera(given.name))
+    return _told(clinic, _cameras(clinic).new_camera(given.name))
 
 
 @router.get("/cameras/{camera_id}")
@@ -73,13 +73,14 @@ def rename_camera(clinic: ClinicHere, camera_id: CameraId, given: NewCamera) -> 
     """Call a camera something else."""
     camera = _cameras(clinic).camera(camera_id)
     camera.relabel(otherwise(camera.label, name=given.name))
-    return _reply(clinic, camera)
+    return _told(clinic, camera)
 
 
 @router.delete("/cameras/{camera_id}", status_code=204)
 def delete_camera(clinic: ClinicHere, camera_id: CameraId) -> None:
     """Delete a camera with its photos; cases keep their own copy of its file."""
     _cameras(clinic).remove(_cameras(clinic).camera(camera_id))
+    clinic.news.tell("cameras", camera_id)
 
 
 @router.post("/cameras/{camera_id}/calibrate", status_code=202)
@@ -139,6 +140,7 @@ def delete_board_photo(clinic: ClinicHere, camera_id: CameraId, name: NameHere) 
     camera = _cameras(clinic).camera(camera_id)
     if not clinic.intake_of(camera.received).remove(checked_name(name)):
         raise missing("There is no such photo.")
+    clinic.news.tell("cameras", camera_id)
 
 
 @router.put("/cameras/{camera_id}/file")
@@ -150,7 +152,7 @@ def take_camera_file(
     """Take a camera file that `limbgram calibrate` wrote."""
     camera = _cameras(clinic).camera(camera_id)
     camera.take_file(content)
-    return _reply(clinic, camera)
+    return _told(clinic, camera)
 
 
 @router.get("/cameras/{camera_id}/file", response_class=FileResponse)
@@ -188,6 +190,11 @@ def camera_files(clinic: Clinic, ids: list[str]) -> tuple[FilePath, ...]:
 
 def _cameras(clinic: Clinic) -> Cameras:
     return Cameras(clinic.shelf.cameras)
+
+
+def _told(clinic: Clinic, camera: KeptCamera) -> CameraReply:
+    clinic.news.tell("cameras", camera.camera_id)
+    return _reply(clinic, camera)
 
 
 def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:

@@ -238,6 +238,21 @@ def test_undo_goes_back_over_every_gesture(client: TestClient, aligned: str) -> 
     assert client.post(f"{aligned}/recipe/redo").status_code == 422
 
 
+@pytest.mark.parametrize("step", ["undo", "redo"])
+def test_other_windows_hear_of_undo_and_redo(
+    client: TestClient, clinic: Clinic, aligned: str, step: str
+) -> None:
+    case_id = aligned.rpartition("/")[2]
+    client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": LOAD})
+    if step == "redo":
+        client.post(f"{aligned}/recipe/undo")
+    before = clinic.news.of(case_id)["work"]
+    assert client.post(f"{aligned}/recipe/{step}").status_code == 200
+    assert clinic.news.of(case_id)["work"] == before + 1
+    assert client.post(f"{aligned}/recipe/{step}").status_code == 422
+    assert clinic.news.of(case_id)["work"] == before + 1, "nothing changed"
+
+
 def test_an_edit_that_is_refused_changes_nothing(client: TestClient, aligned: str) -> None:
     deep = {**LOAD, "depth_mm": 25.0}
     refused = client.post(f"{aligned}/recipe/edits", json={"kind": "load", "parameters": deep})
