@@ -1,6 +1,7 @@
 """Cameras: calibrations that the clinic keeps, made of board photos, with age and certificate."""
 
 import threading
+from contextlib import suppress
 from dataclasses import replace as otherwise
 from datetime import UTC, datetime
 from pathlib import Path as FilePath
@@ -15,7 +16,7 @@ from limbgram.app.clinic import Clinic, ClinicHere
 from limbgram.app.photos import NameHere, Photos, Sent, UploadId, photos_reply, receive, received_of
 from limbgram.app.replies import BYTES, PICTURE, missing
 from limbgram.cases.cameras import CAMERA_ID_PATTERN, Cameras, CameraState, KeptCamera
-from limbgram.cases.intake import checked_name
+from limbgram.cases.intake import checked_name, photos_in
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
 
@@ -87,17 +88,17 @@ def delete_camera(clinic: ClinicHere, camera_id: CameraId) -> None:
 def calibrate_camera(clinic: ClinicHere, camera_id: CameraId, given: BoardSpec) -> CameraReply:
     """Find the lens by the photos that are here; ask again until the state says how it ended."""
     camera, board = _cameras(clinic).camera(camera_id), given.board()
-    if camera.label.state == "calibrating":
+    if camera_id in clinic.calibrations:
         raise CaseError("This camera is being calibrated already. Wait until that has ended.")
     camera.relabel(otherwise(camera.label, state="calibrating", message=""))
+    clinic.calibrations.add(camera_id)
 
     def work() -> None:
         try:
-            with clinic.calibrating:
+            with clinic.calibrating, suppress(LimbgramError, OSError):  # its label says why
                 camera.calibrate(board, Run())
-        except LimbgramError:
-            pass  # the camera's label says why
         finally:
+            clinic.calibrations.discard(camera_id)
             clinic.news.tell("cameras", camera_id)
 
     threading.Thread(target=work, name="calibrate", daemon=True).start()
@@ -198,11 +199,19 @@ def _told(clinic: Clinic, camera: KeptCamera) -> CameraReply:
 
 
 def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
-    label, lens = camera.label, camera.calibration()
+    try:
+        label, lens = camera.label, camera.calibration()
+    except CaseError as error:  # it hides none of the others
+        name = camera.camera_id
+        return CameraReply(id=name, name=name, state="refused", message=str(error), photos=0)
     age = None
     if label.calibrated:
         age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
     shown = camera.certificate.is_file()
+    # A sample that is made calibrates its own camera.
+    at_work = camera.camera_id in clinic.calibrations or clinic.sampling.locked()
+    if label.state == "calibrating" and not at_work:
+        label = camera.interrupted  # by a full disk, say, that did not take the end either
     return CameraReply(
         id=camera.camera_id,
         name=label.name,
@@ -210,7 +219,7 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
         message=label.message,
         calibrated=label.calibrated,
         age_days=age,
-        photos=len(clinic.intake_of(camera.received).received()),
+        photos=photos_in(camera.received),
         label="" if lens is None else lens.label,
         focal_mm=None if lens is None else lens.focal_mm,
         width_px=0 if lens is None else lens.camera.width_px,

@@ -2,22 +2,25 @@
 
 import shutil
 import threading
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from pathlib import Path as FilePath
+from typing import Annotated, Any, Literal, TypeVar
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
+from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
 from limbgram.app.replies import PICTURE, missing
 from limbgram.app.thumbnails import thumbnail_of
-from limbgram.cases.bench import Bench
-from limbgram.cases.record import read_verdict
-from limbgram.cases.running import read_job_file
+from limbgram.cases.bench import Bench, Progress
+from limbgram.cases.overview import Overview
+from limbgram.cases.record import read_verdict, set_aside
+from limbgram.cases.running import job_file, read_job_file
 from limbgram.cases.sample import begin_sample, fill_sample
 from limbgram.cases.shelf import Holding, ShelvedCase, last_change
-from limbgram.core.errors import CaseError
+from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
 from limbgram.workbench.limb import Kind, Side
 
@@ -70,6 +73,11 @@ class Case(BaseModel):
     sample: bool = False
     state: State
     message: str = Field(default="", description="Why it was refused, interrupted or failed.")
+    unreadable: list[str] = Field(
+        default=[],
+        description="Of files in which people's work is kept and that cannot be read: what, why, "
+        "what to do. `set-aside` begins them anew.",
+    )
     verdict: Verdict | None = None
     photos: int = Field(description="That are here whole.")
     steps: list[Step]
@@ -129,8 +137,9 @@ def list_cases(
     ),
 ) -> Cases:
     """List the cases, the last changed first."""
-    shown = [case_reply(clinic, one) for one in clinic.shelf.cases()]
-    held = [one for case in clinic.shelf.cases() for one in case.holdings()]
+    cases = clinic.shelf.cases()
+    shown = [case_reply(clinic, one) for one in cases]
+    held = [clinic.overviews.of(one) for one in cases]
     wanted = find.casefold()
     found = [
         one
@@ -141,7 +150,7 @@ def list_cases(
     return Cases(
         cases=sorted(found, key=lambda one: one.changed, reverse=True),
         bytes=sum(one.bytes for one in held),
-        clearable_bytes=sum(one.bytes for one in held if one.what == "intermediate products"),
+        clearable_bytes=sum(one.clearable_bytes for one in held),
         free_bytes=shutil.disk_usage(clinic.shelf.root).free,
     )
 
@@ -175,8 +184,8 @@ def new_sample(clinic: ClinicHere, request: Request) -> Case:
             fill_sample(clinic.shelf, made, Run())
         finally:
             clinic.sampling.release()
-        clinic.news.tell(made.case_id, "photos")
-        clinic.news.tell("cameras", made.case_id)
+            clinic.news.tell(made.case_id, "photos")
+            clinic.news.tell("cameras", made.case_id)
 
     threading.Thread(target=work, name="sample", daemon=True).start()
     clinic.news.tell(made.case_id, "case")
@@ -202,10 +211,30 @@ def change_case(clinic: ClinicHere, case: CaseHere, given: CaseChange) -> Case:
 @router.delete("/cases/{case_id}", status_code=204)
 def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
     """Delete a case for good; `contents` lists what goes."""
+    clinic.runner.forget(case.folder)
     clinic.coaches.drop(case)
+    clinic.doors.close(case)
     clinic.desk.forget(Bench(case))
     clinic.shelf.remove(case)
+    clinic.overviews.forget(case)
     clinic.news.tell(case.case_id, "case")
+
+
+@router.post("/cases/{case_id}/set-aside")
+def set_aside_unreadable(clinic: ClinicHere, case: CaseHere, bench: BenchHere) -> list[str]:
+    """Begin files anew that cannot be read; each stays beside, under the name that is told."""
+    kept: dict[FilePath, Callable[[], object]] = {
+        case.label_file: lambda: case.label,
+        job_file(case.folder): lambda: read_job_file(case.folder),
+        bench.tape_file: bench.tape,
+        bench.recipe_file: bench.recipe,
+    }
+    with clinic.desk.changing(bench):
+        found = [one for one, read in kept.items() if one.is_file() and not _is_readable(read)]
+        aside = [set_aside(one).name for one in found]
+    for subject in ("case", "job", "work"):
+        clinic.news.tell(case.case_id, subject)
+    return aside
 
 
 @router.get("/cases/{case_id}/contents")
@@ -236,21 +265,34 @@ def read_thumbnail(case: CaseHere) -> Response:
 
 
 _MAY_BE_NO = ("kind", "side")
+T = TypeVar("T")
 
 
 def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
-    """What the list says of a case."""
-    label = case.label
-    photos = len(clinic.intake(case).received()) or _given_photos(case)
-    job = read_job_file(case.folder)
+    """What the list says of a case; one file that cannot be read hides nothing of the others."""
+    faults: list[str] = []
+
+    def readable(read: Callable[[], T], otherwise: T) -> T:
+        try:
+            return read()
+        except LimbgramError as error:
+            faults.append(str(error))
+            return otherwise
+
+    seen = clinic.overviews.of(case)
+    label = readable(lambda: case.label, case.unlabelled)
+    verdict = readable(lambda: read_verdict(case.folder), None)
+    bench, photos = Bench(case), seen.photos
+    progress = readable(bench.progress, None) if bench.has_scan() else None
     running = clinic.runner.running(case.folder)
-    state, message = _state(case, photos)
+    job = running.file if running else readable(lambda: read_job_file(case.folder), None)
+    state: State = "finished" if verdict is not None else "photos" if photos else "empty"
+    message = ""
     if running is not None and running.active:
         state, message = ("held" if running.file.state == "held" else "computing"), ""
     elif job is not None and job.state != "finished" and state != "finished":
-        state = "computing" if job.state in ("running", "queued") else job.state
+        state = "interrupted" if job.state in ("running", "queued") else job.state
         message = job.message
-    verdict = read_verdict(case.folder)
     said = (
         None
         if verdict is None
@@ -261,7 +303,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
             facts=verdict.facts,
         )
     )
-    steps = _steps(case, photos, state, said)
+    steps = _steps(bench, seen, progress, state, said)
     return Case(
         id=case.case_id,
         kind=label.kind,
@@ -273,11 +315,12 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         sample=label.sample,
         state=state,
         message=message,
+        unreadable=faults,
         verdict=said,
         photos=photos,
         steps=steps,
         next=_next(steps),
-        bytes=sum(one.bytes for one in case.holdings()),
+        bytes=seen.bytes,
         thumbnail=None if case.thumbnail is None else f"/api/v1/cases/{case.case_id}/thumbnail",
     )
 
@@ -290,23 +333,22 @@ def _next(steps: list[Step]) -> StepName:
     return "record"
 
 
-def _given_photos(case: ShelvedCase) -> int:
-    """Photos of a case that was made by the command line."""
-    folder = case.folder.photos
-    return sum(one.is_file() for one in folder.iterdir()) if folder.is_dir() else 0
+def _is_readable(read: Callable[[], object]) -> bool:
+    try:
+        read()
+    except LimbgramError:
+        return False
+    return True
 
 
-def _state(case: ShelvedCase, photos: int) -> tuple[State, str]:
-    if read_verdict(case.folder) is not None:
-        return "finished", ""
-    return ("photos" if photos else "empty"), ""
-
-
-def _steps(case: ShelvedCase, photos: int, state: State, verdict: Verdict | None) -> list[Step]:
-    bench = Bench(case)
-    scan = bench.has_scan()
-    stale = scan and bench.is_stale()
-    progress = bench.progress() if scan else None
+def _steps(
+    bench: Bench,
+    seen: Overview,
+    progress: Progress | None,
+    state: State,
+    verdict: Verdict | None,
+) -> list[Step]:
+    scan, stale = bench.has_scan(), seen.stale
     aligned = progress is not None and progress.aligned
     capture: StepState = "done" if scan else "open"
     result: StepState = "locked" if not scan and state in ("empty", "photos") else (
@@ -323,7 +365,7 @@ def _steps(case: ShelvedCase, photos: int, state: State, verdict: Verdict | None
     tapes = 0 if progress is None else progress.tapes
     need_axis = "Needs the front and the axis: Align."
     return [
-        Step(name="capture", state=capture, line=f"{photos} photos are here"),
+        Step(name="capture", state=capture, line=f"{seen.photos} photos are here"),
         Step(
             name="result",
             state=result,

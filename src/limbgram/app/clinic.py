@@ -18,7 +18,8 @@ from limbgram.app.doors import Doors
 from limbgram.cases.bench import Bench
 from limbgram.cases.cameras import Cameras
 from limbgram.cases.intake import Intake, secret_of
-from limbgram.cases.running import Runner, mark_interrupted
+from limbgram.cases.overview import Overviews
+from limbgram.cases.running import Runner
 from limbgram.cases.shelf import ID_PATTERN, Shelf, ShelvedCase
 
 
@@ -57,6 +58,7 @@ class Clinic:
     access: Access
     news: News = field(default_factory=News)
     desk: Desk = field(default_factory=Desk)
+    overviews: Overviews = field(default_factory=Overviews)
     runner: Runner = field(init=False)
     coaches: Coaches = field(init=False)
     doors: Doors = field(default_factory=Doors)
@@ -67,6 +69,8 @@ class Clinic:
     """Held while a sample case is made: one at a time."""
     calibrating: threading.Lock = field(default_factory=threading.Lock)
     """Held while a camera is calibrated: one at a time, others wait."""
+    calibrations: set[str] = field(default_factory=set[str])
+    """Cameras that are calibrated, or wait for it: their labels alone do not tell."""
     closing: bool = False
     """The server ends: answers that stay open, such as streams of events, end by themselves."""
 
@@ -79,10 +83,9 @@ class Clinic:
         self.coaches = Coaches(lambda case: self.news.tell(case, "check"))
 
     def open(self) -> None:
-        """Take the shelf up: what was running when the program last ended is called interrupted."""
+        """Take the shelf up: what was wanted when the program last ended goes on."""
         self.shelf.open()
-        for case in self.shelf.cases():
-            mark_interrupted(case.folder)
+        self.runner.take_up(case.folder for case in self.shelf.cases())
         Cameras(self.shelf.cameras).settle()
 
     def close(self) -> None:

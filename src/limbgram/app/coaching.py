@@ -15,13 +15,14 @@ from typing import Literal
 from limbgram.capture.coach import CaptureCheck
 from limbgram.cases.checking import CaptureWatch, check_sources
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import Cancelled, LimbgramError
+from limbgram.core.errors import Cancelled, LimbgramError, disk_advice
 from limbgram.core.run import Run
 from limbgram.reconstruction.calibration.cameras import Calibration
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
 
 CheckState = Literal["none", "running", "done", "refused"]
+_FAULT = "The check met a fault of its own. Check again; if it ends so again, report it."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +87,16 @@ class Coach:
                 self._let_go()
 
     def _work(self) -> None:
+        try:
+            self._check_all()
+        finally:
+            with self._lock:
+                if self.state == "running":  # a fault of ours passes on, and nobody waits for it
+                    self.state, self.found, self.message = "done", None, _FAULT
+                    self._let_go()
+            self.on_change()
+
+    def _check_all(self) -> None:
         while True:
             with self._lock:
                 asked, self._next = self._next, None
@@ -94,13 +105,12 @@ class Coach:
                     self.state = "done" if ended == "running" else ended
                     if self._to_rest:
                         self._let_go()
-                    break
+                    return
                 self._run = Run(listener=self._hear)
                 self.photos = len(asked.sources)
                 self.state = "running"
             self._check(asked, self._run)
             self.on_change()
-        self.on_change()
 
     def _check(self, asked: Asked, run: Run) -> None:
         began = time.monotonic()
@@ -111,6 +121,8 @@ class Coach:
             return
         except LimbgramError as error:
             self.found, self.message = None, str(error)
+        except OSError as error:
+            self.found, self.message = None, disk_advice(error)
         self.took_s = time.monotonic() - began
 
     def _answer(self, asked: Asked, run: Run) -> CaptureCheck:

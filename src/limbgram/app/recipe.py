@@ -259,7 +259,7 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
         can_redo=history.can_redo,
         fits=not recipe.scan_sha256 or recipe.scan_sha256 == shape.file.sha256,
         tag=tag_of(shape.file.sha256, shape.limb, recipe),
-        notes=list(recipe.notes),
+        notes=[*recipe.notes, *bench.notes()],
     )
 
 

@@ -16,19 +16,21 @@ and write, so that they make the same bytes of it.
 """
 
 import json
+import os
 import shutil
 import threading
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, cast
+from typing import ClassVar
 
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
-from limbgram.cases.record import write_json
+from limbgram.cases.record import read_kept, set_aside, write_json
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
-from limbgram.core.files import json_of, read_content, write_bytes, written_whole
-from limbgram.core.typed import Mismatch, tree_of, value_of
+from limbgram.core.files import read_content, write_bytes, written_whole
+from limbgram.core.typed import tree_of
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.reading import ShapeFile, read_shape
 from limbgram.formats.sidecar import LimbProgress, hash_of, limb_file_beside, progress_of
@@ -38,7 +40,6 @@ from limbgram.workbench.measures.tape import TapeReading, require_girth
 from limbgram.workbench.recipe.file import encode_recipe, parse_recipe
 from limbgram.workbench.recipe.recipe import Recipe, Replayed
 
-_NAMES = ("surface.ply", "surface-RED.ply")
 _LARGEST = 40_000_000
 _MOST_STATES = 200
 """Recipes that undo goes back through."""
@@ -120,10 +121,16 @@ class Bench:
     """One case's place of work."""
 
     case: ShelvedCase
+    SCANS: ClassVar[tuple[str, ...]] = ("surface.ply", "surface-RED.ply")
+    """What the surface that is worked on is called."""
 
     @property
     def root(self) -> Path:
         return self.case.work
+
+    @property
+    def tape_file(self) -> Path:
+        return self.root / "tape.json"
 
     @property
     def files(self) -> Path:
@@ -169,16 +176,20 @@ class Bench:
         kept, delivered = self._kept_scan(), self._delivered()
         if kept is None or delivered is None:
             return False
-        return kept.name != delivered.name or file_sha256(kept) != file_sha256(delivered)
+        return kept.name != delivered.name or not _same_bytes(kept, delivered)
 
     def progress(self) -> Progress:
-        """How far the work is, without reading any surface."""
+        """How far the work is, without reading any surface.
+
+        Raises:
+            LimbgramError: the tape's readings or the limb file are there and cannot be read.
+        """
         scan = self._kept_scan() or self._delivered()
         beside = None if scan is None else limb_file_beside(scan)
         told = LimbProgress()
         if beside is not None and beside.is_file():
             told = progress_of(beside)
-        edits = self.recipe_file.read_text("utf-8").count("[[edit]]") if self._has_recipe else 0
+        edits = self.recipe_file.read_bytes().count(b"[[edit]]") if self._has_recipe else 0
         made = list(self.files.iterdir()) if self.files.is_dir() else []
         return Progress(
             aligned=told.aligned,
@@ -230,16 +241,32 @@ class Bench:
         return self.recipe()
 
     def history(self) -> History:
-        """What undo and redo go to; it ends with the recipe's file, whoever wrote that last."""
+        """What undo and redo go to; it ends with the recipe's file, whoever wrote that last.
+
+        One that cannot be read begins anew, and the file is kept (`notes`): the recipe is whole.
+        """
         now = encode_recipe(self.recipe()).decode()
         try:
-            tree: Any = json_of(read_content(self._history_file, _LARGEST, CaseError))
-            kept = value_of(tree, History)
-        except (CaseError, Mismatch, ValueError):
+            kept = self._kept_history()
+        except CaseError:
+            kept = None
+        if kept is None:
             return History((now,), 0)
         if 0 <= kept.present < len(kept.recipes) and kept.recipes[kept.present] == now:
             return kept
         return History((*kept.recipes[: kept.present + 1], now), kept.present + 1)
+
+    def notes(self) -> tuple[str, ...]:
+        """What has to be said of files of the recipe that could not be read."""
+        aside = sorted(self.root.glob("history.unreadable-*.json"))
+        found = [
+            f"What undo went back to could not be read; it is kept in {one.name}." for one in aside
+        ]
+        try:
+            self._kept_history()
+        except CaseError as error:
+            found.append(str(error))
+        return tuple(found)
 
     def recipe_sha256(self) -> str:
         """Of the recipe's file, also before there is one."""
@@ -261,25 +288,28 @@ class Bench:
         return path
 
     def tape(self) -> tuple[TapeReading, ...]:
-        """Girths that were read on the patient, by height in the limb."""
-        try:
-            tree: Any = json_of(read_content(self.root / "tape.json", _LARGEST, CaseError))
-            return value_of(cast(dict[str, Any], tree), _Tapes).readings
-        except (CaseError, Mismatch, ValueError):
-            return ()
+        """Girths that were read on the patient, by height in the limb.
+
+        Raises:
+            CaseError: they are there and cannot be read.
+        """
+        kept = read_kept(self.tape_file, _Tapes, "What was read by tape in this case")
+        return () if kept is None else kept.readings
 
     def save_tape(self, readings: tuple[TapeReading, ...]) -> None:
         """Keep girths that were read.
 
         Raises:
             OptionsError: one is no girth, or there are too many.
+            CaseError: those before cannot be read, and would be lost.
         """
         if len(readings) > _MOST_READINGS:
             raise OptionsError(f"{len(readings)} readings are given; {_MOST_READINGS} are kept.")
         for reading in readings:
             require_girth(reading)
+        self.tape()
         self.root.mkdir(parents=True, exist_ok=True)
-        write_json(self.root / "tape.json", tree_of(_Tapes(readings)))
+        write_json(self.tape_file, tree_of(_Tapes(readings)))
 
     @property
     def _taken(self) -> Path:
@@ -289,16 +319,23 @@ class Bench:
     def _history_file(self) -> Path:
         return self.root / "history.json"
 
+    def _kept_history(self) -> History | None:
+        return read_kept(self._history_file, History, "What undo goes back to")
+
     def _put(self, history: History) -> None:
         """The recipe's file last: if the program is ended in between, history follows the file."""
         self.root.mkdir(parents=True, exist_ok=True)
+        try:
+            self._kept_history()
+        except CaseError:
+            set_aside(self._history_file)
         content = {"recipes": list(history.recipes), "present": history.present}
         with written_whole(self._history_file) as beside:
             beside.write_text(json.dumps(content), encoding="utf-8")
         write_bytes(self.recipe_file, history.recipes[history.present].encode())
 
     def _kept_scan(self) -> Path | None:
-        return next((self.root / name for name in _NAMES if (self.root / name).is_file()), None)
+        return next((self.root / name for name in self.SCANS if (self.root / name).is_file()), None)
 
     def _delivered(self) -> Path | None:
         found = surface_of(self.case.folder.deliverables)
@@ -317,6 +354,8 @@ class Bench:
         with written_whole(self._taken) as beside:
             beside.mkdir()
             shutil.copyfile(delivered, beside / delivered.name)
+            written = delivered.stat()  # by time and size the two are known to be the same
+            os.utime(beside / delivered.name, ns=(written.st_atime_ns, written.st_mtime_ns))
             aligned = limb_file_beside(delivered)
             if carried is not None:
                 self._carry(carried, beside / delivered.name)
@@ -336,14 +375,14 @@ class Bench:
         if not self._taken.is_dir():
             return
         coming = {file.name for file in self._taken.iterdir()}
-        for surface in coming.intersection(_NAMES):
-            for name in _NAMES:
+        for surface in coming.intersection(self.SCANS):
+            for name in self.SCANS:
                 old = self.root / name
                 limb_file_beside(old).unlink(missing_ok=True)
                 if name != surface:
                     old.unlink(missing_ok=True)
             (self._taken / surface).replace(self.root / surface)
-        for name in coming.difference(_NAMES):
+        for name in coming.difference(self.SCANS):
             (self._taken / name).replace(self.root / name)
         self._taken.rmdir()
 
@@ -358,6 +397,25 @@ class Bench:
                 continue  # it lies off the new surface, and must be placed again
         if limb.landmarks or limb.kind:
             write_limb_file(limb, place, mm_per_unit=read.mm_per_unit, sha256=read.sha256)
+
+
+def _same_bytes(one: Path, other: Path) -> bool:
+    """Whether two files hold the same; read only where time and size do not tell, and once."""
+    both = [(file, file.stat()) for file in (one, other)]
+    told = [(status.st_mtime_ns, status.st_size) for _, status in both]
+    if told[0] == told[1]:
+        return True
+    if told[0][1] != told[1][1]:
+        return False
+    first, second = (
+        _sha256(file, status.st_ino, *at) for (file, status), at in zip(both, told, strict=True)
+    )
+    return first == second
+
+
+@lru_cache(maxsize=4096)
+def _sha256(file: Path, _number: int, _changed_ns: int, _size: int) -> str:
+    return file_sha256(file)
 
 
 def digits_of(*made_of: object) -> str:

@@ -10,23 +10,25 @@ import re
 import secrets
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from limbgram.cases.record import write_json
+from limbgram.cases.record import read_kept, write_json
 from limbgram.core.errors import (
     CalibrationError,
     CaseError,
     LimbgramError,
     OptionsError,
     PhotoError,
+    disk_advice,
     printable,
 )
-from limbgram.core.files import json_of, read_content, write_bytes
+from limbgram.core.files import write_bytes
 from limbgram.core.run import Run
-from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.core.typed import tree_of
 from limbgram.formats.camera import read_camera, write_camera
 from limbgram.reconstruction.calibration.board import calibrate
 from limbgram.reconstruction.calibration.cameras import (
@@ -41,11 +43,11 @@ from limbgram.report.calibration import calibration_picture, calibration_text
 CAMERA_ID_PATTERN = "^[a-z0-9]{8}$"
 _ID = re.compile(CAMERA_ID_PATTERN)
 _LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
-_LARGEST = 4_000_000
 _LONGEST_NAME = 80
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 _LOOKED_AT = 12
 """Photos of a capture whose headers tell whether the camera is theirs; the run looks at all."""
+
+_INTERRUPTED = "The calibration was interrupted. Calibrate again."
 
 CameraState = Literal["empty", "calibrating", "refused", "ready"]
 
@@ -85,18 +87,30 @@ class KeptCamera:
 
     @property
     def label(self) -> CameraLabel:
-        try:
-            tree = json_of(read_content(self.folder / "label.json", _LARGEST, CaseError))
-            return value_of(tree, CameraLabel, strictness=_AS_WRITTEN)
-        except (CaseError, Mismatch, ValueError):
-            return CameraLabel(name=self.camera_id, made="")
+        """What is said of it.
+
+        Raises:
+            CaseError: that is there and cannot be read.
+        """
+        kept = read_kept(self.label_file, CameraLabel, "What was said of this camera")
+        return CameraLabel(name=self.camera_id, made="") if kept is None else kept
+
+    @property
+    def label_file(self) -> Path:
+        return self.folder / "label.json"
 
     def relabel(self, label: CameraLabel) -> None:
         if not label.name.strip() or len(label.name) > _LONGEST_NAME:
             raise OptionsError(f"A camera's name has 1 to {_LONGEST_NAME} letters.")
         if printable(label.name, keep="") != label.name:
             raise OptionsError("The name holds signs that cannot be shown. Write it anew.")
-        write_json(self.folder / "label.json", tree_of(label))
+        write_json(self.label_file, tree_of(label))
+
+    @property
+    def interrupted(self) -> CameraLabel:
+        """Its label where nobody calibrates it any more though it says so."""
+        state: CameraState = "ready" if self.file.is_file() else "empty"
+        return replace(self.label, state=state, message=_INTERRUPTED)
 
     def calibration(self) -> Calibration | None:
         """Its lens; None before it is calibrated."""
@@ -116,15 +130,17 @@ class KeptCamera:
                     "focus that you will use for limbs, from all sides, and send them."
                 )
             found = run(calibrate, run(read_photos, (self.received,)), board)
-        except LimbgramError as error:
+            provenance = {"board": str(found.board), "photos": str(len(found.photos))}
+            picture, text = calibration_picture(found), calibration_text(found)
+            self.certificate.unlink(missing_ok=True)  # it never stands beside another lens
+            write_camera(self.file, found.calibration, provenance)
+            write_bytes(self.certificate, picture)
+        except (LimbgramError, OSError) as error:
             state: CameraState = "ready" if self.file.is_file() else "refused"
-            self.relabel(replace(self.label, state=state, message=str(error)))
+            told = disk_advice(error) if isinstance(error, OSError) else str(error)
+            self.relabel(replace(self.label, state=state, message=told))
             raise
-        provenance = {"board": str(found.board), "photos": str(len(found.photos))}
-        write_camera(self.file, found.calibration, provenance)
-        write_bytes(self.certificate, calibration_picture(found))
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        text = calibration_text(found)
         self.relabel(replace(self.label, state="ready", calibrated=now, message=text))
 
     def take_file(self, content: bytes) -> None:
@@ -188,10 +204,9 @@ class Cameras:
     def settle(self) -> None:
         """Say of calibrations that nobody waits for any more that they were interrupted."""
         for camera in self.all():
-            if camera.label.state == "calibrating":
-                state: CameraState = "ready" if camera.file.is_file() else "empty"
-                message = "The program was ended meanwhile. Calibrate again."
-                camera.relabel(replace(camera.label, state=state, message=message))
+            with suppress(CaseError, OSError):  # one that cannot be read is told in the list
+                if camera.label.state == "calibrating":
+                    camera.relabel(camera.interrupted)
 
 
 def camera_doubt(photos: Sequence[Path], given: Sequence[Calibration]) -> str:

@@ -177,7 +177,13 @@ class Intake:
         try:
             return value_of(json_of(read_content(path, _LARGEST_RECORD, CaseError)), Received)
         except (CaseError, Mismatch, ValueError):
-            return None
+            return Received(  # no hash: no file that is sent is taken for the same
+                name=name,
+                bytes=(self.folder / name).stat().st_size,
+                sha256="",
+                kept_sha256="",
+                problem="What is known of it cannot be read. Delete it, and send it again.",
+            )
 
     def arrived(self, name: str) -> int:
         """Bytes of an unfinished file that are here."""
@@ -412,6 +418,15 @@ def checked_name(name: str) -> str:
             "films as MP4 or MOV, and a zip of photos."
         )
     return name
+
+
+def photos_in(folder: Path) -> int:
+    """How many files are here whole, without reading what is known of each."""
+    records = folder / ".records"
+    if not records.is_dir():
+        return 0
+    known = {one.stem for one in records.iterdir() if one.suffix == ".json"}
+    return len(known.intersection(one.name for one in folder.iterdir()))
 
 
 def is_zip(name: str) -> bool:

@@ -1,17 +1,19 @@
 """The record: CASE/case.json, what was done, with which versions, from which photos."""
 
+import itertools
 import json
 import platform
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from limbgram.cases.fingerprint import file_sha256
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.store import CachingRun
-from limbgram.core.files import json_of, written_whole
+from limbgram.core.errors import CaseError
+from limbgram.core.files import json_of, read_content, written_whole
 from limbgram.core.typed import Strictness, tree_of, value_of
 from limbgram.reconstruction.photos.photo import SetAside
 from limbgram.reconstruction.pipeline import Reconstruction
@@ -30,7 +32,11 @@ _LIBRARIES = (
     "matplotlib",
 )
 
+_LARGEST = 40_000_000
+_AS_WRITTEN = Strictness(pass_over_unknown=True)
+
 State = Literal["unfinished", "cancelled", "refused", "finished"]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,13 +146,13 @@ def read_record(case: CaseFolder) -> CaseRecord:
 
 
 def read_verdict(case: CaseFolder) -> Verdict | None:
-    """The verdict of a finished case; None of any other."""
-    try:
-        tree = json_of(case.record.read_bytes())
-        kept = value_of(tree, _Judged, strictness=Strictness(pass_over_unknown=True))
-    except (OSError, ValueError):
-        return None
-    return kept.verdict if kept.state == "finished" else None
+    """The verdict of a finished case; None of any other.
+
+    Raises:
+        CaseError: the record is there and cannot be read.
+    """
+    kept = read_kept(case.record, _Judged, "The record of the case")
+    return kept.verdict if kept is not None and kept.state == "finished" else None
 
 
 def write_record(
@@ -193,6 +199,40 @@ def write_json(path: Path, content: Any) -> None:
     """Write JSON whole or not at all."""
     with written_whole(path) as beside:
         beside.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def read_kept(path: Path, kind: type[T], what: str) -> T | None:
+    """What a file holds that people's work is kept in; None where there is none.
+
+    One that cannot be read is not an empty one: whoever asks is told, and so cannot write another
+    one over it, made of nothing.
+
+    Args:
+        what: The file for people, as a sentence begins.
+
+    Raises:
+        CaseError: it is there and cannot be read.
+    """
+    if not path.exists():
+        return None
+    try:
+        tree = json_of(read_content(path, _LARGEST, CaseError))
+        return value_of(tree, kind, strictness=_AS_WRITTEN)
+    except (CaseError, ValueError) as error:
+        raise CaseError(
+            f"{what} cannot be read: {path.name} is damaged, or the disk fails. It stays as it is, "
+            "and nothing is written over it. Put back a copy of it; or set it aside, and begin it "
+            "anew."
+        ) from error
+
+
+def set_aside(path: Path) -> Path:
+    """Give a file that cannot be read another name in its folder; returns that."""
+    for number in itertools.count(1):
+        beside = path.with_name(f"{path.stem}.unreadable-{number}{path.suffix}")
+        if not beside.exists():
+            return path.rename(beside)
+    raise AssertionError
 
 
 def _photos(done: Reconstruction) -> tuple[_PhotoEntry, ...]:

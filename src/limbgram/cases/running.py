@@ -2,9 +2,10 @@
 
 In      a Job; requests to hold it, let it go on, or end it.
 Out     CASE/job.json: what was asked for, how far it is, how long it took in all. A program that
-        was ended meanwhile finds there what was interrupted, and `again` takes it up.
+        was ended meanwhile finds there what is still wanted, and `take_up` goes on with it.
 Method  One thread a job waits for its process (`supervision`). So many work at once as the runner
-        was told; others wait in a line, and the first of them begins when one ends or rests. Time
+        was told; others wait in a line. `_reconcile` holds what is wanted against what works
+        whenever one of them changes; what fails in it ends that one job, and the next begins. Time
         left is told by what the stages of earlier runs took a megapixel on this machine, and by the
         part of the stage that is done; before the first run, by figures of another machine, which
         is said.
@@ -17,19 +18,20 @@ import signal
 import statistics
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 from limbgram.cases.folder import CaseFolder
 from limbgram.cases.order import Job, plain_tree, read_job
-from limbgram.cases.record import write_json
+from limbgram.cases.record import read_kept, write_json
 from limbgram.cases.supervision import COMMAND, Event, JobBug, Supervision
-from limbgram.core.errors import Cancelled, CaseError, LimbgramError
+from limbgram.core.errors import Cancelled, CaseError, LimbgramError, disk_advice
 from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.core.typed import tree_of
 from limbgram.report.stages import stage_title
 
 JobState = Literal[
@@ -40,11 +42,22 @@ GRACE_S = 1.5
 _SCHEMA = "limbgram-job/1"
 _LARGEST = 4_000_000
 _STOPPED = "It was cancelled. What is finished is kept: started again, it goes on from there."
+_INTERRUPTED = "The program was ended meanwhile. Nothing is lost: what is finished is kept."
+_KILLED_TWICE = (
+    f"{_INTERRUPTED} It was ended twice in the same step, so it does not go on by itself: memory "
+    "may be too small for it. Close other programs, or take smaller photos, and start it again."
+)
+_FAULT = (
+    "The program met a fault of its own. What is finished is kept: start it again. If it ends "
+    "there again, report it with the file log.txt of the case."
+)
+_ACTIVE = ("queued", "running", "held")
+_DIES_S = 10.0
+"""As long as a process that was ended by the system may take to be gone."""
 _SAVE_EVERY_S = 2.0
 _SPREAD = (0.7, 1.6)
 """Time left is told from so much of the likely time to so much of it."""
 _REMEMBERED = 8
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 _WRITING = threading.Lock()
 """Threads that write the same file beside its place would take it from each other."""
 
@@ -119,6 +132,10 @@ class JobFile:
     """Of the refusal."""
     light: str = ""
     process: int = 0
+    wanted: bool = False
+    """Whether it goes on by itself when the program is opened again."""
+    killed: bool = False
+    """The program was killed while it ran, and no stage has ended since."""
     schema: str = _SCHEMA
 
 
@@ -142,32 +159,54 @@ class RunningJob:
     _saved: float = 0.0
 
     def queue(self) -> None:
-        """Wait for its turn."""
+        """Wait for its turn.
+
+        Raises:
+            OSError: that cannot be written down.
+        """
         with self._lock:
-            self.file = replace(self.file, state="queued")
+            self.file = replace(self.file, state="queued", wanted=True)
         self._save()
 
     def begin(self, command: tuple[str, ...]) -> None:
-        """Its turn has come: start its process, or let the one that rests go on."""
+        """Its turn has come; where it cannot begin it is refused."""
+        try:
+            self._begin(command)
+        except OSError as error:
+            self._end("refused", message=disk_advice(error), kind="OSError")
+        except LimbgramError as error:
+            self._end("refused", message=str(error), kind=type(error).__name__)
+        except (ValueError, RuntimeError) as error:  # its order is damaged; no thread is to be had
+            self._end("failed", message=f"{_FAULT}\n{error}", kind=type(error).__name__)
+
+    def _begin(self, command: tuple[str, ...]) -> None:
+        """Start its process, or let the one that rests go on."""
+        if not self.case.root.is_dir():
+            raise CaseError("The case was deleted or taken away meanwhile.")
         with self._lock:
             self.file = replace(self.file, state="running")
             self._since = time.monotonic()
         if self._supervision is not None:
             self._supervision.go_on()
-            self._save()
+            self._try_save()
             return
         self._stage_since = self._since
         job = read_job(json.loads(self.file.order), self.case.root)
         self._supervision = Supervision(
             job, self._hear, command=command, grace_s=GRACE_S, slack_s=0.0
         )
-        self._save()
+        self._try_save()
         self._thread = threading.Thread(target=self._wait, name="job", daemon=True)
         self._thread.start()
 
     @property
     def active(self) -> bool:
-        return self.file.state in ("queued", "running", "held")
+        return self.file.state in _ACTIVE
+
+    @property
+    def has_process(self) -> bool:
+        """Whether a process of it works or rests."""
+        return self.active and self._supervision is not None
 
     @property
     def elapsed_s(self) -> float:
@@ -185,8 +224,8 @@ class RunningJob:
                     "This system cannot let a run rest. Cancel it: what is finished is kept, and "
                     "it goes on from there."
                 )
-            self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held")
-        self._save()
+            self.file = replace(self.file, elapsed_s=self.elapsed_s, state="held", wanted=False)
+        self._try_save()
         self.on_rest()
         self.on_change()
 
@@ -196,6 +235,11 @@ class RunningJob:
             self._supervision.stop()
         elif self.file.state == "queued":
             self._end("cancelled", message=_STOPPED, kind=Cancelled.__name__)
+
+    def drop(self) -> None:
+        """Its case goes: wait no more, and write nothing down."""
+        with self._lock:
+            self.file = replace(self.file, state="cancelled", wanted=False)
 
     def join(self, timeout_s: float) -> None:
         """Wait for its end."""
@@ -220,15 +264,14 @@ class RunningJob:
         except Cancelled as error:
             self._end("cancelled", message=_STOPPED, kind=type(error).__name__)
         except JobBug as bug:
-            text = (
-                "The program met a fault of its own. What is finished is kept: start it again. If "
-                f"it ends there again, report it with the file {self.case.log.name} of the case.\n"
-            )
-            self._end("failed", message=text + str(bug), kind="JobBug")
+            self._end("failed", message=f"{_FAULT}\n{bug}", kind="JobBug")
         except LimbgramError as error:
             self._end("refused", message=str(error), kind=type(error).__name__)
         except OSError as error:
             self._end("failed", message=str(error), kind="OSError")
+        finally:
+            if self.active:  # a fault of ours passes on, and nobody waits for this one
+                self._end("failed", message=_FAULT, kind="JobBug")
 
     def _end(self, state: JobState, *, message: str = "", kind: str = "", light: str = "") -> None:
         with self._lock:
@@ -245,13 +288,16 @@ class RunningJob:
                 kind=kind,
                 light=light,
                 process=0,
+                wanted=False,
                 stages=stages,
             )
-        self._save()
-        if state == "finished":
-            self.on_finished()
-        self.on_rest()
-        self.on_change()
+        try:
+            self._try_save()
+            if state == "finished":
+                self.on_finished()
+        finally:
+            self.on_rest()
+            self.on_change()
 
     def _hear(self, event: Event) -> None:
         match event:
@@ -283,16 +329,22 @@ class RunningJob:
             stages[at] = replace(stages[at], state="running", done=done, total=total)
             changed = running != name
             process = 0 if self._supervision is None else self._supervision.process_id or 0
-            self.file = replace(self.file, stages=tuple(stages), process=process)
+            killed = self.file.killed and (running is None or not changed)
+            self.file = replace(self.file, stages=tuple(stages), process=process, killed=killed)
         if changed or time.monotonic() - self._saved > _SAVE_EVERY_S:
-            self._save()
+            self._try_save()
         self.on_change()
+
+    def _try_save(self) -> None:
+        """Where the disk takes no more, what is in memory goes on; the next one may be written."""
+        with suppress(OSError):
+            self._save()
 
     def _save(self) -> None:
         """One at a time, so that what an older state was does not end up as the last word."""
         with _WRITING:
             self._saved = time.monotonic()
-            write_json(_place(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
+            write_json(job_file(self.case), tree_of(replace(self.file, elapsed_s=self.elapsed_s)))
 
 
 @dataclass
@@ -318,7 +370,13 @@ class Runner:
         return self._jobs.get(case.root)
 
     def start(self, job: Job, megapixels: float) -> RunningJob:
-        """Start a job that was not asked for before."""
+        """Start a job that was not asked for before.
+
+        Raises:
+            CaseError: one is working in the case, or what is known of an earlier one is unreadable.
+            OSError: it cannot be written down.
+        """
+        read_job_file(CaseFolder(job.case))
         return self._start(job, JobFile(
             state="running",
             order=json.dumps(plain_tree(job)),
@@ -335,6 +393,24 @@ class Runner:
         kept = read_job_file(case)
         if kept is None:
             raise CaseError("Nothing was begun here yet. Start it with its options.")
+        return self._again(case, replace(kept, killed=False))
+
+    def take_up(self, cases: Iterable[CaseFolder]) -> None:
+        """Go on with what was wanted when the program ended: what ran first, then what waited."""
+        found: dict[CaseFolder, tuple[bool, int]] = {}
+        for case in cases:
+            with suppress(CaseError, OSError):  # one that cannot be read is told in the list
+                before = read_job_file(case)
+                if before is not None:  # what waits is written when it is asked for
+                    since = job_file(case).stat().st_mtime_ns
+                    found[case] = before.state == "queued", since
+        for case in sorted(found, key=lambda case: found[case]):
+            with suppress(CaseError, OSError, ValueError):  # it stays interrupted
+                kept = mark_interrupted(case)
+                if kept is not None and kept.wanted:
+                    self._again(case, kept)
+
+    def _again(self, case: CaseFolder, kept: JobFile) -> RunningJob:
         job = read_job(json.loads(kept.order), case.root)
         return self._start(job, replace(kept, state="running", message="", kind="", light=""))
 
@@ -351,12 +427,15 @@ class Runner:
                 file=replace(file, stages=stages),
                 on_change=lambda: self.on_change(case.root.name),
                 on_finished=lambda: self._learn(case),
-                on_rest=self._advance,
+                on_rest=self._reconcile,
                 usual_s=usual,
                 usual_known=own,
             )
+            started.queue()  # one that cannot be written down leaves nothing behind
             self._jobs[case.root] = started
-            self._queue(started)
+            self._line.append(started)
+        self._reconcile()
+        started.on_change()
         return started
 
     def go_on(self, case: CaseFolder) -> None:
@@ -369,7 +448,27 @@ class Runner:
             job = self._jobs.get(case.root)
             if job is None or job.file.state != "held":
                 raise CaseError("Nothing rests here that could go on.")
-            self._queue(job)
+            with suppress(OSError):
+                job.queue()
+            self._line.append(job)
+        self._reconcile()
+        job.on_change()
+
+    def forget(self, case: CaseFolder) -> None:
+        """Let the job of a case go that is to be deleted: it waits no more.
+
+        Raises:
+            CaseError: it works or rests.
+        """
+        with self._lock:
+            job = self._jobs.get(case.root)
+            if job is None:
+                return
+            if job.has_process:
+                raise CaseError("A run is working in this case. Wait, or cancel it first.")
+            job.drop()
+            del self._jobs[case.root]
+        self._reconcile()
 
     def before(self, case: CaseFolder) -> int:
         """How many runs work or wait before this one may begin; 0 where it does not wait."""
@@ -379,14 +478,11 @@ class Runner:
                 return 0
             return self._line.index(job) + self._working()
 
-    def _queue(self, job: RunningJob) -> None:
-        job.queue()
-        self._line.append(job)
-        self._advance()
-        job.on_change()
+    def _reconcile(self) -> None:
+        """Let those begin whose turn has come, and those go that wait no more.
 
-    def _advance(self) -> None:
-        """Let those begin whose turn has come."""
+        A job that cannot begin ends, and asks here again before the next one is looked at.
+        """
         with self._lock:
             was = len(self._line)
             self._line = [one for one in self._line if one.file.state == "queued"]
@@ -400,21 +496,20 @@ class Runner:
         return sum(one.file.state == "running" for one in self._jobs.values())
 
     def close(self) -> None:
-        """End what still runs: what is finished is kept, and the job files say interrupted."""
+        """End what still runs: what is finished is kept, and goes on when the program is opened."""
         self._closing = True
         for job in list(self._jobs.values()):
             if job.active:
+                wanted = job.file.wanted
                 job.cancel()
                 job.join(2 * GRACE_S + 3)
-                kept = read_job_file(job.case)
-                if kept is not None and kept.state == "cancelled":
-                    with _WRITING:
-                        write_json(_place(job.case), tree_of(replace(kept, state="interrupted")))
+                with suppress(CaseError, OSError):
+                    _close(job.case, wanted=wanted)
 
     def _learn(self, case: CaseFolder) -> None:
         """Remember what the stages of a finished run took."""
-        job = read_job_file(case)
         try:
+            job = read_job_file(case)
             record = json_of(read_content(case.record, _LARGEST, CaseError))
         except (CaseError, ValueError):
             return
@@ -426,7 +521,8 @@ class Runner:
             if not stage["reused"] and "wall_s" in stage
         }
         runs = [*self._pace(), took][-_REMEMBERED:]
-        write_json(self.pace_file, {"format": "limbgram pace", "s_per_megapixel": runs})
+        with suppress(OSError):
+            write_json(self.pace_file, {"format": "limbgram pace", "s_per_megapixel": runs})
 
     def _usual(self) -> tuple[dict[str, float], bool]:
         """Seconds a megapixel of each stage, in order; and whether this machine's."""
@@ -448,28 +544,56 @@ class Runner:
 
 
 def read_job_file(case: CaseFolder) -> JobFile | None:
-    """What is kept of a case's job; None where none was begun."""
-    try:
-        tree: Any = json_of(read_content(_place(case), _LARGEST, CaseError))
-        return value_of(tree, JobFile, strictness=_AS_WRITTEN)
-    except (CaseError, Mismatch, ValueError):
-        return None
+    """What is kept of a case's job; None where none was begun.
+
+    Raises:
+        CaseError: it is there and cannot be read.
+    """
+    return read_kept(job_file(case), JobFile, "What was computed in this case")
 
 
-def mark_interrupted(case: CaseFolder) -> None:
-    """Say of a job that nobody waits for any more that it was interrupted; end what rests of it."""
+def mark_interrupted(case: CaseFolder) -> JobFile | None:
+    """Say of a job that nobody waits for any more that it was interrupted; end what rests of it.
+
+    It is wanted still, unless it rested, or the program was killed twice in the same stage: what
+    takes the machine down is not begun again for ever.
+
+    Raises:
+        CaseError: what is kept of the job cannot be read.
+    """
     kept = read_job_file(case)
-    if kept is None or kept.state not in ("queued", "running", "held"):
-        return
-    if kept.process and _is_ours(kept.process, case):
-        os.kill(kept.process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
-    message = "The program was ended meanwhile. Nothing is lost: what is finished is kept."
+    if kept is None or kept.state not in _ACTIVE:
+        return kept
+    if kept.process:
+        _end_process(kept.process, case)
+    ran = kept.state == "running"
+    wanted = kept.state == "queued" or (ran and not kept.killed)
+    message = _KILLED_TWICE if ran and kept.killed else _INTERRUPTED
     stages = tuple(
         replace(one, state="waiting") if one.state == "running" else one for one in kept.stages
     )
-    kept = replace(kept, state="interrupted", message=message, process=0, stages=stages)
+    kept = replace(
+        kept,
+        state="interrupted",
+        message=message,
+        process=0,
+        wanted=wanted,
+        killed=kept.killed or ran,
+        stages=stages,
+    )
     with _WRITING:
-        write_json(_place(case), tree_of(kept))
+        write_json(job_file(case), tree_of(kept))
+    return kept
+
+
+def _close(case: CaseFolder, *, wanted: bool) -> None:
+    """The program ends as it was asked to, and with it a job, which may be wanted still."""
+    kept = read_job_file(case)
+    if kept is None or kept.state != "cancelled":
+        return
+    kept = replace(kept, state="interrupted", message=_INTERRUPTED, kind="", wanted=wanted)
+    with _WRITING:
+        write_json(job_file(case), tree_of(kept))
 
 
 def time_left(job: JobFile, usual_s: dict[str, float], *, known: bool, stage_s: float) -> TimeLeft:
@@ -493,8 +617,20 @@ def _waiting(name: str) -> StageProgress:
     return StageProgress(name=name, title=stage_title(name), state="waiting")
 
 
-def _place(case: CaseFolder) -> Path:
+def job_file(case: CaseFolder) -> Path:
+    """Where it is kept."""
     return case.root / "job.json"
+
+
+def _end_process(process: int, case: CaseFolder) -> None:
+    """End what rests of a job, and wait until it is gone: it holds the case as long as it is."""
+    if not _is_ours(process, case):
+        return
+    with suppress(OSError):
+        os.kill(process, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+    until = time.monotonic() + _DIES_S
+    while _is_ours(process, case) and time.monotonic() < until:
+        time.sleep(0.02)
 
 
 def _is_ours(process: int, case: CaseFolder) -> bool:

@@ -23,10 +23,9 @@ from pathlib import Path
 from typing import Literal
 
 from limbgram.cases.folder import CaseFolder, locked
-from limbgram.cases.record import write_json
+from limbgram.cases.record import read_kept, write_json
 from limbgram.core.errors import CaseError, OptionsError, disk_advice, printable
-from limbgram.core.files import json_of, read_content
-from limbgram.core.typed import Mismatch, Strictness, tree_of, value_of
+from limbgram.core.typed import tree_of
 from limbgram.workbench.limb import Kind, Side
 
 ID_PATTERN = "^[2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3}$"
@@ -34,9 +33,7 @@ ID_PATTERN = "^[2-9A-HJKMNP-Z]{3}-[2-9A-HJKMNP-Z]{3}$"
 _LETTERS = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"
 _ID = re.compile(ID_PATTERN)
 _SCHEMA = "limbgram-label/1"
-_LARGEST_LABEL = 100_000
 _LONGEST_NOTE = 200
-_AS_WRITTEN = Strictness(pass_over_unknown=True)
 _TRIES = 100
 
 Holding = Literal["photos", "results", "work", "record", "intermediate products", "earlier results"]
@@ -101,13 +98,19 @@ class ShelvedCase:
 
     @property
     def label(self) -> Label:
-        """What people say of it; a folder without a label is a case made elsewhere."""
-        try:
-            tree = json_of(read_content(self.label_file, _LARGEST_LABEL, CaseError))
-            return value_of(tree, Label, strictness=_AS_WRITTEN)
-        except (CaseError, Mismatch, ValueError):
-            made = datetime.fromtimestamp(self.folder.root.stat().st_mtime, UTC)
-            return Label(made=made.isoformat(timespec="seconds"))
+        """What people say of it; a folder without a label is a case made elsewhere.
+
+        Raises:
+            CaseError: the label is there and cannot be read.
+        """
+        kept = read_kept(self.label_file, Label, "What was said of this case")
+        return self.unlabelled if kept is None else kept
+
+    @property
+    def unlabelled(self) -> Label:
+        """The label of a case of which nothing was said."""
+        made = datetime.fromtimestamp(self.folder.root.stat().st_mtime, UTC)
+        return Label(made=made.isoformat(timespec="seconds"))
 
     def relabel(self, label: Label) -> Label:
         """Write another label.

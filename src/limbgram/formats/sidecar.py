@@ -124,12 +124,16 @@ class LimbProgress:
 
 
 def progress_of(limb_file: Path) -> LimbProgress:
-    """What a limb file says of how far a limb is known; nothing where it cannot be read."""
+    """What a limb file says of how far a limb is known.
+
+    Raises:
+        ShapeFileError: it cannot be understood.
+    """
     try:
         tree = json_of(read_content(limb_file, _LARGEST_BYTES, ShapeFileError))
         kept = value_of(tree, _LimbFile, strictness=_AS_WRITTEN)
-    except (ShapeFileError, ValueError):
-        return LimbProgress()
+    except ValueError as error:
+        raise _unreadable(limb_file, error) from error
     return LimbProgress(aligned=kept.limb_from_mesh is not None, landmarks=len(kept.landmarks))
 
 
@@ -206,10 +210,7 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
         if owner.sha256 == mesh_hash:
             return _record(value_of(tree, _LimbFile, strictness=_AS_WRITTEN))
     except ValueError as error:
-        raise ShapeFileError(
-            f"{path.name} is no limb file that can be read: {error}. Mend it, or move it away and "
-            "align the shape again."
-        ) from error
+        raise _unreadable(path, error) from error
     if owner.file != mesh_path.name and (mesh_path.parent / Path(owner.file).name).is_file():
         return OfAnother(Path(owner.file).name)
     raise ShapeFileError(
@@ -217,6 +218,13 @@ def read_record(path: Path, mesh_path: Path, mesh_hash: str) -> LimbRecord | OfA
         f"{mesh_path.name} as it is now: its landmarks and axes may be wrong on this one. If the "
         "shape was changed or replaced, move the limb file away and align again; if two shapes "
         "share a name, rename one."
+    )
+
+
+def _unreadable(path: Path, error: ValueError) -> ShapeFileError:
+    return ShapeFileError(
+        f"{path.name} is no limb file that can be read: {error}. Mend it, or move it away and "
+        "align the shape again."
     )
 
 

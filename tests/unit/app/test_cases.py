@@ -1,7 +1,11 @@
 """The list of cases: ids, labels, room on the disk, and going for good."""
 
 import io
+import os
 import re
+import shutil
+import sys
+from pathlib import Path
 
 import numpy as np
 from fastapi.testclient import TestClient
@@ -58,6 +62,59 @@ def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic:
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     assert client.get(f"{API}/cases/{case_id}").status_code == 404
     assert not list(clinic.shelf.root.rglob("a.jpg"))
+
+
+def looked_at(client: TestClient, root: Path) -> int:
+    """Files that were opened, and folders that were listed, to answer with the list."""
+    watched.append(str(root))
+    try:
+        assert client.get(f"{API}/cases").status_code == 200
+        return len(watched) - 1
+    finally:
+        watched.clear()
+
+
+watched: list[str] = []
+
+
+def _watch(event: str, args: tuple[object, ...]) -> None:
+    if watched and event in ("open", "os.listdir", "os.scandir"):
+        path = os.fspath(args[0]) if isinstance(args[0], str | os.PathLike) else ""
+        if str(path).startswith(watched[0]):
+            watched.append(str(path))
+
+
+sys.addaudithook(_watch)  # it cannot be taken away: it looks on only while somebody asks
+
+
+def test_the_list_costs_the_same_however_much_a_case_holds(
+    client: TestClient, clinic: Clinic
+) -> None:
+    cost: list[int] = []
+    for photos in (2, 60):
+        case_id = client.post(f"{API}/cases", json={}).json()["id"]
+        folder = clinic.shelf.case(case_id).folder
+        for name in ("received/.records", "stages/detect", "deliverables", "work"):
+            (folder.root / name).mkdir(parents=True)
+        for k in range(photos):
+            (folder.root / "received" / f"{k}.jpg").write_bytes(bytes(1000))
+            (folder.root / "received" / ".records" / f"{k}.jpg.json").write_text("{}", "utf-8")
+            (folder.stages / "detect" / f"{k}.npz").write_bytes(bytes(500))
+        for name in ("deliverables", "work"):
+            (folder.root / name / "surface.ply").write_bytes(name[:4].encode() * 100_000)
+        for place in (folder.root, *folder.root.rglob("*")):
+            os.utime(place, (1.7e9, 1.7e9 + 1.0 * (place.parent.name == "work")))
+        told = client.get(f"{API}/cases/{case_id}").json()
+        assert told["photos"] == photos
+        assert told["bytes"] > 1500 * photos + 800_000
+        assert {one["name"]: one["state"] for one in told["steps"]}["align"] == "check", "stale"
+        cost.append(looked_at(client, folder.root))
+        again = client.get(f"{API}/cases/{case_id}").json()
+        assert again == told
+        (folder.root / "received" / "0.jpg").unlink()
+        assert client.get(f"{API}/cases/{case_id}").json()["photos"] == photos - 1
+        shutil.rmtree(folder.root)
+    assert cost[0] == cost[1] < 6
 
 
 def test_the_thumbnail_is_the_first_view_alone_without_a_ground(

@@ -1,6 +1,8 @@
 """Checks over HTTP: what is known of a capture's photos is kept as long as it is of use."""
 
+import errno
 import io
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -91,6 +93,24 @@ def test_a_further_photo_goes_to_what_is_known_already(
     assert client.get(f"{case}/check").json()["current"] is False
     checked(client, case)
     assert [watch.checks for watch in watches] == [[2, 3]]
+
+
+@pytest.mark.usefixtures("watches")
+@pytest.mark.parametrize("fault", [OSError(errno.ENOSPC, "No space left"), ZeroDivisionError()])
+def test_a_check_that_fails_ends_and_the_next_one_answers(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, fault: Exception
+) -> None:
+    def fails(*_: object) -> None:
+        raise fault
+
+    case = case_with_photos(client, 1)
+    monkeypatch.setattr(threading, "excepthook", lambda _: None)  # a fault of ours passes on
+    with monkeypatch.context() as broken:
+        broken.setattr(Watch, "check", fails)
+        told = checked(client, case)
+    assert (told["state"], told["answer"]) == ("refused", None)
+    assert told["message"]
+    assert checked(client, case)["message"] == "No answer."
 
 
 def test_another_board_or_another_case_begins_anew_and_nothing_is_left(

@@ -1,0 +1,74 @@
+"""Cameras over HTTP: a calibration that fails ends, whatever failed, and may be begun again."""
+
+import errno
+import time
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from limbgram.app.clinic import Clinic
+from limbgram.cases import cameras
+from limbgram.core.errors import ExportError
+
+API = "/api/v1"
+FULL = OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.fixture
+def camera(client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A camera whose photos tell its lens at once."""
+    found = SimpleNamespace(board="7x5", photos=(), calibration=None)
+    monkeypatch.setattr(cameras, "read_photos", lambda *_: None)
+    monkeypatch.setattr(cameras, "calibrate", lambda *_: found)
+    monkeypatch.setattr(cameras, "calibration_picture", lambda _: b"a picture")
+    monkeypatch.setattr(cameras, "calibration_text", lambda _: "It fits.")
+    camera_id = client.post(f"{API}/cameras", json={"name": "A"}).json()["id"]
+    (clinic.shelf.cameras / camera_id / "received").mkdir()
+    return f"{API}/cameras/{camera_id}"
+
+
+def calibrated(client: TestClient, camera: str) -> dict[str, Any]:
+    """What is said of it once that has ended."""
+    assert client.post(f"{camera}/calibrate", json={}).status_code == 202
+    given_up = time.monotonic() + 60
+    while True:
+        told: dict[str, Any] = client.get(camera).json()
+        if told["state"] != "calibrating":
+            return told
+        assert time.monotonic() < given_up, "it stays calibrating"
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("fails", ["write_camera", "write_bytes"])
+@pytest.mark.parametrize("fault", [FULL, ExportError("The disk is full.")], ids=["disk", "export"])
+def test_a_result_that_cannot_be_written_ends_the_calibration(
+    client: TestClient, camera: str, monkeypatch: pytest.MonkeyPatch, fails: str, fault: Exception
+) -> None:
+    def full(*_: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(cameras, "write_camera", lambda *_: None)
+    monkeypatch.setattr(cameras, fails, full)
+    told = calibrated(client, camera)
+    assert told["state"] == "refused"
+    assert "full" in told["message"]
+    assert calibrated(client, camera)["state"] == "refused", "it may be begun again"
+
+
+def test_a_calibration_whose_end_cannot_be_written_either_is_not_awaited_for_ever(
+    client: TestClient, camera: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = cameras.write_json
+
+    def only_the_beginning(path: object, content: Any) -> None:
+        if content["state"] != "calibrating":
+            raise FULL
+        write(path, content)
+
+    monkeypatch.setattr(cameras, "write_camera", lambda *_: None)
+    monkeypatch.setattr(cameras, "write_json", only_the_beginning)
+    told = calibrated(client, camera)
+    assert told["state"] == "empty"
+    assert "again" in told["message"]

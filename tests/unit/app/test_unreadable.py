@@ -1,0 +1,134 @@
+"""A file that cannot be read is not an empty one: it is told, and nothing is written over it."""
+
+from collections.abc import Callable
+
+import httpx
+import pytest
+from fastapi.testclient import TestClient
+
+from limbgram.app.clinic import Clinic
+from limbgram.cases.bench import Bench
+from limbgram.cases.shelf import ShelvedCase
+from limbgram.core.errors import CaseError
+from limbgram.workbench.edits.solids import Offset
+from limbgram.workbench.measures.tape import TapeReading
+from limbgram.workbench.recipe.recipe import Entry, Recipe
+
+API = "/api/v1"
+DAMAGED = b'{"made": "2026-03-31T10:00:00+00:00", "side": "ri'
+"""As a disk leaves a file that it lost the end of."""
+
+Ask = Callable[[TestClient, str], httpx.Response]
+
+
+@pytest.fixture
+def case(client: TestClient, clinic: Clinic) -> ShelvedCase:
+    case_id = client.post(f"{API}/cases", json={"side": "right", "note": "cast"}).json()["id"]
+    case = clinic.shelf.case(case_id)
+    case.work.mkdir()
+    return case
+
+
+def say(client: TestClient, at: str) -> httpx.Response:
+    return client.patch(at, json={"note": "another"})
+
+
+def compute(client: TestClient, at: str) -> httpx.Response:
+    photos = client.get(f"{at}/photos").json()
+    assert photos["here"] == 0
+    return client.post(f"{at}/job/resume")
+
+
+def tape(client: TestClient, at: str) -> httpx.Response:
+    return client.put(f"{at}/tape", json=[{"height_mm": 100.0, "girth_mm": 351.0}])
+
+
+@pytest.mark.parametrize(
+    ("name", "save"),
+    [("label.json", say), ("job.json", compute), ("work/tape.json", tape)],
+    ids=["label", "job", "tape"],
+)
+def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
+    client: TestClient, case: ShelvedCase, name: str, save: Ask
+) -> None:
+    at, file = f"{API}/cases/{case.case_id}", case.folder.root / name
+    file.write_bytes(DAMAGED)
+    other = client.post(f"{API}/cases", json={}).json()["id"]
+    listed = {one["id"]: one for one in client.get(f"{API}/cases").json()["cases"]}
+    assert set(listed) == {case.case_id, other}, "it hides no other case"
+    if name != "work/tape.json":  # that is looked at once there is a surface
+        assert [file.name in one for one in listed[case.case_id]["unreadable"]] == [True]
+    assert listed[other]["unreadable"] == []
+    refused = save(client, at)
+    assert refused.status_code == 409
+    assert file.name in refused.json()["message"]
+    assert file.read_bytes() == DAMAGED, "nothing was written over it"
+
+    (aside,) = client.post(f"{at}/set-aside").json()
+    assert (file.parent / aside).read_bytes() == DAMAGED
+    assert client.get(at).json()["unreadable"] == []
+    if name != "job.json":
+        assert save(client, at).status_code == 200
+    assert client.post(f"{at}/set-aside").json() == [], "what can be read stays where it is"
+    file.write_bytes(DAMAGED)
+    (second,) = client.post(f"{at}/set-aside").json()
+    assert second != aside
+    assert (file.parent / aside).read_bytes() == DAMAGED
+
+
+def test_readings_by_tape_that_cannot_be_read_are_not_none(case: ShelvedCase) -> None:
+    bench = Bench(case)
+    bench.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
+    whole = bench.tape_file.read_bytes()
+    bench.tape_file.write_bytes(whole[:-9])
+    with pytest.raises(CaseError, match=r"tape\.json"):
+        bench.tape()
+    bench.tape_file.write_bytes(whole)
+    assert [one.girth_mm for one in bench.tape()] == [351.0]
+
+
+def test_a_history_that_cannot_be_read_is_kept_beside_the_new_one(case: ShelvedCase) -> None:
+    bench = Bench(case)
+    (case.work / "surface.ply").write_bytes(b"ply")
+    for offset_mm in (1.0, 2.0):
+        edit = Entry(edit=Offset(distance_mm=offset_mm))
+        bench.save_recipe(Recipe(name="own", entries=(edit,)))
+    history = case.work / "history.json"
+    history.write_bytes(DAMAGED)
+    assert not bench.history().can_undo
+    assert len(bench.notes()) == 1
+    bench.save_recipe(Recipe(name="own"))
+    assert bench.history().can_undo
+    (aside,) = case.work.glob("history.unreadable-*")
+    assert aside.read_bytes() == DAMAGED
+    assert [aside.name in one for one in bench.notes()] == [True]
+
+
+def test_a_camera_that_cannot_be_read_hides_no_other_and_keeps_its_name(
+    client: TestClient, clinic: Clinic
+) -> None:
+    first, second = (client.post(f"{API}/cameras", json={"name": name}).json() for name in "AB")
+    label = clinic.shelf.cameras / first["id"] / "label.json"
+    label.write_bytes(DAMAGED)
+    listed = {one["id"]: one for one in client.get(f"{API}/cameras").json()}
+    assert listed[second["id"]]["name"] == "B"
+    assert "label.json" in listed[first["id"]]["message"]
+    refused = client.patch(f"{API}/cameras/{first['id']}", json={"name": "C"})
+    assert refused.status_code == 409
+    assert label.read_bytes() == DAMAGED
+
+
+def test_a_photo_of_which_nothing_can_be_read_is_told_and_not_replaced(
+    client: TestClient, case: ShelvedCase
+) -> None:
+    at = f"{API}/cases/{case.case_id}/photos/a.png"
+    assert client.put(at, content=b"no picture").json()["whole"]
+    kept = (case.received / "a.png").read_bytes()
+    (case.received / ".records" / "a.png.json").write_bytes(DAMAGED)
+    (told,) = client.get(f"{API}/cases/{case.case_id}/photos").json()["photos"]
+    assert (told["name"], told["state"]) == ("a.png", "unusable")
+    assert "cannot be read" in told["problem"]
+    assert client.put(at, content=b"another picture").status_code == 409
+    assert (case.received / "a.png").read_bytes() == kept
+    assert client.delete(at).status_code == 204
+    assert client.put(at, content=b"another picture").status_code == 200
