@@ -15,7 +15,7 @@ from limbgram.app.replies import BINARY, BYTES, missing
 from limbgram.app.surface import Which, limb_before, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.errors import OptionsError
-from limbgram.core.files import write_bytes
+from limbgram.core.files import written_whole
 from limbgram.formats.reading import SUFFIXES, read_limb
 from limbgram.workbench.compare.comparison import CompareOptions, Comparison, compare
 from limbgram.workbench.compare.messages import comparison_lines, comparison_tree
@@ -77,29 +77,42 @@ def list_shapes(bench: BenchHere) -> list[ShapeName]:
     openapi_extra=BYTES,
 )
 async def put_shape(
-    bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)], request: Request
+    clinic: ClinicHere,
+    bench: BenchHere,
+    name: Annotated[str, Path(pattern=_NAME)],
+    request: Request,
 ) -> ShapeName:
     """Send a shape to compare with: STL, PLY, OBJ, GLB or AOP."""
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         raise OptionsError(f"{name} is of a kind that is not read. Send STL, PLY, OBJ, GLB or AOP.")
-    content = bytearray()
-    async for piece in request.stream():
-        content += piece
-        if len(content) > _MOST_BYTES:
-            raise OptionsError(f"{name} is larger than 400 MB. Reduce it where it came from.")
-    await asyncio.to_thread(
-        _keep_shape, bench, name, bytes(content)
-    )  # others are answered meanwhile
-    return ShapeName(name=name, bytes=len(content))
+    bench.shapes.mkdir(parents=True, exist_ok=True)
+    beside, size = bench.shapes / f".{secrets.token_hex(4)}{suffix}", 0
+    try:
+        with beside.open("xb") as stream:
+            async for piece in request.stream():  # of which none stays in memory
+                size += len(piece)
+                if size > _MOST_BYTES:
+                    told = f"{name} is larger than 400 MB. Reduce it where it came from."
+                    raise OptionsError(told)
+                await asyncio.to_thread(stream.write, piece)
+        # Others are answered meanwhile.
+        await asyncio.to_thread(_keep_shape, beside, bench.shapes / name)
+    finally:
+        beside.unlink(missing_ok=True)
+    clinic.news.tell(bench.case.case_id, "work")
+    return ShapeName(name=name, bytes=size)
 
 
 @router.delete("/cases/{case_id}/shapes/{name}", status_code=204)
-def delete_shape(bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)]) -> None:
+def delete_shape(
+    clinic: ClinicHere, bench: BenchHere, name: Annotated[str, Path(pattern=_NAME)]
+) -> None:
     """Take a shape away that was sent."""
     if name not in [one.name for one in list_shapes(bench)]:
         raise missing("There is no such shape.")
     (bench.shapes / name).unlink()
+    clinic.news.tell(bench.case.case_id, "work")
 
 
 @router.post("/cases/{case_id}/compare")
@@ -134,16 +147,11 @@ def read_compared(clinic: ClinicHere, bench: BenchHere, given: Against) -> Respo
     return Response(content, media_type="application/octet-stream")
 
 
-def _keep_shape(bench: Bench, name: str, content: bytes) -> None:
+def _keep_shape(sent: FilePath, place: FilePath) -> None:
     """Keep a shape that can be read."""
-    bench.shapes.mkdir(parents=True, exist_ok=True)
-    beside = bench.shapes / f".{secrets.token_hex(4)}{FilePath(name).suffix.lower()}"
-    try:
-        beside.write_bytes(content)
-        read_limb(beside)
-    finally:
-        beside.unlink(missing_ok=True)
-    write_bytes(bench.shapes / name, content)
+    read_limb(sent)
+    with written_whole(place) as beside:
+        sent.rename(beside)
 
 
 def _compared(clinic: Clinic, bench: Bench, given: Against) -> Comparison:

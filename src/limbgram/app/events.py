@@ -1,4 +1,8 @@
-"""Events: a line whenever something of a case changed, as long as somebody may listen."""
+"""Events: a line when something of a case changed, as long as somebody may listen.
+
+The first change is told at once, and what changes in the second after it together: whoever listens
+asks again at each, and a run tells of its steps many times a second.
+"""
 
 import asyncio
 import json
@@ -13,6 +17,7 @@ from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
 router = APIRouter(tags=["events"])
 
 _LOOK_S = 0.15
+_APART_S = 1.0
 _BEAT_S = 15.0
 _STREAM = {
     200: {
@@ -56,16 +61,17 @@ async def _changes(
     may_listen: Callable[[], bool],
 ) -> AsyncGenerator[str]:
     before: dict[str, int] | None = None
-    quiet_s = 0.0
+    quiet_s = told_s = _APART_S
     while not clinic.closing and may_listen() and not await request.is_disconnected():
         now = counts()
         changed = [name for name, count in now.items() if (before or {}).get(name) != count]
-        if changed or before is None:
+        if before is None or (changed and told_s >= _APART_S):
             yield f"event: change\ndata: {json.dumps({'changed': changed})}\n\n"
-            quiet_s = 0.0
+            told_s = _APART_S if before is None else 0.0
+            before, quiet_s = now, 0.0
         elif quiet_s >= _BEAT_S:
             yield ": still here\n\n"
             quiet_s = 0.0
-        before = now
         await asyncio.sleep(_LOOK_S)
         quiet_s += _LOOK_S
+        told_s += _LOOK_S

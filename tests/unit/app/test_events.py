@@ -1,5 +1,6 @@
 """Events over a real socket: who listens hears of photos that arrive and of a run's steps."""
 
+import asyncio
 import io
 import json
 import socket
@@ -8,11 +9,14 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, cast
 
 import httpx
+import numpy as np
 import pytest
 from PIL import Image
 
+from limbgram.app import events
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
 from limbgram.app.listening import configured
@@ -85,6 +89,36 @@ def test_photos_and_steps_of_a_run_are_told_as_they_come(browser: httpx.Client) 
         asked = {"board": None, "unscaled": True}
         browser.post(f"{case}/job", json=asked).raise_for_status()
         assert "job" in next(told)
+
+
+def test_what_changes_all_the_time_is_told_once_a_second_and_to_its_end(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    looks = 0
+
+    async def look_again(_: float) -> None:
+        nonlocal looks
+        looks += 1
+
+    class Listener:
+        async def is_disconnected(self) -> bool:
+            return looks == 200
+
+    def steps() -> dict[str, int]:
+        return {"job": min(looks, 150)}
+
+    async def told() -> list[int]:
+        clinic = Clinic(Shelf(tmp_path), Access(frozenset()))
+        changes = events._changes(clinic, cast(Any, Listener()), steps, lambda: True)
+        return [looks async for line in changes if line.startswith("event: change")]
+
+    monkeypatch.setattr(asyncio, "sleep", look_again)
+    at = asyncio.run(told())
+    assert at[:2] == [0, 1], "the first change at once"
+    apart_s = events._LOOK_S * np.diff(at[1:])
+    assert apart_s.min() >= 1.0
+    assert apart_s.max() < 1.2
+    assert at[-1] >= 150, "the last one is told as well"
 
 
 def test_nobody_listens_without_a_session(browser: httpx.Client) -> None:

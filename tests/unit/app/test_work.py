@@ -1,13 +1,15 @@
 """Work on a shape over HTTP: what is made is what the command line makes of it, to the byte."""
 
+import asyncio
 import errno
 import json
 import shutil
 import threading
 import time
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from typer.testing import CliRunner
 
 from limbgram.app.blocks import decode_blocks
 from limbgram.app.clinic import Clinic
+from limbgram.app.server import build
 from limbgram.cases.bench import Bench
 from limbgram.cli.main import app as command_line
 from limbgram.core.errors import ShapeFileError
@@ -453,6 +456,77 @@ def test_others_are_answered_while_a_shape_is_read(
         answered.set()
         assert sent.result(20).status_code == 200
     assert [one["name"] for one in client.get(f"{aligned}/shapes").json()] == ["other.ply"]
+
+
+@pytest.mark.parametrize("slow", ["read", "_take_scan"])
+def test_other_cases_are_answered_while_one_reads_its_surface(
+    client: TestClient, clinic: Clinic, limb: Mesh, monkeypatch: pytest.MonkeyPatch, slow: str
+) -> None:
+    benches: list[Bench] = []
+    for _ in range(2):
+        made = clinic.shelf.new_case("transtibial", "left")
+        made.folder.deliverables.mkdir()
+        write_ply(limb, made.folder.deliverables / "surface.ply", "mm")
+        benches.append(Bench(made))
+    begun, answered, act = threading.Event(), threading.Event(), getattr(Bench, slow)
+
+    def acts_slowly(bench: Bench) -> Any:
+        if bench == benches[0]:
+            begun.set()
+            assert answered.wait(30), "the other case was not answered meanwhile"
+        return act(bench)
+
+    monkeypatch.setattr(Bench, slow, acts_slowly)
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(client.get, f"{API}/cases/{benches[0].case.case_id}/limb")
+        assert begun.wait(30)
+        other = client.get(f"{API}/cases/{benches[1].case.case_id}/limb")
+        answered.set()
+        assert (other.status_code, first.result(30).status_code) == (200, 200)
+
+
+def test_a_shape_that_is_sent_does_not_stay_in_memory(
+    clinic: Clinic, aligned: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(path: Path) -> Limb:
+        assert path.stat().st_size == pieces * len(piece)
+        raise ShapeFileError("It is none.")
+
+    monkeypatch.setattr("limbgram.app.compare.read_limb", refuse)
+    piece, pieces = bytes(1 << 20), 64
+    left = iter([*({"body": piece, "more_body": True} for _ in range(pieces)), {"body": b""}])
+    answers: list[Any] = []
+
+    async def receive() -> Any:
+        return {"type": "http.request", **next(left)}
+
+    async def send(message: Any) -> None:
+        answers.append(message)
+
+    scope = {
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": "PUT",
+        "path": f"{aligned}/shapes/large.ply",
+        "raw_path": b"",
+        "query_string": b"",
+        "headers": [],
+        "scheme": "http",
+        "server": None,
+        "client": None,
+        "root_path": "",
+    }
+    served = build(clinic)
+    tracemalloc.start()
+    try:
+        asyncio.run(cast(Any, served)(scope, receive, send))
+        held = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert answers[0]["status"] == 422
+    assert held < 0.2 * pieces * len(piece)
+    assert not list((clinic.shelf.root / aligned.rpartition("/")[2] / "work" / "shapes").iterdir())
 
 
 def test_comparing_with_the_scan_tells_what_was_done(client: TestClient, aligned: str) -> None:
