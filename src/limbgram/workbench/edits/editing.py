@@ -1,9 +1,13 @@
 """Editing: the table of all edits, and the one function that does any of them."""
 
+from dataclasses import replace
 from typing import Final
 
+import numpy as np
+
+from limbgram.core.mesh.planted import tree_on
 from limbgram.workbench.edits.cleaning import Clean
-from limbgram.workbench.edits.cutting import PlaneCut, Trimline
+from limbgram.workbench.edits.cutting import ON_IT_MM, PlaneCut, Trimline
 from limbgram.workbench.edits.edit import Edit, name_of, require_lengths
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
 from limbgram.workbench.edits.learned import FromTemplate
@@ -53,10 +57,33 @@ def require_sense(edit: Edit) -> None:
 
 
 def do_edit(limb: Limb, edit: Edit) -> Limb:
-    """The limb after an edit.
+    """The limb after an edit; a landmark whose part of the surface is cut off goes with it.
 
     Raises:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
     require_sense(edit)
-    return edit.apply(limb)
+    return _without_lost_landmarks(limb, edit.apply(limb))
+
+
+def _without_lost_landmarks(before: Limb, after: Limb) -> Limb:
+    """The limb without the landmarks that an edit left in the air, which its notes name."""
+    if not after.landmarks:
+        return after
+    off_mm = {mark.name: 0.0 for mark in after.landmarks} | _off_surface_mm(before)
+    left = _off_surface_mm(after)
+    lost = [name for name, found_mm in left.items() if found_mm > off_mm[name] + ON_IT_MM]
+    if not lost:
+        return after
+    kept = tuple(mark for mark in after.landmarks if mark.name not in lost)
+    notes = tuple(f'The landmark "{name}" lay on what was cut off, and is gone.' for name in lost)
+    return replace(after, landmarks=kept, notes=(*after.notes, *notes))
+
+
+def _off_surface_mm(limb: Limb) -> dict[str, float]:
+    """How far each landmark lies from the surface."""
+    if not limb.landmarks:
+        return {}
+    places = np.stack([mark.position_mm for mark in limb.landmarks])
+    found = tree_on(limb.mesh).closest(places).distances_mm
+    return {mark.name: float(off) for mark, off in zip(limb.landmarks, found, strict=True)}
