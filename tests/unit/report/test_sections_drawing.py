@@ -1,4 +1,4 @@
-"""The levels' drawing: one scale of heights, the patient's left on one side in all views."""
+"""The levels' drawing: one scale of heights; sections from above, front up, as the trade draws."""
 
 import numpy as np
 import pytest
@@ -45,17 +45,30 @@ def test_levels_and_limb_stand_at_their_heights_from_the_landmark(
 
 
 def test_girths_stand_beside_their_levels(views: list[Axes]) -> None:
-    told = {text.get_text(): text.get_position()[1] for text in views[1].texts}
+    told = {
+        text.get_text(): text.get_position()[1]
+        for text in views[1].texts
+        if len(text.get_text()) > 1
+    }
     assert told == {"-100: 240.0": pytest.approx(-100), "50: 240.0": pytest.approx(50)}
 
 
-def test_the_patients_left_lies_to_the_right_in_front_view_and_sections(views: list[Axes]) -> None:
-    for view in (views[0], views[2]):
-        for line in lines_of(view):
-            assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((-20, 60))
-        assert view.get_xlabel() == "to the patient's left, mm"
-    for line in lines_of(views[2]):
+def test_sections_are_seen_from_above_with_the_right_to_the_right(views: list[Axes]) -> None:
+    """The box reaches 60 mm to the left, 20 to the right, 30 back and 10 to the front."""
+    front, beside, above = views[:3]
+    for line in lines_of(front):
+        assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((-20, 60))
+    assert front.get_xlabel() == "to the patient's left, mm"
+    for line in lines_of(above):
+        assert (line[:, 0].min(), line[:, 0].max()) == pytest.approx((-60, 20))
         assert (line[:, 1].min(), line[:, 1].max()) == pytest.approx((-30, 10))
-    assert views[2].get_ylabel() == "forwards, mm"
-    along = {text.get_text(): text.get_position()[0] for text in views[2].texts}
-    assert along["R"] < 0.5 < along["L"]
+    assert above.get_xlabel() == "to the patient's right, mm"
+    assert above.get_ylabel() == "forwards, mm"
+    assert corners_of(front) == {"R": 0.02, "L": 0.98}
+    assert corners_of(beside) == {"B": 0.02, "F": 0.98}
+    assert corners_of(above) == {"L": 0.02, "R": 0.98}
+
+
+def corners_of(axes: Axes) -> dict[str, float]:
+    """The letters in the corners of a picture, and how far along they stand."""
+    return {one.get_text(): one.get_position()[0] for one in axes.texts if len(one.get_text()) == 1}

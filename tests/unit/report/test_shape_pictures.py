@@ -157,6 +157,34 @@ def test_a_mirror_check_shows_each_landmark_only_where_it_can_be_seen(stump) -> 
     assert key.count("out of sight") == 1
 
 
+def test_a_mirror_check_says_in_the_corners_of_every_picture_what_lies_there(stump) -> None:
+    """Sections as the trade draws them: from above, front up, the patient's right to the right."""
+    right = stump.mesh.vertices_mm.copy()
+    right[:, 0] = np.where(right[:, 0] > 0, 1.5 * right[:, 0], right[:, 0])
+    drawing = mirror_check(stump.mesh.with_vertices(right), (), "right", "a.aop")
+    said = [
+        {one.get_text(): one.get_position()[0] for one in axes.texts if one.get_text().isupper()}
+        for axes in drawing.figure.axes
+    ]
+    assert said == [
+        {"LEFT": 0.0, "FRONT": 0.5, "RIGHT": 1.0},
+        {"RIGHT": 0.0, "LEFT": 1.0},
+        {"BACK": 0.0, "FRONT": 1.0},
+        {"FRONT": 0.0, "BACK": 1.0},
+    ]
+    png(drawing.figure)
+    sections = drawing.figure.axes[0]
+    drawn = np.concatenate([np.asarray(line.get_xydata()) for line in sections.lines])
+    assert drawn[:, 0].max() == pytest.approx(1.5 * -drawn[:, 0].min(), rel=0.02)
+    assert not sections.xaxis_inverted()
+    assert not sections.yaxis_inverted()
+    for axes in drawing.figure.axes:
+        for one in axes.texts:
+            if one.get_text().isupper():
+                high_px = one.get_window_extent().height
+                assert high_px > 0.012 * drawing.figure.bbox.width  # 10 px of 850 in the app
+
+
 def test_the_views_of_a_mirror_check_have_one_scale_though_the_limb_is_deeper_than_wide(
     stump,
 ) -> None:

@@ -1,7 +1,8 @@
 """The mirror check: what an exported file holds, seen as nobody can mistake it.
 
-Sections from proximal, front up, and the shape from the front and from both sides at one scale,
-drawn from what was read back. Laid beside the patient, a mirrored shape shows.
+Sections from above, front up and the patient's right to the right, and the shape from the front and
+from both sides at one scale, drawn from what was read back. Words in the upper corners of every
+picture say what lies there. Laid beside the patient, a mirrored shape shows.
 """
 
 import textwrap
@@ -18,12 +19,14 @@ from limbgram.report.drawings.views import limb_frames, normals_at, number_landm
 from limbgram.workbench.limb import Landmark, Side
 
 _SECTIONS_IN, _VIEW_IN, _GAP_IN = 2.9, 2.6, 0.2
-_SIGN_IN, _TITLE_IN, _BELOW_IN = 0.55, 0.85, 0.5
-"""Room for LEFT and RIGHT of the sections, for both titles, and for the key of the sections."""
-_WIDTH_IN = _SECTIONS_IN + 2 * _SIGN_IN + 3 * (_VIEW_IN + _GAP_IN)
-_LETTERS = 200
+_EDGE_IN, _TITLE_IN, _BELOW_IN = 0.15, 1.05, 0.5
+"""Room beside the sections, for titles and signs, and for the key of the sections."""
+_SIGN_PT = 15
+"""Of LEFT and RIGHT: legible where the picture is shown at half its size."""
+_WIDTH_IN = _SECTIONS_IN + 2 * _EDGE_IN + 3 * (_VIEW_IN + _GAP_IN)
+_LETTERS = 140
 """That fit on a line of the key."""
-_LINE_IN = 0.14
+_LINE_IN = 0.19
 _VIEWS = (
     ("seen from the front", 90, "RIGHT", "LEFT"),
     ("seen from the patient's right", 0, "BACK", "FRONT"),
@@ -37,22 +40,22 @@ _COLOURS = ("#2b6ca3", "#3c8d5a", "#d9822b", "#b8403a")
 def mirror_check(
     mesh_in_limb: Mesh, landmarks_in_limb: tuple[Landmark, ...], side: Side, title: str
 ) -> Drawing:
-    """Four panels: sections from proximal, the shape from the front, the right and the left."""
+    """Four panels: sections from above, the shape from the front, the right and the left."""
     frames = limb_frames(mesh_in_limb, [azimuth_deg for _, azimuth_deg, _, _ in _VIEWS])
     tall_in = _VIEW_IN * min(max(frames[0].height_px / frames[0].width_px, 1.0), 2.2)
     normals = normals_at(mesh_in_limb, landmarks_in_limb)
     longest = _key(landmarks_in_limb, set())
     key_in = _LINE_IN * len(longest.splitlines())
     figure = bare(_WIDTH_IN, _TITLE_IN + tall_in + _BELOW_IN + key_in)
-    _sections(axes_at(figure, _SIGN_IN, _TITLE_IN, _SECTIONS_IN, tall_in), mesh_in_limb)
-    left_in = _SECTIONS_IN + 2 * _SIGN_IN
+    _sections(axes_at(figure, _EDGE_IN, _TITLE_IN, _SECTIONS_IN, tall_in), mesh_in_limb)
+    left_in = _SECTIONS_IN + 2 * _EDGE_IN
     seen: set[int] = set()
     shaded = shade_all(mesh_in_limb, frames)
     for k, (frame, picture, named) in enumerate(zip(frames, shaded, _VIEWS, strict=True)):
         axes = axes_at(figure, left_in + k * (_VIEW_IN + _GAP_IN), _TITLE_IN, _VIEW_IN, tall_in)
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(named[0], fontsize=9, color=FAINT, pad=16)
+        axes.set_title(named[0], fontsize=11, color=FAINT, pad=24)
         seen |= number_landmarks(axes, frame, landmarks_in_limb, normals)
         scale_bar(axes, frame)
         _sign(axes, named[2], (0.0, 1.0), "left", "bottom")
@@ -67,7 +70,7 @@ def mirror_check(
         parse_math=False,
     )
     key = _key(landmarks_in_limb, seen)
-    figure.supxlabel(key, fontsize=7, color=RED, x=0.02, ha="left", parse_math=False)
+    figure.supxlabel(key, fontsize=10, color=RED, x=0.02, ha="left", parse_math=False)
     return Drawing(
         figure,
         "Drawn from the file as it was read back. RIGHT is the patient's right. Compare with the "
@@ -96,7 +99,7 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
     axes.plot(0, 0, "+", color=INK)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_title("sections seen from proximal", fontsize=9, color=FAINT, pad=16)
+    axes.set_title("sections seen from above", fontsize=11, color=FAINT, pad=24)
     axes.legend(
         fontsize=7,
         loc="upper center",
@@ -106,9 +109,9 @@ def _sections(axes: Axes, mesh: Mesh) -> None:
         title="height, as a share of the length",
         title_fontsize=7,
     )
+    _sign(axes, "LEFT", (0.0, 1.0), "left", "bottom")
     _sign(axes, "FRONT", (0.5, 1.0), "center", "bottom")
-    _sign(axes, "RIGHT", (1.0, 0.5), "left", "center")
-    _sign(axes, "LEFT", (0.0, 0.5), "right", "center")
+    _sign(axes, "RIGHT", (1.0, 1.0), "right", "bottom")
 
 
 def _sign(axes: Axes, text: str, place: tuple[float, float], across: str, along: str) -> None:
@@ -116,7 +119,7 @@ def _sign(axes: Axes, text: str, place: tuple[float, float], across: str, along:
         *place,
         text,
         transform=axes.transAxes,
-        fontsize=8,
+        fontsize=_SIGN_PT,
         weight="bold",
         color=RED,
         ha=across,

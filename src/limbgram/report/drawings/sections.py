@@ -1,7 +1,8 @@
 """Drawing of a limb's levels: where they lie on it, and all sections over each other.
 
-All heights count from the reference. The patient's left lies to the right in the front view and in
-the sections, which are seen from the distal end.
+All heights count from the reference. The sections are seen from above, as the trade draws them: the
+front upwards, the patient's right to the right. In the front view, as when facing the patient, it
+lies to the left; letters in the corners say so.
 """
 
 from collections.abc import Sequence
@@ -33,8 +34,6 @@ _MARGIN = 1.06
 _COLOURS = "viridis"
 _TITLE: Any = {"fontsize": 9, "color": FAINT, "y": 1.0}
 """At a given height: else it is looked for among the ticks."""
-_FROM_BELOW = np.array([-1.0, 1.0])
-"""Seen from the distal end with the front upwards the patient's right lies to the left."""
 _TOWARDS = {90: "to the patient's left, mm", 0: "forwards, mm", 180: "backwards, mm"}
 """What lies to the right in a view, by its azimuth."""
 
@@ -54,16 +53,18 @@ def sections_drawing(measures: Measures) -> Drawing:
     front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
     front.set_ylabel(f"height from the {measures.counted_from}, mm", fontsize=8, color=INK)
     front.set_title("front", **_TITLE)
+    _lettered(front, "R", "L")
     _side(beside, frames[1], of_side, rows, zero)
     beside.set_xlabel(_TOWARDS[outer_deg], fontsize=8, color=INK)
     side = "patient's left" if outer_deg else "patient's right"
     beside.set_title(f"from the {side}; girth by tape, mm", **_TITLE)
+    _lettered(beside, *(("F", "B") if outer_deg else ("B", "F")))
     _label(beside, rows)
     _sections(above, bar, rows)
     return Drawing(
         figure,
         f"{len(rows)} levels. Heights count from {measures.counting}; the sections are seen from "
-        "the distal end, front upwards, the patient's left to the right as in the front view.",
+        "above, front upwards, the patient's right to the right; the front view has it left.",
     )
 
 
@@ -116,6 +117,22 @@ def _side(
     plain(axes)
 
 
+def _lettered(axes: Axes, left: str, right: str) -> None:
+    """What lies left and right in a picture, in its upper corners: R and L, F and B."""
+    for along, across, name in ((0.02, "left", left), (0.98, "right", right)):
+        axes.text(
+            along,
+            0.99,
+            name,
+            transform=axes.transAxes,
+            color=INK,
+            fontsize=13,
+            weight="bold",
+            va="top",
+            ha=across,
+        )
+
+
 def _label(axes: Axes, rows: list[Row]) -> None:
     """Girths beside the levels, as many as can be read."""
     right = axes.get_xlim()[1]
@@ -127,13 +144,13 @@ def _label(axes: Axes, rows: list[Row]) -> None:
 
 
 def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
-    """All outlines over each other, coloured by height, as they lie seen from the distal end."""
+    """All outlines over each other, coloured by height, as they lie seen from above."""
     lines: list[np.ndarray] = []
     heights: list[float] = []
     for row in rows:
         if row.level is None:
             continue
-        points = row.level.points_mm * _FROM_BELOW
+        points = row.level.points_mm
         for loop in range(len(row.level.depth)):
             ring = points[row.level.loop == loop]
             lines.append(np.concatenate([ring, ring[:1]]))
@@ -143,10 +160,9 @@ def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
     axes.plot([0], [0], "+", color=ORANGE, ms=9)
     axes.set_aspect("equal")
     axes.autoscale()
-    for along, name in ((0.02, "R"), (0.98, "L")):
-        axes.text(along, 0.98, name, transform=axes.transAxes, color=INK, va="top", ha="center")
-    plain(axes).set_title("sections from the distal end, front upwards", **_TITLE)
-    axes.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
+    _lettered(axes, "L", "R")
+    plain(axes).set_title("sections from above, front upwards", **_TITLE)
+    axes.set_xlabel("to the patient's right, mm", fontsize=8, color=INK)
     axes.set_ylabel(_TOWARDS[0], fontsize=8, color=INK)
     bar = axes.figure.colorbar(drawn, cax=beside)
     bar.set_label("height, mm", fontsize=8, color=INK)
