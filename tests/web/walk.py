@@ -2,9 +2,11 @@
 
 What a click picks is held against the place that is drawn there, at three sizes; the file that is
 saved against what the command line makes of the same scan and recipe; every page against axe.
+Changes are made with answers that come late, in another order or not at all, with a reload and with
+Back in between, and from two windows: what the server has in the end is what hands did.
 
 Needs Playwright, Chromium and `npm ci` in web/; takes minutes, so it runs when it is asked for:
-`python -m pytest tests/web/walk.py`.
+`python -m pytest tests/web/walk.py`; the changes alone, in some minutes, with `-k answers`.
 """
 
 import json
@@ -21,7 +23,11 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
+
+from limbgram.formats.ply import write_ply
+from limbgram.synthetic.options import SMALL
+from limbgram.synthetic.truth import stage_truth
 
 pytestmark = pytest.mark.slow
 
@@ -31,6 +37,29 @@ USER, PASSWORD = "A. Meier", "a password of the walk"
 PLACES = ("cases", "cameras", "settings")
 STEPS = ("capture", "result", "align", "measure", "rectify", "send", "record", "compare")
 COMPUTED_MS = 480_000
+expect.set_options(timeout=30_000)
+WAYS = """
+const real = (window.real = window.fetch);
+let number = 0;
+const lostOnce = new Set();
+window.fetch = async (input, init) => {
+  const way = sessionStorage.getItem("test.way") ?? "as it is";
+  const request = new Request(input, init);
+  const act = request.headers.get("Act-Id");
+  const late = [2000, 200, 1100][number++ % 3];
+  const wait = (ms) => new Promise((go) => setTimeout(go, ms));
+  if (way === "stopped" && act) await wait(1e9);
+  const answer = await real(request);
+  if (way === "late") await wait(act ? 2000 : late);
+  if (way === "lost" && act && !lostOnce.has(act)) {
+    lostOnce.add(act);
+    throw new TypeError("Failed to fetch");
+  }
+  return answer;
+};
+"""
+"""How answers reach the page: as they are; late, those of questions in another order; each act's
+first one never; or no act leaves the page at all, as before a reload."""
 
 
 @dataclass(frozen=True)
@@ -264,6 +293,338 @@ def test_signing_in_and_the_lock_are_without_faults_and_hide_the_limb(
         words = page.get_by_label("A few words, if you want")
         words.wait_for()
         assert words.input_value() == "second fitting"
+
+
+@dataclass(frozen=True)
+class Worked:
+    """A case with an aligned shape, and a window whose way to the server can be spoiled."""
+
+    app: App
+    case_id: str
+
+    @property
+    def page(self) -> Page:
+        return self.app.page
+
+    def open(self, step: str, way: str = "as it is") -> None:
+        self.page.goto(f"{self.app.origin}/#/case/{self.case_id}/{step}")
+        self.through(way)
+        self.page.reload()
+
+    def through(self, way: str) -> None:
+        self.page.evaluate(f"sessionStorage.setItem('test.way', '{way}')")
+
+    def asked(self, what: str, method: str = "GET", body: object = None) -> Any:
+        """What the server itself says, past the page."""
+        return asked(self.page, f"/api/v1/cases/{self.case_id}{what}", method, body)
+
+    def settled(self) -> None:
+        """Wait until no act is on its way, here or before a reload."""
+        self.page.wait_for_function("() => !sessionStorage.getItem('limbgram.acts')")
+
+
+@pytest.fixture
+def worked(app: App) -> Iterator[Worked]:
+    with another_window(app, 1200, 800, "light") as other:
+        yield made_case(other)
+
+
+def made_case(app: App) -> Worked:
+    """A case with a shape that nobody had to compute, a place on it, and axes."""
+    app.page.add_init_script(WAYS)
+    app.page.goto(f"{app.origin}/#/cases")
+    kind = {"kind": "transtibial", "side": "left"}
+    case_id: str = asked(app.page, "/api/v1/cases", "POST", kind)["id"]
+    limb = stage_truth(SMALL).limb.mesh
+    folder = app.cases / case_id / "deliverables"
+    folder.mkdir()
+    write_ply(limb, folder / "surface.ply", "mm")
+    case = Worked(app, case_id)
+    front = limb.vertices_mm[np.argmax(limb.vertices_mm[:, 1])].tolist()
+    case.asked("/limb/places/patellar tendon", "PUT", {"position_mm": front})
+    axes = {"side": "left", "kind": "transtibial", "proximal": [0, 0, 1], "anterior": [0, 1, 0]}
+    case.asked("/limb/align", "POST", axes)
+    return case
+
+
+def asked(page: Page, path: str, method: str = "GET", body: object = None) -> Any:
+    return page.evaluate(
+        """async ([path, method, body]) => {
+            const headers = { "Content-Type": "application/json" };
+            const request = { method, headers, body: body === null ? undefined : body };
+            const answer = await (window.real ?? fetch)(path, request);
+            if (!answer.ok) throw new Error(`${answer.status} ${await answer.text()}`);
+            return await answer.json();
+        }""",
+        [path, method, None if body is None else json.dumps(body)],
+    )
+
+
+WAYS_BACK = ["as it is", "late", "lost", "reload", "back"]
+
+
+@pytest.mark.parametrize("way", WAYS_BACK)
+def test_answers_late_or_lost_keep_every_reading_of_the_tape(worked: Worked, way: str) -> None:
+    page = worked.page
+    worked.asked("/tape", "PATCH", {"height_mm": 40.0, "girth_mm": 250.0})
+    worked.open("measure", {"reload": "stopped", "back": "late"}.get(way, way))
+    typed = {60: "301.5", 80: "302,5", 100: "303", 120: "304", 140: "305"}
+    page.get_by_label("Girth by tape at 60 mm").wait_for()
+    for height, text in typed.items():
+        page.get_by_label(f"Girth by tape at {height} mm").fill(text)
+        page.keyboard.press("Tab")
+    page.get_by_label("Girth by tape at 40 mm").fill("")
+    page.keyboard.press("Enter")
+    page.get_by_label("Girth by tape at 120 mm").fill("314")
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Girth by tape at 120 mm")).to_have_value("314")
+    expect(page.get_by_label("Girth by tape at 40 mm")).to_have_value("")
+    if way == "reload":
+        worked.through("late")
+        page.reload()
+        page.get_by_label("Girth by tape at 60 mm").wait_for()
+    if way == "back":
+        page.go_back()
+        page.locator(".tape-input").first.wait_for(state="detached")
+        page.go_forward()
+        page.get_by_label("Girth by tape at 60 mm").wait_for()
+    # On their way or kept: at no time does a field show what was there before.
+    expect(page.get_by_label("Girth by tape at 120 mm")).to_have_value("314")
+    expect(page.get_by_label("Girth by tape at 40 mm")).to_have_value("")
+    worked.settled()
+    readings = {one["height_mm"]: one["girth_mm"] for one in worked.asked("/tape")}
+    assert readings == {60: 301.5, 80: 302.5, 100: 303, 120: 314, 140: 305}
+    for height, girth in readings.items():
+        field = page.get_by_label(f"Girth by tape at {height:g} mm")
+        expect(field).to_have_value(f"{girth:g}")
+    no_serious_fault(worked.app)
+
+
+def test_answers_that_are_late_never_let_the_tape_agree_before_it_was_compared(
+    worked: Worked,
+) -> None:
+    page = worked.page
+    levels = worked.asked("/measures", "POST", {"spacing_mm": 20})["levels"]
+    girth = {round(one["height_mm"]): one["tape_mm"] for one in levels}
+    worked.asked("/tape", "PATCH", {"height_mm": 60.0, "girth_mm": girth[60]["value"]})
+    worked.open("measure")
+    page.get_by_role("heading", name="The tape agrees").wait_for()
+    worked.through("late")
+    page.evaluate(
+        """() => {
+            window.said = [];
+            const look = () => window.said.push(document.querySelector(".pane h2").textContent);
+            new MutationObserver(look).observe(document.querySelector(".pane"),
+                { subtree: true, childList: true, characterData: true });
+        }"""
+    )
+    page.get_by_label("Girth by tape at 80 mm").fill(f"{girth[80]['value'] + 40:.1f}")
+    page.keyboard.press("Enter")
+    page.get_by_role("heading", name="1 reading disagrees").wait_for()
+    said = page.evaluate("window.said")
+    assert "The tape agrees" not in said
+    assert "Comparing the tape with the surface" in said
+
+
+def test_answers_do_not_overwrite_what_is_being_typed(worked: Worked) -> None:
+    page = worked.page
+    worked.open("measure", "late")
+    page.get_by_label("Girth by tape at 60 mm").fill("301")
+    page.keyboard.press("Tab")
+    half = page.get_by_label("Girth by tape at 80 mm")
+    half.fill("30")
+    worked.settled()
+    page.wait_for_timeout(2500)  # the comparison of the first comes as well
+    expect(half).to_have_value("30")
+    expect(half).to_be_focused()
+    half.press_sequentially("2")
+    half.press("Enter")
+    worked.settled()
+    assert [one["girth_mm"] for one in worked.asked("/tape")] == [301, 302]
+
+
+def test_answers_name_a_word_in_place_of_a_girth_which_stays(worked: Worked) -> None:
+    page = worked.page
+    worked.open("measure")
+    field = page.get_by_label("Girth by tape at 60 mm")
+    field.fill("abc")
+    page.keyboard.press("Tab")
+    page.get_by_role("alert").get_by_text("“abc” is no number: nothing was kept.").wait_for()
+    expect(field).to_have_value("abc")
+    no_serious_fault(worked.app)
+    field.fill("34.5")  # centimetres: the server's own refusal, beside the height that it is about
+    page.keyboard.press("Enter")
+    worked.asked("/tape", "PATCH", {"height_mm": 60.0, "girth_mm": 301.0})
+    field.fill("3")
+    page.keyboard.press("Enter")
+    page.get_by_text("The tape at 60 mm is not kept as 3 mm.").wait_for()
+    expect(field).to_have_value("301")
+    # Two quick presses are two.
+    spacing = page.get_by_label("Every", exact=True)
+    page.evaluate(
+        """() => {
+            const more = [...document.querySelectorAll("button")]
+                .find((one) => one.ariaLabel === "More: Every");
+            more.click();
+            more.click();
+        }"""
+    )
+    expect(spacing).to_have_value("30")
+
+
+@pytest.mark.parametrize("way", ["as it is", "late", "lost"])
+def test_answers_late_or_lost_keep_an_edit_once_that_enter_was_pressed_twice_for(
+    worked: Worked, way: str
+) -> None:
+    page = worked.page
+    worked.open("rectify", way)
+    page.locator(".overlay .ruler .flag").wait_for(state="attached")
+    page.wait_for_timeout(1500)
+    box = page.locator(".limb-canvas").bounding_box()
+    assert box is not None
+    draw_round(worked.app, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, 45)
+    page.locator(".pane .edit .eff:not(.waits)").wait_for()
+    page.locator(".limb-canvas").focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Enter")
+    page.locator(".edits .ed").wait_for()
+    page.keyboard.press("Enter")
+    worked.settled()
+    page.wait_for_timeout(500)
+    assert [one["kind"] for one in worked.asked("/recipe")["edits"]] == ["load"]
+
+    # By numbers: the fields stay, and Enter keeps them once until one is changed.
+    page.locator(".tool", has_text="Others").click()
+    page.get_by_label("Others").select_option("smoothing")
+    page.get_by_label("Passes").fill("2")
+    page.get_by_label("Passes").press("Enter")
+    page.get_by_label("Passes").press("Enter")
+    page.locator(".edits .ed").nth(1).wait_for()
+    page.get_by_label("Passes").press("Enter")
+    worked.settled()
+    page.wait_for_timeout(500)
+    kinds = [one["kind"] for one in worked.asked("/recipe")["edits"]]
+    assert kinds == ["load", "smoothing"]
+
+
+@pytest.mark.parametrize("way", ["late", "lost", "reload"])
+def test_answers_late_or_lost_let_a_number_mean_the_edit_that_is_shown(
+    worked: Worked, way: str
+) -> None:
+    page = worked.page
+    for passes in (1, 2, 3, 4):
+        edit = {"kind": "smoothing", "parameters": {"passes": passes}}
+        worked.asked("/recipe/edits", "POST", edit)
+    worked.open("rectify", "stopped" if way == "reload" else way)
+    rows = page.locator(".edits .ed")
+    rows.nth(3).wait_for()
+    rows.nth(3).get_by_role("switch").click()
+    for left in (3, 2):  # the first one twice, faster than any answer
+        rows.nth(0).locator(".ed-name").click()
+        page.get_by_role("button", name="Take it out").click()
+        expect(rows).to_have_count(left)
+    rows.nth(0).get_by_role("switch").click()
+    rows.nth(0).get_by_role("switch").click()
+    if way == "reload":
+        worked.through("late")
+        page.reload()
+        expect(rows).to_have_count(2)
+    worked.settled()
+    edits = worked.asked("/recipe")["edits"]
+    assert [(one["parameters"]["passes"], one["on"]) for one in edits] == [(3, True), (4, False)]
+    expect(rows).to_have_count(2)
+
+
+def test_answers_to_two_windows_never_change_an_edit_that_one_of_them_does_not_show(
+    worked: Worked,
+) -> None:
+    for passes in (1, 2):
+        edit = {"kind": "smoothing", "parameters": {"passes": passes}}
+        worked.asked("/recipe/edits", "POST", edit)
+    worked.open("rectify")
+    worked.page.locator(".edits .ed").nth(1).wait_for()
+    with another_window(worked.app, 1200, 800, "light") as app:
+        app.page.add_init_script(WAYS)
+        other = Worked(app, worked.case_id)
+        other.open("rectify")
+        other.page.locator(".edits .ed").nth(1).wait_for()
+        other.through("late")  # it hears of the other's change two seconds later
+        rows = worked.page.locator(".edits .ed")
+        rows.nth(0).locator(".ed-name").click()
+        worked.page.get_by_role("button", name="Take it out").click()
+        expect(rows).to_have_count(1)
+        worked.settled()
+        other.page.locator(".edits .ed").nth(0).get_by_role("switch").click()
+        other.page.get_by_text("The recipe was changed meanwhile").wait_for()
+        expect(other.page.locator(".edits .ed")).to_have_count(1)
+        edits = worked.asked("/recipe")["edits"]
+        assert [(one["parameters"]["passes"], one["on"]) for one in edits] == [(2, True)]
+        # Undo is heard in the other window too.
+        other.through("as it is")
+        worked.page.get_by_role("button", name="Undo").click()
+        expect(other.page.locator(".edits .ed")).to_have_count(2)
+
+
+@pytest.mark.parametrize("way", WAYS_BACK)
+def test_answers_late_or_lost_keep_every_place(worked: Worked, way: str) -> None:
+    page = worked.page
+    worked.open("align", {"reload": "stopped", "back": "late"}.get(way, way))
+    page.locator(".places-list li.placed").first.wait_for()
+    page.wait_for_timeout(1500)
+    box = page.locator(".limb-canvas").bounding_box()
+    assert box is not None
+    names = ["tibial crest", "tibial tubercle", "fibula head"]
+    for k, name in enumerate(names):
+        row = page.locator(".places-list li", has_text=name[0].upper() + name[1:])
+        if row.get_by_role("button").first.get_attribute("aria-pressed") != "true":
+            row.get_by_role("button").first.click()
+        page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2 - 60 + 50 * k)
+        expect(page.locator(".places-list li.placed")).to_have_count(2 + k)
+    page.get_by_role("button", name="Take away: Patellar tendon").click()
+    expect(page.locator(".places-list li.placed")).to_have_count(3)
+    if way == "reload":
+        worked.through("late")
+        page.reload()
+    if way == "back":
+        page.go_back()
+        page.go_forward()
+    expect(page.locator(".places-list li.placed")).to_have_count(3)
+    worked.settled()
+    places = [one["name"] for one in worked.asked("/limb")["places"]]
+    assert sorted(places) == sorted(names)
+
+
+def test_answers_to_two_windows_keep_what_each_says_of_a_case(worked: Worked) -> None:
+    with another_window(worked.app, 1200, 800, "light") as app:
+        app.page.add_init_script(WAYS)
+        windows = [worked.page, app.page]
+        for page in windows:  # both forms are open before either is kept
+            page.goto(f"{app.origin}/#/cases")
+            page.get_by_role("button", name=f"More: {worked.case_id}").click()
+            page.get_by_role("button", name="Rename").click()
+            page.evaluate("sessionStorage.setItem('test.way', 'late')")
+        worked.page.locator(".confirm").get_by_label("A few words, if you want").fill("second")
+        app.page.locator(".confirm .choice", has_text="RIGHT").click()
+        for page in windows:
+            page.locator(".confirm").get_by_role("button", name="Save").click()
+        for page in windows:
+            page.wait_for_function("() => !sessionStorage.getItem('limbgram.acts')")
+    label = worked.asked("")
+    assert (label["note"], label["side"], label["kind"]) == ("second", "right", "transtibial")
+
+
+def test_answers_apart_what_one_window_chooses_is_chosen_in_the_other(worked: Worked) -> None:
+    worked.open("capture")
+    other = worked.page.context.new_page()
+    other.goto(f"{worked.app.origin}/#/case/{worked.case_id}/capture")
+    for page in (worked.page, other):
+        page.get_by_label("Size by", exact=True).wait_for()
+    worked.page.get_by_label("I taped one girth, to check the size").check()
+    other.get_by_label("Size by", exact=True).select_option("own")
+    for page in (worked.page, other):
+        expect(page.get_by_label("I taped one girth, to check the size")).to_be_checked()
+        expect(page.get_by_label("Size by", exact=True)).to_have_value("own")
+    other.close()
 
 
 def every_page(app: App) -> None:

@@ -6,7 +6,7 @@ import { useEffect } from "preact/hooks";
 import { type Schemas, api, link, taken } from "./api/client";
 import { listen } from "./api/events";
 import { type CaseHead, Shell, type StepState } from "./design/shell";
-import { Notice } from "./design/parts";
+import { Button, Notice } from "./design/parts";
 import { Refusal } from "./design/refusal";
 import { CameraScreen } from "./screens/cameras";
 import { CaptureScreen } from "./screens/capture";
@@ -15,11 +15,14 @@ import { HelpPanel } from "./screens/help";
 import { PhoneScreen } from "./screens/phone";
 import type { RoomProps } from "./screens/room";
 import { SettingsScreen } from "./screens/settings";
+import { isOfFiles, missed, pending } from "./state/acts";
 import { useAsked } from "./state/asked";
 import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
 
 type Screen = ComponentType<RoomProps>;
+/** From when on it is said that something is not kept yet. */
+const LATE_MS = 2500;
 
 /** The screens with the canvas come in a file of their own, when the first of them is opened. */
 const WORK: Record<Exclude<Page, "capture">, () => Promise<Screen>> = {
@@ -55,6 +58,7 @@ export function App() {
 
 /** What lies round a screen: help beside it, and what is wrong with the way to the program. */
 function Around({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
+  const waits = useWaiting();
   return (
     <div class={`around ${helping ? "with-help" : ""}`}>
       <div class="around-main">
@@ -69,12 +73,34 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
               {t("locked.why")}
             </Notice>
           )}
+          {waits > 0 && link.value !== "lost" && (
+            <Notice tone="plain" title={t("acts.wait", waits)}>
+              {t("acts.wait.why")}
+            </Notice>
+          )}
+          {missed.value && (
+            <Notice tone="red" title={t("acts.missed")} action={<Button onClick={() => (missed.value = null)}>{t("close")}</Button>}>
+              {missed.value.message}
+            </Notice>
+          )}
         </div>
         {children}
       </div>
       {helping && <HelpPanel topic={topic} onClose={onClose} />}
     </div>
   );
+}
+
+/** How many acts wait for their answer, once that takes long. */
+function useWaiting(): number {
+  const late = useSignal(false);
+  const count = pending.value.filter((one) => !isOfFiles(one)).length;
+  useEffect(() => {
+    late.value = false;
+    const wait = setTimeout(() => (late.value = true), LATE_MS);
+    return () => clearTimeout(wait);
+  }, [count > 0]);
+  return late.value ? count : 0;
 }
 
 function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; helping: boolean; onHelp: () => void }) {

@@ -1,7 +1,10 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
+const listening = new Map<string, () => void>();
+
 beforeEach(() => {
   const kept = new Map<string, string>();
+  vi.stubGlobal("addEventListener", (what: string, heard: () => void) => listening.set(what, heard));
   vi.stubGlobal("localStorage", { getItem: (k: string) => kept.get(k) ?? null, setItem: (k: string, v: string) => kept.set(k, v) });
   vi.resetModules();
 });
@@ -46,4 +49,16 @@ test("a taped girth is sent once it is whole, and only where there is a size", a
   const whole = { ...none, tape: { height_mm: 0, girth_mm: 354 } };
   expect([tapeLacks(whole), tapesOf(whole)]).toEqual([false, [{ height_mm: 0, girth_mm: 354 }]]);
   expect(tapesOf({ ...whole, board: "none" })).toEqual([]);
+});
+
+test("what another window chose meanwhile stays chosen, and is seen here", async () => {
+  const { choicesOf, keepChoices } = await import("../src/state/choices");
+  keepChoices("A", { cameras: ["one"] });
+  const { effect } = await import("@preact/signals");
+  const seen: string[] = [];
+  effect(() => void seen.push(`${choicesOf("A").cameras} ${choicesOf("A").board}`));
+  localStorage.setItem("limbgram.choices.A", JSON.stringify({ ...choicesOf("A"), board: "none" }));
+  listening.get("storage")?.();
+  keepChoices("A", { cameras: ["two"] });
+  expect(seen).toEqual(["one printed", "one none", "two none"]);
 });

@@ -203,7 +203,8 @@ def change_case(clinic: ClinicHere, case: CaseHere, given: CaseChange) -> Case:
     """Say something else of a case: kind, side, note, archived."""
     said: dict[str, Any] = given.model_dump(exclude_unset=True)
     keep = {name: value for name, value in said.items() if value is not None or name in _MAY_BE_NO}
-    case.relabel(replace(case.label, **keep))
+    with clinic.desk.changing(Bench(case)):
+        case.relabel(replace(case.label, **keep))
     clinic.news.tell(case.case_id, "case")
     return case_reply(clinic, case)
 

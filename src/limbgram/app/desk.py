@@ -49,6 +49,10 @@ class OpenShape:
 class Desk:
     """Shapes in memory, the last used ones."""
 
+    made: dict[Path, tuple[str | None, str]] = field(
+        default_factory=dict[Path, tuple[str | None, str]]
+    )
+    """Of a case: the act that changed its recipe last, and the mark of that recipe."""
     _open: "OrderedDict[Path, OpenShape]" = field(default_factory=lambda: OrderedDict())
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _changing: CaseLocks = field(default_factory=CaseLocks)

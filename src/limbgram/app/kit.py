@@ -35,6 +35,7 @@ class Setup(BaseModel):
     made: str = Field(description="Day of the acceptance test.")
     months: int = Field(description="Since then.")
     valid_months: int
+    expired: bool = Field(description="Older than it was meant to count for.")
     sentence: str
     remark: str = Field(default="", description="What to do about it, if anything.")
 
@@ -84,6 +85,7 @@ def read_kit(case: CaseHere) -> Kit:
                 made=one.made,
                 months=one.months,
                 valid_months=one.valid_months,
+                expired=one.expired,
                 sentence=one.sentence,
                 remark=one.remark,
             )

@@ -200,8 +200,8 @@ def align_limb(clinic: ClinicHere, bench: BenchHere, given: Align) -> LimbReply:
         )
         aligned = align(shape.limb, options)
         bench.save_limb(aligned, shape.file)
-    label = bench.case.label
-    bench.case.relabel(replace(label, side=given.side, kind=options.kind or label.kind))
+        label = bench.case.label
+        bench.case.relabel(replace(label, side=given.side, kind=options.kind or label.kind))
     clinic.news.tell(bench.case.case_id, "case")
     reply = _told(clinic, bench)
     reply.notes = [*aligned.notes]

@@ -23,6 +23,8 @@ from limbgram.workbench.measures.tape import TapeCheck, TapeReading
 
 router = APIRouter(tags=["measures"])
 
+_SAME_MM = 0.01
+"""Heights so near are one: what a page shows of them has fewer digits."""
 Millimetres = Annotated[float, Field(ge=-5000, le=5000)]
 
 
@@ -73,6 +75,13 @@ class Reading(BaseModel):
 
     height_mm: Millimetres = Field(description="From the reference, as the table counts.")
     girth_mm: float = Field(gt=0, le=5000)
+
+
+class ReadingChange(BaseModel):
+    """One girth that was read, read anew, or taken back."""
+
+    height_mm: Millimetres = Field(description="From the reference; the reading that is there.")
+    girth_mm: float | None = Field(gt=0, le=5000, description="null: there is none any more.")
 
 
 class TapeReply(Reading):
@@ -165,10 +174,23 @@ def read_tape(bench: BenchHere) -> list[Reading]:
 
 @router.put("/cases/{case_id}/tape")
 def keep_tape(clinic: ClinicHere, bench: BenchHere, given: list[Reading]) -> list[Reading]:
-    """Keep all girths that were read, in place of those before."""
-    bench.save_tape(
-        tuple(TapeReading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in given)
-    )
+    """Keep all girths that were read, in place of those before; PATCH changes one of them."""
+    with clinic.desk.changing(bench):
+        bench.save_tape(
+            tuple(TapeReading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in given)
+        )
+    clinic.news.tell(bench.case.case_id, "work")
+    return _readings(bench)
+
+
+@router.patch("/cases/{case_id}/tape")
+def change_tape(clinic: ClinicHere, bench: BenchHere, given: ReadingChange) -> list[Reading]:
+    """Keep, change or take back the girth at one height; the others stay as they are."""
+    with clinic.desk.changing(bench):
+        kept = [one for one in bench.tape() if abs(one.height_mm - given.height_mm) > _SAME_MM]
+        if given.girth_mm is not None:
+            kept.append(TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm))
+        bench.save_tape(tuple(sorted(kept, key=lambda one: one.height_mm)))
     clinic.news.tell(bench.case.case_id, "work")
     return _readings(bench)
 

@@ -1,19 +1,22 @@
 """Recipe: the edits in order, which are the list of what can be undone; previews and the ledger."""
 
-from dataclasses import replace
+import hashlib
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, cast
 
-from fastapi import APIRouter, Path, Response
+from fastapi import APIRouter, Depends, Header, Path, Query, Response
 from pydantic import BaseModel, Field
 
+from limbgram.app.acts import ACT_ID
 from limbgram.app.blocks import change_blocks, surface_blocks
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.desk import OpenShape
 from limbgram.app.replies import BINARY
 from limbgram.app.surface import tag_of
 from limbgram.cases.bench import Bench
-from limbgram.core.errors import LimbgramError, OptionsError
+from limbgram.core.errors import CaseError, LimbgramError, OptionsError
+from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.typed import tree_of
 from limbgram.workbench.edits.edit import Edit, name_of, parameters_of, purpose_of
 from limbgram.workbench.edits.editing import EDIT_NAMED
@@ -23,6 +26,7 @@ from limbgram.workbench.recipe.ledger import Ledger, Line
 from limbgram.workbench.recipe.recipe import (
     Entry,
     Recipe,
+    Replayed,
     accepted,
     added,
     described,
@@ -36,6 +40,33 @@ router = APIRouter(tags=["recipe"])
 
 Number = Annotated[int, Path(ge=1, le=1000, description="Of the edit, from 1.")]
 Parameters = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Gesture:
+    """A change of the recipe, as whoever makes it knows it."""
+
+    act: str | None
+    seen: str | None
+
+
+def _gesture(
+    act_id: Annotated[
+        str | None, Header(pattern=ACT_ID, description="Of this act: the same id twice is once.")
+    ] = None,
+    seen: Annotated[
+        str | None,
+        Query(
+            max_length=64,
+            description="Of the recipe that it changes: its mark, or the id of the act that made "
+            "it. Where the recipe is another one by now, the act is refused.",
+        ),
+    ] = None,
+) -> Gesture:
+    return Gesture(act_id, seen)
+
+
+GestureHere = Annotated[Gesture, Depends(_gesture)]
 
 
 class Parameter(BaseModel):
@@ -74,6 +105,7 @@ class RecipeReply(BaseModel):
     can_redo: bool
     fits: bool = Field(description="Whether it was made for the surface that is worked on.")
     tag: str = Field(description="Of the shape after it: `surface?of=rectified` has the same.")
+    mark: str = Field(description="Another one whenever the recipe changes.")
     notes: list[str]
 
 
@@ -82,6 +114,10 @@ class Ledgered(BaseModel):
 
     recipe: RecipeReply
     ledger: Ledger | None = None
+    solid: bool | None = Field(
+        default=None,
+        description="Whether the shape after it is closed all round, as printers need.",
+    )
     refusal: str = Field(
         default="", description="Why the recipe cannot be done; empty where it can."
     )
@@ -158,29 +194,34 @@ def read_recipe_file(bench: BenchHere) -> Response:
 
 
 @router.put("/cases/{case_id}/recipe/file")
-def put_recipe_file(clinic: ClinicHere, bench: BenchHere, given: RecipeText) -> Ledgered:
+def put_recipe_file(
+    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, given: RecipeText
+) -> Ledgered:
     """Put another recipe in its place; undo goes back."""
     made = parse_recipe(given.toml, "The recipe")
     require_scan(made, clinic.desk.shape(bench).file.sha256, "the surface of this case")
     with clinic.desk.changing(bench):
-        return _kept(clinic, bench, made)
+        return _kept(clinic, bench, made, gesture)
 
 
 @router.post("/cases/{case_id}/recipe/edits", status_code=201)
-def add_edit(clinic: ClinicHere, bench: BenchHere, given: NewEdit) -> Ledgered:
+def add_edit(
+    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, given: NewEdit
+) -> Ledgered:
     """Add an edit to the recipe; the answer is the ledger, `recipe/change` brings the shape."""
     edit = make_edit(given.kind, _frozen(given.parameters), "The new edit")
     with clinic.desk.changing(bench):
-        return _kept(clinic, bench, added(bench.recipe(), edit, given.number, given.accept))
+        recipe = _seen(clinic, bench, gesture)
+        return _kept(clinic, bench, added(recipe, edit, given.number, given.accept), gesture)
 
 
 @router.patch("/cases/{case_id}/recipe/edits/{number}")
 def change_edit(
-    clinic: ClinicHere, bench: BenchHere, number: Number, given: EditChange
+    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, number: Number, given: EditChange
 ) -> Ledgered:
     """Change an edit: switch it, change its numbers, accept what it does, or move it."""
     with clinic.desk.changing(bench):
-        recipe = bench.recipe()
+        recipe = _seen(clinic, bench, gesture)
         if given.on is not None:
             recipe = switched(recipe, number, on=given.on)
         if given.parameters is not None:
@@ -189,28 +230,34 @@ def change_edit(
             recipe = accepted(recipe, number, given.accept)
         if given.number is not None:
             recipe = moved(recipe, number, given.number)
-        return _kept(clinic, bench, recipe)
+        return _kept(clinic, bench, recipe, gesture)
 
 
 @router.delete("/cases/{case_id}/recipe/edits/{number}")
-def delete_edit(clinic: ClinicHere, bench: BenchHere, number: Number) -> Ledgered:
+def delete_edit(
+    clinic: ClinicHere, bench: BenchHere, gesture: GestureHere, number: Number
+) -> Ledgered:
     """Take an edit out of the recipe."""
     with clinic.desk.changing(bench):
-        return _kept(clinic, bench, removed(bench.recipe(), number))
+        return _kept(clinic, bench, removed(_seen(clinic, bench, gesture), number), gesture)
 
 
 @router.post("/cases/{case_id}/recipe/undo")
-def undo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+def undo(clinic: ClinicHere, bench: BenchHere, gesture: GestureHere) -> Ledgered:
     """Undo the last gesture, whatever it was: an edit, a switch, a number, an order."""
     with clinic.desk.changing(bench):
-        return _stepped(clinic, bench, -1)
+        _seen(clinic, bench, gesture)
+        _changed(clinic, bench, bench.step(-1), gesture)
+        return _ledgered(clinic, bench)
 
 
 @router.post("/cases/{case_id}/recipe/redo")
-def redo(clinic: ClinicHere, bench: BenchHere) -> Ledgered:
+def redo(clinic: ClinicHere, bench: BenchHere, gesture: GestureHere) -> Ledgered:
     """Do again what was undone last."""
     with clinic.desk.changing(bench):
-        return _stepped(clinic, bench, 1)
+        _seen(clinic, bench, gesture)
+        _changed(clinic, bench, bench.step(1), gesture)
+        return _ledgered(clinic, bench)
 
 
 @router.post("/cases/{case_id}/recipe/preview", response_class=Response, responses=BINARY)
@@ -259,37 +306,67 @@ def recipe_reply(clinic: Clinic, bench: Bench) -> RecipeReply:
         can_redo=history.can_redo,
         fits=not recipe.scan_sha256 or recipe.scan_sha256 == shape.file.sha256,
         tag=tag_of(shape.file.sha256, shape.limb, recipe),
+        mark=_mark(recipe),
         notes=[*recipe.notes, *bench.notes()],
     )
 
 
-def _kept(clinic: Clinic, bench: Bench, recipe: Recipe) -> Ledgered:
+def _seen(clinic: Clinic, bench: Bench, gesture: Gesture) -> Recipe:
+    """The recipe, where it is still the one that somebody had before their eyes.
+
+    Edits are called by their numbers: on another recipe a change would meet another edit.
+
+    Raises:
+        CaseError: it is another one.
+    """
+    recipe = bench.recipe()
+    mark = _mark(recipe)
+    if gesture.seen not in (None, mark) and clinic.desk.made.get(bench.root) != (
+        gesture.seen,
+        mark,
+    ):
+        raise CaseError(
+            "The recipe was changed meanwhile, in another window or by a change before this one "
+            "that was refused. It is shown as it is now: look at it, and do this again."
+        )
+    return recipe
+
+
+def _kept(clinic: Clinic, bench: Bench, recipe: Recipe, gesture: Gesture) -> Ledgered:
     """Keep a recipe that can be done; one that is refused changes nothing.
 
     Whoever made it of the present one holds the case's lock since.
     """
     shape = clinic.desk.shape(bench)
-    ledger = shape.replayed(recipe).ledger
+    done = shape.replayed(recipe)
     bench.save_recipe(recipe)
-    clinic.news.tell(bench.case.case_id, "work")
-    return Ledgered(recipe=recipe_reply(clinic, bench), ledger=ledger)
+    _changed(clinic, bench, recipe, gesture)
+    return _told(recipe_reply(clinic, bench), done)
 
 
-def _stepped(clinic: Clinic, bench: Bench, by: int) -> Ledgered:
-    """Undo (-1) or redo (+1) one gesture; other windows hear of it as of any other."""
-    bench.step(by)
+def _changed(clinic: Clinic, bench: Bench, recipe: Recipe, gesture: Gesture) -> None:
+    """Tell everybody who looks on, and remember whose act made this recipe."""
+    clinic.desk.made[bench.root] = (gesture.act, _mark(recipe))
     clinic.news.tell(bench.case.case_id, "work")
-    return _ledgered(clinic, bench)
+
+
+def _mark(recipe: Recipe) -> str:
+    return hashlib.sha256(encode_recipe(recipe)).hexdigest()[:24]
 
 
 def _ledgered(clinic: Clinic, bench: Bench) -> Ledgered:
     """The recipe as it is, also where it cannot be done any more: places may have moved."""
     shape, reply = clinic.desk.shape(bench), recipe_reply(clinic, bench)
     try:
-        ledger = shape.replayed(bench.recipe()).ledger
+        done = shape.replayed(bench.recipe())
     except LimbgramError as error:
         return Ledgered(recipe=reply, refusal=str(error))
-    return Ledgered(recipe=reply, ledger=ledger)
+    return _told(reply, done)
+
+
+def _told(reply: RecipeReply, done: Replayed) -> Ledgered:
+    solid = not len(boundary_half_edges(done.limb.mesh.faces))
+    return Ledgered(recipe=reply, ledger=done.ledger, solid=solid)
 
 
 def _change(shape: OpenShape, before: Recipe, after: Recipe) -> Response:

@@ -34,6 +34,7 @@ from limbgram.app import (
     templates,
 )
 from limbgram.app.access import Guard
+from limbgram.app.acts import OnceEach
 from limbgram.app.clinic import Clinic
 from limbgram.app.replies import (
     RESPONSES,
@@ -100,6 +101,7 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.clinic = clinic
+    app.add_middleware(OnceEach, shelf=clinic.shelf)  # pyright: ignore[reportArgumentType]
     for resource in _RESOURCES:
         app.include_router(resource.router, prefix=PREFIX, responses=RESPONSES)
     app.include_router(session.start_router)

@@ -842,14 +842,18 @@ export interface paths {
         get: operations["read_tape"];
         /**
          * Keep Tape
-         * @description Keep all girths that were read, in place of those before.
+         * @description Keep all girths that were read, in place of those before; PATCH changes one of them.
          */
         put: operations["keep_tape"];
         post?: never;
         delete?: never;
         options?: never;
         head?: never;
-        patch?: never;
+        /**
+         * Change Tape
+         * @description Keep, change or take back the girth at one height; the others stay as they are.
+         */
+        patch: operations["change_tape"];
         trace?: never;
     };
     "/api/v1/edits": {
@@ -2772,6 +2776,11 @@ export interface components {
             recipe: components["schemas"]["RecipeReply"];
             ledger?: components["schemas"]["Ledger"] | null;
             /**
+             * Solid
+             * @description Whether the shape after it is closed all round, as printers need.
+             */
+            solid?: boolean | null;
+            /**
              * Refusal
              * @description Why the recipe cannot be done; empty where it can.
              * @default
@@ -3373,6 +3382,22 @@ export interface components {
             girth_mm: number;
         };
         /**
+         * ReadingChange
+         * @description One girth that was read, read anew, or taken back.
+         */
+        ReadingChange: {
+            /**
+             * Height Mm
+             * @description From the reference; the reading that is there.
+             */
+            height_mm: number;
+            /**
+             * Girth Mm
+             * @description null: there is none any more.
+             */
+            girth_mm: number | null;
+        };
+        /**
          * RecipeReply
          * @description The recipe, and what undo and redo can do.
          */
@@ -3395,6 +3420,11 @@ export interface components {
              * @description Of the shape after it: `surface?of=rectified` has the same.
              */
             tag: string;
+            /**
+             * Mark
+             * @description Another one whenever the recipe changes.
+             */
+            mark: string;
             /** Notes */
             notes: string[];
         };
@@ -3590,6 +3620,11 @@ export interface components {
             months: number;
             /** Valid Months */
             valid_months: number;
+            /**
+             * Expired
+             * @description Older than it was meant to count for.
+             */
+            expired: boolean;
             /** Sentence */
             sentence: string;
             /**
@@ -7536,6 +7571,78 @@ export interface operations {
             };
         };
     };
+    change_tape: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReadingChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reading"][];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
     list_kinds: {
         parameters: {
             query?: never;
@@ -7805,8 +7912,14 @@ export interface operations {
     };
     put_recipe_file: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */
                 case_id: string;
@@ -7877,8 +7990,14 @@ export interface operations {
     };
     add_edit: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */
                 case_id: string;
@@ -7949,8 +8068,14 @@ export interface operations {
     };
     delete_edit: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Of the edit, from 1. */
                 number: number;
@@ -8019,8 +8144,14 @@ export interface operations {
     };
     change_edit: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Of the edit, from 1. */
                 number: number;
@@ -8093,8 +8224,14 @@ export interface operations {
     };
     undo: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */
                 case_id: string;
@@ -8161,8 +8298,14 @@ export interface operations {
     };
     redo: {
         parameters: {
-            query?: never;
-            header?: never;
+            query?: {
+                /** @description Of the recipe that it changes: its mark, or the id of the act that made it. Where the recipe is another one by now, the act is refused. */
+                seen?: string | null;
+            };
+            header?: {
+                /** @description Of this act: the same id twice is once. */
+                "act-id"?: string | null;
+            };
             path: {
                 /** @description Id of the case, such as K7Q-4F2. */
                 case_id: string;

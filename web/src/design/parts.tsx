@@ -135,25 +135,9 @@ export function NumberField({
   hideLabel?: boolean;
 }) {
   const id = useId();
-  const shown = value === null || !Number.isFinite(value) ? "" : String(Number(value.toFixed(decimals)));
-  const [text, setText] = useState(shown);
-  const typing = useRef(false);
-  useEffect(() => {
-    if (!typing.current) setText(shown);
-  }, [shown]);
-  const bounded = (x: number) => Math.min(max ?? Infinity, Math.max(min ?? -Infinity, x));
-  const keep = (x: number) => {
-    const next = Number(bounded(x).toFixed(decimals));
-    setText(String(next));
-    if (next !== value) onChange(next);
-  };
-  const commit = () => {
-    typing.current = false;
-    const x = Number(text.replace(",", ".").replace("−", "-"));
-    if (text.trim() !== "" && Number.isFinite(x)) keep(x);
-    else setText(shown);
-  };
-  const by = (steps: number) => keep((Number(text.replace(",", ".")) || 0) + steps * step);
+  const bounded = (x: number) => Number(Math.min(max ?? Infinity, Math.max(min ?? -Infinity, x)).toFixed(decimals));
+  const typed = useTyped(value === null || !Number.isFinite(value) ? "" : String(Number(value.toFixed(decimals))), (x) => x !== null && onChange(x), { bounded });
+  const by = (steps: number) => typed.keep((numberIn(typed.now()) ?? 0) + steps * step);
   return (
     <div class="number">
       <label for={id} class={hideLabel ? "unseen" : ""}>
@@ -164,16 +148,11 @@ export function NumberField({
           id={id}
           inputMode="decimal"
           autocomplete="off"
-          value={text}
+          {...typed.input}
           disabled={Boolean(off)}
           title={off}
-          onInput={(event) => {
-            typing.current = true;
-            setText(event.currentTarget.value);
-          }}
-          onBlur={commit}
           onKeyDown={(event) => {
-            if (event.key === "Enter") commit();
+            if (event.key === "Enter") typed.commit();
             else if (event.key === "ArrowUp") by(event.shiftKey ? 10 : 1);
             else if (event.key === "ArrowDown") by(event.shiftKey ? -10 : -1);
             else return;
@@ -192,7 +171,64 @@ export function NumberField({
           </span>
         )}
       </span>
+      {typed.wrong && <WrongNumber text={typed.wrong} />}
     </div>
+  );
+}
+
+/** The number that somebody typed, with a comma or a point; null: it is none. */
+export function numberIn(text: string): number | null {
+  const plain = text.trim().replace(",", ".").replace("−", "-");
+  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
+}
+
+/**
+ * A number that is typed. It counts on Enter or on leaving; until then, and as long as it is none, the
+ * field keeps what stands in it, whatever comes from the server meanwhile.
+ */
+export function useTyped(shown: string, onChange: (x: number | null) => void, { bounded = (x: number) => x, mayBeEmpty = false } = {}) {
+  const [text, setText] = useState(shown);
+  const [wrong, setWrong] = useState("");
+  /** Before the next picture: two quick presses count both. */
+  const now = useRef({ text: shown, told: shown, typing: false });
+  const put = (next: string) => setText((now.current.text = next));
+  useEffect(() => {
+    now.current.told = shown;
+    if (!now.current.typing) put(shown);
+  }, [shown]);
+  const tell = (next: string, x: number | null) => {
+    now.current.typing = false;
+    setWrong("");
+    put(next);
+    if (next === now.current.told) return;
+    now.current.told = next;
+    onChange(x);
+  };
+  const keep = (x: number) => tell(String(bounded(x)), bounded(x));
+  const commit = () => {
+    if (!now.current.typing) return;
+    const found = numberIn(now.current.text);
+    if (found !== null) keep(found);
+    else if (now.current.text.trim() === "") tell(mayBeEmpty ? "" : now.current.told, null);
+    else setWrong(now.current.text.trim());
+  };
+  const input = {
+    value: text,
+    "aria-invalid": wrong !== "" || undefined,
+    onInput: (event: { currentTarget: HTMLInputElement }) => {
+      now.current.typing = true;
+      put(event.currentTarget.value);
+    },
+    onBlur: commit,
+  };
+  return { input, wrong, commit, keep, now: () => now.current.text };
+}
+
+export function WrongNumber({ text }: { text: string }) {
+  return (
+    <p class="wrong" role="alert">
+      {t("wrong.number", text)}
+    </p>
   );
 }
 

@@ -14,6 +14,7 @@ import { Button, Chip, Notice, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { type ByHand, STILL, isStill, turned } from "../geometry/byhand";
 import { type Vec3, distance, vec3 } from "../geometry/vectors";
+import { type Act, perform, pendingAt } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
@@ -27,6 +28,7 @@ import { useLimb } from "./limb";
 import { Loupe } from "./loupe";
 import type { RoomProps } from "./room";
 
+const PLACE = "/api/v1/cases/{case_id}/limb/places/{name}";
 const GRAB_PX = 14;
 const GRAB_TOUCH_PX = 30;
 /** A place this near to a guess is that one. */
@@ -41,7 +43,7 @@ export function AlignScreen({ room }: RoomProps) {
   const mode = useSignal<Mode>("photo");
   const armed = useSignal<string | null>(null);
   const chosen = useSignal<string | null>(null);
-  /** A place while it is dragged: not kept yet. */
+  /** A place while it is dragged. */
   const held = useSignal<{ name: string; point: Vector3 } | null>(null);
   const left = useSignal<ReadonlySet<string>>(new Set());
   const saved = useSignal("");
@@ -59,7 +61,7 @@ export function AlignScreen({ room }: RoomProps) {
   const marks = useAsked(async () => (limb && !limb.reply.aligned && limb.reply.places.length === 0 ? await taken(api.GET("/api/v1/cases/{case_id}/limb/marks", path)) : []), [limb?.reply.sha256]);
 
   const guesses = useAsked(async () => (limb ? await taken(api.GET("/api/v1/cases/{case_id}/limb/guesses", path)) : null), [limb?.reply.sha256, kind, limb?.reply.aligned]);
-  const places = limb?.reply.places ?? [];
+  const places = withPending(limb?.reply.places ?? [], pendingAt(room.id, PLACE));
   const known = names.value.value ?? [];
   const order = [...known.map((one) => one.name), ...places.map((one) => one.name).filter((name) => !known.some((one) => one.name === name))];
   const nextName = order.find((name) => !places.some((one) => one.name === name) && !left.value.has(name)) ?? null;
@@ -80,27 +82,25 @@ export function AlignScreen({ room }: RoomProps) {
 
   const put = (name: string, point: Vector3) =>
     act.run(async () => {
-      held.value = { name, point };
-      const reply = await taken(api.PUT("/api/v1/cases/{case_id}/limb/places/{name}", { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }));
-      take(reply);
+      chosen.value = name;
+      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }, { done: take });
+      if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
+      await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
       if (sticker !== null && sticker !== undefined) rememberSticker(sticker, name);
       saved.value = t("align.placed", label(name));
-      chosen.value = name;
-    }).then(() => {
-      held.value = null;
     });
   const take = (reply: Schemas["LimbReply"]) => {
     const before = asked.value.value;
-    if (before) asked.value.value = { ...before, reply };
+    if (before) asked.put({ ...before, reply });
   };
   const remove = (name: string) =>
     act.run(async () => {
-      take(await taken(api.DELETE("/api/v1/cases/{case_id}/limb/places/{name}", { params: { path: { case_id: room.id, name } } })));
-      chosen.value = null;
+      if (chosen.value === name) chosen.value = null;
+      await perform(room.id, "delete", PLACE, { params: { path: { case_id: room.id, name } } }, { done: take });
     });
 
-  const latest = useRef({ put, offered, after: (_name: string): string | null => null });
+  const latest = useRef({ put, offered, places, after: (_name: string): string | null => null });
   const tool = useMemo<Tool>(() => {
     let moving: string | null = null;
     const near = (event: PointerEvent): string | null => {
@@ -110,7 +110,7 @@ export function AlignScreen({ room }: RoomProps) {
       const reach = event.pointerType === "touch" ? GRAB_TOUCH_PX : GRAB_PX;
       let found: string | null = null;
       let least = reach;
-      for (const one of asked.value.value?.reply.places ?? []) {
+      for (const one of latest.current.places) {
         const shown = v.surface.toShown(new Vector3(...vec3(one.position_mm)));
         const p = v.toScreen(shown);
         const away = Math.hypot(p.x + box.left - event.clientX, p.y + box.top - event.clientY);
@@ -143,9 +143,8 @@ export function AlignScreen({ room }: RoomProps) {
         const name = moving;
         moving = null;
         if (!now || !name) return;
-        void latest.current.put(name, now.point).then(() => {
-          if (armed.value === name) armed.value = latest.current.after(name);
-        });
+        void latest.current.put(name, now.point);
+        if (armed.value === name) armed.value = latest.current.after(name);
       },
       cancel() {
         moving = null;
@@ -155,30 +154,25 @@ export function AlignScreen({ room }: RoomProps) {
   }, [limb?.reply.sha256]);
 
   const after = (name: string): string | null => {
-    const have = new Set((asked.value.value?.reply.places ?? []).map((one) => one.name));
+    const have = new Set([...places.map((one) => one.name), name]);
     const at = order.indexOf(name);
     return [...order.slice(at + 1), ...order.slice(0, at)].find((one) => !have.has(one) && !left.value.has(one)) ?? null;
   };
 
-  latest.current = { put, offered, after };
+  latest.current = { put, offered, places, after };
 
   const setAxes = () =>
     act.run(async () => {
       if (!side || side === "none" ? kind !== "torso" : false) return;
-      const reply = await taken(
-        api.POST("/api/v1/cases/{case_id}/limb/align", {
-          ...path,
-          body: {
-            side: side ?? "none",
-            kind,
-            axis: "fit",
-            proximal: limb && !aligned ? proximalGuess(limb.frame.rotation[2], flipped.value) : flipped.value && limb ? scaled(limb.frame.rotation[2], -1) : null,
-            anterior: frontHere.value && [...frontHere.value],
-            flexion_deg: flexion.value,
-          },
-        }),
-      );
-      take(reply);
+      const body: Schemas["Align"] = {
+        side: side ?? "none",
+        kind,
+        axis: "fit",
+        proximal: limb && !aligned ? proximalGuess(limb.frame.rotation[2], flipped.value) : flipped.value && limb ? scaled(limb.frame.rotation[2], -1) : null,
+        anterior: frontHere.value && [...frontHere.value],
+        flexion_deg: flexion.value,
+      };
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take });
       saved.value = t("align.done");
       flipped.value = false;
       byHand.value = STILL;
@@ -191,13 +185,8 @@ export function AlignScreen({ room }: RoomProps) {
     act.run(async () => {
       if (!limb) return;
       const { rotation } = turned(limb.frame, byHand.value);
-      const reply = await taken(
-        api.POST("/api/v1/cases/{case_id}/limb/align", {
-          ...path,
-          body: { side: side ?? "none", kind, axis: scaled(rotation[2], 1), anterior: scaled(rotation[1], 1), flexion_deg: 0 },
-        }),
-      );
-      take(reply);
+      const body: Schemas["Align"] = { side: side ?? "none", kind, axis: scaled(rotation[2], 1), anterior: scaled(rotation[1], 1), flexion_deg: 0 };
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take });
       byHand.value = STILL;
       saved.value = t("align.by.hand.kept");
       await room.again();
@@ -216,7 +205,10 @@ export function AlignScreen({ room }: RoomProps) {
         const box = v.canvas.getBoundingClientRect();
         const hit = v.hitAt(box.left + box.width / 2, box.top + box.height / 2);
         const name = armed.value;
-        if (hit) void put(name, hit.point).then(() => (armed.value = after(name)));
+        if (hit) {
+          void put(name, hit.point);
+          armed.value = after(name);
+        }
         event.preventDefault();
       }
     };
@@ -454,6 +446,17 @@ interface Offered {
   readonly at: Vec3;
 }
 
+/** The places once the acts that are pending are done. */
+function withPending(kept: readonly Schemas["Place"][], acts: readonly Act[]): readonly Schemas["Place"][] {
+  let places = kept;
+  for (const { method, init } of acts) {
+    const name = String(init.params?.path?.["name"]);
+    const others = places.filter((one) => one.name !== name);
+    places = method === "delete" ? others : [...others, { name, ...(init.body as Schemas["PlaceMark"]) }];
+  }
+  return places;
+}
+
 const tenth = (deg: number) => Math.round(10 * deg) / 10;
 
 /** What the hand turned, each way in words with its degrees. */
@@ -492,7 +495,7 @@ function KindAndSide({ room, onDone }: RoomProps & { onDone: () => void }) {
   const act = useAct();
   const change = (body: Schemas["CaseChange"]) =>
     act.run(async () => {
-      await taken(api.PATCH("/api/v1/cases/{case_id}", { params: { path: { case_id: room.id } }, body }));
+      await perform(room.id, "patch", "/api/v1/cases/{case_id}", { params: { path: { case_id: room.id } }, body });
       onDone();
     });
   return (

@@ -6,6 +6,7 @@ import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api
 import { listen } from "../api/events";
 import { Button, Chip, Confirm, Empty, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { newActId, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
 import { OLD_DAYS } from "./capture-options";
@@ -17,6 +18,7 @@ export function CameraScreen() {
   const name = useSignal("");
   const making = useSignal(false);
   const act = useAct();
+  const id = useRef(newActId());
   useEffect(() => listen("/events", (changed) => changed.includes("cameras") && void asked.again()), []);
   const list = asked.value.value ?? [];
   useEffect(() => {
@@ -26,7 +28,8 @@ export function CameraScreen() {
   }, [list.some((one) => one.state === "calibrating")]);
   const make = () =>
     act.run(async () => {
-      await taken(api.POST("/api/v1/cameras", { body: { name: name.value.trim() } }));
+      await perform("", "post", "/api/v1/cameras", { body: { name: name.value.trim() } }, { id: id.current });
+      id.current = newActId();
       name.value = "";
       making.value = false;
       await asked.again();
@@ -89,12 +92,12 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
     });
   const calibrate = () =>
     act.run(async () => {
-      await taken(api.POST("/api/v1/cameras/{camera_id}/calibrate", { ...path, body: board.value }));
+      await perform("", "post", "/api/v1/cameras/{camera_id}/calibrate", { ...path, body: board.value });
       onChange();
     });
   const remove = () =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/cameras/{camera_id}", path));
+      await perform("", "delete", "/api/v1/cameras/{camera_id}", path);
       onChange();
     });
   const busy = one.state === "calibrating";

@@ -10,13 +10,13 @@ import type { Room } from "./room";
 
 export const OLD_DAYS = 180;
 
-export function CaptureOptions({ room, cameras, choices, photos, onChange }: { room: Room; photos: number; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (next: Choices) => void }) {
+export function CaptureOptions({ room, cameras, choices, photos, onChange }: { room: Room; photos: number; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (part: Partial<Choices>) => void }) {
   const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
   const chosen = ready.find((one) => choices.cameras.includes(one.id));
   const own = typeof choices.board === "object" ? choices.board : null;
   const fit = useAsked(async () => (chosen && photos > 0 ? await taken(api.GET("/api/v1/cases/{case_id}/camera-fit", { params: { path: { case_id: room.id }, query: { camera: [chosen.id] } } })) : null), [room.id, chosen?.id, photos]);
   const fits = fit.value.value;
-  const set = (part: Partial<Choices>) => onChange({ ...choices, ...part });
+  const set = onChange;
   return (
     <div class="options small-note">
       <label class="option">

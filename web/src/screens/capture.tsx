@@ -10,6 +10,7 @@ import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { boardOf, choicesOf, keepChoices, rulerOf, tapeLacks, tapesOf } from "../state/choices";
 import { go, href } from "../state/route";
@@ -49,7 +50,7 @@ export function CaptureScreen({ room }: RoomProps) {
   const askCheck = () =>
     act.run(async () => {
       const { cameras: ids } = choicesOf(room.id);
-      check.value.value = await taken(api.POST("/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }));
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }, { done: check.put, lane: `${room.id} check` });
     });
   const arrived = () => {
     void photos.again();
@@ -69,15 +70,14 @@ export function CaptureScreen({ room }: RoomProps) {
   useEffect(() => () => clearTimeout(wait.current), []);
 
   const compute = () =>
+    !act.busy.value &&
     act.run(async () => {
-      keepChoices(room.id, { ...choices, ruler_mm: rulerOf(choices) });
+      keepChoices(room.id, { ruler_mm: rulerOf(choices) });
       const { cameras: ids, poisson, unscaled } = choices;
-      await taken(
-        api.POST("/api/v1/cases/{case_id}/job", {
-          ...path,
-          body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 },
-        }),
-      );
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/job", {
+        ...path,
+        body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 },
+      });
       go(href.step(room.id, "result"));
     });
 
@@ -169,10 +169,11 @@ export function CaptureScreen({ room }: RoomProps) {
             chosen.value = null;
             arrived();
           }} />}
-          <CaptureOptions room={room} photos={here.length} cameras={cameras.value.value ?? []} choices={choices} onChange={(next) => {
-            const asks = (one: typeof next) => JSON.stringify([one.cameras, one.board, rulerOf(one)]);
-            const again = asks(next) !== asks(choices);
-            keepChoices(room.id, next);
+          <CaptureOptions room={room} photos={here.length} cameras={cameras.value.value ?? []} choices={choices} onChange={(part) => {
+            const asks = () => JSON.stringify([boardOf(room.id), choicesOf(room.id).cameras]);
+            const before = asks();
+            keepChoices(room.id, part);
+            const again = asks() !== before;
             if (here.length > 2 && again) void askCheck();
           }} />
         </section>
@@ -292,7 +293,7 @@ function PhotoNote({ room, name, photo, said, onGone }: { room: Room; name: stri
   if (!photo) return null;
   const remove = () =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: room.id, name } } }));
+      await perform(room.id, "delete", "/api/v1/cases/{case_id}/photos/{name}", { params: { path: { case_id: room.id, name } } });
       onGone();
     });
   return (

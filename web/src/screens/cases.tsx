@@ -1,12 +1,13 @@
 /** Cases: which limb, what next. The list, the new case, the archive, the disk. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { type Schemas, api, taken } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Chip, Confirm, Empty, Notice, SideBadge } from "../design/parts";
 import { Refusal } from "../design/refusal";
+import { newActId, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { bytes, t, tOr, when } from "../texts";
@@ -39,14 +40,14 @@ export function CasesScreen() {
 
   const sample = () =>
     act.run(async () => {
-      const made = await taken(api.POST("/api/v1/cases/sample", {}));
+      const made = await perform("", "post", "/api/v1/cases/sample", {});
       go(href.step(made.id, "capture"));
     });
   const clearAll = () =>
     act.run(async () => {
       clearing.value = false;
       for (const one of all.filter((case_) => case_.state !== "computing" && case_.state !== "held"))
-        await taken(api.POST("/api/v1/cases/{case_id}/clear", { params: { path: { case_id: one.id } } }));
+        await perform(one.id, "post", "/api/v1/cases/{case_id}/clear", { params: { path: { case_id: one.id } } });
       await asked.again();
     });
 
@@ -233,7 +234,7 @@ function Row({ one, onChange }: { one: Case; onChange: () => void }) {
   const path = { params: { path: { case_id: one.id } } };
   const change = (body: Schemas["CaseChange"]) =>
     act.run(async () => {
-      await taken(api.PATCH("/api/v1/cases/{case_id}", { ...path, body }));
+      await perform(one.id, "patch", "/api/v1/cases/{case_id}", { ...path, body });
       open.value = false;
       doing.value = null;
       onChange();
@@ -246,12 +247,12 @@ function Row({ one, onChange }: { one: Case; onChange: () => void }) {
     });
   const remove = () =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/cases/{case_id}", path));
+      await perform(one.id, "delete", "/api/v1/cases/{case_id}", path);
       onChange();
     });
   const clear = () =>
     act.run(async () => {
-      await taken(api.POST("/api/v1/cases/{case_id}/clear", path));
+      await perform(one.id, "post", "/api/v1/cases/{case_id}/clear", path);
       doing.value = null;
       onChange();
     });
@@ -370,6 +371,8 @@ function Menu({ children, onClose }: { children: preact.ComponentChildren; onClo
 }
 
 function Rename({ one, onKeep, onClose }: { one: Case; onKeep: (body: Schemas["CaseChange"]) => void; onClose: () => void }) {
+  /** As the form was opened: what is not changed here may be changed elsewhere meanwhile. */
+  const before = useMemo(() => ({ note: one.note, side: one.side ?? null, kind: one.kind ?? null }), []);
   const note = useSignal(one.note);
   const side = useSignal(one.side ?? null);
   const kind = useSignal(one.kind ?? null);
@@ -377,7 +380,7 @@ function Rename({ one, onKeep, onClose }: { one: Case; onKeep: (body: Schemas["C
     <div class="confirm" onKeyDown={(event) => event.key === "Escape" && onClose()}>
       <CaseFields note={note} side={side} kind={kind} />
       <div class="acts">
-        <Button go onClick={() => onKeep({ note: note.value, side: side.value, kind: kind.value })}>
+        <Button go onClick={() => onKeep({ ...(note.value !== before.note && { note: note.value }), ...(side.value !== before.side && { side: side.value }), ...(kind.value !== before.kind && { kind: kind.value }) })}>
           {t("save")}
         </Button>
         <Button onClick={onClose}>{t("cancel")}</Button>
@@ -437,9 +440,10 @@ function NewCase({ onClose }: { onClose: () => void }) {
   const side = useSignal<Case["side"] | null>(null);
   const kind = useSignal<Case["kind"] | null>(null);
   const act = useAct();
+  const id = useRef(newActId());
   const make = () =>
     act.run(async () => {
-      const made = await taken(api.POST("/api/v1/cases", { body: { note: note.value, side: side.value, kind: kind.value } }));
+      const made = await perform("", "post", "/api/v1/cases", { body: { note: note.value, side: side.value, kind: kind.value } }, { id: id.current });
       go(href.step(made.id, "capture"));
     });
   const lacks = !side.value ? t("cases.which.side") : !kind.value ? t("cases.which.kind") : null;

@@ -13,6 +13,7 @@ import { Button, Chip, Notice, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed, widthFor } from "../geometry/scales";
 import { IDENTITY } from "../geometry/vectors";
+import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
@@ -89,7 +90,7 @@ export function CompareScreen({ room }: RoomProps) {
     });
   const forget = (file: string) =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/cases/{case_id}/shapes/{name}", { params: { path: { case_id: room.id, name: file } } }));
+      await perform(room.id, "delete", "/api/v1/cases/{case_id}/shapes/{name}", { params: { path: { case_id: room.id, name: file } } });
       against.value = "";
       await files.again();
     });

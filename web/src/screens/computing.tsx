@@ -11,6 +11,7 @@ import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal, parted } from "../design/refusal";
 import { guessFrame } from "../geometry/guess";
+import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
@@ -43,13 +44,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   const call = (what: "pause" | "resume" | "cancel") =>
     act.run(async () => {
       stopping.value = false;
-      job.value.value = await taken(
-        what === "pause"
-          ? api.POST("/api/v1/cases/{case_id}/job/pause", path)
-          : what === "resume"
-            ? api.POST("/api/v1/cases/{case_id}/job/resume", path)
-            : api.POST("/api/v1/cases/{case_id}/job/cancel", path),
-      );
+      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put });
       await room.again();
     });
 

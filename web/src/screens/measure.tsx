@@ -1,18 +1,20 @@
 /**
  * Measure: does my tape agree? Girths by level beside the limb, with a column for the tape.
  *
- * A conflict is judged by the server: more than 1 mm, or 1 % of girths under 100 mm. It comes first.
+ * A conflict is judged by the server, and comes first. A reading counts as kept once the server says so;
+ * until it has also compared it, nothing is said of agreement.
  */
 import { useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 
-import { ROOT, type Schemas, api, refusedBy, taken } from "../api/client";
-import { Button, Chip, Notice, NumberField, Segments } from "../design/parts";
+import { ROOT, Refused, type Schemas, api, refusedBy, taken } from "../api/client";
+import { Button, Chip, Notice, NumberField, Segments, WrongNumber, useTyped } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
+import { perform, pendingAt } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
@@ -20,9 +22,11 @@ import { language, t } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
 import type { Mode } from "../viewer/surface";
 import { useLimb } from "./limb";
+import { type Reading, heightIs, judged, withPending } from "./readings";
 import type { RoomProps } from "./room";
 
 type Level = Schemas["Level"];
+const TAPE = "/api/v1/cases/{case_id}/tape";
 
 export function MeasureScreen({ room }: RoomProps) {
   const of = useSignal<"scan" | "rectified">("scan");
@@ -40,6 +44,9 @@ export function MeasureScreen({ room }: RoomProps) {
     [room.id, aligned, room.news.work, of.value, spacing.value, sock.value],
   );
   const found = measures.value.value;
+  const kept = useAsked(() => taken(api.GET(TAPE, path)), [room.id, room.news.work]);
+  /** Why a reading was not kept, by its height. */
+  const wrong = useSignal<ReadonlyMap<number, { readonly girth_mm: number | null; readonly refused: Refused }>>(new Map());
   const shown = useMemo<Shown | null>(() => (limb ? { surface: limb.fetched.data, frame: limb.frame, aligned } : null), [limb]);
   const heights = useMemo(() => (limb ? heightsOf(limb.fetched.data.positions, limb.frame) : null), [limb]);
   const rows = useMemo(() => [...(found?.levels ?? [])].reverse(), [found]);
@@ -53,14 +60,24 @@ export function MeasureScreen({ room }: RoomProps) {
   /** The row of this very height: its figures are the server's, which know what fine relief the surface lost. */
   const row = rows.find((one) => level.value !== null && Math.abs(one.height_mm - level.value) < 0.05);
   const from = found?.reference_height_mm ?? 0;
-  const tape = found?.tape ?? [];
-  const conflicts = tape.filter((one) => one.conflict);
+  const tape = judged(withPending(kept.value.value ?? [], pendingAt(room.id, TAPE)), measures.busy.value ? [] : (found?.tape ?? []));
+  const waits = tape.some((one) => one.verdict === null);
+  const conflicts = tape.filter((one) => one.verdict?.conflict);
 
+  const said = (height_mm: number, refused: Refused | null, girth_mm: number | null) => {
+    const next = new Map([...wrong.value].filter(([height]) => !heightIs(height, height_mm)));
+    if (refused) next.set(height_mm, { girth_mm, refused });
+    wrong.value = next;
+  };
   const keep = (height_mm: number, girth_mm: number | null) =>
     act.run(async () => {
-      const others = tape.filter((one) => Math.abs(one.height_mm - height_mm) > 0.01).map(({ height_mm: h, girth_mm: g }) => ({ height_mm: h, girth_mm: g }));
-      const next = girth_mm ? [...others, { height_mm, girth_mm }].sort((a, b) => a.height_mm - b.height_mm) : others;
-      await taken(api.PUT("/api/v1/cases/{case_id}/tape", { ...path, body: next }));
+      said(height_mm, null, girth_mm);
+      try {
+        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put });
+      } catch (error) {
+        if (error instanceof Refused) said(height_mm, error, girth_mm);
+        throw error;
+      }
       await measures.again();
     });
   const sheet = () =>
@@ -85,15 +102,18 @@ export function MeasureScreen({ room }: RoomProps) {
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <div class="row-head">
-              <h2>{tape.length === 0 ? t("measure.title") : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees")}</h2>
+              <h2 aria-live="polite">{tape.length === 0 ? t("measure.title") : waits ? t(measures.refused.value ? "measure.compared.not" : "measure.comparing") : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees")}</h2>
               <span class="grow" />
-              {tape.length > 0 && <Chip tone={conflicts.length ? "amber" : "green"}>{t("measure.tapes", tape.length)}</Chip>}
+              {tape.length > 0 && <Chip tone={waits ? "plain" : conflicts.length ? "amber" : "green"}>{t("measure.tapes", tape.length)}</Chip>}
             </div>
+            {[...wrong.value].map(([height, { girth_mm, refused }]) => (
+              <Refusal key={height} refused={new Refused(refused.kind, `${t("measure.not.kept", height.toFixed(0), girth_mm ?? "–")} ${refused.message}`, refused.status)} action={<Button onClick={() => said(height, null, null)}>{t("close")}</Button>} />
+            ))}
             {conflicts.map((one) => (
               <Notice
                 key={one.height_mm}
                 tone="amber"
-                title={t("measure.conflict", one.height_mm.toFixed(0), one.girth_mm.toFixed(1), one.measured_mm?.value.toFixed(1) ?? "–", signed(one.difference_mm ?? 0))}
+                title={t("measure.conflict", one.height_mm.toFixed(0), one.girth_mm.toFixed(1), one.verdict?.measured_mm?.value.toFixed(1) ?? "–", signed(one.verdict?.difference_mm ?? 0))}
                 action={<Button onClick={() => (level.value = one.height_mm + from)}>{t("result.show")}</Button>}
               >
                 {t("measure.conflict.do")}
@@ -107,7 +127,7 @@ export function MeasureScreen({ room }: RoomProps) {
                 {t("measure.busy")}
               </p>
             )}
-            <Refusal refused={act.refused.value ?? measures.refused.value} />
+            <Refusal refused={(wrong.value.size ? null : act.refused.value) ?? kept.refused.value ?? measures.refused.value} />
             {!aligned && limb && (
               <Notice
                 tone="plain"
@@ -134,19 +154,19 @@ export function MeasureScreen({ room }: RoomProps) {
                 </thead>
                 <tbody>
                   {rows.map((one) => (
-                    <LevelRow key={one.height_mm} one={one} on={level.value !== null && Math.abs(level.value - one.height_mm) < spacing.value / 2} tape={tape.find((r) => Math.abs(r.height_mm - one.from_reference_mm) < 0.01)} onLevel={() => (level.value = one.height_mm)} onTape={(girth) => void keep(one.from_reference_mm, girth)} />
+                    <LevelRow key={one.height_mm} one={one} on={level.value !== null && Math.abs(level.value - one.height_mm) < spacing.value / 2} tape={tape.find((r) => heightIs(r.height_mm, one.from_reference_mm))} onLevel={() => (level.value = one.height_mm)} onTape={(girth) => void keep(one.from_reference_mm, girth)} />
                   ))}
                   {tape
-                    .filter((r) => !rows.some((one) => Math.abs(r.height_mm - one.from_reference_mm) < 0.01))
+                    .filter((r) => !rows.some((one) => heightIs(r.height_mm, one.from_reference_mm)))
                     .map((r) => (
-                      <tr key={r.height_mm} class={`pick ${r.conflict ? "conflict" : ""}`} onClick={() => (level.value = r.height_mm + from)}>
+                      <tr key={r.height_mm} class={`pick ${r.verdict?.conflict ? "conflict" : ""}`} onClick={() => (level.value = r.height_mm + from)}>
                         <td class="num">{r.height_mm.toFixed(0)}</td>
-                        <td class="num">{r.measured_mm?.value.toFixed(1) ?? "–"}</td>
-                        <td class="num soft">{r.measured_mm?.within?.toFixed(1) ?? "–"}</td>
+                        <td class="num">{r.verdict?.measured_mm?.value.toFixed(1) ?? "–"}</td>
+                        <td class="num soft">{r.verdict?.measured_mm?.within?.toFixed(1) ?? "–"}</td>
                         <td class="num">
                           <TapeInput height_mm={r.height_mm} value={r.girth_mm} onKeep={(girth) => void keep(r.height_mm, girth)} />
                         </td>
-                        <td class="num">{r.difference_mm === null || r.difference_mm === undefined ? (r.reason ?? "") : signed(r.difference_mm)}</td>
+                        <Difference of={r} />
                       </tr>
                     ))}
                 </tbody>
@@ -154,7 +174,7 @@ export function MeasureScreen({ room }: RoomProps) {
               {level.value !== null && !rows.some((one) => Math.abs(one.height_mm - (level.value ?? 0)) < 0.5) && (
                 <div class="row-head at-level">
                   <span class="small-note">{t("measure.tape.here", (level.value - from).toFixed(0))}</span>
-                  <TapeInput height_mm={Math.round(level.value - from)} value={null} onKeep={(girth) => void keep(Math.round((level.value ?? 0) - from), girth)} />
+                  <TapeInput key={Math.round(level.value - from)} height_mm={Math.round(level.value - from)} value={null} onKeep={(girth) => void keep(Math.round((level.value ?? 0) - from), girth)} />
                 </div>
               )}
             </section>
@@ -230,46 +250,48 @@ export function saveAs(content: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-function LevelRow({ one, on, tape, onLevel, onTape }: { one: Level; on: boolean; tape?: Schemas["TapeReply"]; onLevel: () => void; onTape: (girth: number | null) => void }) {
+/** What the server says of a reading; nothing where it has not compared it yet. */
+function Difference({ of }: { of?: Reading }) {
+  const verdict = of?.verdict;
+  const off = verdict?.difference_mm;
+  return <td class={`num ${verdict?.conflict ? "a" : "soft"}`}>{of && !verdict ? "…" : off === null || off === undefined ? (verdict?.reason ?? "") : signed(off)}</td>;
+}
+
+function LevelRow({ one, on, tape, onLevel, onTape }: { one: Level; on: boolean; tape?: Reading; onLevel: () => void; onTape: (girth: number | null) => void }) {
   return (
-    <tr class={`pick ${on ? "on" : ""} ${tape?.conflict ? "conflict" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={onLevel} onFocus={onLevel} title={one.reason}>
+    <tr class={`pick ${on ? "on" : ""} ${tape?.verdict?.conflict ? "conflict" : ""}`} tabIndex={0} aria-current={on || undefined} onClick={onLevel} onFocus={onLevel} title={one.reason}>
       <td class="num">{one.from_reference_mm.toFixed(0)}</td>
       <td class="num">{one.tape_mm?.value.toFixed(1) ?? "–"}</td>
       <td class="num soft">{one.tape_mm?.within?.toFixed(1) ?? "–"}</td>
       <td class="num">
         <TapeInput height_mm={one.from_reference_mm} value={tape?.girth_mm ?? null} onKeep={onTape} />
       </td>
-      <td class={`num ${tape?.conflict ? "a" : "soft"}`}>{tape?.difference_mm === null || tape?.difference_mm === undefined ? "" : signed(tape.difference_mm)}</td>
+      <Difference of={tape} />
     </tr>
   );
 }
 
 function TapeInput({ height_mm, value, onKeep }: { height_mm: number; value: number | null; onKeep: (girth: number | null) => void }) {
-  const input = useRef<HTMLInputElement>(null);
-  const commit = () => {
-    const text = input.current?.value.trim().replace(",", ".") ?? "";
-    const girth = Number(text);
-    if (text === "" && value !== null) onKeep(null);
-    else if (text !== "" && Number.isFinite(girth) && girth > 0 && girth !== value) onKeep(girth);
-  };
+  const typed = useTyped(value === null ? "" : String(value), onKeep, { mayBeEmpty: true });
   return (
-    <input
-      ref={input}
-      class="tape-input"
-      inputMode="decimal"
-      placeholder="mm"
-      aria-label={t("measure.tape.at", height_mm.toFixed(0))}
-      defaultValue={value === null ? "" : String(value)}
-      key={String(value)}
-      onClick={(event) => event.stopPropagation()}
-      onBlur={commit}
-      onKeyDown={(event) => event.key === "Enter" && commit()}
-    />
+    <>
+      <input
+        class="tape-input"
+        inputMode="decimal"
+        autocomplete="off"
+        placeholder="mm"
+        aria-label={t("measure.tape.at", height_mm.toFixed(0))}
+        {...typed.input}
+        onClick={(event) => event.stopPropagation()}
+        onKeyDown={(event) => event.key === "Enter" && typed.commit()}
+      />
+      {typed.wrong && <WrongNumber text={typed.wrong} />}
+    </>
   );
 }
 
 /** Girth over height, with the tape's readings as dots. */
-function Curve({ levels, tape, from }: { levels: readonly Level[]; tape: readonly Schemas["TapeReply"][]; from: number }) {
+function Curve({ levels, tape, from }: { levels: readonly Level[]; tape: readonly Reading[]; from: number }) {
   const holder = useRef<HTMLDivElement>(null);
   useEffect(() => {
     if (!holder.current) return;

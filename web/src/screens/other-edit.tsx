@@ -46,7 +46,8 @@ interface Props {
   readonly volume_ml: number | null;
   readonly refused: Refused | null;
   readonly onTry: (body: Body) => void;
-  readonly onKeep: (body: Body) => void;
+  /** Whether it was kept. */
+  readonly onKeep: (body: Body) => Promise<boolean>;
   readonly onDrop: () => void;
 }
 
@@ -55,6 +56,8 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const kind = useSignal(first);
   const given = useSignal<Record<string, string>>({});
   const levels = useSignal(FIRST_LEVELS);
+  /** Kept as it stands in the fields: a second Enter keeps it no second time. */
+  const spent = useSignal(false);
   const wait = useRef(0);
   useEffect(() => () => clearTimeout(wait.current), []);
   const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && (only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind)));
@@ -82,10 +85,13 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const keep = () => {
     clearTimeout(wait.current);
     const made = body();
-    if (made) onKeep(made);
+    if (!made || spent.value) return;
+    spent.value = true;
+    void onKeep(made).then((kept) => kept || (spent.value = false));
   };
   // What is typed is shown on the limb once the hand rests.
   const change = () => {
+    spent.value = false;
     clearTimeout(wait.current);
     wait.current = window.setTimeout(() => {
       const made = latest.current();
@@ -114,6 +120,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
           onChange={(event) => {
             clearTimeout(wait.current);
             kind.value = event.currentTarget.value;
+            spent.value = false;
             given.value = {};
             onDrop();
           }}
@@ -201,7 +208,7 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
         </div>
       )}
       <div class="acts">
-        <Button go class="grow" off={busy ? t("loading") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null} onClick={keep}>
+        <Button go class="grow" off={busy ? t("loading") : spent.value ? t("other.kept") : lacks.length ? t("other.lacks", lacks.join(", ")) : refused ? t("refused.first") : null} onClick={keep}>
           {t("keep.edit")}
         </Button>
         {volume_ml !== null && <Button onClick={onDrop}>{t("drop.edit")}</Button>}

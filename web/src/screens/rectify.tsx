@@ -3,9 +3,10 @@
  * the list of what can be undone.
  *
  * While a hand drags, this page shows its own preview. After release the server tries the edit, and
- * what is shown then is what will be made. Kept edits stand in the recipe, which the server replays.
+ * what is shown then is what will be made. Kept edits stand in the recipe, which the server replays;
+ * until it has answered, an edit that is being kept stays open and holds still.
  */
-import { useSignal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import { Vector3 } from "three";
 
@@ -18,6 +19,7 @@ import { type Neighbours, type Shares, neighboursOf, ring, sharesAtPlace, shares
 import { signed, widthFor } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
 import { type Vec3, apply, distance, vec3 } from "../geometry/vectors";
+import { newActId, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { fetchDifferences } from "../state/shapes";
@@ -30,6 +32,7 @@ import { concernOf, scanWords, wordLacks, wordsOf } from "./edit-words";
 import { OtherEdit } from "./other-edit";
 import { TemplateEdits } from "./templates";
 import { useLimb } from "./limb";
+import { EDIT, EDITS, RECIPE, type Shown as ShownEdit, afterActs, recipeActs, seenBy } from "./recipe-acts";
 import type { RoomProps } from "./room";
 
 type ToolName = "place" | "region" | "brush" | "levels" | "trimline" | "template" | "other";
@@ -50,6 +53,8 @@ interface Draft {
   readonly accept: readonly string[];
 }
 
+/** The edit by numbers with which the screen opens, where another one sends somebody here for it. */
+export const openWith = signal<"wall" | null>(null);
 const SNAP_MM = 0.5;
 const ASK_BEYOND_MM = 8;
 const MOST_POINTS = 48;
@@ -76,7 +81,10 @@ export function RectifyScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
   const mode = useSignal<Mode>("difference");
   const level = useSignal<number | null>(null);
-  const tool = useSignal<ToolName>("region");
+  /** Asked once: what the screen was opened for. */
+  const first = useMemo(() => openWith.value, []);
+  const tool = useSignal<ToolName>(first ? "other" : "region");
+  useEffect(() => void (openWith.value = null), []);
   const draft = useSignal<Draft | null>(null);
   const drawing = useSignal<readonly Vector3[]>([]);
   const trial = useSignal<{ surface: SurfaceData; values: Float32Array; line: Schemas["Line"] | null } | null>(null);
@@ -96,11 +104,17 @@ export function RectifyScreen({ room }: RoomProps) {
   const againstEdit = useSignal<number | null>(null);
   const chosenRow = useSignal<number | null>(null);
   const act = useAct();
+  /** The edit that is open is being kept. */
+  const keeping = useSignal(false);
+  /** Of the edit that is open, as it is now: kept twice it is in the recipe once. */
+  const offer = useRef(newActId());
   const viewer = useRef<Viewer | null>(null);
   const turn = useRef(0);
 
   const ledgered = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe/ledger", path)), [room.id, room.news.work]);
   const book = ledgered.value.value;
+  const going = recipeActs(room.id);
+  const listed = book && afterActs(book.recipe.edits, going);
   // An edit that was taken out has no state before it: then the colours are against the scan again.
   const before = againstEdit.value !== null && againstEdit.value <= (book?.recipe.edits.length ?? 0) ? againstEdit.value : null;
   const asks = `${limb?.fetched.tag} ${before}`;
@@ -157,11 +171,14 @@ export function RectifyScreen({ room }: RoomProps) {
   const tryOut = (next: Draft) => tryEdit(edit(next));
   const tryEdit = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => {
     const mine = ++turn.current;
+    offer.current = newActId();
     waits.value = true;
     refused.value = null;
     try {
       const { bytes } = await bytesOf(`/cases/${room.id}/recipe/preview`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
       if (mine !== turn.current || !limb || !base) return;
+      const v = viewer.current;
+      if (v?.surface && v.surface.data === base) baseSurface.current = v.surface;
       const blocks = decodeBlocks(bytes);
       const surface = changedBy(base, blocks);
       trial.value = { surface, values: trialDifferences(surface, base), line: (blocks.header.line as Schemas["Line"] | null) ?? null };
@@ -197,8 +214,7 @@ export function RectifyScreen({ room }: RoomProps) {
   };
 
   const open = (next: Draft) => {
-    const v = viewer.current;
-    if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
+    if (keeping.value) return;
     draft.value = next;
     trial.value = null;
     drawing.value = [];
@@ -207,18 +223,18 @@ export function RectifyScreen({ room }: RoomProps) {
   };
   /** Try an edit that is not drawn on the limb. */
   const tryNew = (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => {
-    const v = viewer.current;
-    if (v?.surface && base && v.surface.data === base) baseSurface.current = v.surface;
-    void tryEdit(body);
+    if (!keeping.value) void tryEdit(body);
   };
   const change = (part: Partial<Draft>) => {
-    if (!draft.value) return;
+    if (!draft.value || keeping.value) return;
     const next = { ...draft.value, ...part };
     draft.value = next;
     void tryOut(next);
   };
   const drop = () => {
+    if (keeping.value) return;
     turn.current++;
+    offer.current = newActId();
     draft.value = null;
     trial.value = null;
     drawing.value = [];
@@ -243,23 +259,50 @@ export function RectifyScreen({ room }: RoomProps) {
     accept: [...one.accept],
   });
   /** Any change of the recipe: the ledger comes back, then the shape. */
-  const recipe = (call: () => Promise<Ledgered>) =>
+  const recipe = (call: (query: { seen?: string }) => Promise<unknown>) =>
     act.run(async () => {
-      carried.current = null;
-      const tried = trial.value?.values ?? null;
-      ledgered.value.value = await call();
-      carried.current = tried;
-      drop();
+      try {
+        await call({ seen: seenBy(recipeActs(room.id), book?.recipe.mark) });
+      } catch (error) {
+        if (error instanceof Refused && error.status === 409) void ledgered.again();
+        throw error;
+      }
       await asked.again();
       await room.again();
     });
-  const add = (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/edits", { ...path, body })));
+  const took = (answer: Ledgered) => {
+    carried.current = null;
+    ledgered.put(answer);
+  };
+  const add = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }): Promise<boolean> => {
+    keeping.value = true;
+    const done = (answer: Ledgered) => {
+      const tried = trial.value?.values ?? null;
+      took(answer);
+      carried.current = tried;
+      keeping.value = false;
+      drop();
+    };
+    const added = await recipe(() => perform(room.id, "post", EDITS, { ...path, body }, { id: offer.current, done }));
+    keeping.value = false;
+    return added !== null;
+  };
   const keep = () => {
     const now = draft.value;
     if (now) void add(edit(now));
   };
-  const undo = () => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/undo", path)));
-  const redo = () => recipe(() => taken(api.POST("/api/v1/cases/{case_id}/recipe/redo", path)));
+  const undo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/undo`, { params: { ...path.params, query } }, { done: took }));
+  const redo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/redo`, { params: { ...path.params, query } }, { done: took }));
+  const changeEdit = (number: number, body: Schemas["EditChange"]) => recipe((query) => perform(room.id, "patch", EDIT, { params: { path: { case_id: room.id, number }, query }, body }, { done: took }));
+  const removeEdit = (number: number) => recipe((query) => perform(room.id, "delete", EDIT, { params: { path: { case_id: room.id, number }, query } }, { done: took }));
+  // A change elsewhere made another shape under the edit that is open: it is tried again, on that one.
+  useEffect(() => {
+    const now = draft.value;
+    if (!now || !base || keeping.value) return;
+    trial.value = null;
+    draft.value = { ...now, seed: nearest(base, now.anchor) };
+    void tryOut(draft.value);
+  }, [base]);
 
   useEffect(() => {
     const key = (event: KeyboardEvent) => {
@@ -503,7 +546,7 @@ export function RectifyScreen({ room }: RoomProps) {
   const onHandle = (depth_mm: number, done: boolean, fine: boolean) => {
     const now = draft.value;
     const v = viewer.current;
-    if (!now || !v) return;
+    if (!now || !v || keeping.value) return;
     // The handle goes along the normal: outwards builds up, inwards carves in.
     const outward = depth_mm;
     const size_ = fine ? Math.abs(outward) : Math.round(Math.abs(outward) / SNAP_MM) * SNAP_MM;
@@ -570,7 +613,7 @@ export function RectifyScreen({ room }: RoomProps) {
         handle={d ? { point: new Vector3(...d.anchor), normal: new Vector3(...d.normal), depth_mm: sign * d.depth_mm } : null}
         onHandle={onHandle}
         against={before === null ? scanWords(limb?.reply.sock_mm ?? 0, book?.recipe.edits ?? []) : t("against.before", before)}
-        tool={d ? null : hands}
+        tool={d || keeping.value ? null : hands}
         onReady={(made) => (viewer.current = made)}
         keys={d ? t("rectify.keys.open") : t(`rectify.keys.${tool.value}` as TextKey)}
         tools={
@@ -650,7 +693,7 @@ export function RectifyScreen({ room }: RoomProps) {
                 <Notice tone="amber" title={t("deep", d.depth_mm.toFixed(1))} action={<Button onClick={() => (asksDepth.value = false)}>{t("is.meant")}</Button>} />
               )}
               <div class="acts">
-                <Button go class="grow" off={refused.value ? t("refused.first") : null} onClick={keep}>
+                <Button go class="grow" off={keeping.value ? t("loading") : refused.value ? t("refused.first") : null} onClick={keep}>
                   {t("keep.edit")}
                 </Button>
                 <Button onClick={drop}>{t("drop.edit")}</Button>
@@ -662,7 +705,7 @@ export function RectifyScreen({ room }: RoomProps) {
               <h2>{t("tool.trimline")}</h2>
               <p class="soft small-note">{t("trimline.points", trimline.value.length)}</p>
               <div class="acts">
-                <Button go class="grow" off={trimline.value.length < LEAST_TRIM && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: alongTrimline().map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
+                <Button go class="grow" off={keeping.value ? t("loading") : trimline.value.length < LEAST_TRIM && t("trimline.few")} onClick={() => void add({ kind: "trimline", parameters: { through: alongTrimline().map((p) => [p.x, p.y, p.z]), keep: "distal", positions_in: "mesh" }, accept: [] })}>
                   {t("trimline.cut")}
                 </Button>
                 <Button onClick={drop}>{t("drop.edit")}</Button>
@@ -703,21 +746,21 @@ export function RectifyScreen({ room }: RoomProps) {
               </div>
             </section>
           )}
-          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : "sock"} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={act.busy.value} waits={waits.value} volume_ml={trial.value && line ? line.after.volume_ml - line.before.volume_ml : null} refused={refused.value} onTry={tryNew} onKeep={(body) => void add(body)} onDrop={drop} />}
+          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : (first ?? "sock")} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={keeping.value} waits={waits.value} volume_ml={trial.value && line ? line.after.volume_ml - line.before.volume_ml : null} refused={refused.value} onTry={tryNew} onKeep={add} onDrop={drop} />}
           {tool.value === "template" && (
             <TemplateEdits
               room={room}
               tried={trial.value !== null}
               waits={waits.value}
               refused={refused.value}
-              busy={act.busy.value}
+              busy={keeping.value}
               onTry={(body) => tryNew({ ...body, parameters: { ...body.parameters } })}
               onKeep={(body) => void add({ ...body, parameters: { ...body.parameters } })}
               onDrop={drop}
             />
           )}
           <Refusal refused={act.refused.value ?? ledgered.refused.value} />
-          {book && <RecipeList book={book} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void recipe(() => taken(api.PATCH("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } }, body })))} onRemove={(number) => void recipe(() => taken(api.DELETE("/api/v1/cases/{case_id}/recipe/edits/{number}", { params: { path: { case_id: room.id, number } } })))} />}
+          {book && <RecipeList book={book} listed={listed} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void changeEdit(number, body)} onRemove={(number) => void removeEdit(number)} />}
           {book && book.recipe.edits.length > 1 && (
             <section>
               <label class="stacked">
@@ -810,9 +853,12 @@ function areasOf(data: SurfaceData, { vertices, shares }: Shares): number {
   return sum;
 }
 
-function RecipeList({ book, chosen, onChoose, onUndo, onRedo, onChange, onRemove }: { book: Ledgered; chosen: number | null; onChoose: (number: number | null) => void; onUndo: () => void; onRedo: () => void; onChange: (number: number, body: Schemas["EditChange"]) => void; onRemove: (number: number) => void }) {
+function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, onRemove }: { book: Ledgered; listed: readonly ShownEdit[] | null; chosen: number | null; onChoose: (number: number | null) => void; onUndo: () => void; onRedo: () => void; onChange: (number: number, body: Schemas["EditChange"]) => void; onRemove: (number: number) => void }) {
   const lines = book.ledger?.lines ?? [];
-  const { edits, can_undo, can_redo } = book.recipe;
+  const { can_undo, can_redo } = book.recipe;
+  /** What was undone is not known before the answer: until then no number means an edit. */
+  const unknown = listed === null;
+  const edits = listed ?? book.recipe.edits.map((one): ShownEdit => ({ ...one, was: null }));
   return (
     <section class="recipe">
       <div class="row-head">
@@ -823,11 +869,11 @@ function RecipeList({ book, chosen, onChoose, onUndo, onRedo, onChange, onRemove
         <Button bare icon="redo" class="icon-only" label={t("redo")} off={can_redo ? null : t("nothing.redo")} onClick={onRedo} />
       </div>
       {edits.length === 0 && <p class="soft small-note">{t("recipe.empty")}</p>}
-      <ol class="edits">
+      <ol class={`edits ${unknown ? "waits" : ""}`} aria-busy={unknown || undefined} inert={unknown}>
         {edits.map((one) => {
           const words = wordsOf(one);
-          const line = lines.find((l) => l.number === one.number);
-          const change = line ? line.after.volume_ml - line.before.volume_ml : null;
+          const line = lines.find((l) => l.number === one.was);
+          const change = line && one.on ? line.after.volume_ml - line.before.volume_ml : null;
           return (
             <li
               key={one.number}
@@ -861,7 +907,10 @@ function RecipeList({ book, chosen, onChoose, onUndo, onRedo, onChange, onRemove
                 <em>{words.where}</em>
               </button>
               <span class="num">{words.amount}</span>
-              <span class={`num ${change === null ? "" : change < -0.05 ? "neg" : change > 0.05 ? "pos" : ""}`}>{one.on ? (change === null ? "" : signed(change)) : t("off").toLowerCase()}</span>
+              <span class={`num ${change === null ? "" : change < -0.05 ? "neg" : change > 0.05 ? "pos" : ""}`}>{!one.on ? t("off").toLowerCase() : change !== null ? signed(change) : one.was === null ? "…" : ""}</span>
+              {line && line.told.length > 0 && chosen !== one.number && (
+                <p class="ed-more small soft">{line.told.join(" ")}</p>
+              )}
               {chosen === one.number && (
                 <div class="ed-more">
                   {words.field && <NumberField label={t("depth")} unit="mm" step={0.1} decimals={2} min={0.1} max={60} value={Number((one.parameters as Record<string, unknown>).depth_mm)} onChange={(depth_mm) => onChange(one.number, { parameters: { ...(one.parameters as Record<string, never>), depth_mm } as never })} />}

@@ -11,12 +11,13 @@ import { Button, Chip, Notice } from "../design/parts";
 import { Refusal, parted } from "../design/refusal";
 import { type Vec3, apply, cross, sub, unit } from "../geometry/vectors";
 import { cut, heightsOf } from "../geometry/section";
+import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
 import { t } from "../texts";
 import { Stage, type Shown } from "../viewer/stage";
-import type { Hit, Mode, SurfaceData } from "../viewer/surface";
+import type { Mode, SurfaceData } from "../viewer/surface";
 import type { Viewer } from "../viewer/viewer";
 import { withoutColour } from "./cases";
 import { Computing } from "./computing";
@@ -49,7 +50,7 @@ function Finished({ room }: RoomProps) {
   const { limb, asked } = useLimb(room, "scan");
   const mode = useSignal<Mode>("sure");
   const level = useSignal<number | null>(null);
-  const picked = useSignal<Hit | null>(null);
+  const picked = useSignal<Vec3 | null>(null);
   const act = useAct();
   const viewer = useRef<Viewer | null>(null);
   const path = { params: { path: { case_id: room.id } } };
@@ -67,7 +68,7 @@ function Finished({ room }: RoomProps) {
   const measured = useMemo(() => (limb ? share(limb.fetched.data) : null), [limb]);
   const refresh = () =>
     act.run(async () => {
-      await taken(api.POST("/api/v1/cases/{case_id}/limb/refresh", path));
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/refresh", path);
       await asked.again();
     });
   return (
@@ -80,10 +81,10 @@ function Finished({ room }: RoomProps) {
         level={level}
         keys={t("result.keys")}
         onReady={(made) => (viewer.current = made)}
-        onClick={(hit) => (picked.value = hit)}
+        onClick={(hit) => (picked.value = hit && at(hit.point))}
         marks={limb ? picks(picked.value) : []}
       >
-        {picked.value && limb && <PointCard room={room} point={at(picked.value.point)} onClose={() => (picked.value = null)} />}
+        {picked.value && limb && <PointCard room={room} point={picked.value} onClose={() => (picked.value = null)} />}
         {asked.refused.value && (
           <div class="stage-note">
             <Refusal refused={asked.refused.value} action={<Button onClick={() => void asked.again()}>{t("again")}</Button>} />
@@ -121,7 +122,10 @@ function Finished({ room }: RoomProps) {
                 <Icon name="eye" />
                 <span>
                   {t("result.least", measured.worst_mm.toFixed(1), Math.max(0, apply(limb.frame, measured.where)[2]).toFixed(0))}{" "}
-                  <button type="button" class="linkish" onClick={() => viewer.current?.lookAt(new Vector3(...measured.where), new Vector3(...measured.normal))}>
+                  <button type="button" class="linkish" onClick={() => {
+                      picked.value = measured.where;
+                      viewer.current?.lookAt(new Vector3(...measured.where), new Vector3(...measured.normal));
+                    }}>
                     {t("result.show")}
                   </button>
                 </span>
@@ -167,8 +171,8 @@ function Finished({ room }: RoomProps) {
 
 export const at = (p: Vector3): Vec3 => [p.x, p.y, p.z];
 
-function picks(hit: Hit | null) {
-  return hit ? [{ name: "·", label: "", point: hit.point, state: "chosen" as const }] : [];
+function picks(point: Vec3 | null) {
+  return point ? [{ name: "·", label: "", point: new Vector3(...point), state: "chosen" as const }] : [];
 }
 
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
@@ -223,7 +227,7 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
     <section class="small-note">
       <p class="soft">{kit.cameras.length ? t("kit.camera", kit.cameras.filter(Boolean).join(", ") || t("kit.camera.unnamed")) : t("kit.none")}</p>
       {kit.setups.map((one) => {
-        const late = one.months > one.valid_months || one.outcome !== "pass";
+        const late = one.expired || one.outcome !== "pass";
         return late ? (
           <Notice key={one.camera + one.made} tone="amber" title={t(one.outcome === "pass" ? "kit.late" : "kit.not.passed", one.made, one.months)}>
             {t("kit.late.do")}

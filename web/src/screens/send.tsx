@@ -4,17 +4,19 @@
  */
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useId } from "preact/hooks";
+import { useId, useRef } from "preact/hooks";
 
 import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Chip, Notice, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
+import { perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { expert } from "../state/settings";
 import { type TextKey, bytes, t, when } from "../texts";
+import { openWith } from "./rectify";
 import type { RoomProps } from "./room";
 
 type Kind = Schemas["NewExport"]["kind"];
@@ -22,6 +24,8 @@ type Side = "left" | "right";
 
 const FIRST: readonly Kind[] = ["aop", "gcode", "stl", "dxf"];
 const MORE: readonly Kind[] = ["ply", "obj", "glb"];
+/** What printers and design programs take. */
+const MESHES: readonly Kind[] = ["stl", ...MORE];
 
 export function SendScreen({ room }: RoomProps) {
   const path = { params: { path: { case_id: room.id } } };
@@ -39,6 +43,9 @@ export function SendScreen({ room }: RoomProps) {
   const tool = useSignal(12);
   const written = useSignal<Schemas["HandedOver"] | null>(null);
   const act = useAct();
+  /** The file that is asked for now, and no other, is shown and saved. */
+  const wanted = useRef<Schemas["NewExport"] | null>(null);
+  const ledger = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/recipe/ledger", path)), [room.id, room.news.work]);
   const before = useAsked(() => taken(api.GET("/api/v1/cases/{case_id}/exports", path)), [room.id, room.news.work]);
   const known = room.info.side;
   const red = room.info.verdict?.light === "red";
@@ -51,25 +58,32 @@ export function SendScreen({ room }: RoomProps) {
     side.value = chosen.side;
     held.value = false;
     written.value = null;
+    wanted.current = null;
     const contradicts = chosen.side !== null && (known === "left" || known === "right") && known !== chosen.side;
     if ((!chosen.side && !torso) || contradicts || (red && !signer.value.trim())) return;
-    void act.run(async () => {
-      const made = await taken(
-        api.POST("/api/v1/cases/{case_id}/exports", {
-          ...path,
-          body: {
-            kind: chosen.kind,
-            side: torso ? "none" : (chosen.side as Side),
-            signed_by: signer.value.trim(),
-            sections_mm: sections.value,
-            aop: { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value, profile: "mm", axis: "limb", line_end: "lf" },
-            carver: { tool_diameter_mm: tool.value, tool_reach_mm: 120, blank_diameter_mm: null, scallop_mm: 0.05, feed_mm_min: 3000, dialect: "linuxcnc", winding: "unwind" },
-          },
-        }),
-      );
-      if (kind.value === made.kind) written.value = made;
-      await before.again();
-    });
+    wanted.current = {
+      kind: chosen.kind,
+      side: torso ? "none" : (chosen.side as Side),
+      signed_by: signer.value.trim(),
+      sections_mm: sections.value,
+      aop: { spokes: spokes.value, spacing_mm: spacing.value, distal_slices: distal.value, profile: "mm", axis: "limb", line_end: "lf" },
+      carver: { tool_diameter_mm: tool.value, tool_reach_mm: 120, blank_diameter_mm: null, scallop_mm: 0.05, feed_mm_min: 3000, dialect: "linuxcnc", winding: "unwind" },
+    };
+    if (!act.busy.value) void act.run(writeWanted).then(() => before.again());
+  };
+  /** One file after the other; what was wanted before and is not any more is not shown. */
+  const writeWanted = async () => {
+    for (let body = wanted.current; body; ) {
+      const made = await perform(room.id, "post", "/api/v1/cases/{case_id}/exports", { ...path, body }, { lane: `${room.id} files` }).catch((error: unknown) => {
+        if (wanted.current === body) throw error;
+        return null; // refused, and not wanted any more
+      });
+      if (wanted.current === body) {
+        written.value = made;
+        break;
+      }
+      body = wanted.current;
+    }
   };
   const w = written.value;
   const off = act.busy.value ? t("send.writing") : !side.value && !torso ? t("send.off.side") : other ? t("send.off.contradiction") : red && !signer.value.trim() ? t("send.off.red") : !w ? t("send.off.none") : !held.value ? t("send.off.picture") : null;
@@ -146,6 +160,24 @@ export function SendScreen({ room }: RoomProps) {
             </p>
           )}
           <Refusal refused={act.refused.value} />
+          {MESHES.includes(kind.value) && ledger.value.value?.solid === false && (
+            <Notice
+              tone="amber"
+              title={t("send.shell")}
+              action={
+                <Button
+                  onClick={() => {
+                    openWith.value = "wall";
+                    go(href.step(room.id, "rectify"));
+                  }}
+                >
+                  {t("send.shell.wall")}
+                </Button>
+              }
+            >
+              {t("send.shell.why")}
+            </Notice>
+          )}
           {w ? (
             <>
               <img class="mirror" src={`${ROOT}/cases/${room.id}/exports/${encodeURIComponent(w.name)}/mirror?${w.sha256.slice(0, 8)}`} alt={t("send.picture.alt", w.side === "left" ? t("side.LEFT") : w.side === "right" ? t("side.RIGHT") : "")} />

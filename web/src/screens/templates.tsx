@@ -10,6 +10,7 @@ import { ROOT, Refused, type Schemas, api, bytesOf, note, refusedBy, taken } fro
 import { Button, Chip, Confirm, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
+import { newActId, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
@@ -63,7 +64,7 @@ export function TemplateEdits({ room, tried, waits, refused, busy, onTry, onKeep
     });
   const remove = () =>
     act.run(async () => {
-      await taken(api.DELETE("/api/v1/templates/{template_id}", { params: { path: { template_id: chosen.value } } }));
+      await perform("", "delete", "/api/v1/templates/{template_id}", { params: { path: { template_id: chosen.value } } });
       removing.value = false;
       chosen.value = "";
       onDrop();
@@ -197,11 +198,12 @@ function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas[
   const name = useSignal("");
   const ticked = useSignal<ReadonlySet<string>>(new Set([room.id]));
   const act = useAct();
+  const id = useRef(newActId());
   const list = cases.value.value ?? [];
   const chosen = list.filter((one) => ticked.value.has(one.id)).map((one) => one.id);
   const learn = () =>
     act.run(async () => {
-      onLearned(await taken(api.POST("/api/v1/templates", { body: { name: name.value.trim(), cases: chosen } })));
+      onLearned(await perform("", "post", "/api/v1/templates", { body: { name: name.value.trim(), cases: chosen } }, { id: id.current, lane: "learn templates" }));
     });
   return (
     <div class="learning">

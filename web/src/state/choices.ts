@@ -27,6 +27,7 @@ const FAR = 0.05;
 
 const NONE: Choices = { cameras: [], board: "printed", poisson: false, unscaled: false, ruler_mm: null, tape: null };
 const changed = signal(0);
+addEventListener("storage", () => changed.value++); // another window chose
 const key = (caseId: string) => `limbgram.choices.${caseId}`;
 
 export function choicesOf(caseId: string): Choices {
@@ -35,8 +36,11 @@ export function choicesOf(caseId: string): Choices {
   return kept ? { ...NONE, ...(JSON.parse(kept) as Partial<Choices>) } : NONE;
 }
 
-export function keepChoices(caseId: string, next: Choices): void {
-  const typed = next.ruler_mm !== null && next.ruler_mm !== choicesOf(caseId).ruler_mm;
+/** Keep some choices; the others stay as they are, also where another window made them meanwhile. */
+export function keepChoices(caseId: string, part: Partial<Choices>): void {
+  const before = choicesOf(caseId);
+  const next = { ...before, ...part };
+  const typed = next.ruler_mm !== null && next.ruler_mm !== before.ruler_mm;
   localStorage.setItem(key(caseId), JSON.stringify(next));
   if (typed && !rulerFar(rulerOf(next))) localStorage.setItem(RULER_KEY, String(next.ruler_mm));
   changed.value++;

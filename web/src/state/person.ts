@@ -7,6 +7,7 @@
 import { effect, signal } from "@preact/signals";
 
 import { ROOT, type Schemas, api, link } from "../api/client";
+import { forgetActs } from "./acts";
 
 const TELL_MS = 45_000;
 const MOVES = ["pointerdown", "pointermove", "keydown", "wheel", "touchstart"] as const;
@@ -51,7 +52,7 @@ export async function enter(name: string, password: string): Promise<string> {
     : await api.POST("/api/v1/session/sign-in", { body: { name, password } });
   if (!data) return error && "message" in error ? error.message : " ";
   if (locked) person.value = data;
-  else location.reload(); // nothing of the one who was here before is left in the page
+  else leave(); // nothing of the one who was here before is left in the page
   return "";
 }
 
@@ -62,5 +63,10 @@ export async function lockNow(): Promise<void> {
 
 export async function signOut(): Promise<void> {
   await api.DELETE("/api/v1/session", {});
+  leave();
+}
+
+function leave(): void {
+  forgetActs();
   location.reload();
 }

@@ -160,8 +160,8 @@ export class Viewer {
     const sphere = this.sphere();
     const [x, y, z] = view === null ? HOME : VIEWS[view];
     const direction = new Vector3(x, y, z);
-    // From above the front lies at the bottom, as when facing the patient.
-    if (view === "above") direction.set(0, 0.0005, 1);
+    // From above and from below the front lies at the top, as in every section of the trade.
+    if (view === "above") direction.set(0, -0.0005, 1);
     if (view === "below") direction.set(0, 0.0005, -1);
     const distance = this.distanceFor(sphere);
     const from = sphere.center.clone().addScaledVector(direction.normalize(), distance);

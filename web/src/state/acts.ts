@@ -1,0 +1,126 @@
+/**
+ * Acts: what people change, each with an id of its own, sent in order and again until it is answered.
+ *
+ * The server does an act once, however often it comes (`limbgram.app.acts`), so an answer that is lost
+ * on the way costs nothing. Acts of one lane (a case) go one after the other, which keeps the order in
+ * which a hand made them; what was not answered yet is kept by this tab and goes on after a reload, or
+ * while another screen is looked at. Until its answer is here an act is `pending`: screens show it over
+ * what the server said last, and the answer takes its place in the same moment.
+ */
+import { batch, signal } from "@preact/signals";
+import type { FetchResponse, MaybeOptionalInit } from "openapi-fetch";
+import type { HttpMethod, MediaType, PathsWithMethod } from "openapi-typescript-helpers";
+
+import { Refused, api, taken } from "../api/client";
+import type { paths } from "../api/schema";
+
+export interface Act {
+  readonly id: string;
+  /** Acts of one lane are sent one after the other; a case's have its id. */
+  readonly lane: string;
+  readonly method: string;
+  readonly path: string;
+  readonly init: { readonly params?: { readonly path?: Readonly<Record<string, unknown>> }; readonly body?: unknown };
+}
+
+type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = paths[P][M] extends infer Route extends Record<string | number, unknown> ? NonNullable<FetchResponse<Route, I, MediaType>["data"]> : never;
+
+interface Ways<T> {
+  /** Called with the answer in the moment in which the act is no more pending. */
+  readonly done?: (answer: T) => void;
+  /** The act's id, where what is asked for may be asked for twice by one hand: a double Enter. */
+  readonly id?: string;
+  readonly lane?: string;
+}
+
+const KEPT = "limbgram.acts";
+/** What is no answer to an act: the way is lost, nobody is signed in, the page is locked, a server between is busy. */
+const NO_ANSWER = [0, 401, 423, 502, 503, 504];
+const FIRST_WAIT_MS = 400;
+const LONGEST_WAIT_MS = 5000;
+/** After so long the act is sent again: the server answers it once it is done. */
+const SILENCE_MS = 30_000;
+
+/** Acts that are not answered yet, in order. */
+export const pending = signal<readonly Act[]>([]);
+/** Why an act was refused that no screen waits for any more. */
+export const missed = signal<Refused | null>(null);
+
+const answers = new Map<string, Promise<unknown>>();
+const lanes = new Map<string, Promise<unknown>>();
+
+export const newActId = (): string => [...crypto.getRandomValues(new Uint8Array(12))].map((one) => one.toString(16).padStart(2, "0")).join("");
+
+/** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
+export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
+  return begin({ id, lane, method, path, init: init as Act["init"] }, done as (answer: unknown) => void) as Promise<Answer<M, P, I>>;
+}
+
+/** The acts of a case that are pending at a route. */
+export const pendingAt = (of: string, path: keyof paths): readonly Act[] => pending.value.filter((one) => one.path === path && one.init.params?.path?.["case_id"] === of);
+
+/** A lane of its own is for what takes long and keeps nothing of its own: files, checks. */
+export const isOfFiles = (act: Act): boolean => act.lane.includes(" ");
+
+/** Forget what is not answered: somebody else works in this tab from now on. */
+export function forgetActs(): void {
+  keep([]);
+}
+
+/** Take up what the page had not finished when it was left; once, when it opens. */
+export function resumeActs(): void {
+  for (const act of JSON.parse(sessionStorage.getItem(KEPT) ?? "[]") as Act[]) begin(act, () => {}).catch(miss);
+}
+
+/** A refusal that its screen cannot show any more. */
+export function miss(error: unknown): void {
+  if (!(error instanceof Refused)) throw error;
+  missed.value = error;
+}
+
+function begin(act: Act, done?: (answer: unknown) => void): Promise<unknown> {
+  const known = answers.get(act.id);
+  if (known) return known;
+  keep([...pending.value, act]);
+  const before = lanes.get(act.lane) ?? Promise.resolve();
+  const answer = before.then(() => answered(act)).then(
+    (found) => {
+      batch(() => {
+        done?.(found);
+        end(act);
+      });
+      return found;
+    },
+    (error: unknown) => {
+      end(act);
+      throw error;
+    },
+  );
+  answers.set(act.id, answer);
+  lanes.set(act.lane, answer.catch(() => {}));
+  return answer;
+}
+
+function end(act: Act): void {
+  answers.delete(act.id);
+  keep(pending.value.filter((one) => one.id !== act.id));
+}
+
+function keep(acts: readonly Act[]): void {
+  pending.value = acts;
+  if (acts.length) sessionStorage.setItem(KEPT, JSON.stringify(acts));
+  else sessionStorage.removeItem(KEPT);
+}
+
+/** The server's answer to an act, however often it has to be asked for. */
+async function answered(act: Act): Promise<unknown> {
+  const call = api.request as unknown as (method: string, path: string, init: object) => ReturnType<typeof api.GET>;
+  for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
+    try {
+      return await taken(call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) }));
+    } catch (error) {
+      if (!(error instanceof Refused) || !NO_ANSWER.includes(error.status)) throw error;
+      await new Promise((go) => setTimeout(go, wait));
+    }
+  }
+}

@@ -1,0 +1,110 @@
+import { beforeEach, expect, test, vi } from "vitest";
+
+type Call = { readonly method: string; readonly url: string; readonly act: string | null; readonly body: string };
+
+let calls: Call[];
+/** What the server does with each call, in order; the last one stays. */
+let answers: ((call: Call) => Promise<Response> | Response)[];
+let kept: Map<string, string>;
+
+const store = () => ({ getItem: (k: string) => kept.get(k) ?? null, setItem: (k: string, v: string) => kept.set(k, v), removeItem: (k: string) => kept.delete(k) });
+const json = (body: unknown, status = 200) => new Response(JSON.stringify(body), { status, headers: { "Content-Type": "application/json" } });
+const lost = () => Promise.reject(new TypeError("Failed to fetch"));
+
+async function page() {
+  vi.resetModules();
+  return await import("../src/state/acts");
+}
+
+beforeEach(() => {
+  calls = [];
+  answers = [() => json([])];
+  kept = new Map();
+  vi.useFakeTimers();
+  vi.stubGlobal("location", { origin: "http://127.0.0.1:8000", hash: "" });
+  vi.stubGlobal("localStorage", store());
+  vi.stubGlobal("sessionStorage", store());
+  vi.stubGlobal("navigator", { language: "en" });
+  vi.stubGlobal("document", { documentElement: { lang: "" } });
+  vi.stubGlobal("fetch", async (request: Request) => {
+    const call = { method: request.method, url: request.url, act: request.headers.get("Act-Id"), body: await request.text() };
+    calls.push(call);
+    return await (answers.length > 1 ? answers.shift()! : answers[0])(call);
+  });
+});
+
+const TAPE = "/api/v1/cases/{case_id}/tape";
+const read = (height_mm: number, girth_mm: number | null) => ({ params: { path: { case_id: "K7Q-4F2" } }, body: { height_mm, girth_mm } });
+
+test("readings that are typed fast are sent one after the other, each as its own act", async () => {
+  const { pending, pendingAt, perform } = await page();
+  let first: (answer: Response) => void = () => {};
+  answers = [() => new Promise<Response>((go) => (first = go)), () => json([])];
+  const done = [perform("K7Q-4F2", "patch", TAPE, read(100, 300)), perform("K7Q-4F2", "patch", TAPE, read(120, 310)), perform("K7Q-4F2", "patch", TAPE, read(100, null))];
+  await vi.advanceTimersByTimeAsync(2000);
+  expect(calls).toHaveLength(1);
+  expect(pendingAt("K7Q-4F2", TAPE).map((one) => one.init.body)).toEqual([{ height_mm: 100, girth_mm: 300 }, { height_mm: 120, girth_mm: 310 }, { height_mm: 100, girth_mm: null }]);
+  expect(pendingAt("another", TAPE)).toEqual([]);
+  first(json([]));
+  await Promise.all(done);
+  expect(calls.map((one) => JSON.parse(one.body).girth_mm)).toEqual([300, 310, null]);
+  expect(new Set(calls.map((one) => one.act)).size).toBe(3);
+  expect(pending.value).toEqual([]);
+  expect(kept.size).toBe(0);
+});
+
+test("an act whose answer is lost is sent again under the same id, and is refused only by an answer", async () => {
+  const { perform } = await page();
+  answers = [lost, () => json({ kind: "Locked", message: "Locked." }, 423), lost, () => json([{ height_mm: 100, girth_mm: 300 }])];
+  const done = perform("K7Q-4F2", "patch", TAPE, read(100, 300));
+  await vi.advanceTimersByTimeAsync(10_000);
+  expect(await done).toEqual([{ height_mm: 100, girth_mm: 300 }]);
+  expect(calls).toHaveLength(4);
+  expect(new Set(calls.map((one) => one.act)).size).toBe(1);
+  answers = [() => json({ kind: "OptionsError", message: "No girth." }, 422)];
+  await expect(perform("K7Q-4F2", "patch", TAPE, read(100, 3))).rejects.toThrow("No girth.");
+  expect(calls).toHaveLength(5);
+});
+
+test("the answer takes the place of what was pending in one moment", async () => {
+  const { pending, perform } = await page();
+  const seen: number[] = [];
+  await perform("K7Q-4F2", "patch", TAPE, read(100, 300), { done: () => seen.push(pending.value.length) });
+  expect(seen).toEqual([1]);
+  expect(pending.value).toEqual([]);
+});
+
+test("a double Enter is one act", async () => {
+  const { newActId, perform } = await page();
+  const id = newActId();
+  const both = [1, 2].map(() => perform("K7Q-4F2", "post", "/api/v1/cases/{case_id}/recipe/edits", { params: { path: { case_id: "K7Q-4F2" } }, body: { kind: "smoothing", parameters: {}, accept: [], number: null } }, { id }));
+  await Promise.all(both);
+  expect(calls.map((one) => one.act)).toEqual([id]);
+});
+
+test("what was not answered goes on after a reload under its id, and its refusal is told", async () => {
+  const before = await page();
+  answers = [() => new Promise<Response>(() => {})];
+  void before.perform("K7Q-4F2", "patch", TAPE, read(100, 300)).catch(() => {});
+  void before.perform("K7Q-4F2", "patch", TAPE, read(120, 3)).catch(() => {});
+  await vi.advanceTimersByTimeAsync(100);
+  const ids = before.pending.value.map((one) => one.id);
+  const after = await page();
+  answers = [() => json([]), () => json({ kind: "OptionsError", message: "No girth." }, 422)];
+  after.resumeActs();
+  expect(after.pending.value.map((one) => one.id)).toEqual(ids);
+  await vi.advanceTimersByTimeAsync(100);
+  expect(calls.slice(1).map((one) => one.act)).toEqual(ids);
+  expect(after.missed.value?.message).toBe("No girth.");
+  expect(after.pending.value).toEqual([]);
+});
+
+test("another person in this tab does not go on with the acts of the one before", async () => {
+  const before = await page();
+  answers = [() => new Promise<Response>(() => {})];
+  void before.perform("K7Q-4F2", "patch", TAPE, read(100, 300)).catch(() => {});
+  before.forgetActs();
+  const after = await page();
+  after.resumeActs();
+  expect(after.pending.value).toEqual([]);
+});
