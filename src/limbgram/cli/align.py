@@ -29,7 +29,8 @@ from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import limb_file_beside
 from limbgram.workbench.bodies import outside_of
 from limbgram.workbench.frame.alignment import AlignOptions, align
-from limbgram.workbench.frame.landmarks import NAMES, frame_of, with_landmarks
+from limbgram.workbench.frame.landmarks import NAMES, LandmarkName, frame_of, with_landmarks
+from limbgram.workbench.frame.names import LANGUAGES, NAMES_IN
 from limbgram.workbench.limb import Landmark, Limb
 
 _FIT = "fit"
@@ -208,16 +209,26 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
 
 def _names(kind: KindName | None) -> Reply:
     chosen = {name: rows for name, rows in NAMES.items() if kind is None or name == kind.value}
-    lines = [
-        line
-        for name, rows in chosen.items()
-        for line in (f"{name}:", *(f"  {row.name:<32}{row.facing}" for row in rows))
-    ]
+    lines = [line for name, rows in chosen.items() for line in (f"{name}:", *map(_line, rows))]
     content = {
-        name: [{"name": row.name, "facing": row.facing, "level": row.level} for row in rows]
+        name: [
+            {
+                "name": row.name,
+                "facing": row.facing,
+                "level": row.level,
+                "names": {language: NAMES_IN[language][row.name] for language in LANGUAGES},
+            }
+            for row in rows
+        ]
         for name, rows in chosen.items()
     }
     return Reply(tuple(lines), content)
+
+
+def _line(row: LandmarkName) -> str:
+    """A place, the side on which it lies, and its name in the other languages."""
+    others = ", ".join(NAMES_IN[language][row.name][0] for language in LANGUAGES[1:])
+    return f"  {row.name:<32}{row.facing:<11}{others}"
 
 
 @dataclass(frozen=True)

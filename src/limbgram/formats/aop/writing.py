@@ -24,6 +24,7 @@ from limbgram.formats.aop.reading import PLACE_COMMENT, AopReading, read_aop
 from limbgram.workbench.bodies import outer_bodies
 from limbgram.workbench.carving.mapping import MapOptions, Mapped, map_radii, map_radii_on
 from limbgram.workbench.carving.radius_map import Grid
+from limbgram.workbench.frame.names import without_accents
 from limbgram.workbench.limb import Limb, LimbFrame, names_apart
 
 LineEnd = Literal["lf", "cr", "crlf"]
@@ -225,7 +226,7 @@ def _rows(mapped: Mapped, profile: Profile) -> Float64[np.ndarray, "m n"]:
 
 def _plain_name(name: str) -> str:
     """A name in ASCII that cannot be taken for another line of the file."""
-    plain = re.sub(r"[^ -~]", "?", name).strip()[:_LONGEST_NAME].strip()
+    plain = re.sub(r"[^ -~]", "?", without_accents(name)).strip()[:_LONGEST_NAME].strip()
     return plain or "unnamed"
 
 

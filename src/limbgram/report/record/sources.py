@@ -17,13 +17,12 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.accuracy.judgement import Light
-from limbgram.workbench.frame.landmarks import NAMES
+from limbgram.workbench.frame.names import known_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
 from limbgram.workbench.recipe.recipe import Recipe, replay_as_it_is
 
 _DIGITS = 8
-_KNOWN = {row.name for rows in NAMES.values() for row in rows}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,8 +113,9 @@ def printed_names(*shapes: ShapeSource | None) -> dict[str, str]:
         for mark in () if shape is None else shape.limb.landmarks:
             if mark.name in printed:
                 continue
-            own += mark.name not in _KNOWN
-            printed[mark.name] = mark.name if mark.name in _KNOWN else f"own landmark {own}"
+            known = known_identity(mark.name) is not None
+            own += not known
+            printed[mark.name] = mark.name if known else f"own landmark {own}"
     return printed
 
 

@@ -37,6 +37,7 @@ from limbgram.workbench.compare.icp import (
     tried_starts,
     width_mm,
 )
+from limbgram.workbench.frame.names import by_identity, identity_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 
@@ -155,11 +156,11 @@ def as_is(first: Limb, second: Limb) -> Alignment:
 
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
-    """Lay landmarks of the same name on each other, weighted least squares without scaling."""
-    of_first = {mark.name: mark.position_mm for mark in first.landmarks}
-    of_second = {mark.name: mark.position_mm for mark in second.landmarks}
-    shared = [name for name in of_first if name in of_second and weights.get(name, 1.0) > 0]
-    unknown = sorted(set(weights) - (set(of_first) & set(of_second)))
+    """Lay landmarks of the same place on each other, weighted least squares without scaling."""
+    of_first, of_second = by_identity(first.landmarks), by_identity(second.landmarks)
+    weight = {identity_of(name): given for name, given in weights.items()}
+    shared = [one for one in of_first if one in of_second and weight.get(one, 1.0) > 0]
+    unknown = sorted(set(weight) - (set(of_first) & set(of_second)))
     if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
         raise OptionsError(
             f"Weights are given for {', '.join(weights)}. Each must name a landmark that both "
@@ -170,21 +171,22 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
             f"{len(shared)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
             "needed. Mark more with `limbgram align --landmark`, or align by icp."
         )
-    to_mm = np.stack([of_first[name] for name in shared])
-    from_mm = np.stack([of_second[name] for name in shared])
-    share = np.array([weights.get(name, 1.0) for name in shared])
+    to_mm = np.stack([of_first[one].position_mm for one in shared])
+    from_mm = np.stack([of_second[one].position_mm for one in shared])
+    share = np.array([weight.get(one, 1.0) for one in shared])
     share = share / share.sum()
     centred = (to_mm - share @ to_mm) * np.sqrt(share)[:, None]
     if np.linalg.svd(centred)[1][1] < _SPREAD_MM:
+        names = ", ".join(of_first[one].name for one in shared)
         raise MeasureError(
-            f"The landmarks {', '.join(shared)} lie nearly on one line, so the turn about it "
+            f"The landmarks {names} lie nearly on one line, so the turn about it "
             "stays open. Mark one more beside it, or align by icp."
         )
     fit = fit_similarity(from_mm, to_mm, with_scale=False, weights=share)
     pose = Rigid(fit.rotation, fit.translation)
     off_mm = np.linalg.norm(pose.apply(from_mm) - to_mm, axis=1)
     rms_mm = float(np.sqrt(share @ off_mm**2))
-    worst = shared[int(np.argmax(off_mm))]
+    worst = of_first[shared[int(np.argmax(off_mm))]].name
     return Alignment(
         way="landmarks",
         first_from_second=pose,

@@ -31,6 +31,7 @@ from limbgram.core.mesh.sections import cut
 from limbgram.core.mesh.topology import boundary_half_edges, edge_lengths, find_edges
 from limbgram.reconstruction.surface.holes import fill_holes
 from limbgram.workbench.edits.fineness import refine_under
+from limbgram.workbench.frame.names import named
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, likeliest
 
 Place = str | tuple[float, float, float]
@@ -113,9 +114,9 @@ def position_mm(limb: Limb, place: Place, frame: FrameName, what: str) -> Vector
         EditError: there is no landmark of the name, or no frame for the coordinates.
     """
     if isinstance(place, str):
-        for mark in limb.landmarks:
-            if mark.name == place:
-                return mark.position_mm
+        mark = named(place, limb.landmarks)
+        if mark is not None:
+            return mark.position_mm
         known = ", ".join(f'"{mark.name}"' for mark in limb.landmarks) or "none"
         raise EditError(
             f'{what} names the landmark "{place}", which this limb does not have. '

@@ -1,7 +1,7 @@
-"""Landmarks: their names by the kind of limb, where they tell the limb to face, and picking them.
+"""Landmarks: the places by the kind of limb, where they tell the limb to face, and picking them.
 
-A name that no template knows is kept as it is; it does not turn the limb. A limb's mesh is put in
-its limb frame, and back, here too.
+What a name means, in any language, `names` tells. A name that no template knows is kept as it is;
+it does not turn the limb. A limb's mesh is put in its limb frame, and back, here too.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +16,7 @@ from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.planted import tree_on
+from limbgram.workbench.frame.names import known_identity, named, names_of, words_of
 from limbgram.workbench.limb import KINDS, Kind, Landmark, Limb, LimbFrame, likeliest
 
 Facing = Literal["anterior", "posterior", "medial", "lateral", "right", "left", "none"]
@@ -29,6 +30,7 @@ class LandmarkName:
     """A place that clinicians know by name."""
 
     name: str
+    """Its identity."""
     facing: Facing
     level: int
     """Order along the limb: one of higher level lies more proximal. Equal ones tell nothing."""
@@ -109,9 +111,9 @@ def landmark(limb: Limb, name: str) -> Landmark:
     Raises:
         MeasureError: the limb has none of that name.
     """
-    for mark in limb.landmarks:
-        if mark.name == name:
-            return mark
+    found = named(name, limb.landmarks)
+    if found is not None:
+        return found
     have = ", ".join(repr(mark.name) for mark in limb.landmarks) or "none"
     raise MeasureError(
         f"The limb has no landmark {name!r}; it has {have}."
@@ -154,8 +156,8 @@ def with_landmarks(limb: Limb, picked: Sequence[Landmark], options: PickOptions 
 
 
 def known_name(name: str, kind: Kind) -> LandmarkName | None:
-    """What the template of a kind of limb knows of a name; capitals do not matter."""
-    return next((row for row in NAMES[kind] if row.name == name.strip().casefold()), None)
+    """What the template of a kind of limb knows of a name, in any language."""
+    return next((row for row in NAMES[kind] if row.name == known_identity(name)), None)
 
 
 def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
@@ -169,13 +171,13 @@ def known_anywhere(name: str, kind: Kind | None) -> LandmarkName | None:
 
 
 def likely_meant(name: str, kind: Kind | None) -> str | None:
-    """The known name that a name of no template is a slip of the pen for."""
+    """The known place for whose name, in any language, a name is a slip of the pen."""
     if known_anywhere(name, kind) is not None:
         return None
     kinds = KINDS if kind is None else (kind,)
-    names = [row.name for one in kinds for row in NAMES[one]]
-    near = get_close_matches(name.strip().casefold(), names, n=1, cutoff=_ALIKE)
-    return near[0] if near else None
+    names = names_of(row.name for one in kinds for row in NAMES[one])
+    near = get_close_matches(" ".join(words_of(name)), names, n=1, cutoff=_ALIKE)
+    return names[near[0]] if near else None
 
 
 def in_limb_frame(limb: Limb) -> Mesh:

@@ -15,6 +15,7 @@ from jaxtyping import Float64
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points3
 from limbgram.workbench.compare.radial import spoke_radii
+from limbgram.workbench.frame.names import by_identity, named
 from limbgram.workbench.limb import Limb, Side, likeliest
 
 DOME = 0.4
@@ -97,14 +98,15 @@ def plain_chart(limb: Limb, reference: str) -> LimbChart:
         raise MeasureError(
             f"{limb.name or 'The limb'} has no limb frame. Run `limbgram align` on it first."
         )
-    marks = {mark.name: mark.position_mm for mark in limb.landmarks}
-    if reference not in marks:
+    mark = named(reference, limb.landmarks)
+    if mark is None:
+        names = (one.name for one in limb.landmarks)
         raise MeasureError(
             f"{limb.name or 'The limb'} has no landmark {reference!r}, from which the template's "
-            f"heights count.{likeliest(reference, marks)} Mark it with `limbgram align --landmark`."
+            f"heights count.{likeliest(reference, names)} Mark it with `limbgram align --landmark`."
         )
     in_limb = limb.mesh.with_vertices(limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm))
-    top = float(limb.frame.limb_from_mesh.apply(marks[reference][None])[0, 2])
+    top = float(limb.frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
     tip = float(in_limb.vertices_mm[:, 2].min())
     rings = np.arange(tip + _RINGS_MM, max(top, tip + 2 * _RINGS_MM), _RINGS_MM)
     radii = spoke_radii(in_limb, rings, _SPOKES).radii_mm
@@ -134,13 +136,14 @@ def lateral_of(side: Side) -> float:
 
 
 def marks_on(limb: Limb, chart: LimbChart) -> dict[str, ChartPlace]:
-    """Own chart place of every landmark that has an angle."""
+    """Own chart place of every landmark that has an angle, by what it is."""
     if limb.frame is None or not limb.landmarks:
         return {}
+    marks = by_identity(limb.landmarks)
     places = chart.own(
-        limb.frame.limb_from_mesh.apply(np.stack([mark.position_mm for mark in limb.landmarks]))
+        limb.frame.limb_from_mesh.apply(np.stack([mark.position_mm for mark in marks.values()]))
     )
-    return {mark.name: place for mark, place in zip(limb.landmarks, places) if place[0] > _NEAR_TIP}
+    return {one: place for one, place in zip(marks, places) if place[0] > _NEAR_TIP}
 
 
 def pulled_chart(

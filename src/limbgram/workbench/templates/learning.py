@@ -32,6 +32,7 @@ from limbgram.workbench.compare.frames import (
     outside_by_name,
 )
 from limbgram.workbench.compare.registration import Alignment, RegistrationOptions
+from limbgram.workbench.frame.names import by_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.templates.charts import LimbChart, marks_on, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, fit_field, node_heights
@@ -278,9 +279,9 @@ def _reference(pairs: Sequence[Pair], asked: str | None) -> str:
                 f"{pair.before.name or 'A limb'} has no limb frame. Run `limbgram align` on every "
                 "shape before its rectification."
             )
-        for mark in pair.before.landmarks:
+        for one, mark in by_identity(pair.before.landmarks).items():
             height = float(frame.limb_from_mesh.apply(mark.position_mm[None])[0, 2])
-            heights.setdefault(mark.name, []).append(height)
+            heights.setdefault(one, []).append(height)
     shared = {name: np.mean(found) for name, found in heights.items() if len(found) == len(pairs)}
     if not shared:
         raise MeasureError(

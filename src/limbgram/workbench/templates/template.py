@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.workbench.edits.guard import require_sound
 from limbgram.workbench.edits.pressing import DEEPEST_MM, Pressure, at_places
+from limbgram.workbench.frame.names import by_identity, identity_of
 from limbgram.workbench.limb import Landmark, Limb, Side
 from limbgram.workbench.templates.charts import ChartPlace, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import Field, read_field
@@ -92,7 +93,7 @@ def apply_template(limb: Limb, template: Template, strength: float = 1.0) -> App
             f" has side {limb.frame.side!r}: what is lateral cannot be told. Align it again with "
             "its side, or learn the template from limbs of a stated side."
         )
-    marks = {mark.name: mark.place for mark in template.marks}
+    marks = {identity_of(mark.name): mark.place for mark in template.marks}
     chart = pulled_chart(limb, plain_chart(limb, template.reference), marks)
     mesh = limb.mesh
     in_limb = (
@@ -150,8 +151,8 @@ def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[s
 
 
 def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:
-    have = {mark.name for mark in limb.landmarks}
-    missing = [mark.name for mark in template.marks if mark.name not in have]
+    have = by_identity(limb.landmarks)
+    missing = [mark.name for mark in template.marks if identity_of(mark.name) not in have]
     notes: list[str] = []
     if missing:
         notes.append(

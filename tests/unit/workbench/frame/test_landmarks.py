@@ -120,7 +120,7 @@ def test_every_template_can_tell_front_and_proximal(kind: str) -> None:
     assert len({known.level for known in names}) > 2
 
 
-@pytest.mark.parametrize("name", ["fibula haed", "Fibula Head", "fibulahead", " fibula head"])
+@pytest.mark.parametrize("name", ["fibula haed", "Fibulakof", "fibulas head"])
 def test_a_misspelt_name_gets_a_question(name: str) -> None:
     marks = tuple(
         Landmark(name=one, position_mm=PLACES[k])
@@ -131,6 +131,9 @@ def test_a_misspelt_name_gets_a_question(name: str) -> None:
         landmark(limb, name)
     with pytest.raises(EditError, match='Was "fibula head" meant'):
         position_mm(limb, name, "limb", "The edit")
+    for written in ("Fibula Head", "fibulahead", " fibula head", "Wadenbeinköpfchen"):
+        assert landmark(limb, written) is marks[1]
+        np.testing.assert_array_equal(position_mm(limb, written, "limb", "The edit"), PLACES[1])
     with pytest.raises(MeasureError) as refused:
         landmark(limb, "umbilicus")
     assert "meant" not in str(refused.value)

@@ -64,7 +64,7 @@ ON_TENDON = Load(at="patellar tendon", depth_mm=5.0, falloff_mm=18.0)
 @pytest.mark.parametrize(
     "name",
     ["fibula head", "Fibula Head", "fibular head", "fibula haed", "left fibula head",
-     "peroneal nerve", "common_peroneal-nerve"],
+     "peroneal nerve", "common_peroneal-nerve", "Fibulakopf", "Wadenbeinköpfchen rechts"],
 )  # fmt: skip
 def test_a_named_load_on_the_peroneal_nerve_needs_a_word(name: str) -> None:
     edit = replace(ON_HEAD, at=name)
@@ -83,6 +83,25 @@ def test_a_named_load_on_the_peroneal_nerve_needs_a_word(name: str) -> None:
 def test_what_is_meant_to_bear_needs_none(name: str, kind: str | None) -> None:
     assert sensitive_place(name, next((one for one in KINDS if one == kind), None)) is None
     added(recipe(), replace(ON_TENDON, at=name))
+
+
+def test_a_load_on_a_name_that_nobody_knows_is_asked_about() -> None:
+    edit = replace(ON_HEAD, at="blue dot")
+    with pytest.raises(OptionsError, match=r"in no table.*--accept \"load on unknown place\""):
+        added(recipe(), edit)
+    (entry,) = added(recipe(), edit, accept=("load on unknown place",)).entries
+    assert entry.accept == ("load on unknown place",)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"), [("Fibulakopf", "fibula head"), ("P1", "unknown place")]
+)
+def test_a_load_beside_such_a_landmark_is_asked_about(name: str, place: str) -> None:
+    head, tendon = limb().landmarks
+    named = replace(limb(), landmarks=(replace(head, name=name), tendon))
+    edit = Load(at=beside(9.0), positions_in="mesh", depth_mm=4.0, falloff_mm=15.0)
+    with pytest.raises(EditError, match=f"on the {place}"):
+        replay(recipe(edit), named)
 
 
 @pytest.mark.parametrize(
