@@ -135,7 +135,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
         recipe_edits=edits,
         doubt=read.limb.doubt,
         signed_by=options.signed_by.strip(),
-        notes=read.limb.notes,
+        notes=tuple(dict.fromkeys((*done.limb.notes, *read.limb.notes))),
         **written.figures,
     )
     write_json(bench.files / f"{name}.json", tree_of(handed))

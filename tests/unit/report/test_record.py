@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 from limbgram.core.errors import MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
@@ -17,6 +18,7 @@ from limbgram.report.record.bias import biases
 from limbgram.report.record.layout import badge, measure_rows, record_report
 from limbgram.report.record.record import RecordOptions, record_of
 from limbgram.report.record.sources import CaseAccuracy, CaseSource, RecipeSource, ShapeSource
+from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.edits.percent import Reduction
 from limbgram.workbench.edits.regional import Load
 from limbgram.workbench.frame.landmarks import in_limb_frame
@@ -24,6 +26,9 @@ from limbgram.workbench.limb import Landmark, Limb, LimbFrame
 from limbgram.workbench.measures.measuring import measure_limb
 from limbgram.workbench.recipe.file import parse_recipe
 from limbgram.workbench.recipe.recipe import Entry, Recipe
+from limbgram.workbench.templates.fields import ANGLES, node_heights
+from limbgram.workbench.templates.files import encode_template
+from limbgram.workbench.templates.template import Template, TemplateMark
 
 RADIUS_MM, HEIGHT_MM, ROUND = 50.0, 200.0, 360
 
@@ -231,6 +236,37 @@ def test_a_load_on_bone_stands_in_page_paper_and_tree() -> None:
         assert "presses 4.0 mm on the tibial crest: bone edge under the skin (NOT acc" in words_of
         assert "inward (pressure)" in words_of
         assert "Anna" not in words_of
+
+
+def test_what_was_said_of_the_scan_and_by_a_template_stands_in_the_record_without_names() -> None:
+    """The scan has a bone inside; the template knows a mark that the limb lacks, with a name."""
+    limb = cylinder()
+    bone = trimesh.creation.icosphere(2, 8.0)
+    bone.apply_translation(np.asarray(limb.mesh.vertices_mm).mean(0))
+    faces = np.concatenate([limb.mesh.faces, len(limb.mesh) + bone.faces]).astype(np.int32)
+    vertices = np.concatenate([limb.mesh.vertices_mm, np.asarray(bone.vertices)])
+    scan = replace(limb, mesh=Mesh(vertices_mm=vertices, faces=faces), notes=())
+    heights = node_heights(1.0)
+    shape = (len(heights), ANGLES)
+    template = Template(
+        name="ours",
+        pairs=1,
+        sided=True,
+        reference=limb.landmarks[-1].name,
+        marks=(TemplateMark(name="Ben's graft", height=0.5, angle_deg=0.0),),
+        heights=heights,
+        displacement_mm=np.full(shape, 0.5),
+        spread_mm=np.full(shape, np.nan),
+        known_pairs=np.ones(shape, np.int64),
+    )
+    edit = FromTemplate(learned=encode_template(template).decode())
+    recipe = RecipeSource(recipe=Recipe(name="", entries=(Entry(edit=edit),)), sha256=64 * "d")
+    tree = record_of(source(scan), recipe=recipe).tree
+    told = [sentence for line in tree["recipe"]["lines"] for sentence in line["told"]]
+    assert any('lacks "own landmark' in sentence for sentence in told)
+    assert any("left out" in note for note in tree["recipe"]["notes"])
+    assert "Anna" not in str(tree)
+    assert "Ben" not in str(tree)
 
 
 def test_an_old_recipe_is_told_in_the_record() -> None:

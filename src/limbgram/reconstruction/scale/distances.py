@@ -58,12 +58,13 @@ def measure_distances(
             for name, picks in zip(distance.ends, (distance.first, distance.second), strict=True)
         ]
         missing = [end for end in ends if isinstance(end, str)]
+        located = [end for end in ends if isinstance(end, _End)]
+        set_aside += [one for end in located for one in end.strange]
         if missing:
-            set_aside.append(SetAside(distance.label, missing[0]))
+            set_aside.append(SetAside(distance.label, "; ".join(missing)))
         else:
             check = all_check or len(lengths) % 2 == 1
-            first, second = (end for end in ends if isinstance(end, _End))
-            set_aside += first.strange + second.strange
+            first, second = located
             lengths.append(_length(distance, first, second, pick_sigma_px, check=check))
     if not lengths:
         raise ScaleError(

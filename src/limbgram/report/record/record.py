@@ -94,7 +94,7 @@ def record_of(
 ) -> Record:
     """Measure, compare and replay what is named, and put it together."""
     frame = frame_of(shape.limb)
-    printed = printed_names(shape, against)
+    printed = printed_names(recipe, shape, against)
     nameless_shape = nameless(shape, printed)
     nameless_shape = replace(nameless_shape, limb=outside_of(nameless_shape.limb))
     other = None if against is None else nameless(against, printed)
@@ -186,10 +186,17 @@ def _recipe(done: Replaying, printed: Mapping[str, str]) -> RecipeDone:
         id=done.recipe.id,
         scan=done.scan.id,
         apart_mm=done.apart_mm,
-        notes=done.recipe.recipe.notes,
+        notes=(*done.recipe.recipe.notes, *done.told),
         levels_mm=done.ledger.levels_mm,
         places_mm=done.ledger.places_mm,
-        lines=tuple(replace(line, edit=in_print(line.edit, printed)) for line in done.ledger.lines),
+        lines=tuple(
+            replace(
+                line,
+                edit=in_print(line.edit, printed),
+                told=tuple(in_print(sentence, printed) for sentence in line.told),
+            )
+            for line in done.ledger.lines
+        ),
     )
 
 

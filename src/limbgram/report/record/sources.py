@@ -17,6 +17,7 @@ from limbgram.core.errors import OptionsError
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.accuracy.judgement import Light
+from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.frame.names import known_identity
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.ledger import Ledger
@@ -105,17 +106,21 @@ class CaseSource:
         return f"case {self.sha256[:_DIGITS]}"
 
 
-def printed_names(*shapes: ShapeSource | None) -> dict[str, str]:
-    """What is printed for each landmark's name: a template's name as it is, others numbered."""
+def printed_names(recipe: RecipeSource | None, *shapes: ShapeSource | None) -> dict[str, str]:
+    """What is printed for each landmark's name: a known place's as it is, others numbered.
+
+    Of the shapes, and of the templates that the recipe holds.
+    """
+    names = [mark.name for one in shapes if one is not None for mark in one.limb.landmarks]
+    for entry in () if recipe is None else recipe.recipe.entries:
+        if isinstance(entry.edit, FromTemplate):
+            names += [mark.name for mark in entry.edit.template().marks]
     printed: dict[str, str] = {}
     own = 0
-    for shape in shapes:
-        for mark in () if shape is None else shape.limb.landmarks:
-            if mark.name in printed:
-                continue
-            known = known_identity(mark.name) is not None
-            own += not known
-            printed[mark.name] = mark.name if known else f"own landmark {own}"
+    for name in dict.fromkeys(names):
+        known = known_identity(name) is not None
+        own += not known
+        printed[name] = name if known else f"own landmark {own}"
     return printed
 
 
@@ -136,7 +141,7 @@ def nameless(source: ShapeSource, printed: Mapping[str, str]) -> ShapeSource:
 
 
 def in_print(text: str, printed: Mapping[str, str]) -> str:
-    """An edit in words, its landmarks under the names that are printed."""
+    """An edit, or what it says, in words, its landmarks under the names that are printed."""
     for name, printed_name in printed.items():
         text = text.replace(f'"{name}"', f'"{printed_name}"')
     return text
@@ -160,6 +165,8 @@ class Replaying:
     apart_mm: float | None
     """Largest distance between what it makes of the scan and the shape of the record; None where
     the record is of the scan itself."""
+    told: tuple[str, ...] = ()
+    """What was said of the scan before the first edit."""
 
 
 def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> Replaying:
@@ -171,7 +178,13 @@ def replayed_on(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource |
     scan = _scan(recipe, shape, against)
     done = replay_as_it_is(recipe.recipe, scan.limb)
     apart = None if scan is shape else _apart_mm(done.limb.mesh, shape.limb.mesh)
-    return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart)
+    said = {sentence for line in done.ledger.lines for sentence in line.told}
+    told = tuple(
+        _without(note, scan.limb.name, scan.id)
+        for note in done.limb.notes
+        if note not in {*said, *shape.limb.notes}
+    )
+    return Replaying(recipe=recipe, scan=scan, ledger=done.ledger, apart_mm=apart, told=told)
 
 
 def _scan(recipe: RecipeSource, shape: ShapeSource, against: ShapeSource | None) -> ShapeSource:

@@ -188,6 +188,7 @@ def _by_what_is_known(
             as_is(first, second),
             notes=(
                 *notes,
+                *shaped.notes,
                 "Limb frame was laid on limb frame, as the shape alone leaves open where the "
                 "second belongs along the axis. Each frame begins at its own distal end and is as "
                 "good as its landmarks: three landmarks that both shapes have tell more.",

@@ -4,7 +4,7 @@ The recipe holds the whole template, so that it stands by itself and makes the s
 it is replayed, whatever becomes of the template's file.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from limbgram.core.errors import EditError, MeasureError, OptionsError
@@ -32,7 +32,7 @@ class FromTemplate:
         Raises:
             EditError: it cannot be read, or is of another kind.
         """
-        self._template()
+        self.template()
 
     def apply(self, limb: Limb) -> Limb:
         """Move the surface as the template tells.
@@ -41,11 +41,18 @@ class FromTemplate:
             EditError: the limb lacks its front, side or landmark of reference, or it would fold.
         """
         try:
-            return apply_template(limb, self._template(), self.strength).limb
+            applied = apply_template(limb, self.template(), self.strength)
         except (MeasureError, OptionsError) as error:
             raise EditError(str(error)) from error
+        said = (note.removesuffix(".") for note in applied.notes)
+        return replace(applied.limb, notes=(*applied.limb.notes, *said))
 
-    def _template(self) -> Template:
+    def template(self) -> Template:
+        """The template.
+
+        Raises:
+            EditError: it cannot be read, or is of another kind.
+        """
         try:
             return decode_template(self.learned.encode())
         except ValueError as error:

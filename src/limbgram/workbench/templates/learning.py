@@ -160,7 +160,7 @@ def learn(pairs: Sequence[Pair], name: str, options: LearnOptions = DEFAULTS) ->
         known_pairs=known,
     )
     notes = [note for pair, move in zip(pairs, moves) for note in about_pair(pair, move)]
-    return Learned(template=template, notes=tuple(notes))
+    return Learned(template=template, notes=tuple(dict.fromkeys(notes)))
 
 
 def displacements(pair: Pair, options: LearnOptions) -> Displacements:
@@ -195,9 +195,12 @@ def displacements(pair: Pair, options: LearnOptions) -> Displacements:
 
 
 def about_pair(pair: Pair, move: Displacements) -> tuple[str, ...]:
-    """How the pair was laid, and whether what differs can be a rectification at all."""
+    """What was odd about its files, how the pair was laid, and whether what differs can be a
+    rectification at all.
+    """
     name = f"{pair.before.name or 'before'} to {pair.after.name or 'after'}"
-    notes = [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
+    notes = [*pair.before.notes, *pair.after.notes]
+    notes += [f"{name}: aligned {move.alignment.sentence}.", *move.alignment.notes]
     most_mm = float(np.quantile(np.abs(move.moved_mm), _NEARLY_ALL))
     rms_mm = float(np.sqrt(np.mean(move.moved_mm**2)))
     if most_mm > _MOST_MM or rms_mm > _MOST_RMS_MM:

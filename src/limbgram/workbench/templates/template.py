@@ -152,7 +152,7 @@ def _pressing(pressures: Sequence[Pressure], moved_mm: np.ndarray) -> Iterator[s
 
 def _notes(limb: Limb, template: Template, heights: Float64[np.ndarray, " n"]) -> tuple[str, ...]:
     have = by_identity(limb.landmarks)
-    missing = [mark.name for mark in template.marks if identity_of(mark.name) not in have]
+    missing = [f'"{one.name}"' for one in template.marks if identity_of(one.name) not in have]
     notes: list[str] = []
     if missing:
         notes.append(

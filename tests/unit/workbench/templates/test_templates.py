@@ -12,8 +12,11 @@ from limbgram.core.errors import MeasureError, OptionsError, ShapeFileError
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.compare.registration import RegistrationOptions
 from limbgram.workbench.edits.editing import do_edit
+from limbgram.workbench.edits.learned import FromTemplate
 from limbgram.workbench.edits.solids import Mirror
 from limbgram.workbench.limb import Landmark
+from limbgram.workbench.recipe.ledger import lines_of
+from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 from limbgram.workbench.templates.charts import LimbChart, plain_chart, pulled_chart
 from limbgram.workbench.templates.fields import fit_field, node_heights, read_field
 from limbgram.workbench.templates.files import decode_template, encode_template, read_template
@@ -206,6 +209,28 @@ def test_missing_landmarks_and_frames_are_named(bench, own) -> None:
         learn([Pair(before=bare, after=limb)], "none", AS_IS)
     with pytest.raises(OptionsError, match="No pair"):
         learn([], "none", AS_IS)
+
+
+def test_what_a_template_says_reaches_the_ledger(bench, own) -> None:
+    limb = bench.limb_of(bench.build())
+    lacking = tuple(mark for mark in limb.landmarks if mark.name != "fibula head")
+    limb = replace(limb, landmarks=lacking, notes=("said of the file",))
+    said = apply_template(limb, own).notes
+    assert 'lacks "fibula head"' in said[0]
+    edit = FromTemplate(learned=encode_template(own).decode())
+    done = replay(Recipe(name="x", entries=(Entry(edit=edit),)), limb)
+    assert done.limb.notes == ("said of the file", *(one.removesuffix(".") for one in said))
+    (line,) = done.ledger.lines
+    assert line.told == done.limb.notes[1:]
+    assert any('lacks "fibula head"' in text for text in lines_of(done.ledger))
+
+
+def test_what_was_odd_about_a_pair_s_files_is_said_of_the_template(bench) -> None:
+    limb = bench.limb_of(bench.build())
+    after = replace(bench.after(limb, bench.rectification(limb)), notes=("a hole was closed",))
+    before = replace(limb, notes=("two bodies were left out",))
+    notes = learn([Pair(before=before, after=after)], "one", AS_IS).notes
+    assert {"two bodies were left out", "a hole was closed"} <= set(notes)
 
 
 def test_a_landmark_on_the_wrong_side_is_refused(bench, own) -> None:
