@@ -23,6 +23,7 @@ from limbgram.cli.shapes import (
 from limbgram.core.errors import OptionsError
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.bodies import left_out, outer_bodies
@@ -198,7 +199,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
             )
         ),
         *_skin_lines(measures),
-        f"Heights in mm from {measures.counting}; lengths in mm. "
+        f"Heights in mm from {measures.counting}; lengths in mm; contours {SMOOTHED_OVER}. "
         + _sock_line(limb.sock_mm, measures.limb.sock_mm),
         _HEADING,
         *(_row_line(row) for row in measures.rows),
@@ -211,7 +212,7 @@ def _lines(limb: Limb, measures: Measures) -> list[str]:
         *(
             f"{length.start} to {length.end}: {_text(length.along_axis, 2)} mm along the axis, "
             f"{_text(length.straight, 2)} straight, "
-            f"{_text(length.over_surface, 2)} over the surface"
+            f"{_text(length.over_surface, 2)} over the surface, {SMOOTHED_OVER}"
             for length in measures.lengths
         ),
         *(_tape_line(check, measures.reference_mm) for check in measures.tape),

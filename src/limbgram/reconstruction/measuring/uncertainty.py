@@ -38,6 +38,7 @@ from numba import njit
 
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import LENS_SIZE, POSE_SIZE, project_and_differentiate
+from limbgram.core.geometry.smoothing import PLATE_MM
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import edge_lengths, find_edges
 from limbgram.reconstruction.mapping.scene import Scene
@@ -63,14 +64,20 @@ relief, less where the mesh or the relief ends; seven captures of our own asked 
 _NOISE_IN_SEEN = 0.055
 """Energy that white noise leaves in (1 - H)^2 H x, over that of its error: B(4.5, 1.5) / B(.5, 1.5)
 (its spectrum through the plate)."""
-_LOST_SLOPE, _LOST_SLOPE_PER_MM = 6.0, 14.0
-"""Squared slope that the plate took from the relief ((1 - H^2) of it) over that of (1 - H) H x: so
-much, and so much for each millimetre of the plate's length. Skin and cloth end at some wave length
-of their own, and more lies between that and what a longer plate shows. Theory, for 0.8, 1.8 and
-2.25 mm: 14, 30 and 39 times what is seen of relief that ends at 5 mm, twice that if at 2.5 mm.
-Measured: 12 and 15 (limb_ring15, foot_ring24; 0.8 mm), 23 to 40 (usual captures; 1.7 to 2.2 mm)."""
-_LOST_SLOPE_SIGMA = 7.0
-"""Standard deviation of the factor, at any length."""
+_LOST_SLOPE, _LOST_SLOPE_PER_MM = -6.0, 17.0
+"""Squared slope that the plate took from the relief ((1 - H^2) of it), as far as a line keeps it at
+the smoothing length, over that of (1 - H) H x: so much, and so much for each millimetre of the
+plate's length, none below nothing. Skin and cloth end at some wave length of their own, which
+hardly matters to a smoothed line: for 0.8, 1.8 and 2.25 mm theory says 9, 23 and 31 times what is
+seen of relief that ends at 5 mm, 7, 29 and 38 if at 2.5 mm, 8, 30 and 39 if nowhere (14, 30, 39;
+26, 63, 77; and 70 to 160 without smoothing, where captures of relief that ends at 5 mm had 12 to 15
+at 0.8 mm and 23 to 40 at 1.7 to 2.2 mm)."""
+_LOST_SLOPE_SIGMA = 0.2
+"""Standard deviation of the factor, as a fraction."""
+_NOISE_KEPT = 2.7
+"""The plate's noise keeps 1 / (1 + (smoothing plate / plate)^this) of its squared slope along a
+smoothed line: 0.50, 0.75, 0.90, 0.94 for 0.8 to 2.25 mm, where theory (white data noise through
+the plate) says 0.47, 0.72, 0.89 and 0.94."""
 _BANDS = (0.67, 1.0), (1.5, 2.25)
 """Two bands of wave lengths, in lengths of the plate, whose heights tell how relief grows with its
 length. Neighbouring bands tell it less well: each holds only a few waves of a limb."""
@@ -82,14 +89,13 @@ Eleven of thirteen wrinkled captures have 2.04 to 2.39, eighteen usual ones 2.73
 limb_ring15 2.90, foot_ring24 2.77, limb_sparse15 3.17."""
 _LEAST_RELIEF = 1.0
 """Energy of relief over that of noise in the finer band, from which the two bands tell of it."""
-_WRINKLED_SLOPE, _WRINKLED_DETAIL = 2.2, 2.0
-"""How much more slope is lost there, and how much more energy: twelve wrinkled captures ask for 2.2
-times the slope, and theory for 2.0 times the energy."""
+_WRINKLED_SLOPE, _WRINKLED_SLOPE_PER_MM, _WRINKLED_DETAIL = 0.5, 0.43, 2.0
+"""How much more slope is lost there: so much, and so much for each millimetre of the plate's length
+(captures ask for 1.4 at 2.1 mm, and theory for less than one below 1 mm, where most of it is finer
+than the smoothing length); and how much more energy, by theory."""
 _NOISE_SLOPE_SIGMA = 0.3
 """Standard deviation, as a fraction, of the squared slope of the noise: what photos get wrong alike
 is steeper or less so than what they get wrong apart."""
-_FLAT = 1 / 48
-"""Flat faces of edge e on a bend of radius R add this times (e / R)^2 to a line across the bend."""
 _NOISE_RINGS, _DETAIL_RINGS, _WIDE_RINGS = 20, 10, 40
 """Neighbourhoods over which energies are pooled."""
 _MOST_OVER_POOLED = 9.0
@@ -178,9 +184,8 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
             relief,
             in_taken,
             roughened,
-            _flatness(seen, pool),
             equations.length_mm,
-            1 + (_WRINKLED_SLOPE - 1) * wrinkled,
+            wrinkled,
         ),
         left=left,
     )
@@ -364,28 +369,30 @@ def _lost_length(
     relief: Float64[np.ndarray, " n"],
     in_taken: Float64[np.ndarray, " n"],
     roughened: Float64[np.ndarray, " n"],
-    flatness: Float64[np.ndarray, " n"],
     length_mm: float,
-    more: float,
+    wrinkled: float,
 ) -> Float64[np.ndarray, "n 2"]:
     """How much longer a line along the limb is, and the standard deviation of that, per length.
+
+    Both lines are smoothed (`core/geometry/smoothing`); flat faces are finer and add nothing.
 
     Args:
         relief: squared slope of (1 - H) H x.
         in_taken: squared slope of the noise, as taken off beside it.
         roughened: squared slope of the noise on the surface.
-        flatness: what flat faces add.
         length_mm: length of the plate.
-        more: how many times as much is lost as of usual relief.
+        wrinkled: whether relief stays high at short waves, 0 to 1.
     """
-    factor = more * (_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm)
+    more = 1 + (_WRINKLED_SLOPE + _WRINKLED_SLOPE_PER_MM * length_mm - 1) * wrinkled
+    factor = more * max(_LOST_SLOPE + _LOST_SLOPE_PER_MM * length_mm, 0.0)
     lost = factor / 4 * relief
+    roughened = roughened / (1 + (PLATE_MM / length_mm) ** _NOISE_KEPT)
     sigma = np.sqrt(
-        (more * _LOST_SLOPE_SIGMA / 4 * relief) ** 2
+        (_LOST_SLOPE_SIGMA * lost) ** 2
         + (factor / 4 * _NOISE_SLOPE_SIGMA * in_taken) ** 2
         + (_NOISE_SLOPE_SIGMA / 4 * roughened) ** 2
     )
-    return np.column_stack([lost - roughened / 4 - flatness, sigma])
+    return np.column_stack([lost - roughened / 4, sigma])
 
 
 def _squared_slope(
@@ -393,12 +400,6 @@ def _squared_slope(
 ) -> Float64[np.ndarray, " n"]:
     """Of the surface lifted by that: |grad f|^2 = (laplace(f^2) - 2 f laplace(f)) / 2."""
     return thin_plate.laplacian @ lift**2 / 2 - lift * (thin_plate.laplacian @ lift)
-
-
-def _flatness(seen: SeenSurface, pool: "_Pool") -> Float64[np.ndarray, " n"]:
-    """What flat faces add to a line across the bend."""
-    edge2 = seen.thin_plate.area_mm2 * 2 / np.sqrt(3)
-    return _FLAT * edge2 * pool.mean(seen.quadric[:, 0] + seen.quadric[:, 2], _NOISE_RINGS) ** 2
 
 
 def _pulls(

@@ -7,6 +7,7 @@ Out     a Report of two sheets: the shape, its measures and what to check, to be
 
 from collections.abc import Iterator, Sequence
 
+from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.report.blocks import (
     Advice,
@@ -169,7 +170,7 @@ def _recipe(recipe: RecipeDone | None) -> Iterator[Section]:
     if recipe is None:
         return
     heads, rows = girth_ledger(recipe)
-    title = "Girths after each edit, by height in the limb frame (contour, mm)"
+    title = f"Girths after each edit, by height in the limb frame (contour, mm, {SMOOTHED_OVER})"
     yield Section(
         title="Edits and what they did",
         blocks=(
@@ -262,8 +263,8 @@ def measure_note(content: Content) -> str:
     beside = content.measures.get("beside") or ""
     return (
         f"{skin}Heights count from: {reference}. Tape: what a taut tape reads; "
-        f"contour: along the skin, into hollows. ML: side to side, AP: front to back. {spread} "
-        f"{beside}"
+        f"contour: along the skin, into hollows, {SMOOTHED_OVER}. ML: side to side, AP: front to "
+        f"back. {spread} {beside}"
     ).strip()
 
 

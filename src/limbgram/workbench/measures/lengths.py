@@ -1,12 +1,19 @@
-"""Lengths between two landmarks: along the limb's axis, straight, and over the surface."""
+"""Lengths between two landmarks: along the limb's axis, straight, and over the surface.
 
+The way over the surface has its length at the smoothing length, and is the limb's as girths are:
+what fine relief the surface lost is added.
+"""
+
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points3, Vector3
+from limbgram.core.geometry.smoothing import smoothed_length
 from limbgram.core.mesh.closest import TriangleTree
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.uncertainty import propagate
 from limbgram.workbench.measures.geodesic import length_mm, shortest_path
 from limbgram.workbench.measures.levels import Figure, Sigmas
@@ -22,6 +29,7 @@ class Length:
     """Positive if the end lies more proximal."""
     straight: Figure
     over_surface: Figure
+    """Of the way at the smoothing length."""
     path_in_limb_mm: Points3
     """The way over the surface."""
 
@@ -49,9 +57,23 @@ def length_between(sigmas: Sigmas, start: Place, end: Place) -> Length:
         end=end.name,
         along_axis=_figure(sigmas, rise, ends, upwards),
         straight=_figure(sigmas, length_mm(ends), ends, _slopes(ends)),
-        over_surface=_figure(sigmas, length_mm(path), path, _slopes(path)),
+        over_surface=over_surface(sigmas, path),
         path_in_limb_mm=path,
     )
+
+
+def over_surface(sigmas: Sigmas, path_mm: Points3) -> Figure:
+    """Length of a way over the limb, as it is measured."""
+    smooth = smoothed_length(path_mm, closed=False)
+    figure = _figure(sigmas, smooth.value_mm, path_mm, smooth.slopes)
+    lost = sigmas.mesh.lost_length
+    if figure.sigma is None or lost is None:
+        return figure
+    middles = (path_mm[1:] + path_mm[:-1]) / 2
+    along = np.linalg.norm(np.diff(path_mm, axis=0), axis=1)
+    ids, shares = _on_triangles(sigmas.mesh, middles)
+    more, sigma = along @ np.einsum("pk,pkc->pc", shares, lost.astype(np.float64)[ids])
+    return Figure(figure.value + float(more), math.hypot(figure.sigma, float(sigma)))
 
 
 def _slopes(path_mm: Points3) -> Points3:
@@ -74,7 +96,15 @@ def vertex_gradient(
     sigmas: Sigmas, places_mm: Points3, slopes: Points3
 ) -> Float64[np.ndarray, " vertices"]:
     """Change for a millimetre of each vertex along its normal; places ride on their triangles."""
-    mesh = sigmas.mesh
+    ids, shares = _on_triangles(sigmas.mesh, places_mm)
+    changes = shares * np.einsum("pkd,pd->pk", sigmas.normals[ids], slopes)
+    return np.bincount(ids.ravel(), changes.ravel(), len(sigmas.mesh))
+
+
+def _on_triangles(
+    mesh: Mesh, places_mm: Points3
+) -> tuple[Int32[np.ndarray, "p 3"], Float64[np.ndarray, "p 3"]]:
+    """Corners of the triangle on which each place lies, and its barycentric coordinates there."""
     closest = TriangleTree.of(mesh.vertices_mm, mesh.faces).closest(places_mm)
     ids = mesh.faces[closest.faces]
     a, b, c = (mesh.vertices_mm[ids[:, k]] for k in range(3))
@@ -88,8 +118,4 @@ def vertex_gradient(
             (np.cross(b - a, at - a) * normal).sum(1) / size,
         ]
     )
-    total = np.zeros(len(mesh.vertices_mm))
-    for k in range(3):
-        change = shares[:, k] * (sigmas.normals[ids[:, k]] * slopes).sum(1)
-        total += np.bincount(ids[:, k], change, len(total))
-    return total
+    return ids, shares

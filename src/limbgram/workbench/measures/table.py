@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from limbgram.core.geometry.smoothing import SMOOTHING_MM
 from limbgram.workbench.edits.thickness import Thickness
 from limbgram.workbench.measures.lengths import Length
 from limbgram.workbench.measures.levels import MEASURES, Figure
@@ -44,6 +45,7 @@ def csv_text(measures: Measures) -> str:
             "others_mm",
             "reason",
             "skin",
+            "contour_smoothed_over_mm",
         ]
     )
     reference = measures.counted_from
@@ -53,7 +55,7 @@ def csv_text(measures: Measures) -> str:
         spreads = ["" if f is None or f.sigma is None else _rounded(f.sigma) for f in figures]
         place = [round(row.height_mm, _DECIMALS), round(row.from_reference_mm, _DECIMALS)]
         others = " ".join(f"{round(other.contour_mm, _DECIMALS)}" for other in row.others)
-        tail = [row.loops, others, row.reason, measures.skin]
+        tail = [row.loops, others, row.reason, measures.skin, SMOOTHING_MM]
         sheet.writerow([*place, reference, *values, *(spreads if with_sigma else []), *tail])
     return text.getvalue()
 
@@ -78,6 +80,7 @@ def tree(measures: Measures) -> dict[str, Any]:
         "reference_height_mm": measures.reference_mm,
         "tip_height_mm": measures.tip_mm,
         "beside": measures.beside or None,
+        "smoothed_over_mm": SMOOTHING_MM,
         "levels": [_level(row) for row in measures.rows],
         "volumes": [
             {

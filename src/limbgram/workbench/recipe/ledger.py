@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
@@ -136,7 +137,8 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         texts += [f"   {sentence}" for sentence in line.told]
         texts += [f"   {concern_line(concern)}" for concern in line.concerns]
         texts.append(
-            "   girths along the contour, by height " + _girths(ledger.levels_mm, old, new)
+            f"   girths along the contour, {SMOOTHED_OVER}, by height "
+            + _girths(ledger.levels_mm, old, new)
         )
     if ledger.places_mm:
         moves = ", ".join(f"{name} {moved:+.1f}" for name, moved in ledger.places_mm.items())

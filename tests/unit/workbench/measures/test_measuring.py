@@ -29,6 +29,8 @@ from limbgram.workbench.measures.tape import TapeReading, fit_to_tape
 N = 96
 CORNERS = 2 * N * math.sin(math.pi / N)
 """Length round the polygon of radius 1."""
+SMOOTH = 2 * math.pi * (1 - (math.pi / N) ** 2 / 3)
+"""Length of a contour round it: of the circle at the mean distance of its sides."""
 UNIT = 0.5 * N * math.sin(2 * math.pi / N)
 ORIGIN = "origin of the limb frame"
 POSE = Rigid.from_rotation_vector(np.array([0.4, -1.0, 0.7]), np.array([200.0, -30, 55]))
@@ -83,15 +85,17 @@ def test_other_limbs_at_a_height_are_named_and_not_taped(
     table = measure_limb(limb, replace(options, tape=readings))
     assert [len(row.others) for row in table.rows] == [0, 1, 1]
     assert table.beside.startswith("At 2 of 3 heights lie several outlines.")
-    other = f"{45 * CORNERS:.1f}"
+    other = f"{45 * SMOOTH:.1f}"
     assert table.beside.endswith(f"mm round: at 100 {other}; at 150 {other}.")
     assert not table.tape[0].conflict
     told = tree(table)
     assert told["beside"] == table.beside
     assert told["levels"][0]["others"] == []
-    assert told["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * CORNERS)
+    assert told["levels"][1]["others"][0]["contour_mm"] == pytest.approx(45 * SMOOTH, rel=3e-5)
+    assert told["smoothed_over_mm"] == 5
     rows = list(csv.DictReader(io.StringIO(csv_text(table))))
-    assert [row["others_mm"] for row in rows] == ["", *[f"{45 * CORNERS:.4f}".rstrip("0")] * 2]
+    assert [row["others_mm"][:5] for row in rows] == ["", other, other]
+    assert {row["contour_smoothed_over_mm"] for row in rows} == {"5.0"}
     asked = measure_limb(limb, replace(options, through="right"))
     assert value(asked.rows[1].figures, "tape_mm") == pytest.approx(45 * CORNERS, rel=1e-9)
     assert "nearest to the place asked for" in asked.beside
@@ -106,14 +110,15 @@ def test_other_limbs_are_named_on_the_terminal_and_in_a_comparison(
     body = make_forked(300.0, (50.0, 45.0))
     shape = write_limb(aligned(body), tmp_path / "thighs.ply")
     shown = CliRunner().invoke(app, ["measure", str(shape), "--height", "100"])
-    told = f"{45 * CORNERS:.1f}"
+    told = f"{45 * SMOOTH:.1f}"
     row = next(line for line in shown.output.splitlines() if line.startswith("   100.0"))
     assert f"{50 * CORNERS:.1f}" in row
     assert f"beside it: {told} mm" in row
+    assert "contours smoothed over 5 mm" in shown.output
     assert "At 1 of 1 heights lie several outlines. Measured is the one" in shown.output
     (level,) = changes_by_level(body, body, (100.0,)).levels
     assert level.measures["tape_mm"].first.value == pytest.approx(50 * CORNERS, rel=1e-9)
-    assert level.others_mm == ((pytest.approx(45 * CORNERS),),) * 2
+    assert level.others_mm == ((pytest.approx(45 * SMOOTH, rel=3e-5),),) * 2
 
 
 def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
@@ -128,12 +133,11 @@ def test_every_height_asked_for_has_a_row(cylinder: Mesh) -> None:
 
 
 def test_lengths_between_landmarks(cylinder: Mesh) -> None:
-    quarter = 24 * 2 * 50 * math.sin(math.pi / N)
     limb = aligned(cylinder, ("a", 50, 0, 40.0), ("b", 0, 50, 130.0))
     (length,) = measure_limb(limb, LimbMeasureOptions(lengths=(("b", "a"),))).lengths
     assert length.along_axis.value == pytest.approx(-90, abs=1e-9)
     assert length.straight.value == pytest.approx(math.sqrt(2 * 50**2 + 90**2), rel=1e-9)
-    assert length.over_surface.value == pytest.approx(math.hypot(quarter, 90), rel=1e-6)
+    assert length.over_surface.value == pytest.approx(math.hypot(50 * SMOOTH / 4, 90), rel=5e-5)
     with pytest.raises(MeasureError, match="no landmark 'c'"):
         measure_limb(limb, LimbMeasureOptions(lengths=(("a", "c"),)))
 

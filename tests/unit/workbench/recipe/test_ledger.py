@@ -17,7 +17,7 @@ from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_li
 from limbgram.workbench.recipe.ledger import choose_levels, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
-SIDES = 64
+SIDES = 256
 RECIPE = Recipe(name="none", entries=(Entry(edit=Offset(distance_mm=1.0)),))
 AS_PRINTED = re.compile(r"(\d+(?:\.\d+)?): (\d+\.\d)")
 
@@ -48,7 +48,9 @@ def test_girths_before_the_edit_are_the_cones() -> None:
     assert [level % 1 for level in ledger.levels_mm] == [0.0] * 6
     for level, girth in zip(ledger.levels_mm, ledger.lines[0].before.girths_mm, strict=True):
         radius = 60 * (1 - level / 133.3)
-        assert girth == pytest.approx(2 * SIDES * radius * math.sin(math.pi / SIDES), rel=1e-9)
+        stays = 1 / (1 + (5 / (2 * math.pi * radius)) ** 4)  # of the circle as a wave
+        smooth = 2 * math.pi * radius * stays * (1 - (math.pi / SIDES) ** 2 / 3)
+        assert girth == pytest.approx(smooth, rel=5e-5)
 
 
 @pytest.mark.parametrize("edit", [Extension(length_mm=30.0), Fill(brim=True)])
