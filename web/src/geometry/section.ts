@@ -2,9 +2,11 @@
  * Sections across the long axis: where a plane at one height cuts the surface.
  *
  * In      vertices (x, y, z in mm) and triangles, and a motion into the frame whose z is the axis.
- * Out     closed or open polylines at that height, and what a tape round them would read.
+ * Out     closed or open polylines at that height, and what a tape round one limb would read: round the
+ *         loop that the axis goes through, or the nearest to it.
  * Method  each triangle that crosses gives one segment between two cut edges; segments that share
- *         an edge are joined. The tape lies on the convex hull (Andrew's monotone chain).
+ *         an edge are joined. The tape lies on the convex hull (Andrew's monotone chain). The contour
+ *         is smoothed over 5 mm, as the server's is: by the kernel of 1 / (1 + (k l)^4).
  *
  * The server measures the figures that are kept. This one follows the hand while a level is dragged.
  */
@@ -13,9 +15,9 @@ import { IDENTITY, type Rigid, type Vec3, apply } from "./vectors";
 export interface Section {
   readonly height_mm: number;
   readonly loops: readonly (readonly Vec3[])[];
-  /** Length of the convex hull of the largest closed loop: a taut tape. NaN where nothing closes. */
+  /** Length of the convex hull of the limb's loop: a taut tape. NaN where nothing closes. */
   readonly tape_mm: number;
-  /** Length of the outline itself. */
+  /** Length of the outline itself, smoothed over 5 mm. */
   readonly contour_mm: number;
   readonly area_mm2: number;
 }
@@ -72,19 +74,71 @@ export function cut(
   }
   const loops = chains(ends).map((chain) => chain.map((key) => points.get(key) as Vec3));
   const closed = loops.filter((loop) => loop.length > 3 && same(loop[0], loop[loop.length - 1]));
-  let largest: readonly Vec3[] = [];
-  let area = 0;
-  for (const loop of closed) {
-    const size = Math.abs(areaOf(loop));
-    if (size > area) [largest, area] = [loop, size];
-  }
+  const limb = onAxis(closed);
   return {
     height_mm,
     loops,
-    tape_mm: largest.length ? around(hull(largest)) : NaN,
-    contour_mm: largest.length ? lengthOf(largest) : NaN,
-    area_mm2: largest.length ? area : NaN,
+    tape_mm: limb ? around(hull(limb)) : NaN,
+    contour_mm: limb ? smoothedLength(limb) : NaN,
+    area_mm2: limb ? Math.abs(areaOf(limb)) : NaN,
   };
+}
+
+/** The loop that the line x = y = 0 goes through, the outermost of several; else the nearest. */
+function onAxis(loops: readonly (readonly Vec3[])[]): readonly Vec3[] | null {
+  let best: readonly Vec3[] | null = null;
+  let [held, size] = [false, 0];
+  for (const loop of loops) {
+    const holds = holdsAxis(loop);
+    const fit = holds ? Math.abs(areaOf(loop)) : -Math.min(...loop.map((p) => Math.hypot(p[0], p[1])));
+    if (!best || (holds && !held) || (holds === held && fit > size)) [best, held, size] = [loop, holds, fit];
+  }
+  return best;
+}
+
+function holdsAxis(loop: readonly Vec3[]): boolean {
+  let inside = false;
+  for (let i = 1; i < loop.length; i++) {
+    const [a, b] = [loop[i - 1], loop[i]];
+    if (a[1] > 0 !== b[1] > 0 && a[0] - (a[1] * (b[0] - a[0])) / (b[1] - a[1]) > 0) inside = !inside;
+  }
+  return inside;
+}
+
+const SMOOTHING_MM = 5;
+const EVEN_STEPS = 16;
+
+/** Length of a closed line (its first point repeated) through the spline filter. */
+function smoothedLength(loop: readonly Vec3[]): number {
+  const whole = lengthOf(loop);
+  const count = Math.max(EVEN_STEPS, Math.ceil((whole * EVEN_STEPS) / SMOOTHING_MM));
+  const step = whole / count;
+  const even: Vec3[] = [];
+  let walked = 0;
+  for (let i = 1; i < loop.length; i++) {
+    const [a, b] = [loop[i - 1], loop[i]];
+    const piece = flat(a, b);
+    for (; even.length < count && even.length * step < walked + piece; ) {
+      const s = (even.length * step - walked) / piece;
+      even.push([a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), a[2]]);
+    }
+    walked += piece;
+  }
+  const n = even.length;
+  const reach = Math.min(Math.ceil((2 * SMOOTHING_MM) / step), Math.floor((n - 1) / 2));
+  const fade = (Math.SQRT2 * Math.PI * step) / SMOOTHING_MM;
+  const kernel = Array.from({ length: reach + 1 }, (_, k) => Math.exp(-k * fade) * Math.sin(k * fade + Math.PI / 4));
+  const total = kernel.reduce((sum, part, k) => sum + (k ? 2 * part : part), 0);
+  const smooth = even.map((_, i): Vec3 => {
+    let [x, y] = [0, 0];
+    for (let k = -reach; k <= reach; k++) {
+      const p = even[(((i + k) % n) + n) % n];
+      x += kernel[Math.abs(k)] * p[0];
+      y += kernel[Math.abs(k)] * p[1];
+    }
+    return [x / total, y / total, even[i][2]];
+  });
+  return around(smooth);
 }
 
 /** The convex hull in x and y, counter-clockwise, the first point not repeated. */

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from scipy.fft import dst, irfft, rfft
+from numpy.fft import irfft, rfft
+from scipy.fft import dst
 
 SMOOTHING_MM = 5.0
 """Wave length of which half the height stays."""
@@ -159,4 +160,4 @@ def _chord(line: _Line, points_mm: Float64[np.ndarray, "m d"]) -> Float64[np.nda
 
 def _sines(values: Float64[np.ndarray, "m d"]) -> Float64[np.ndarray, "m d"]:
     """To waves that are still at both ends, and back again: its own inverse."""
-    return dst(values, type=1, axis=0, norm="ortho")
+    return np.asarray(dst(values, type=1, axis=0, norm="ortho"))
