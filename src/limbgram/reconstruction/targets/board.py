@@ -138,6 +138,7 @@ class Board:
         return (
             f"ChArUco board of {self.columns} x {self.rows} squares of {self.square_mm:g} mm, "
             f"markers of {self.marker_mm:g} mm from {self.dictionary}"
+            f"{', legacy pattern' if self.legacy else ''}"
         )
 
 

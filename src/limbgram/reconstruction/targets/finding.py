@@ -12,12 +12,14 @@ Method  OpenCV's detectors give ids and rough places; a model of each crossing i
         picture's centre (Fitzgibbon 2001), map to the board by a homography: ten unknowns, robust
         weights, first forgiving and then strict. The lens need not be known, it may be very wide,
         and no corner is trusted.
-        Where hardly any photo shows the board, photos are looked at mirrored, and asked whether
-        blur or light hide it. A checkerboard looks the same in a mirror: only a ChArUco board can
-        show that a photo was mirrored.
+        Where hardly any photo shows it firmly, its markers are read by themselves, in the photos as
+        they are and mirrored: they tell which board they lie on (`targets.layout`), and that
+        photos are mirrored where more of them agree so. Else blur or light may hide the board. A
+        checkerboard looks the same in a mirror: only a ChArUco board can show that a photo was
+        mirrored.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import cv2
@@ -32,6 +34,14 @@ from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
 from limbgram.reconstruction.photos.quality import common_fault
 from limbgram.reconstruction.targets.board import Board, BoardDetections, PhotoCorners
 from limbgram.reconstruction.targets.corners import fit_corners
+from limbgram.reconstruction.targets.layout import (
+    CORNERS_BY_CHANCE,
+    Layout,
+    MarkersRead,
+    agreeing_with,
+    layout_of,
+    read_markers,
+)
 
 
 class FoundCorners(NamedTuple):
@@ -40,7 +50,9 @@ class FoundCorners(NamedTuple):
     ids: Int32[np.ndarray, " n"]
     xy_px: Points2
     markers: int
-    """Markers of the board that were read."""
+    """Markers of the board that were read,"""
+    agreeing: int
+    """and those of them that lie as on the board."""
 
 
 def find_charuco(luma: GreyImage, board: Board) -> FoundCorners:
@@ -50,15 +62,21 @@ def find_charuco(luma: GreyImage, board: Board) -> FoundCorners:
     interpolation = cv2.aruco.CharucoParameters()
     interpolation.minMarkers = 1
     detector = cv2.aruco.CharucoDetector(board.opencv(), interpolation, parameters)
-    corners, ids, _, marker_ids = detector.detectBoard(luma)
+    corners, ids, marker_corners, marker_ids = detector.detectBoard(luma)
     ids = _rows(ids).astype(np.int32).ravel()
     order = np.argsort(ids, kind="stable")
-    return FoundCorners(ids[order], _rows(corners).reshape(-1, 2)[order], len(_rows(marker_ids)))
+    read = MarkersRead.of(marker_ids, marker_corners)
+    markers, agreeing = len(read.numbers), agreeing_with(read, board)
+    return FoundCorners(ids[order], _rows(corners).reshape(-1, 2)[order], markers, agreeing)
 
 
 def _rows(found: object) -> np.ndarray:
     """OpenCV's array, or an empty one for its None."""
     return np.zeros(0) if found is None else np.asarray(found, float)
+
+
+_FEWEST_IN_PLACE = 2
+"""Markers of a photo that shows the board: one alone is anything that looks like it."""
 
 
 _LONG_SIDE_PX = 1600
@@ -226,13 +244,45 @@ _MIRRORED = (
     "camera and give the photos as they come from it; a limb measured in mirrored photos would be "
     "its mirror image."
 )
+_OTHER_LAYOUT = (
+    "The markers lie as on a board of {shown}; {given} was given. Give the board as it was "
+    "printed: its squares across, then down."
+)
 
 
 def find_board(
     photos: PhotoSet, board: Board, options: TargetOptions = DEFAULTS
 ) -> BoardDetections:
-    """Find the corners of one board in every photo that shows it."""
+    """Find the corners of one board in every photo that shows it.
 
+    A board of the given size that was printed in the other pattern of OpenCV is read in that one.
+    """
+    found = _detected(photos, board, options)
+    firm = sum(len(one.ids) > CORNERS_BY_CHANCE for one in found.photos)
+    if board.kind == "checkerboard" or firm >= _FEW_PHOTOS:
+        return found
+    shown, swapped = _layouts(photos, board)
+    if swapped.markers > shown.markers:
+        return _not_this(found, _MIRRORED.format(count=swapped.photos))
+    if shown.is_of(board) or shown.photos <= firm:
+        return found
+    other_pattern = replace(board, legacy=shown.marker_first)
+    if shown.is_of(other_pattern):
+        return _detected(photos, other_pattern, options)
+    given = f"{board.columns} x {board.rows}"
+    return _not_this(found, _OTHER_LAYOUT.format(shown=shown, given=given))
+
+
+def _not_this(found: BoardDetections, cause: str) -> BoardDetections:
+    """Without the corners between markers that were misread."""
+    misread = (
+        SetAside(one.name, "its corners lie between markers that were misread")
+        for one in found.photos
+    )
+    return replace(found, photos=(), set_aside=(*found.set_aside, *misread), cause=cause)
+
+
+def _detected(photos: PhotoSet, board: Board, options: TargetOptions) -> BoardDetections:
     def work(photo_idx: int) -> PhotoCorners | SetAside:
         photo = photos.photos[photo_idx]
         return find_in_photo(photo, photo_idx, load_luma(photo), board, options)
@@ -240,34 +290,32 @@ def find_board(
     results = in_parallel(
         work, range(len(photos.photos)), each_mb=in_flight_mb(photos.photos, SEARCH_BYTES)
     )
-    found = tuple(one for one in results if isinstance(one, PhotoCorners))
     return BoardDetections(
         board=board,
         corners_mm=board.corners_mm,
-        photos=found,
+        photos=tuple(one for one in results if isinstance(one, PhotoCorners)),
         set_aside=tuple(one for one in results if isinstance(one, SetAside)),
-        cause=_cause(photos, board, len(found), options),
+        cause=common_fault(photos.photos) or "",
     )
 
 
-def _cause(photos: PhotoSet, board: Board, found: int, options: TargetOptions) -> str:
-    """What would explain that the board is hard to find; empty where the photos do not tell."""
-    if board.kind == "charuco" and found < _FEW_PHOTOS:
-        mirrored = sum(
-            in_parallel(
-                lambda photo: _shows_mirrored(photo, board, options),
-                photos.photos,
-                each_mb=in_flight_mb(photos.photos, SEARCH_BYTES),
-            )
-        )
-        if mirrored > found:
-            return _MIRRORED.format(count=mirrored)
-    return common_fault(photos.photos) or ""
+class _Layouts(NamedTuple):
+    """How the markers lie in the photos as they are, and with left and right swapped."""
+
+    shown: Layout
+    swapped: Layout
 
 
-def _shows_mirrored(photo: Photo, board: Board, options: TargetOptions) -> bool:
-    swapped = np.ascontiguousarray(load_luma(photo)[:, ::-1])
-    return len(find_charuco(swapped, board).ids) >= options.min_corners
+def _layouts(photos: PhotoSet, board: Board) -> _Layouts:
+    def work(photo: Photo) -> tuple[MarkersRead, MarkersRead]:
+        luma = load_luma(photo)
+        swapped = np.ascontiguousarray(luma[:, ::-1])
+        return read_markers(luma, board), read_markers(swapped, board)
+
+    read = in_parallel(work, photos.photos, each_mb=in_flight_mb(photos.photos, SEARCH_BYTES))
+    return _Layouts(
+        layout_of([one for one, _ in read], board), layout_of([one for _, one in read], board)
+    )
 
 
 def find_in_photo(
@@ -280,12 +328,16 @@ def find_in_photo(
             return SetAside(photo.name, _why_no_checkerboard(luma, board))
         ids = np.arange(len(found), dtype=np.int32)
     else:
-        ids, found, markers = find_charuco(luma, board)
+        ids, found, markers, agreeing = find_charuco(luma, board)
         if len(ids) < options.min_corners:
             return SetAside(
                 photo.name,
                 f"{markers} markers and {len(ids)} corners of the {board} found; "
                 f"{options.min_corners} corners are needed",
+            )
+        if agreeing < _FEWEST_IN_PLACE:
+            return SetAside(
+                photo.name, f"{markers} markers found that lie otherwise on the {board}"
             )
     return _fit_and_check(photo, photo_idx, luma, board, ids, found, options)
 

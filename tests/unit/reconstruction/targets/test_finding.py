@@ -90,6 +90,15 @@ def test_a_picture_without_a_board_is_set_aside_with_its_reason() -> None:
         assert "found" in answer.reason
 
 
+def photos_of(folder: Path, pictures: dict[str, np.ndarray]) -> PhotoSet:
+    for name, luma in pictures.items():
+        Image.fromarray(luma).save(folder / name)
+    return PhotoSet(
+        tuple(replace(PHOTO, name=name, path=folder / name) for name in pictures),
+        (CameraGroup(label="", width_px=480, height_px=360, exif=Exif()),),
+    )
+
+
 def test_photos_are_read_and_those_without_the_board_set_aside(
     tmp_path: Path, paint: Callable[..., np.ndarray]
 ) -> None:
@@ -97,25 +106,82 @@ def test_photos_are_read_and_those_without_the_board_set_aside(
         "a.png": paint(CHECKERBOARD, POSE),
         "b.png": np.full((360, 480), 128, np.uint8),
     }
-    for name, luma in pictures.items():
-        Image.fromarray(luma).save(tmp_path / name)
-    photos = PhotoSet(
-        tuple(
-            Photo(
-                name=name,
-                path=tmp_path / name,
-                width_px=480,
-                height_px=360,
-                exif=Exif(),
-                sha256="",
-                camera_idx=0,
-            )
-            for name in pictures
-        ),
-        (CameraGroup(label="", width_px=480, height_px=360, exif=Exif()),),
-    )
-    found = find_board(photos, CHECKERBOARD)
+    found = find_board(photos_of(tmp_path, pictures), CHECKERBOARD)
     assert [one.name for one in found.photos] == ["a.png"]
     assert found.photos[0].photo_idx == 0
     assert [one.name for one in found.set_aside] == ["b.png"]
-    assert found.corner_count == 40
+
+
+TURNS = ((0.35, -0.3, 0.2), (-0.3, 0.2, -0.1), (0.1, 0.4, 0.3))
+
+
+def board(size: str, *, legacy: bool = False) -> Board:
+    return Board.charuco(size, 10.0, 7.5, "4X4_50", legacy=legacy)
+
+
+def poses_of(printed: Board) -> list[Rigid]:
+    """Three looks at a board, its middle before the camera."""
+    middle = np.append(0.5 * printed.square_mm * np.array(printed.squares), 0.0)
+    poses: list[Rigid] = []
+    for turn in TURNS:
+        rotation = Rigid.from_rotation_vector(np.array(turn), np.zeros(3)).rotation
+        poses.append(Rigid(rotation, np.array([0.0, 0.0, 190.0]) - rotation @ middle))
+    return poses
+
+
+def painted(paint: Callable[..., np.ndarray], printed: Board) -> dict[str, np.ndarray]:
+    return {f"{k}.png": paint(printed, pose) for k, pose in enumerate(poses_of(printed))}
+
+
+@pytest.mark.parametrize("legacy", [True, False])
+def test_a_board_is_read_in_the_pattern_in_which_it_was_printed(
+    tmp_path: Path, paint: Callable[..., np.ndarray], camera: Camera, legacy: bool
+) -> None:
+    """With an even number of rows OpenCV before 4.6 printed a marker in the first square."""
+    printed, given = board("8x6", legacy=legacy), board("8x6", legacy=not legacy)
+    found = find_board(photos_of(tmp_path, painted(paint, printed)), given)
+    assert found.board == printed
+    assert len(found.photos) == 3
+    for one, pose in zip(found.photos, poses_of(printed), strict=True):
+        truth = camera.project(pose.apply(printed.corners_mm[one.ids]))
+        assert len(one.ids) == 35
+        assert 1e-4 < float(np.sqrt(((one.xy_px - truth) ** 2).mean())) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("printed", "given", "said"),
+    [
+        (board("7x5"), board("5x7"), "7 x 5 squares; 5 x 7 was given"),
+        (board("7x5"), board("9x7"), "7 x 5 squares; 9 x 7 was given"),
+        (
+            board("8x6", legacy=True),
+            board("6x8"),
+            "8 x 6 squares, legacy pattern (of OpenCV before 4.6); 6 x 8 was given",
+        ),
+    ],
+)
+def test_the_layout_that_fits_is_told_and_a_mirror_where_there_is_one(
+    tmp_path: Path, paint: Callable[..., np.ndarray], printed: Board, given: Board, said: str
+) -> None:
+    pictures = painted(paint, printed)
+    found = find_board(photos_of(tmp_path, pictures), given)
+    assert found.photos == ()
+    assert f"as on a board of {said}" in found.cause
+    mirrored = {name: np.ascontiguousarray(luma[:, ::-1]) for name, luma in pictures.items()}
+    for asked in (given, printed):
+        found = find_board(photos_of(tmp_path, mirrored), asked)
+        assert found.cause.startswith("The photos are mirrored: 3 of them")
+
+
+def test_markers_that_are_misread_in_a_mirror_do_not_hide_it(
+    tmp_path: Path, paint: Callable[..., np.ndarray]
+) -> None:
+    """Mirrored, markers 8, 9 and 17 of 4X4_50 are read, and corners beside them pass for flat."""
+    pictures = painted(paint, board("8x6", legacy=True))
+    mirrored = {name: np.ascontiguousarray(luma[:, ::-1]) for name, luma in pictures.items()}
+    photos = photos_of(tmp_path, mirrored)
+    for legacy in (False, True):
+        found = find_board(photos, board("8x6", legacy=legacy))
+        assert found.cause.startswith("The photos are mirrored: 3 of them")
+        assert found.photos == ()
+        assert [one.name for one in found.set_aside] == ["0.png", "1.png", "2.png"]

@@ -1,0 +1,149 @@
+"""Layouts: on which ChArUco board the markers lie as photos show them.
+
+A marker is read without knowing the board, and its number says which white square it lies in, once
+the number of columns is known and whether a marker comes first (the pattern of OpenCV before 4.6).
+Every such layout is tried: the markers of a photo that one homography takes to their squares agree
+with it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float64, Int64
+
+from limbgram.core.geometry.arrays import GreyImage
+from limbgram.reconstruction.targets.board import DICTIONARIES, Board
+
+_FEWEST_SIDE, _MOST_COLUMNS = 3, 101
+"""Squares of a board that can be used."""
+_FEWEST_AGREEING = 3
+"""Markers of a photo: two that were misread may agree by chance."""
+CORNERS_BY_CHANCE = 4 * (_FEWEST_AGREEING - 1)
+"""Inner corners beside so many misread markers. Mirrored, two of 4X4_50 read as each other."""
+_SAMPLES = 30
+"""Enough where the layout is right: hardly a marker is misread."""
+_NEAR_SQUARES = 0.25
+"""How far a marker's corner may lie from its place: lenses bend the board by less."""
+
+
+class MarkersRead(NamedTuple):
+    """Markers of one photo, whatever board they are on."""
+
+    numbers: Int64[np.ndarray, " m"]
+    corners_px: Float64[np.ndarray, "m 4 2"]
+    """Clockwise from the marker's top left."""
+
+    @classmethod
+    def of(cls, numbers: object, corners_px: object) -> "MarkersRead":
+        """What OpenCV gives, which is None or empty where it reads none."""
+        if not isinstance(numbers, np.ndarray) or not numbers.size:
+            return cls(np.zeros(0, np.int64), np.zeros((0, 4, 2)))
+        return cls(
+            numbers.astype(np.int64).ravel(), np.asarray(corners_px, np.float64).reshape(-1, 4, 2)
+        )
+
+
+def read_markers(luma: GreyImage, board: Board) -> MarkersRead:
+    """All markers of the board's dictionary."""
+    markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[board.dictionary])
+    corners, numbers, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(luma)
+    return MarkersRead.of(numbers, corners)
+
+
+def agreeing_with(read: MarkersRead, board: Board) -> int:
+    """Markers that lie as on a board; one alone always does."""
+    if not len(read.numbers):
+        return 0
+    return int(_fits(read, board.columns, _has_marker_first(board), board).sum())
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Squares across and down, whether a marker comes first, and how much lies so."""
+
+    columns: int
+    rows: int
+    """As many as the largest number that was read needs."""
+    marker_first: bool
+    """In the first square: OpenCV before 4.6 printed boards with an even number of rows so."""
+    photos: int
+    markers: int
+    """In these photos together."""
+
+    def is_of(self, board: Board) -> bool:
+        """Whether a board has the markers in the same squares, and all that were read."""
+        return (
+            self.columns == board.columns
+            and self.rows <= board.rows
+            and self.marker_first == _has_marker_first(board)
+        )
+
+    def __str__(self) -> str:
+        legacy = ", legacy pattern (of OpenCV before 4.6)" if self.marker_first else ""
+        return f"{self.columns} x {self.rows} squares{legacy}"
+
+
+def layout_of(read: Sequence[MarkersRead], given: Board) -> Layout:
+    """The layout with which most markers agree; the given board's where as many do."""
+    read = [one for one in read if len(one.numbers) >= _FEWEST_AGREEING]
+    best = _agreeing(read, given.columns, _has_marker_first(given), given)
+    there = len(cv2.aruco.getPredefinedDictionary(DICTIONARIES[given.dictionary]).bytesList)
+    most = min(_MOST_COLUMNS, (2 * there + 1) // _FEWEST_SIDE)
+    for columns in range(_FEWEST_SIDE, most + 1):
+        for marker_first in (False, True):
+            found = _agreeing(read, columns, marker_first, given)
+            best = found if found.markers > best.markers else best
+    return best
+
+
+def _has_marker_first(board: Board) -> bool:
+    return board.legacy and board.rows % 2 == 0
+
+
+def _agreeing(
+    read: Sequence[MarkersRead], columns: int, marker_first: bool, given: Board
+) -> Layout:
+    photos, markers, rows = 0, 0, _FEWEST_SIDE
+    for one in read:
+        fits = _fits(one, columns, marker_first, given)
+        if fits.sum() >= _FEWEST_AGREEING:
+            photos, markers = photos + 1, markers + int(fits.sum())
+            largest = one.numbers[fits].max(keepdims=True)
+            rows = max(rows, int(_squares(largest, columns, marker_first)[0, 1]) + 1)
+    return Layout(columns, rows + rows % 2 * marker_first, marker_first, photos, markers)
+
+
+def _squares(
+    numbers: Int64[np.ndarray, " m"], columns: int, marker_first: bool
+) -> Int64[np.ndarray, "m 2"]:
+    """Column and row of the squares that markers lie in: white ones, counted row by row."""
+    pair, within = np.divmod(numbers, columns)  # two rows have as many markers as columns
+    in_first = (columns + marker_first) // 2
+    second = within >= in_first
+    place = np.where(second, within - in_first, within)
+    column = 2 * place + (second == marker_first)
+    return np.column_stack([column, 2 * pair + second])
+
+
+_AROUND = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def _fits(
+    read: MarkersRead, columns: int, marker_first: bool, given: Board
+) -> Bool[np.ndarray, " m"]:
+    """Which markers lie with all their corners where one homography has them."""
+    squares = _squares(read.numbers, columns, marker_first)
+    around = 0.5 * given.marker_mm / given.square_mm * _AROUND
+    places = (squares[:, None] + 0.5 + around).reshape(-1, 2)
+    seen = read.corners_px.reshape(-1, 2)
+    plane = np.asarray(
+        cv2.findHomography(seen, places, cv2.RANSAC, _NEAR_SQUARES, maxIters=_SAMPLES)[0]
+    )
+    if plane.shape != (3, 3):
+        return np.zeros(len(squares), np.bool_)
+    there = cv2.perspectiveTransform(seen[None], plane)[0]
+    near = np.linalg.norm(there - places, axis=1) < _NEAR_SQUARES
+    return np.logical_and.reduce(near.reshape(-1, 4), axis=1)
