@@ -23,7 +23,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 
 _FEWEST_POINTS = 6
-_LARGEST_MISS_PX = 3.0
+LARGEST_MISS_PX = 3.0
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def resect(lens: Camera, points_in_world: Points3, xy_px: Points2) -> Rigid | No
         ideal,
         np.eye(3),
         np.zeros(5),
-        reprojectionError=_LARGEST_MISS_PX / lens.fx,
+        reprojectionError=LARGEST_MISS_PX / lens.fx,
         iterationsCount=1000,
         confidence=0.9999,
     )
@@ -106,5 +106,5 @@ def _pair_points(first: View, second: View, link: VerifiedPair) -> Points3:
         [link.matches.xy_first_px, link.matches.xy_second_px]
     )
     found = triangulate((first, second), view_idx, point_idx, xy_px, count)
-    wrong = ~(found.rms_px < _LARGEST_MISS_PX)
+    wrong = ~(found.rms_px < LARGEST_MISS_PX)
     return np.where(wrong[:, None], np.nan, found.points_in_world)

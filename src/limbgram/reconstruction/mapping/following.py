@@ -37,10 +37,7 @@ from limbgram.reconstruction.photos.photo import PhotoSet
 _NEIGHBOURS = 12
 """Points of the scene whose plane is taken for the surface's."""
 _FEWEST_RAYS = 2
-_WEAK = (
-    "Only {} points of the scene were found in it at full size: it is blurred, or the object "
-    "moved. Take it again."
-)
+_WEAK = "Only {} points of the scene were found in it at full size. Take it again."
 
 
 @dataclass(frozen=True, kw_only=True)

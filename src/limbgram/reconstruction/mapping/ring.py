@@ -157,7 +157,7 @@ def _placed(
     rough = without_photos(rough, set(dropped))
     _refuse_too_few(rough, options)
     scene = with_all_tracks(rough, places_px, pairs, options.track_px, coded)
-    verdicts = judge(scene, features, pairs, found[1:], dropped)
+    verdicts = judge(scene, photos, places_px, pairs, found[1:], dropped)
     return replace(scene, verdicts=verdicts, ring=ring_of(scene))
 
 
@@ -327,13 +327,13 @@ def _misplaced(scene: Scene, pairs: Pairs, options: MappingOptions) -> dict[int,
             )
         elif rms_px > options.max_photo_rms_px:
             reasons[photo] = (
-                f"Its points miss by {rms_px:.1f} px: the object moved, or another lens or focus "
-                "was used. Take it again."
+                f"Its points miss by {rms_px:.1f} px, {options.max_photo_rms_px:g} at most are "
+                "accepted. Take it again, with lens, zoom and focus as in the other photos."
             )
         elif wrong[photo]:
             reasons[photo] = (
-                "Its place in the scene contradicts what its pairs show: repeated patterns or a "
-                "still background may have misled it. Hide the background or mask it."
+                "Its place in the scene contradicts the turns that most of its matches show. Hide "
+                "or mask what repeats or stands still in the background."
             )
     return reasons
 

@@ -12,24 +12,29 @@ have small residuals. So every placed photo is asked whether its turn against it
 one that its pairs, each solved by itself with the cheirality test, found. Pairs of cameras without
 a calibration are solved again by the lenses of the scene first: under a focal length 1.6 times the
 true one the turns of 79 pairs were 19 degrees off in the median. A photo that was not placed gets
-the reason, and what to do about it.
+the reason, as far as it was measured, and what to do about it.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Complex128, Float64, Int64
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
+from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.run import in_parallel
 from limbgram.reconstruction.calibration.cameras import Cameras
 from limbgram.reconstruction.features.detection import Features
+from limbgram.reconstruction.mapping.chain import LARGEST_MISS_PX, resect
 from limbgram.reconstruction.mapping.scene import PhotoVerdict, Scene
 from limbgram.reconstruction.matching.matching import PairMatches
+from limbgram.reconstruction.photos.photo import PhotoSet
+from limbgram.reconstruction.photos.quality import remarks
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.verification import verify_pair
 
@@ -164,7 +169,8 @@ def photo_points(scene: Scene) -> Float64[np.ndarray, "p 2"]:
 
 def judge(
     scene: Scene,
-    features: Features,
+    photos: PhotoSet,
+    places_px: Sequence[Points2],
     pairs: Pairs,
     others: Sequence[Scene],
     dropped: dict[int, str],
@@ -172,14 +178,19 @@ def judge(
     """A verdict for every photo.
 
     Args:
+        places_px: Keypoints of every photo, where the scene's observations have them.
         others: Smaller scenes that could not be joined to this one.
         dropped: Reasons for photos that had a pose and lost it.
     """
     figures = photo_points(scene)
+    remarked = remarks(photos)
     verdicts: list[PhotoVerdict] = []
     for photo, name in enumerate(scene.names):
         placed = scene.camera_from_world[photo] is not None
-        reason = "" if placed else dropped.get(photo) or _why(photo, features, pairs, others)
+        reason = "" if placed else dropped.get(photo, "")
+        if not placed and not reason:
+            measured = " ".join(f"It is {one.text}." for one in remarked if one.name == name)
+            reason = _why(photo, scene, places_px, pairs, others, measured)
         verdicts.append(
             PhotoVerdict(
                 name=name,
@@ -192,12 +203,20 @@ def judge(
     return tuple(verdicts)
 
 
-def _why(photo: int, features: Features, pairs: Pairs, others: Sequence[Scene]) -> str:
-    found = len(features.keypoints[photo])
+def _why(
+    photo: int,
+    scene: Scene,
+    places_px: Sequence[Points2],
+    pairs: Pairs,
+    others: Sequence[Scene],
+    measured: str,
+) -> str:
+    """Why a photo has no place; a fault of the photo is named only where it was measured."""
+    found = len(places_px[photo])
     if found < _FEW_KEYPOINTS:
         return (
-            f"Only {found} feature points were found: it is blurred, dark, or the surface is "
-            "plain. Take it again in better light, or paint more spots on the sock."
+            f"Only {found} feature points were found. "
+            f"{measured or 'Take it again in better light, or paint more spots on the sock.'}"
         )
     for other in others:
         if photo in other.placed:
@@ -217,7 +236,40 @@ def _why(photo: int, features: Features, pairs: Pairs, others: Sequence[Scene]) 
             "It was taken from the same spot as its neighbours, so it gives no depth. "
             "Step sideways between photos."
         )
+    agreeing, matched = _agreement(photo, scene, places_px, own)
     return (
-        f"It matches {len(own)} photos but fits no pose among the placed ones: the object moved "
-        "between the photos, or it is blurred. Take it again."
+        f"Not placed: {agreeing} of its {matched} matches with points of the scene agree. "
+        f"{measured or 'Take it again.'}"
     )
+
+
+class _Agreement(NamedTuple):
+    """Matches of a photo with points of the scene that one pose explains, and all of them."""
+
+    agreeing: int
+    matched: int
+
+
+def _agreement(
+    photo: int, scene: Scene, places_px: Sequence[Points2], own: Sequence[VerifiedPair]
+) -> _Agreement:
+    found = [np.zeros((0, 2), np.int64)]
+    for pair in own:
+        ends = pair.matches.first, pair.matches.second
+        side = ends.index(photo)
+        other = ends[1 - side]
+        seen = scene.observations.some(scene.observations.photo_idx == other)
+        if len(seen.xy_px):
+            point_of = np.full(len(places_px[other]), -1)
+            point_of[KDTree(places_px[other]).query(seen.xy_px)[1]] = seen.point_idx
+            point = point_of[pair.matches.keypoint_idx[:, 1 - side]]
+            ours = pair.matches.keypoint_idx[:, side]
+            found.append(np.column_stack([ours, point])[point >= 0])
+    matched = np.unique(np.concatenate(found), axis=0)
+    xy_px, points = places_px[photo][matched[:, 0]], scene.points_in_world[matched[:, 1]]
+    lens = scene.cameras[scene.camera_idx[photo]]
+    pose = resect(lens, points, xy_px)
+    if pose is None:
+        return _Agreement(0, len(matched))
+    off_px = np.linalg.norm(lens.project(pose.apply(points)) - xy_px, axis=1)
+    return _Agreement(int((off_px < LARGEST_MISS_PX).sum()), len(matched))

@@ -268,7 +268,7 @@ def _photographs(figures: Figures) -> Iterator[Finding]:
                 "worth doing",
                 f"{row.name} fits worse than the others: {row.rms_px:.2f} px against "
                 f"{usual:.2f} px.",
-                "Leave it out or take it again: the limb may have moved, or it is blurred.",
+                "Leave it out or take it again.",
             )
 
 

@@ -2,9 +2,10 @@
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from limbgram.reconstruction.mapping.verdicts import (
     judge,
     photo_points,
 )
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif, Photo, PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
 from limbgram.reconstruction.twoview.verification import verify_pair
 
@@ -196,15 +198,18 @@ def test_every_photo_that_is_left_out_gets_its_own_reason(
     poses = scene.camera_from_world
     placed = replace(scene, camera_from_world=(*poses[:2], *5 * (None,)))
     other = replace(scene, camera_from_world=(None, None, None, *poses[3:5], None, None))
-    plenty, rows = described(np.zeros((300, 2))), np.zeros((9, 2))
-    features = Features((plenty, plenty, described(np.zeros((150, 2))), *4 * (plenty,)))
+    plenty, rows = np.zeros((300, 2)), np.zeros((9, 2))
+    places = (plenty, plenty, np.zeros((150, 2)), *4 * (plenty,))
     pairs = (
         make_pair(0, 2, rows),
         make_pair(0, 5, rows, kind="rotation"),
         make_pair(0, 6, rows),
         make_pair(1, 6, rows),
     )
-    verdicts = judge(placed, features, Pairs(pairs, ()), [other], {1: "unused", 4: "It moved."})
+    photos = taken(7)
+    verdicts = judge(
+        placed, photos, places, Pairs(pairs, 0), [other], {1: "unused", 4: "It moved."}
+    )
     assert [verdict.placed for verdict in verdicts] == [True, True, *5 * (False,)]
     starts = [
         "",
@@ -213,11 +218,60 @@ def test_every_photo_that_is_left_out_gets_its_own_reason(
         "It joins only with 4.jpg,",
         "It moved.",
         "It was taken from the same spot",
-        "It matches 2 photos but fits no pose",
+        "Not placed: 0 of its ",
     ]
     for verdict, start in zip(verdicts, starts, strict=True):
         assert verdict.reason.startswith(start)
         assert bool(verdict.reason) != verdict.placed
         assert np.isnan(verdict.rms_px) != verdict.placed
-    alone = judge(placed, features, Pairs((), ()), [], {})
+    alone = judge(placed, photos, places, Pairs((), 0), [], {})
     assert alone[6].reason.startswith("No other photo shows the same points")
+
+
+def taken(count: int, blurred: Sequence[int] = ()) -> PhotoSet:
+    """Photos of `make_scene`; edges are 1 px wide, 4 px in blurred ones."""
+    return PhotoSet(
+        tuple(
+            Photo(
+                name=f"{k}.jpg",
+                path=Path(f"{k}.jpg"),
+                width_px=900,
+                height_px=700,
+                exif=Exif(),
+                sha256="",
+                camera_idx=0,
+                sharpness=4.0 if k in blurred else 1.0,
+                burnt=0.0,
+                brightest=200.0,
+            )
+            for k in range(count)
+        ),
+        (CameraGroup(label="", width_px=900, height_px=700, exif=Exif()),),
+    )
+
+
+@pytest.mark.parametrize("blurred", [(), (3,)])
+def test_a_cause_is_named_only_where_it_was_measured(
+    make_scene: MakeScene, make_pair: MakePair, blurred: tuple[int, ...]
+) -> None:
+    """Of 40 points that the photo without a place matches 25 lie where it has them."""
+    scene = make_scene(photos=6, points=240, share=1.0)
+    seen = scene.observations
+    places = [seen.xy_px[seen.photo_idx == photo] for photo in range(6)]
+    places[3][25:] = np.random.default_rng(3).uniform(0, 700, (215, 2))
+    poses = scene.camera_from_world
+    without = replace(
+        scene,
+        camera_from_world=(*poses[:3], None, *poses[4:]),
+        observations=seen.some(seen.photo_idx != 3),
+    )
+    rows = np.repeat(np.arange(40)[:, None], 2, axis=1)
+    pairs = Pairs((make_pair(2, 3, rows[:30]), make_pair(3, 4, rows[10:])), 0)
+    verdict = judge(without, taken(6, blurred), places, pairs, [], {})[3]
+    assert verdict.reason.startswith("Not placed: 25 of its 40 matches with points of the scene")
+    assert ("It is blurred: edges 4.0 px wide" in verdict.reason) == bool(blurred)
+    assert "moved" not in verdict.reason
+    few = [*places[:3], places[3][:150], *places[4:]]
+    verdict = judge(without, taken(6, blurred), few, Pairs((), 0), [], {})[3]
+    assert verdict.reason.startswith("Only 150 feature points were found. ")
+    assert ("blurred" in verdict.reason) == bool(blurred)
