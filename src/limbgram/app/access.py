@@ -43,6 +43,9 @@ _MOST_BYTES = 8_000_000
 """Of a request that is no file; files have limits of their own (`cases.intake`)."""
 _SILENCE_S = 60.0
 """A request of which nothing comes for so long is given up."""
+_SLOWEST_BYTES_S = 10_000.0
+"""And so is one that is waited for longer in all, unless it comes at this pace: a tenth of what a
+telephone's connection brings on a bad day."""
 _MOST_SESSIONS = 500
 """At a time; beyond, the one that was used longest ago ends."""
 _LEAVING = frozenset(
@@ -86,6 +89,7 @@ Send = Callable[[Message], Awaitable[None]]
 Asgi = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 
+Good = Callable[[], bool]
 SessionState = Literal["none", "open", "locked"]
 
 
@@ -115,8 +119,8 @@ class Signed:
 
     who: str
     """The user; empty: whoever opened the start link on this machine."""
-    stamp: str
-    """Of the user's password when they signed in."""
+    good: "Good"
+    """Whether somebody still vouches for it."""
     asked: float
     """When the last request came."""
     acted: float
@@ -138,14 +142,37 @@ class Access:
     lock_after_s: float | None = None
     """A session in which nobody did anything for so long is locked; None: never."""
     attempts: Attempts = field(default_factory=Attempts)
-    _links: dict[str, tuple[float, str]] = field(default_factory=dict[str, tuple[float, str]])
+    _links: "dict[str, tuple[float, str, Good | None]]" = field(
+        default_factory=lambda: dict[str, tuple[float, str, Good | None]]()
+    )
     _sessions: dict[str, Signed] = field(default_factory=dict[str, Signed])
 
-    def new_link_token(self, who: str = "") -> str:
-        """A token for a start link; who opens it works under that name."""
+    @property
+    def cookie(self) -> str:
+        """Name of its cookie. A browser sends those of all ports of a machine to each of them."""
+        ports = sorted({host.rpartition(":")[2] for host in self.hosts if ":" in host})
+        return "_".join([COOKIE, *ports[:1]])
+
+    def vouched(self, who: str) -> Good:
+        """Says, whenever it is asked, whether a user is still who they are now.
+
+        One who was removed, or whose password was changed, is not.
+        """
+        people = self.people
+        if people is None:
+            return lambda: True
+        stamp = people.stamp(who) if who else ""
+        return lambda: bool(stamp) and people.stamp(who) == stamp
+
+    def new_link_token(self, who: str = "", good: Good | None = None) -> str:
+        """A token for a start link; who opens it works under that name.
+
+        Args:
+            good: Whether somebody vouches for it, who is no user here; None: the user themselves.
+        """
         self._forget_old()
         token = secrets.token_urlsafe(32)
-        self._links[token] = self.clock(), who
+        self._links[token] = self.clock(), who, good
         return token
 
     def open_session(self, token: str) -> str | None:
@@ -154,14 +181,14 @@ class Access:
         known = next((one for one in self._links if _same(one, token)), None)
         if known is None:
             return None
-        _, who = self._links.pop(known)
-        return self.begin(who)
+        _, who, good = self._links.pop(known)
+        return self.begin(who, good)
 
-    def begin(self, who: str) -> str:
+    def begin(self, who: str, good: Good | None = None) -> str:
         """The cookie's value of a new session."""
         session, now = secrets.token_urlsafe(32), self.clock()
-        stamp = self.people.stamp(who) if self.people is not None and who else ""
-        self._sessions[session] = Signed(who=who, stamp=stamp, asked=now, acted=now)
+        good = good or self.vouched(who)
+        self._sessions[session] = Signed(who=who, good=good, asked=now, acted=now)
         while len(self._sessions) > _MOST_SESSIONS:
             del self._sessions[min(self._sessions, key=lambda one: self._sessions[one].asked)]
         return session
@@ -192,11 +219,9 @@ class Access:
         if known is None:
             return None
         signed = self._sessions[known]
-        if self.people is not None:
-            stamp = self.people.stamp(signed.who)
-            if not stamp or stamp != signed.stamp:
-                self._sessions.pop(known, None)
-                return None
+        if not signed.good():
+            self._sessions.pop(known, None)
+            return None
         return signed
 
     def act(self, session: str) -> None:
@@ -233,7 +258,7 @@ class Access:
 
     def _forget_old(self) -> None:
         now = self.clock()
-        for one in [one for one, (at, _) in self._links.items() if now - at >= _LINK_S]:
+        for one in [one for one, (at, _, _) in self._links.items() if now - at >= _LINK_S]:
             self._links.pop(one, None)
         for one in [one for one, at in self._sessions.items() if now - at.asked >= _SESSION_S]:
             self._sessions.pop(one, None)
@@ -264,7 +289,7 @@ class Guard:
         path = str(scope["path"])
         in_api = path.startswith("/api/")
         fault = self.access.fault(headers, navigating=not in_api and scope["method"] == "GET")
-        session = session_in(headers.get("cookie", ""))
+        session = session_in(headers.get("cookie", ""), self.access.cookie)
         if fault is not None:
             await refusal(403, "Elsewhere", fault)(scope, receive, _guarded(send))
         elif not self.allows(scope["method"], path):
@@ -325,10 +350,10 @@ class Guard:
         return send_written
 
 
-def session_in(cookies: str) -> str:
-    """The session in the header Cookie; empty where there is none."""
+def session_in(cookies: str, name: str) -> str:
+    """The session in the header Cookie; empty where there is none of that name."""
     try:
-        found = SimpleCookie(cookies).get(COOKIE)
+        found = SimpleCookie(cookies).get(name)
     except CookieError:
         return ""
     return "" if found is None else found.value
@@ -340,19 +365,23 @@ def _length(headers: dict[str, str]) -> int:
 
 
 def _bounded(receive: Receive, most: int | None) -> Receive:
-    """A request is cut off where it becomes too long without saying so, or comes no further."""
+    """A request is cut off where it becomes too long without saying so, or comes too slowly."""
     came = 0
+    waited_s = 0.0
     whole = False
 
     async def receive_bounded() -> Message:
-        nonlocal came, whole
+        nonlocal came, waited_s, whole
         if whole:  # what may come now is the end of the connection
             return await receive()
+        left_s = _SILENCE_S + came / _SLOWEST_BYTES_S - waited_s
+        since_s = time.monotonic()
         try:
-            async with asyncio.timeout(_SILENCE_S):
+            async with asyncio.timeout(min(_SILENCE_S, left_s)):
                 message = await receive()
         except TimeoutError:
             return {"type": "http.disconnect"}
+        waited_s += time.monotonic() - since_s
         came += len(message.get("body", b""))
         whole = not message.get("more_body", False)
         return message if most is None or came <= most else {"type": "http.disconnect"}

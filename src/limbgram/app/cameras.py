@@ -22,6 +22,9 @@ from limbgram.core.run import Run
 
 router = APIRouter(tags=["cameras"])
 
+_OLD_DAYS = 180
+"""Beyond which a lens is to be calibrated again."""
+
 CameraId = Annotated[str, Path(pattern=CAMERA_ID_PATTERN, description="Id of the camera.")]
 
 
@@ -36,6 +39,9 @@ class CameraReply(BaseModel):
     )
     calibrated: str = Field(default="", description="Date and time, UTC; empty before.")
     age_days: int | None = None
+    old: bool = Field(
+        default=False, description="Calibrate again before a limb that matters: half a year passed."
+    )
     photos: int = Field(description="Photos of the board that are here.")
     label: str = Field(default="", description="Make, model and lens, as the photos say.")
     focal_mm: float | None = None
@@ -219,6 +225,7 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
         message=label.message,
         calibrated=label.calibrated,
         age_days=age,
+        old=age is not None and age > _OLD_DAYS,
         photos=photos_in(camera.received),
         label="" if lens is None else lens.label,
         focal_mm=None if lens is None else lens.focal_mm,

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from fastapi import Depends, Path, Request
 
-from limbgram.app.access import Access
+from limbgram.app.access import Access, session_in
 from limbgram.app.coaching import Coaches
 from limbgram.app.desk import Desk
 from limbgram.app.doors import Doors
@@ -113,6 +113,15 @@ async def clinic_of(request: Request) -> Clinic:  # so that no thread is asked f
 
 
 ClinicHere = Annotated[Clinic, Depends(clinic_of)]
+
+
+async def session_of(clinic: ClinicHere, request: Request) -> str:
+    access = clinic.access_of(request)
+    return session_in(request.headers.get("cookie", ""), access.cookie)
+
+
+SessionHere = Annotated[str, Depends(session_of)]
+"""The session in the cookie of the door through which a request came; empty without one."""
 
 
 def case_of(

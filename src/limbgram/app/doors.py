@@ -3,7 +3,8 @@
 In      a case, the app's routes, the address of this machine in its network.
 Out     a door that answers for this case alone: the page, what is here, the coach's answer, and
         photos that are sent. Nothing else can be read and nothing deleted.
-Method  It closes when it is told to, when the app ends, and after half an hour.
+Method  It closes when it is told to, when the app ends, after half an hour, and when nobody who
+        opened it is a user any more.
 Fails   OptionsError: this machine is in no network.
 """
 
@@ -17,10 +18,10 @@ from dataclasses import dataclass, field
 
 import uvicorn
 
-from limbgram.app.access import Access, Asgi, Diary, Guard
+from limbgram.app.access import Access, Asgi, Diary, Good, Guard
 from limbgram.app.listening import Tls, configured, prompt_socket
 from limbgram.cases.shelf import ShelvedCase
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import CaseError, OptionsError
 
 _OPEN_S = 30 * 60.0
 _LOOK_S = 1.0
@@ -50,10 +51,22 @@ class Door:
     server: DoorServer
     origin: str
     since: float = field(default_factory=time.monotonic)
+    vouchers: list[Good] = field(default_factory=list[Good])
+    """Of those who opened it."""
 
     @property
     def closes_s(self) -> float:
+        """How long it stays open."""
+        if not self._is_wanted:
+            return 0.0
         return max(0.0, _OPEN_S - (time.monotonic() - self.since))
+
+    @property
+    def _is_wanted(self) -> bool:
+        try:
+            return any(good() for good in self.vouchers)
+        except CaseError:  # the list of users cannot be read
+            return False
 
     def close(self) -> None:
         """Shut it; afterwards nothing comes in."""
@@ -79,14 +92,18 @@ class Doors:
             return None
         return door
 
-    def open(self, case: ShelvedCase, inner: Asgi, address: Callable[[], str]) -> Door:
+    def open(self, case: ShelvedCase, inner: Asgi, address: Callable[[], str], good: Good) -> Door:
         """Open a case's door.
+
+        Args:
+            good: Whether who opens it is still a user.
 
         Raises:
             OptionsError: this machine is in no network.
         """
         known = self.of(case)
         if known is not None:
+            known.vouchers.append(good)
             return known
         host = address()
         listening = prompt_socket()
@@ -97,7 +114,7 @@ class Doors:
         access = Access(frozenset({at}), scheme)
         guard = Guard(inner, access, allows=_allowed(case.case_id), diary=self.diary)
         server = DoorServer(configured(guard, self.tls, lifespan="off"))
-        door = Door(case.case_id, access, server, f"{scheme}://{at}")
+        door = Door(case.case_id, access, server, f"{scheme}://{at}", vouchers=[good])
         self._doors[case.case_id] = door
         threading.Thread(target=_serve, args=(door, listening), name="phone", daemon=True).start()
         return door

@@ -11,8 +11,7 @@ from collections.abc import AsyncGenerator, Callable
 from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 
-from limbgram.app.access import session_in
-from limbgram.app.clinic import CaseHere, Clinic, ClinicHere
+from limbgram.app.clinic import CaseHere, Clinic, ClinicHere, SessionHere
 
 router = APIRouter(tags=["events"])
 
@@ -28,25 +27,26 @@ _STREAM = {
 
 
 @router.get("/cases/{case_id}/events", response_class=StreamingResponse, responses={**_STREAM})
-def listen_to_case(clinic: ClinicHere, case: CaseHere, request: Request) -> StreamingResponse:
+def listen_to_case(
+    clinic: ClinicHere, case: CaseHere, request: Request, session: SessionHere
+) -> StreamingResponse:
     """Subjects of a case that changed: {"changed": ["photos", "check", "job", "work", "case"]}.
 
     The first event names all of them. Ask the resource of a subject for what it is now.
     """
-    return _stream(clinic, request, lambda: clinic.news.of(case.case_id))
+    return _stream(clinic, request, session, lambda: clinic.news.of(case.case_id))
 
 
 @router.get("/events", response_class=StreamingResponse, responses={**_STREAM})
-def listen_to_all(clinic: ClinicHere, request: Request) -> StreamingResponse:
+def listen_to_all(clinic: ClinicHere, request: Request, session: SessionHere) -> StreamingResponse:
     """Cases that changed: {"changed": ["K7Q-4F2"]}; `cameras` stands for the cameras."""
-    return _stream(clinic, request, clinic.news.of_all)
+    return _stream(clinic, request, session, clinic.news.of_all)
 
 
 def _stream(
-    clinic: Clinic, request: Request, counts: Callable[[], dict[str, int]]
+    clinic: Clinic, request: Request, session: str, counts: Callable[[], dict[str, int]]
 ) -> StreamingResponse:
     access = clinic.access_of(request)
-    session = session_in(request.headers.get("cookie", ""))
     return StreamingResponse(
         _changes(clinic, request, counts, lambda: access.state(session) == "open"),
         media_type="text/event-stream",

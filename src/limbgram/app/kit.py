@@ -37,6 +37,9 @@ class Setup(BaseModel):
     valid_months: int
     expired: bool = Field(description="Older than it was meant to count for.")
     sentence: str
+    due: bool = Field(
+        description="Whether another test is due: the last one is too old, or was not passed."
+    )
     remark: str = Field(default="", description="What to do about it, if anything.")
 
 
@@ -87,6 +90,7 @@ def read_kit(case: CaseHere) -> Kit:
                 valid_months=one.valid_months,
                 expired=one.expired,
                 sentence=one.sentence,
+                due=one.expired or one.outcome != "pass",
                 remark=one.remark,
             )
             for one in cited_setups(case.folder, datetime.now(UTC).date())

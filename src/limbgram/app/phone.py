@@ -3,13 +3,11 @@
 What passes is encrypted where the app is on a network; else it is not, and the reply says so.
 """
 
-from typing import Annotated
-
 import segno
-from fastapi import APIRouter, Cookie, Request
+from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import CaseHere, ClinicHere
+from limbgram.app.clinic import CaseHere, ClinicHere, SessionHere
 from limbgram.app.doors import own_address
 
 router = APIRouter(tags=["phone"])
@@ -40,12 +38,14 @@ def open_phone(
     clinic: ClinicHere,
     case: CaseHere,
     request: Request,
-    limbgram_session: Annotated[str | None, Cookie()] = None,
+    session: SessionHere,
 ) -> Phone:
     """Open the door for a phone in the same network, and make a link and a QR code for it."""
-    door = clinic.doors.open(case, request.app, own_address)
-    signed = clinic.access.signed(limbgram_session or "")
-    token = door.access.new_link_token(f"phone of {signed.who}" if signed and signed.who else "")
+    signed = clinic.access.signed(session)
+    who = signed.who if signed else ""
+    good = clinic.access.vouched(who)
+    door = clinic.doors.open(case, request.app, own_address, good)
+    token = door.access.new_link_token(f"phone of {who}" if who else "", good)
     url = f"{door.origin}/start?token={token}&to=phone/{case.case_id}"
     picture = segno.make(url, error="m").svg_inline(scale=4, border=2)
     return Phone(

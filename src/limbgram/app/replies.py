@@ -87,6 +87,8 @@ def answer_invalid(_request: Request, error: Exception) -> JSONResponse:
 
 def answer_missing(_request: Request, error: Exception) -> JSONResponse:
     """A case, photo or file of a name that nothing has."""
+    if type(error) is not LookupError:  # KeyError, IndexError: a fault of ours
+        raise error
     return refusal(404, "LookupError", str(error.args[0]) if error.args else "There is none.")
 
 

@@ -3,14 +3,14 @@
 import math
 import re
 from importlib.metadata import version
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Cookie, Request, Response
+from fastapi import APIRouter, Request, Response
 from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 
-from limbgram.app.access import COOKIE, Access, People
-from limbgram.app.clinic import ClinicHere
+from limbgram.app.access import Access, People
+from limbgram.app.clinic import ClinicHere, SessionHere
 from limbgram.app.replies import Refusal, refusal
 from limbgram.cases.shelf import ID_PATTERN
 from limbgram.core.errors import OptionsError
@@ -76,12 +76,10 @@ class Password(BaseModel):
 
 
 @router.get("/session")
-def read_session(
-    clinic: ClinicHere, request: Request, limbgram_session: Annotated[str | None, Cookie()] = None
-) -> Session:
+def read_session(clinic: ClinicHere, request: Request, session: SessionHere) -> Session:
     """Say whether this browser is signed in; answers without a session."""
     access = clinic.access_of(request)
-    found = _session(access, limbgram_session or "")
+    found = _session(access, session)
     if found.open:
         found.processors, found.memory_mb = worker_count(), machine_mb()
     return found
@@ -97,7 +95,7 @@ def open_session(clinic: ClinicHere, given: Token, response: Response) -> Sessio
     opened = clinic.access.open_session(given.token)
     if opened is None:
         return refusal(401, "NoSession", "The token is not good any more. Make another link.")
-    _set(response, opened, secure=clinic.access.scheme == "https")
+    _set(response, clinic.access, opened)
     return _session(clinic.access, opened)
 
 
@@ -113,7 +111,7 @@ def sign_in(
     if refused is not None:
         return refused
     opened = clinic.access.begin(who)
-    _set(response, opened, secure=clinic.access.scheme == "https")
+    _set(response, clinic.access, opened)
     return _session(clinic.access, opened)
 
 
@@ -122,10 +120,10 @@ def unlock(
     clinic: ClinicHere,
     request: Request,
     given: Password,
-    limbgram_session: Annotated[str | None, Cookie()] = None,
+    session: SessionHere,
 ) -> Session | Response:
     """Go on in a session that is locked; what was begun in the page is still there."""
-    people, session = _people(clinic.access), limbgram_session or ""
+    people = _people(clinic.access)
     signed = clinic.access.signed(session)
     refused = _tried(clinic.access, people, request, signed.who if signed else "", given.password)
     if refused is not None:
@@ -135,30 +133,28 @@ def unlock(
 
 
 @router.post("/session/stay", status_code=204)
-def stay(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> None:
+def stay(clinic: ClinicHere, session: SessionHere) -> None:
     """Say that somebody looks at the page and moves in it, so that it is not locked."""
-    clinic.access.act(limbgram_session or "")
+    clinic.access.act(session)
 
 
 @router.post("/session/lock", status_code=204)
-def lock(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> None:
+def lock(clinic: ClinicHere, session: SessionHere) -> None:
     """Lock this session until its user gives the password again; on a network alone."""
-    clinic.access.lock(limbgram_session or "")
+    clinic.access.lock(session)
 
 
 @router.delete("/session", status_code=204)
-def close_session(
-    clinic: ClinicHere, response: Response, limbgram_session: Annotated[str | None, Cookie()] = None
-) -> None:
+def close_session(clinic: ClinicHere, response: Response, session: SessionHere) -> None:
     """Sign out."""
-    clinic.access.close_session(limbgram_session or "")
-    response.delete_cookie(COOKIE)
+    clinic.access.close_session(session)
+    response.delete_cookie(clinic.access.cookie)
 
 
 @router.post("/session/links", status_code=201)
-def new_link(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie()] = None) -> Link:
+def new_link(clinic: ClinicHere, session: SessionHere) -> Link:
     """Make a start link for one more browser, or program, that works under the same name."""
-    signed = clinic.access.signed(limbgram_session or "")
+    signed = clinic.access.signed(session)
     token = clinic.access.new_link_token("" if signed is None else signed.who)
     return Link(url=f"{clinic.origin()}/start?token={token}")
 
@@ -166,12 +162,13 @@ def new_link(clinic: ClinicHere, limbgram_session: Annotated[str | None, Cookie(
 @start_router.get("/start", include_in_schema=False)
 def start(clinic: ClinicHere, request: Request, token: str = "", to: str = "") -> HTMLResponse:
     """Open a session by a start link, and go on to the app, or to a phone's page."""
-    opened = clinic.access_of(request).open_session(token)
+    access = clinic.access_of(request)
+    opened = access.open_session(token)
     if opened is None:
         return HTMLResponse(_REFUSED, status_code=401)
     page = f"/#/{to}" if _PHONE_PAGE.fullmatch(to) else "/"
     response = HTMLResponse(_PAGE.replace("PAGE", page))
-    _set(response, opened, secure=clinic.access.scheme == "https")
+    _set(response, access, opened)
     return response
 
 
@@ -215,5 +212,8 @@ def _tried(
     return None
 
 
-def _set(response: Response, session: str, *, secure: bool) -> None:
-    response.set_cookie(COOKIE, session, httponly=True, samesite="strict", secure=secure, path="/")
+def _set(response: Response, access: Access, session: str) -> None:
+    secure = access.scheme == "https"
+    response.set_cookie(
+        access.cookie, session, httponly=True, samesite="strict", secure=secure, path="/"
+    )

@@ -1,10 +1,12 @@
 """Who may ask, and from where."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
 from fastapi.testclient import TestClient
 
+from limbgram.app import access
 from limbgram.app.access import Access
 from limbgram.app.clinic import Clinic
 from limbgram.app.document import document
@@ -114,6 +116,48 @@ def test_a_request_that_is_too_large_is_not_read(client: TestClient) -> None:
     unsaid = client.post(f"{API}/cases", content=(bytes(100_000) for _ in range(100)))
     assert 400 <= unsaid.status_code < 500
     assert client.get(f"{API}/cases").json()["cases"] == []
+
+
+@pytest.mark.parametrize(("piece", "whole"), [(1, False), (2000, True)])
+def test_a_request_that_comes_drop_by_drop_is_given_up(
+    monkeypatch: pytest.MonkeyPatch, piece: int, whole: bool
+) -> None:
+    """Each piece comes in time; all of them at 50 and at 100,000 bytes a second."""
+    monkeypatch.setattr(access, "_SILENCE_S", 0.5)
+    sent = iter(range(60))
+
+    async def receive() -> access.Message:
+        await asyncio.sleep(0.02)
+        return {
+            "type": "http.request",
+            "body": bytes(piece),
+            "more_body": next(sent) < 59,
+        }
+
+    async def kinds() -> list[str]:
+        bounded, found = access._bounded(receive, None), list[str]()
+        while True:
+            message = await bounded()
+            found.append(message["type"])
+            if message["type"] == "http.disconnect" or not message["more_body"]:
+                return found
+
+    found = asyncio.run(kinds())
+    assert (found[-1] == "http.request") is whole
+    assert len(found) == 60 if whole else 2 < len(found) < 40
+
+
+def test_a_fault_of_ours_is_no_missing_thing(
+    client: TestClient, clinic: Clinic, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fault(*_: object) -> None:
+        raise KeyError("frame")
+
+    case = client.post(f"{API}/cases", json={}).json()["id"]
+    assert client.get(f"{API}/cases/ABC-234").status_code == 404
+    monkeypatch.setattr(type(clinic.overviews), "of", fault)
+    with pytest.raises(KeyError):
+        client.get(f"{API}/cases/{case}")
 
 
 def test_a_route_that_is_none_says_so(client: TestClient) -> None:

@@ -5,10 +5,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
+from limbgram.app import kit
 from limbgram.app.clinic import Clinic
+from limbgram.capture.acceptance import Outcome
+from limbgram.capture.certificate import SetupCited
 from limbgram.core.geometry.lens import Camera
 from limbgram.core.typed import tree_of
 from limbgram.formats.camera import write_camera
@@ -50,6 +54,30 @@ def test_a_case_names_the_cameras_that_it_was_computed_with(
     (clinic.shelf.root / case_id / "camera.json").write_bytes(camera_file(tmp_path))
     told = client.get(f"{API}/cases/{case_id}/kit").json()
     assert told == {"cameras": ["Made Up 1"], "setups": [], "tapes": [], "notes": []}
+
+
+@pytest.mark.parametrize(
+    ("outcome", "months", "due"),
+    [("pass", 11, False), ("pass", 12, True), ("pass", 13, True), ("cannot tell", 0, True)],
+)
+def test_another_acceptance_test_is_due_in_the_month_in_which_the_report_asks_for_it(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, outcome: Outcome, months: int, due: bool
+) -> None:
+    cited = SetupCited(
+        certificate="0123",
+        camera="Made Up 1",
+        artefact="ball",
+        outcome=outcome,
+        made="2026-03-31",
+        months=months,
+        valid_months=12,
+        sentence="It was tested.",
+        remark="",
+    )
+    monkeypatch.setattr(kit, "cited_setups", lambda *_: (cited,))
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    (told,) = client.get(f"{API}/cases/{case_id}/kit").json()["setups"]
+    assert told["due"] is due
 
 
 def test_what_a_tape_said_of_the_size_is_told_as_the_accuracy_says_it(

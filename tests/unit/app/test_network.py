@@ -1,6 +1,7 @@
 """The app on a network: users, what they may do, the lock, the log, and the encrypted socket."""
 
 import asyncio
+import contextlib
 import json
 import socket
 import ssl
@@ -19,6 +20,7 @@ from fastapi.testclient import TestClient
 from typer.testing import CliRunner
 
 from limbgram.app import network as network_module
+from limbgram.app import phone as phone_module
 from limbgram.app.access import Access
 from limbgram.app.attempts import Attempts
 from limbgram.app.certificates import given_certificate, own_certificate
@@ -238,6 +240,31 @@ def test_who_is_removed_or_gets_another_password_is_out_at_once(
     elsewhere.remove(NAME)
     assert client.get(f"{API}/cases").status_code == 401
     assert sign_in(client, password="another river candle seven").status_code == 401
+
+
+def test_the_phone_of_a_user_who_is_removed_is_out_and_its_port_closes(
+    client: TestClient, users: Users, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(phone_module, "own_address", lambda: "127.0.0.1")
+    case = client.post(f"{API}/cases", json={}).json()["id"]
+    opened = client.post(f"{API}/cases/{case}/phone").json()
+    with httpx.Client(base_url=opened["url"].partition("/start")[0], timeout=20) as phone:
+        assert phone.get(opened["url"]).status_code == 200
+        photos = f"{API}/cases/{case}/photos"
+        assert phone.get(photos).status_code == 200
+        Users(users.folder, QUICK).remove(NAME)  # the command line beside the app
+        with contextlib.suppress(httpx.TransportError):  # it may be closed already
+            assert phone.get(photos).status_code == 401
+    port = int(opened["url"].split("/")[2].rpartition(":")[2])
+    given_up = time.monotonic() + 60
+    while listens(port):
+        assert time.monotonic() < given_up, "the door stays open"
+        time.sleep(0.1)
+
+
+def listens(port: int) -> bool:
+    with socket.socket() as asking:
+        return asking.connect_ex(("127.0.0.1", port)) == 0
 
 
 def test_a_link_works_under_the_name_of_who_made_it(client: TestClient, clinic: Clinic) -> None:

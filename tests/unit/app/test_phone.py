@@ -70,9 +70,12 @@ def test_nothing_else_passes_the_door(
 def test_a_session_of_the_door_is_none_of_the_app(
     client: TestClient, at_the_door: httpx.Client
 ) -> None:
-    theirs = at_the_door.cookies["limbgram_session"]
+    ((theirs, value),) = at_the_door.cookies.items()
+    ((own, _),) = client.cookies.items()
+    assert own == "limbgram_session_8000"
+    assert own != theirs == f"limbgram_session_{at_the_door.base_url.port}"
     client.cookies.clear()
-    client.cookies.set("limbgram_session", theirs)
+    client.cookies.set(own, value)
     assert client.get(f"{API}/cases").status_code == 401
 
 

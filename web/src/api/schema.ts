@@ -207,6 +207,26 @@ export interface paths {
         patch: operations["change_case"];
         trace?: never;
     };
+    "/api/v1/cases/{case_id}/set-aside": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set Aside Unreadable
+         * @description Begin files anew that cannot be read; each stays beside, under the name that is told.
+         */
+        post: operations["set_aside_unreadable"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/cases/{case_id}/contents": {
         parameters: {
             query?: never;
@@ -1978,6 +1998,12 @@ export interface components {
             /** Age Days */
             age_days?: number | null;
             /**
+             * Old
+             * @description Calibrate again before a limb that matters: half a year passed.
+             * @default false
+             */
+            old: boolean;
+            /**
              * Photos
              * @description Photos of the board that are here.
              */
@@ -2132,6 +2158,12 @@ export interface components {
              * @default
              */
             message: string;
+            /**
+             * Unreadable
+             * @description Of files in which people's work is kept and that cannot be read: what, why, what to do. `set-aside` begins them anew.
+             * @default []
+             */
+            unreadable: string[];
             verdict?: components["schemas"]["Verdict"] | null;
             /**
              * Photos
@@ -2510,6 +2542,11 @@ export interface components {
             unit: string;
             /** Scan Sha256 */
             scan_sha256: string;
+            /**
+             * Recipe Sha256
+             * @default
+             */
+            recipe_sha256: string;
             /** Recipe Edits */
             recipe_edits: number;
             /** Lines */
@@ -3628,6 +3665,11 @@ export interface components {
             /** Sentence */
             sentence: string;
             /**
+             * Due
+             * @description Whether another test is due: the last one is too old, or was not passed.
+             */
+            due: boolean;
+            /**
              * Remark
              * @description What to do about it, if anything.
              * @default
@@ -3928,9 +3970,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
@@ -4064,9 +4104,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
@@ -4207,9 +4245,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody: {
             content: {
@@ -4287,9 +4323,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
@@ -4352,9 +4386,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
@@ -4417,9 +4449,7 @@ export interface operations {
             query?: never;
             header?: never;
             path?: never;
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
@@ -4840,6 +4870,74 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Case"];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    set_aside_unreadable: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": string[];
                 };
             };
             /** @description Nobody is signed in. */
@@ -5532,9 +5630,7 @@ export interface operations {
                 /** @description Id of the case, such as K7Q-4F2. */
                 case_id: string;
             };
-            cookie?: {
-                limbgram_session?: string | null;
-            };
+            cookie?: never;
         };
         requestBody?: never;
         responses: {
