@@ -3,26 +3,32 @@
 In      a name, an address, the act (the route's name in the API), the case's id, how it ended.
 Out     SHELF/access/log.jsonl, to which lines are only added. None holds what a patient is known
         by: no note, no name of a file, no landmark; the case's id is random.
-Method  Each line has a seal: the SHA-256 of the seal before it and of its own text. A line that was
-        changed, taken out or put in breaks the chain there. Lines cut off at the end leave no
-        trace in the file: keep a copy elsewhere, or note the last seal.
-Fails   OSError: the disk takes no more.
+Method  Each line has a seal: an HMAC of the seal before it and of its own text. The key, and the
+        seal of the last line, are kept outside the shelf, in the account's own folder: whoever can
+        write in the shelf alone can neither seal a line nor cut off the end unnoticed. What was
+        written before there was a key, or on another machine, is not proved.
+Fails   OSError: the disk takes no more. OptionsError: the key cannot be kept.
 """
 
 import hashlib
+import hmac
+import io
 import json
 import os
+import secrets
 import sys
 import threading
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from limbgram.app.users import made_private
-from limbgram.core.typed import Mismatch, value_of
+from limbgram.cases.record import read_kept, write_json
+from limbgram.core.errors import OptionsError, disk_advice
+from limbgram.core.typed import Mismatch, tree_of, value_of
 
 _LONGEST_LINE = 4096
 _FIRST = "0" * 32
@@ -49,9 +55,29 @@ class Line:
     """What stands in a line, and whether it follows the line before it."""
 
     act: Act | None
-    """None: it cannot be read."""
+    """None: it cannot be read, or lines that stood here at the end were cut off."""
     whole: bool
     """False: it was changed, or a line before it was taken out or put in."""
+    proved: bool
+    """By the key; False: it was written before there was one, or elsewhere."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Anchor:
+    """What is kept of a log outside its shelf."""
+
+    key: str
+    last: str
+    """Seal of the last line."""
+    since: int
+    """Bytes of the log that were written before there was this key."""
+
+
+def state_folder() -> Path:
+    """Where programs of this account keep what is no setting (XDG Base Directory)."""
+    given = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_STATE_HOME", "")
+    base = Path(given) if Path(given).is_absolute() else Path.home() / ".local" / "state"
+    return base / "limbgram"
 
 
 @dataclass(frozen=True)
@@ -60,11 +86,36 @@ class Journal:
 
     folder: Path
     """SHELF/access."""
+    anchors: Path = field(default_factory=state_folder)
     _here: threading.Lock = field(default_factory=threading.Lock)
 
     @property
     def file(self) -> Path:
         return self.folder / "log.jsonl"
+
+    @property
+    def anchor_file(self) -> Path:
+        """Where the key is kept, and the seal of the last line."""
+        place = hashlib.sha256(str(self.file.resolve()).encode()).hexdigest()
+        return self.anchors / f"log-{place[:16]}.json"
+
+    def begin(self) -> None:
+        """See that there is a key.
+
+        Raises:
+            OptionsError: it cannot be kept.
+        """
+        try:
+            made_private(self.folder)
+            with self._here, _alone(self.folder / ".log.lock"):
+                self._put(self._anchor())
+        except (OSError, RuntimeError) as error:  # RuntimeError: the account has no folder
+            told = disk_advice(error) if isinstance(error, OSError) else f"{error}."
+            raise OptionsError(
+                f"The key that seals the log of who did what cannot be kept. {told} It is kept "
+                "outside the folder of the cases, in the folder that XDG_STATE_HOME names, or in "
+                "~/.local/state."
+            ) from error
 
     def write(self, who: str, address: str, act: str, case: str = "", status: int = 0) -> None:
         """Add a line.
@@ -79,22 +130,47 @@ class Journal:
             flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
             file = os.open(self.file, flags, 0o600)
             try:
-                content = _sealed(_last_seal(file), line)
-                if os.write(file, content) != len(content):
-                    raise OSError(28, "No space left on device", str(self.file))
+                anchor = self._anchor()
+                size, before = os.fstat(file).st_size, _last_seal(file, anchor)
+                content = _sealed(anchor.key, before, line)
+                try:
+                    if os.write(file, content) != len(content):
+                        raise OSError(28, "No space left on device", str(self.file))
+                    self._put(replace(anchor, last=_seal_of(content)))
+                except OSError:
+                    os.ftruncate(file, size)
+                    raise
             finally:
                 os.close(file)
 
     def lines(self) -> Iterator[Line]:
-        """All lines, the oldest first."""
-        if not self.file.is_file():
-            return
-        seal = _FIRST
-        with self.file.open("rb") as stream:
+        """All lines, the oldest first; one more, not whole, where the end was cut off."""
+        anchor = self._anchor()  # before the lines: another may be written meanwhile
+        seal, at, missing = _FIRST, 0, anchor.last != _FIRST
+        with self.file.open("rb") if self.file.is_file() else io.BytesIO() as stream:
             for content in iter(lambda: stream.readline(_LONGEST_LINE), b""):
-                act = _act(content)
-                yield Line(act=act, whole=act is not None and _sealed(seal, act) == content)
-                seal = _seal_of(content.rstrip(b"\n"))
+                act, proved = _act(content), at >= anchor.since
+                sealed = b"" if act is None else _sealed(anchor.key if proved else "", seal, act)
+                yield Line(act=act, whole=sealed == content, proved=proved)
+                seal, at = _seal_of(content), at + len(content)
+                missing = missing and seal != anchor.last
+        if missing:
+            yield Line(act=None, whole=False, proved=True)
+
+    def _anchor(self) -> _Anchor:
+        """What is kept outside; a new one where there is none."""
+        kept = read_kept(self.anchor_file, _Anchor, "The key of the log")
+        if kept is not None:
+            return kept
+        content = self.file.read_bytes() if self.file.is_file() else b""
+        lines = content.splitlines(keepends=True)
+        last = _seal_of(lines[-1]) if lines else _FIRST
+        return _Anchor(key=secrets.token_hex(32), last=last, since=len(content))
+
+    def _put(self, anchor: _Anchor) -> None:
+        made_private(self.anchors)
+        write_json(self.anchor_file, tree_of(anchor))
+        self.anchor_file.chmod(0o600)
 
 
 def _act(content: bytes) -> Act | None:
@@ -106,29 +182,43 @@ def _act(content: bytes) -> Act | None:
         return None
 
 
-def _sealed(before: str, line: Act) -> bytes:
+def _sealed(key: str, before: str, line: Act) -> bytes:
+    """A line with its seal; of lines that are older than the key it is a plain hash."""
     text = json.dumps(asdict(line), ensure_ascii=False, separators=(",", ":"))
-    seal = hashlib.sha256(f"{before}{text}".encode()).hexdigest()[:32]
+    chained = f"{before}{text}".encode()
+    made = hmac.new(bytes.fromhex(key), chained, "sha256") if key else hashlib.sha256(chained)
+    seal = made.hexdigest()[:32]
     return f'{text[:-1]},"seal":"{seal}"}}\n'.encode()
 
 
-def _last_seal(file: int) -> str:
-    """Of the last line; a line that was cut off by a loss of power is ended first."""
+def _last_seal(file: int, anchor: _Anchor) -> str:
+    """The seal that the next line follows.
+
+    That of the last line; a line that was cut off by a loss of power is ended first. Where the end
+    of the file is not the end that was written, the chain goes on from the one that was: the break
+    shows for ever.
+    """
     size = os.lseek(file, 0, os.SEEK_END)
-    if not size:
-        return _FIRST
-    start = os.lseek(file, max(0, size - _LONGEST_LINE), os.SEEK_SET)
+    start = os.lseek(file, max(0, size - 2 * _LONGEST_LINE), os.SEEK_SET)
     content = os.read(file, size - start)
-    if not content.endswith(b"\n"):
+    if content and not content.endswith(b"\n"):
         os.write(file, b"\n")
-    return _seal_of(content.rstrip(b"\n").rpartition(b"\n")[2])
+    lines = content.splitlines()
+    last = _seal_of(lines[-1]) if lines else _FIRST
+    if last == anchor.last:
+        return last
+    before = _seal_of(lines[-2]) if len(lines) > 1 else _FIRST
+    act = _act(lines[-1]) if lines else None
+    # A line may have come without its end, or the power may have gone before it was noted outside.
+    ours = lines and (act is None or _sealed(anchor.key, before, act).rstrip() == lines[-1])
+    return last if ours and before == anchor.last else anchor.last
 
 
 def _seal_of(content: bytes) -> str:
     try:
         return str(json.loads(content)["seal"])
     except (ValueError, KeyError, TypeError):  # cut off by a loss of power: the chain goes on
-        return hashlib.sha256(content).hexdigest()[:32]
+        return hashlib.sha256(content.rstrip(b"\n")).hexdigest()[:32]
 
 
 @contextmanager

@@ -83,6 +83,7 @@ def serve_on_network(
     tls = Tls(certificate.file, certificate.key)
     links = tuple(f"https://{name}:{port}" for name in named)
     journal = Journal(folder)
+    journal.begin()
     clinic = Clinic(
         shelf,
         access,

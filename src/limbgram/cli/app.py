@@ -285,10 +285,11 @@ def log_command(
     shown: deque[str] = deque(maxlen=last)
     found: deque[dict[str, str | int]] = deque(maxlen=last)
     broken: list[int] = []
-    number = 0
+    number = unproved = 0
     for number, line in enumerate(journal.lines(), 1):
         if not line.whole:
             broken.append(number)
+        unproved += not line.proved
         act = line.act
         if act is None or (case and act.case != case) or (user and act.who != user):
             continue
@@ -301,11 +302,16 @@ def log_command(
         f"{number} lines, each follows the one before it."
         if not broken
         else f"NOT as it was written: line {broken[0]} was changed, or lines before it were taken "
-        f"out or put in ({len(broken)} such places). Compare it with a copy that you kept."
+        f"out or put in, or lines at the end cut off ({len(broken)} such places). Compare it with "
+        "a copy that you kept."
+    )
+    older = (
+        f"The first {unproved} lines were not written with this account's key for the log: they "
+        "may have been made anew."
     )
     return Reply(
-        (*shown, said),
-        {"lines": number, "broken": broken[:100], "acts": list(found)},
+        (*shown, said, older) if unproved else (*shown, said),
+        {"lines": number, "broken": broken[:100], "unproved": unproved, "acts": list(found)},
         exit_code=1 if broken else 0,
     )
 

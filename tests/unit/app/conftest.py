@@ -15,6 +15,15 @@ HOST = "127.0.0.1:8000"
 API = "/api/v1"
 
 
+@pytest.fixture(autouse=True)
+def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where programs of the account keep what is theirs, beside the shelf."""
+    folder = tmp_path / "state"
+    for name in ("XDG_STATE_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(name, str(folder))
+    return folder
+
+
 @pytest.fixture
 def clinic(tmp_path: Path) -> Clinic:
     access = Access(frozenset({HOST}))

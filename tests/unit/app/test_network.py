@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import hashlib
 import json
 import socket
 import ssl
@@ -327,6 +328,69 @@ def test_a_log_that_was_changed_says_where(tmp_path: Path) -> None:
         found = [k for k, one in enumerate(journal.lines()) if not one.whole]
         assert found[:1] == wrong[:1]
         assert set(found) <= set(wrong)
+
+
+def test_a_log_that_was_made_anew_or_cut_off_is_not_whole(tmp_path: Path, state: Path) -> None:
+    """By somebody who can write in the shelf, and knows how seals were made without a key."""
+    journal = Journal(tmp_path / "access")
+    for k in range(6):
+        journal.write("A", "10.0.0.1", f"act {k}")
+    written = journal.file.read_bytes()
+    lines = written.splitlines(keepends=True)
+
+    def forged(acts: list[bytes]) -> bytes:
+        seal, made = "0" * 32, b""
+        for one in acts:
+            text = one.rpartition(b',"seal"')[0].decode() + "}"
+            seal = hashlib.sha256(f"{seal}{text}".encode()).hexdigest()[:32]
+            made += f'{text[:-1]},"seal":"{seal}"}}\n'.encode()
+        return made
+
+    for changed in (forged([*lines[:2], *lines[3:]]), b"".join(lines[:4]), b""):
+        journal.file.write_bytes(changed)
+        assert not all(one.whole for one in journal.lines())
+        journal.write("A", "", "goes on")
+        assert not all(one.whole for one in journal.lines()), "what is added does not heal it"
+        journal.file.write_bytes(written)
+        journal.anchor_file.write_bytes(
+            journal.anchor_file.read_bytes().replace(
+                json.loads(journal.anchor_file.read_bytes())["last"].encode(),
+                json.loads(lines[-1])["seal"].encode(),
+            )
+        )
+        assert all(one.whole and one.proved for one in journal.lines())
+    assert journal.anchor_file.is_relative_to(state)
+    if sys.platform != "win32":
+        assert stat.S_IMODE(journal.anchor_file.stat().st_mode) == 0o600
+
+
+def test_a_log_of_before_there_was_a_key_goes_on_and_is_not_called_proved(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "access")
+    journal.write("A", "", "one")
+    journal.write("A", "", "two")
+    journal.anchor_file.unlink()
+    journal.write("A", "", "three")
+    found = [(one.act.act if one.act else "", one.proved) for one in journal.lines()]
+    assert found == [("one", False), ("two", False), ("three", True)]
+    assert [one.whole for one in journal.lines()][-1]
+
+
+def test_a_line_that_could_not_be_noted_outside_is_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    journal = Journal(tmp_path / "access")
+    journal.write("A", "", "one")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr("limbgram.app.journal.write_json", full)
+        with pytest.raises(OSError, match="space"):
+            journal.write("A", "", "two")
+    journal.write("A", "", "three")
+    found = [(one.act.act if one.act else "", one.whole) for one in journal.lines()]
+    assert found == [("one", True), ("three", True)]
 
 
 def test_a_line_that_was_cut_off_does_not_hide_the_next(tmp_path: Path) -> None:
