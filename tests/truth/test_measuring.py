@@ -1,6 +1,6 @@
 """The measured surface against a painted ball whose photos are computed point by point."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -10,7 +10,8 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, View
-from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.folds import find_folds
+from limbgram.core.mesh.mesh import Mesh, Repairs
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.measuring.measurement import MeasureOptions, measure
 from limbgram.reconstruction.measuring.rounds import MatchingOptions
@@ -147,6 +148,35 @@ def test_what_no_photo_sees_is_called_filled_and_stays(ball: Ball) -> None:
     np.testing.assert_allclose(
         result.vertices_mm[bottom], start.vertices_mm[bottom], atol=0.5 * PIXEL_MM
     )
+
+
+def test_a_crumpled_start_is_measured_without_folds(ball: Ball) -> None:
+    """Vertices of three places, shuffled: no move along normals puts them in order again."""
+    start = _start(0.1 * PIXEL_MM)
+    random = np.random.default_rng(2)
+    vertices = start.vertices_mm.copy()
+    level = np.abs(vertices[:, 2]) < 0.4 * RADIUS_MM
+    places = random.choice(np.flatnonzero(level), 3, replace=False)
+    for middle in places:
+        near = np.linalg.norm(start.vertices_mm - start.vertices_mm[middle], axis=1) < 4.0
+        vertices[near] += random.normal(scale=1.0, size=(int(near.sum()), 3))
+    whole = Repairs(
+        islands_dropped=0, island_share=0.0, holes_filled=0, filled_share=0.0, brim_mm=0.0
+    )
+    crumpled = replace(start.with_vertices(vertices), repairs=whole)
+    assert len(find_folds(crumpled)) > 50
+    result = measure(read_photos([ball.photos]), ball.metric, crumpled)
+    assert not len(find_folds(result))
+    assert result.repairs is not None
+    assert result.filled is not None
+    assert result.sigma_mm is not None
+    assert 5 < result.repairs.laid_back < 300
+    assert np.isnan(result.sigma_mm[result.filled]).all()
+    far = (
+        np.linalg.norm(result.vertices_mm[:, None] - start.vertices_mm[places], axis=2).min(1) > 8.0
+    )
+    assert np.sqrt(np.mean(_errors_mm(result)[far & ~result.filled] ** 2)) < 0.1 * PIXEL_MM
+    assert np.abs(_errors_mm(result)).max() < 1.5
 
 
 def test_given_filled_vertices_are_never_called_measured(ball: Ball) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from limbgram.core.run import track
 from limbgram.formats.colmap import write_colmap, write_poses
+from limbgram.formats.gate import require_unfolded
 from limbgram.formats.ply import write_cloud_ply, write_ply
 from limbgram.formats.stl import write_stl
 from limbgram.formats.table import FORMATS
@@ -29,9 +30,11 @@ def deliver(
     shape's own name that says that it is red, `surface-RED.stl`, and no note beside it.
 
     Raises:
-        ExportError: a file did not read back as it was written, or there is no scale and
-            `unscaled` does not say that this is wanted.
+        ExportError: a surface folds over or through itself, a file did not read back as it was
+            written, or there is no scale and `unscaled` does not say that this is wanted.
     """
+    for surface in (done.mesh, *(one.mesh for one in done.others if one.mesh is not None)):
+        require_unfolded(surface)
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob(part_file("*", "*")):
         old.unlink()  # of a run that found other parts

@@ -6,7 +6,8 @@ Out     WORK/files/NAME, its limb file where it is a shape, NAME.mirror.png draw
         shape and of all that was asked for: a file is never written over by another one.
 Method  The same steps as `limbgram edit apply` and `limbgram export`, through the same files, so
         the bytes are the same.
-Fails   as they do: not aligned, another side, a shape that the format cannot hold, no room.
+Fails   as they do: not aligned, another side, a surface that folds, a shape that the format cannot
+        hold, no room.
 """
 
 from dataclasses import dataclass, field
@@ -135,7 +136,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
         recipe_edits=edits,
         doubt=read.limb.doubt,
         signed_by=options.signed_by.strip(),
-        notes=tuple(dict.fromkeys((*done.limb.notes, *read.limb.notes))),
+        notes=tuple(dict.fromkeys((*work.done.limb.notes, *limb.notes))),
         **written.figures,
     )
     write_json(bench.files / f"{name}.json", tree_of(handed))

@@ -359,7 +359,8 @@ def export_command(
             sampled_anew = _OF_GRID & set(for_aop) or (spacing, to_mm) != (None, None)
             own = None if sampled_anew else _own_grid(read)
             options = replace(_aop(for_aop, spacing, to_mm), own=own)
-            reply = aop_reply(admit(limb, confirmed), path, options)
+            limb = admit(limb, confirmed)
+            reply = aop_reply(limb, path, options)
         case "gcode":
             asked = Asked(for_gcode, for_control, machine, fast=preset is PresetName.FAST)
             set_up = machine_of(asked)
@@ -372,13 +373,14 @@ def export_command(
                         f"{path.name} is named for the program and for the machine file. Choose "
                         "another name for one."
                     )
-            reply = gcode_reply(
-                admit(limb, confirmed), path, set_up, to_mm=to_mm, keep=write_machine
-            )
+            limb = admit(limb, confirmed)
+            reply = gcode_reply(limb, path, set_up, to_mm=to_mm, keep=write_machine)
         case "dxf":
-            reply = dxf_reply(sure_in_limb_frame(limb), path, spacing or 10.0, polyface=polyface)
+            limb = sure_in_limb_frame(limb)
+            reply = dxf_reply(limb, path, spacing or 10.0, polyface=polyface)
         case _:
-            reply = mesh_reply(sure_in_limb_frame(limb), path)
+            limb = sure_in_limb_frame(limb)
+            reply = mesh_reply(limb, path)
     return drawn(reply, limb)
 
 

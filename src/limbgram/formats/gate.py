@@ -1,16 +1,21 @@
 """The gate: what must hold before a shape goes to a machine that cannot ask.
 
-A mirrored or wrongly sized model is found when it is cut, or worse, worn.
+A mirrored or wrongly sized model is found when it is cut, or worse, worn. A surface that folds or
+passes through itself is printed and carved as it stands.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from limbgram.core.errors import CarveError, OptionsError
+from limbgram.core.errors import CarveError, ExportError, OptionsError
+from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.folds import DOUBLED_DEG, find_branching, find_folds, unfolded
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.units import LIKELY_MM
+from limbgram.workbench.bodies import left_out, without_loose
 from limbgram.workbench.frame.alignment import AlignOptions, require_landmarks_agree
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
 
@@ -56,17 +61,74 @@ def admit(limb: Limb, side: Side | None) -> Limb:
 
 
 def sure_in_limb_frame(limb: Limb) -> Limb:
-    """The limb in its frame, if its landmarks agree with side and front as they are kept.
+    """The limb in its frame, without folds, if its landmarks agree with side and front as kept.
 
     `align` asks the same; a limb file may be older than that, or corrected by hand since.
 
     Raises:
         MeasureError: a landmark lies far from where it belongs.
+        ExportError: its surface branches, or folds where that cannot be laid back.
     """
     if limb.frame is not None:
         options = AlignOptions(side=limb.frame.side)
         require_landmarks_agree(limb, limb.frame.limb_from_mesh, options)
-    return in_limb_frame(limb)
+    return without_folds(in_limb_frame(limb))
+
+
+def without_folds(limb: Limb) -> Limb:
+    """The limb with what its surface folds laid back, and a note of it; as it is if nothing folds.
+
+    Loose bodies, which no file holds, are not looked at: where the limb folds they go here.
+
+    Raises:
+        ExportError: the surface branches, or folds where that cannot be laid back.
+    """
+    outside = without_loose(limb.mesh)
+    _require_manifold(outside.mesh)
+    found = unfolded(outside.mesh, DOUBLED_DEG)
+    if len(found.left):
+        raise _folded(len(found.left), found.left.first_mm(found.mesh))
+    if not found.vertices:
+        return limb
+    notes = (
+        f"the surface folded over or through itself; {found.vertices:,} of its points went back "
+        f"among their neighbours, by up to {found.farthest_mm:.1f} mm, and count as filled in",
+        *left_out(len(outside.loose), outside.loose),
+    )
+    return replace(limb, mesh=found.mesh, notes=(*limb.notes, *notes))
+
+
+def require_unfolded(mesh: Mesh) -> None:
+    """Refuse a surface that branches, folds over or passes through itself.
+
+    Raises:
+        ExportError: says where.
+    """
+    _require_manifold(mesh)
+    folds = find_folds(mesh, DOUBLED_DEG)
+    if len(folds):
+        raise _folded(len(folds), folds.first_mm(mesh))
+
+
+def _require_manifold(mesh: Mesh) -> None:
+    branching = find_branching(mesh.faces)
+    if len(branching):
+        x, y, z = mesh.vertices_mm[mesh.faces[branching[0]]].mean(0)
+        raise ExportError(
+            f"Not written: at {len(branching)} triangles the surface branches, touches itself in a "
+            f"point or turns inside out, the first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer "
+            "or a carver takes that literally. Clean the shape by `limbgram edit`, or mend it in "
+            "the program that it comes from."
+        )
+
+
+def _folded(count: int, place_mm: Vector3) -> ExportError:
+    x, y, z = place_mm
+    return ExportError(
+        f"Not written: the surface folds over or through itself at {count} places, the first near "
+        f"({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer or a carver takes that literally. Smooth or "
+        "cut it there by `limbgram edit`, or mend it in the program that it comes from."
+    )
 
 
 def in_limb_frame(limb: Limb) -> Limb:

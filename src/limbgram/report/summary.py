@@ -153,6 +153,9 @@ class MeshSummary:
     left_out_share: float
     filled_share: float
     open_edges: int
+    laid_back: int = 0
+    """Vertices that the measurement had folded and that went back among their neighbours, as
+    guesses; no fold is left in what is delivered. Earlier versions did not say it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,6 +228,7 @@ def summarise(
                 done.photos.set_aside,
                 left_out_share(done.mesh),
                 len(done.others),
+                laid_back(done.mesh),
             ),
             size_checked=assessed.size_checked,
         ),
@@ -342,8 +346,9 @@ def facts(
     set_aside: Sequence[SetAside],
     left_out: float = 0.0,
     others: int = 0,
+    laid: int = 0,
 ) -> str:
-    """The line below the verdict: scale, its check, photos placed, what was left out."""
+    """The line below the verdict: scale, its check, photos placed, what was left out or mended."""
     placed = sum(verdict.placed for verdict in verdicts)
     parts = [_scale_sentence(scale), f"{placed} of {len(verdicts)} photos placed"]
     if set_aside:
@@ -354,6 +359,12 @@ def facts(
             f"{left_out:.0%} of the measured surface was torn off or in crumbs, and is not in it: "
             "look whether the wanted side is there"
         )
+    if laid:
+        point = "point of the surface" if laid == 1 else "points of the surface"
+        parts.append(
+            f"{laid:,} {point}, folded by the measurement, went back among the neighbours and "
+            "count as filled in"
+        )
     if others:
         plural = "body is" if others == 1 else "bodies are"
         parts.append(f"{others} other {plural} kept in files of their own (see the parts)")
@@ -363,6 +374,11 @@ def facts(
 def left_out_share(mesh: Mesh) -> float:
     """What the surface lacks of itself though it was measured, as a part of its area."""
     return 0.0 if mesh.repairs is None else mesh.repairs.island_share
+
+
+def laid_back(mesh: Mesh) -> int:
+    """Vertices that the measurement had folded and that went back among their neighbours."""
+    return 0 if mesh.repairs is None else mesh.repairs.laid_back
 
 
 def _scale_sentence(scale: Scale) -> str:
@@ -398,6 +414,7 @@ def mesh_figures(mesh: Mesh) -> MeshSummary:
         left_out_share=left_out_share(mesh),
         filled_share=0.0 if mesh.filled is None else float(mesh.filled.mean()),
         open_edges=open_edges(mesh),
+        laid_back=laid_back(mesh),
     )
 
 

@@ -14,6 +14,7 @@ from limbgram.cli import export as exporting
 from limbgram.cli.export import dxf_reply
 from limbgram.cli.main import app
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.folds import find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.cost import AopReport
 from limbgram.formats.aop.writing import AopOptions, write_aop
@@ -47,7 +48,7 @@ def exported(scan: Path, *words: str) -> dict[str, object]:
 
 def refused(scan: Path, *words: str) -> str:
     answer = RUNNER.invoke(app, ["export", str(scan), *words, "--json"])
-    assert answer.exit_code in (2, 4)
+    assert answer.exit_code in (2, 4, 5)
     assert sorted(path.name for path in scan.parent.iterdir()) == ["scan.limb.json", "scan.ply"]
     return str(json.loads(answer.stdout)["error"]["message"])
 
@@ -61,6 +62,43 @@ def test_meshes_stand_in_the_limb_frame(scan: Path, kind: str) -> None:
     assert high[0] == pytest.approx(34, abs=0.01)  # the patient's right
     assert read.frame is not None
     assert read.frame.side == "left"
+
+
+@pytest.mark.parametrize("kind", ["stl", "ply", "obj", "glb", "dxf", "aop", "gcode"])
+def test_a_folded_shape_leaves_unfolded_and_a_crossed_one_not_at_all(
+    tmp_path: Path, kind: str
+) -> None:
+    thetas = np.arange(0, 360, 6.0)
+    body = RadiusMap(
+        thetas_deg=thetas,
+        z_mm=np.linspace(0, 60, 21),
+        radii_mm=np.full((21, len(thetas)), 30.0),
+    ).surface()
+    frame = LimbFrame(limb_from_mesh=Rigid.identity(), side="left")
+    wall = int(np.abs(body.vertices_mm - [30, 0, 30]).sum(1).argmin())
+    vertices = body.vertices_mm.copy()
+    vertices[wall, 2] += 7.0  # over its neighbour, 3 mm away
+    folded = write_limb(
+        Limb(mesh=body.with_vertices(vertices), frame=frame), tmp_path / "folded.ply"
+    )
+    content = exported(folded, "--to", kind, "--side", "left")
+    notes = content["notes"]
+    assert isinstance(notes, list)
+    assert "went back among their neighbours, by up to 7.0 mm" in str(notes[-1])
+    if kind in ("stl", "ply", "obj", "glb"):
+        read = read_limb(Path(str(content["written"]))).mesh
+        assert not len(find_folds(read))
+        np.testing.assert_allclose(
+            np.sort(read.vertices_mm, axis=0), np.sort(body.vertices_mm, axis=0), atol=0.5
+        )
+    inner = body.with_vertices(body.vertices_mm * [0.5, 1.5, 0.5] + [0, 0, 15])
+    crossed = Mesh(
+        vertices_mm=np.concatenate([body.vertices_mm, inner.vertices_mm]),
+        faces=np.concatenate([body.faces, inner.faces + np.int32(len(body))]),
+    )
+    (tmp_path / "other").mkdir()
+    scan = write_limb(Limb(mesh=crossed, frame=frame), tmp_path / "other" / "scan.ply")
+    assert "folds over or through itself" in refused(scan, "--to", kind, "--side", "left")
 
 
 def test_the_natural_name_is_taken(scan: Path) -> None:

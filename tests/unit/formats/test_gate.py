@@ -11,9 +11,10 @@ from ezdxf.render import MeshBuilder
 
 from limbgram.core.errors import CarveError, ExportError, MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
+from limbgram.core.mesh.folds import DOUBLED_DEG, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.dxf import curves_of, write_drawing, write_dxf, write_polyface_dxf
-from limbgram.formats.gate import admit, in_limb_frame, sure_in_limb_frame
+from limbgram.formats.gate import admit, in_limb_frame, require_unfolded, sure_in_limb_frame
 from limbgram.workbench.limb import Landmark, Limb, LimbFrame, Side
 
 
@@ -50,6 +51,46 @@ def test_what_is_not_sure_does_not_pass(limb: Limb) -> None:
     inches = limb.mesh.with_vertices(limb.mesh.vertices_mm / 25.4)
     with pytest.raises(CarveError, match="unit"):
         admit(limb.with_mesh(inches), "left")
+
+
+def _in_its_frame(shape: trimesh.Trimesh) -> Limb:
+    mesh = Mesh(vertices_mm=np.asarray(shape.vertices), faces=shape.faces.astype(np.int32))
+    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+
+
+def test_what_is_folded_goes_back_and_is_told() -> None:
+    ball = _in_its_frame(trimesh.creation.icosphere(subdivisions=4, radius=50))
+    vertices = ball.mesh.vertices_mm.copy()
+    vertices[700] *= 1.5
+    folded = ball.with_mesh(ball.mesh.with_vertices(vertices))
+    with pytest.raises(ExportError, match="folds over or through itself at"):
+        require_unfolded(folded.mesh)
+    passed = admit(folded, "left")
+    require_unfolded(passed.mesh)
+    assert not len(find_folds(passed.mesh, DOUBLED_DEG))
+    (note,) = passed.notes
+    assert "1 of its points went back among their neighbours, by up to 25." in note
+    np.testing.assert_array_equal(np.flatnonzero(passed.mesh.filled), [700])
+    assert np.linalg.norm(passed.mesh.vertices_mm[700]) == pytest.approx(50, abs=0.2)
+    np.testing.assert_array_equal(
+        np.delete(passed.mesh.vertices_mm, 700, 0), np.delete(ball.mesh.vertices_mm, 700, 0)
+    )
+    assert sure_in_limb_frame(ball).mesh is ball.mesh or not sure_in_limb_frame(ball).notes
+
+
+def test_what_cannot_go_back_is_refused_with_its_place() -> None:
+    upright = trimesh.creation.box((60, 60, 300))
+    across = trimesh.creation.box((200, 50, 50))
+    crossed = _in_its_frame(trimesh.util.concatenate([upright, across]))
+    with pytest.raises(ExportError, match=r"folds over or through itself .* the first near \("):
+        admit(crossed, "left")
+    beside = trimesh.creation.box((60, 60, 300))
+    beside.apply_translation((60, 60, 0))
+    joined = trimesh.util.concatenate([upright, beside])
+    joined.merge_vertices()  # one edge, four faces
+    for asked in (admit, lambda limb, _: sure_in_limb_frame(limb)):
+        with pytest.raises(ExportError, match=r"at 4 triangles the surface branches.* near \("):
+            asked(_in_its_frame(joined), "left")
 
 
 @pytest.mark.parametrize("turn_deg", [0, 180])

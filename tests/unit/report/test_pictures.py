@@ -97,6 +97,7 @@ def test_the_line_of_facts_says_scale_check_and_what_is_missing() -> None:
     assert "1 file was set aside" in facts(scale(), [], [SetAside("a", "b")])
     assert "31% of the measured surface" in facts(scale(), [], [], 0.31)
     assert "surface" not in facts(scale(), [], [], 0.01)
+    assert "12 points of the surface, folded by the measurement" in facts(scale(), [], [], laid=12)
 
 
 def summary(light: Light) -> Summary:

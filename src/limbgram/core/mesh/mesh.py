@@ -62,6 +62,8 @@ class Repairs:
     """Part of the area that no photo measured."""
     brim_mm: float
     """Length round the open brim; 0 for a closed surface."""
+    laid_back: int = 0
+    """Vertices that the measurement had folded and that went back among their neighbours."""
     part: int = 1
     """Number of the part that this is."""
     part_given: bool = False

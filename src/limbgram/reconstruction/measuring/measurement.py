@@ -5,7 +5,8 @@ Out     the mesh with its vertices moved along their normals. `filled` are the v
         given as filled, or guessed to close a notch of the brim, unless texture that photos share
         holds them, and those that fewer than two photos see; where the photos show too little
         to match, a vertex stays as the depth maps measured it. Where `lay_lips` is asked for, what
-        stands out past a sharp edge is laid back and counts as filled (`lips`).
+        stands out past a sharp edge is laid back and counts as filled (`lips`); so does what the
+        measurement folds (`core.mesh.folds`).
 Method  multi-photo least-squares matching, coarse to fine: a small patch per vertex first, then
         all vertices at once; the surface is held together as a thin plate (docs/method).
 Fails   SurfaceError: hardly a vertex looks alike in two photos.
@@ -19,6 +20,7 @@ from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
+from limbgram.core.mesh.folds import unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, with_faces
 from limbgram.core.run import track
@@ -110,10 +112,18 @@ def measure(
     seen_by, unseen = _seen_by(mesh, views, matching)
     mesh, found = _jointly(mesh, imagery, views, seen_by, options)
     mesh = replace(mesh, filled=unseen if mesh.filled is None else unseen | mesh.filled)
-    if found is None:
-        return mesh
-    mesh = with_sigma(mesh, *found, metric, guessed)
-    return without_lips(mesh) if options.lay_lips else mesh
+    if found is not None:
+        mesh = with_sigma(mesh, *found, metric, guessed)
+        mesh = without_lips(mesh) if options.lay_lips else mesh
+    return _without_folds(mesh)
+
+
+def _without_folds(mesh: Mesh) -> Mesh:
+    """The mesh with what the measurement folded laid back, counted and marked as filled in."""
+    found = unfolded(mesh)
+    if found.mesh.repairs is None:
+        return found.mesh
+    return replace(found.mesh, repairs=replace(found.mesh.repairs, laid_back=found.vertices))
 
 
 def _by_patches(

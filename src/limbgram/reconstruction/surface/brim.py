@@ -1,9 +1,10 @@
 """The brim made even: notches of an open end are closed, as marked fill, down to its level.
 
 In      a manifold mesh whose open end is ragged: photos saw less of some sides than of others.
-Out     the mesh with its notches filled and marked; what was there stays as it is.
+Out     the mesh with its notches filled and marked; what was there stays as it is, unless it
+        folds: a ragged rim does where it is closed.
 Method  the whole opening is capped by a thin plate that continues the surface; of the cap stays
-        what goes on as a wall above the brim's level.
+        what goes on as a wall above the brim's level. Folds are laid back, and marked too.
 """
 
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.mesh.folds import unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import (
     boundary_loops,
@@ -72,7 +74,9 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
     much = _filled_area(result) - _filled_area(mesh) > options.most_share * _area(result)
-    return mesh if much or len(boundary_loops(result.faces)) > len(loops) else result
+    if much or len(boundary_loops(result.faces)) > len(loops):
+        return mesh
+    return unfolded(result).mesh
 
 
 def _level(

@@ -15,8 +15,8 @@ import numpy as np
 from jaxtyping import Bool, Int32
 
 from limbgram.core.errors import EditError
-from limbgram.core.geometry.arrays import Faces, Points3
-from limbgram.core.mesh.mesh import Mesh, unit
+from limbgram.core.mesh.folds import find_points
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops
 from limbgram.reconstruction.surface.holes import find_openings
 from limbgram.workbench.edits.edit import Effect
@@ -30,9 +30,6 @@ _LARGEST_MM = 60.0
 person to judge."""
 _SHEET_SHARE = 0.5
 """A sheet with more of the largest piece's area is no double of it, but another surface."""
-_SPIKE_DEG = 180.0
-"""Sum of the faces' angles at a vertex: 360 on skin, 270 at a box's corner. With less it stands out
-of an even ring by 1.7 of its edges or more, as nothing on a limb does."""
 _SPIKE_ROUNDS = 20
 """Of laying spikes back: where two stand beside each other, one goes down after the other."""
 _PUT_BACK_ROUNDS = 5
@@ -128,7 +125,7 @@ def _without_spikes(limb: Limb) -> Limb:
     vertices = mesh.vertices_mm.copy()
     moved = np.zeros(len(mesh), np.bool_)
     for _ in range(_SPIKE_ROUNDS):
-        found = _spikes(vertices, mesh.faces) & ~held
+        found = find_points(vertices, mesh.faces) & ~held
         if not found.any():
             break
         vertices[found] = (mean @ vertices)[found]
@@ -147,18 +144,6 @@ def _without_spikes(limb: Limb) -> Limb:
     laid = displaced(limb, vertices)
     notes = f"spikes of {int(moved.sum()):,} points, up to {highest_mm:.1f} mm high, were laid back"
     return _noted(laid.with_mesh(_unmeasured(laid.mesh, moved)), [notes])
-
-
-def _spikes(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
-    """Vertices at which the surface comes to a point, whatever the form of its triangles."""
-    total = np.zeros(len(vertices))
-    for k in range(3):
-        at = vertices[faces[:, k]]
-        ahead = unit(vertices[faces[:, (k + 1) % 3]] - at)
-        behind = unit(vertices[faces[:, (k + 2) % 3]] - at)
-        cosines = np.clip(np.einsum("ij,ij->i", ahead, behind), -1, 1)
-        total += np.bincount(faces[:, k], np.arccos(cosines), len(vertices))
-    return (total > 0) & (total < np.radians(_SPIKE_DEG))
 
 
 def _unmeasured(mesh: Mesh, moved: Bool[np.ndarray, " n"]) -> Mesh:

@@ -7,18 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Bool, Int64
-from numba import njit
 from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.crossings import find_crossings
-from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.topology import find_edges, is_edge_manifold, is_vertex_manifold, with_any
+from limbgram.core.mesh.folds import find_bent
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold, with_any
 
-_FOLDED = -0.9986
-"""Cosine between the normals of neighbours from which (177 degrees) they count as folded."""
-_NEARLY = 1e-3
-"""Cosines so near to that are computed once more, in the way that decides."""
 _NEAR = 2.0
 """Places of the scan's own reach this far, in sizes of the triangles there."""
 
@@ -67,32 +63,6 @@ def spoilt_vertices(
     return spoilt
 
 
-def find_folds(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
-    """Neighbouring faces that lie on each other or nearly so, one of them concerned."""
-    normals = mesh.face_normals()
-    sides = find_edges(mesh.faces).faces()
-    sides = sides[_nearly_folded(normals, sides, concerned, _FOLDED + _NEARLY)]
-    cosines = np.einsum("ij,ij->i", unit(normals[sides[:, 0]]), unit(normals[sides[:, 1]]))
-    return sides[cosines < _FOLDED].astype(np.int64)
-
-
-@njit(cache=True, nogil=True)
-def _nearly_folded(normals: np.ndarray, sides: np.ndarray, concerned: np.ndarray, limit: float):
-    """Edges with two faces, one of them concerned, that may be folded; few are."""
-    found = np.zeros(len(sides), np.bool_)
-    for e in range(len(sides)):
-        one, two = sides[e, 0], sides[e, 1]
-        if two < 0 or not (concerned[one] or concerned[two]):
-            continue
-        both = size_one = size_two = 0.0
-        for axis in range(3):
-            both += normals[one, axis] * normals[two, axis]
-            size_one += normals[one, axis] * normals[one, axis]
-            size_two += normals[two, axis] * normals[two, axis]
-        found[e] = both <= limit * np.sqrt(size_one * size_two)
-    return found
-
-
 def _crossings(mesh: Mesh, concerned: Bool[np.ndarray, " f"]) -> Int64[np.ndarray, "k 2"]:
     return find_crossings(mesh.vertices_mm, mesh.faces, concerned)
 
@@ -129,6 +99,6 @@ def _added(
 
 
 _FINDERS: tuple[tuple[str, Finder], ...] = (
-    ("fold over", find_folds),
+    ("fold over", find_bent),
     ("pass through each other", _crossings),
 )

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from limbgram.core.mesh.folds import find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_loops, is_edge_manifold, is_vertex_manifold
 from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
@@ -49,6 +50,24 @@ def test_a_notch_is_closed_along_the_wall_and_marked() -> None:
     assert np.degrees(np.abs(np.arctan2(new[:, 1], new[:, 0]))).max() < NOTCH_DEG + 2
     kept = even.vertices_mm[~even.filled]
     np.testing.assert_array_equal(kept, ragged.vertices_mm)
+
+
+def test_a_crinkled_rim_is_closed_without_folds() -> None:
+    """The rim of a notch is what the photos showed least of: its vertices lie anyhow."""
+    ragged = _beaker(NOTCH_MM)
+    random = np.random.default_rng(3)
+    (rim,) = boundary_loops(ragged.faces)
+    vertices = ragged.vertices_mm.copy()
+    vertices[rim] += random.normal(scale=0.5 * STEP_MM, size=(len(rim), 3))
+    crinkled = ragged.with_vertices(vertices)
+    even = level_brim(crinkled)
+    assert len(even) > len(crinkled)
+    assert not len(find_folds(even))
+    assert is_edge_manifold(even.faces)
+    assert is_vertex_manifold(even.faces)
+    assert even.filled is not None
+    new = even.vertices_mm[even.filled]
+    assert np.abs(np.hypot(new[:, 0], new[:, 1]) - RADIUS_MM).max() < 0.35 * NOTCH_MM
 
 
 def test_an_even_brim_stays() -> None:

@@ -1,0 +1,255 @@
+"""Folds: what no skin does and what slicers and carvers take literally, found and laid back.
+
+Turned    faces that look against the surface round them.
+Points    vertices inside the surface at which it comes to a point.
+Bent      neighbouring faces at too sharp an edge.
+Crossing  faces that pass through each other.
+Method    Each vertex of a fold goes back to the mean of its neighbours, all of them at once: a net
+          held at its rim, which does not fold over a flat convex one (Tutte 1963). Where it still
+          folds, a ring more of the surface goes back with it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int64
+from numba import njit
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import splu
+
+from limbgram.core.geometry.arrays import Faces, Points3, Vector3
+from limbgram.core.mesh.crossings import find_crossings
+from limbgram.core.mesh.mesh import Mesh, dots, lengths, summed, unit
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    broken_half_edges,
+    corner_fans,
+    find_edges,
+    is_edge_manifold,
+    with_any,
+    with_faces,
+)
+
+BENT_DEG, DOUBLED_DEG = 120.0, 177.0
+"""Angle between the normals of neighbours from which a measured surface is folded, and from which
+they lie on each other in whatever shape: cut at a slant a limb may have edges of more than 120."""
+_AROUND = 2
+"""Times that each face's normal is added up with those round it. On foot_ring24 68, 73 and 76 faces
+are turned with 1, 2 and 3; with 3 so are the ends of a sharp edge at a rim, which are none."""
+_FLAT = 1e-6
+"""Of the usual face's area: what a smaller face looks at is rounding."""
+_POINT_DEG = 180.0
+"""Sum of the faces' angles at a vertex: 360 on skin, 270 at a box's corner. With less it stands out
+of an even ring by 1.7 of its edges or more, as nothing on a limb does."""
+_ROUNDS = 10
+"""Of laying back; each takes a ring more with what is still folded."""
+_ALONG_RIM = 100.0
+"""A vertex on a rim heeds its neighbours on the rim so many times as much as one inside."""
+_NEARLY = 1e-3
+"""Cosines so near to the limit are computed once more, in the way that decides."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Folds:
+    """Where a surface is folded."""
+
+    turned: Int64[np.ndarray, " t"]
+    """Faces."""
+    points: Int64[np.ndarray, " p"]
+    """Vertices."""
+    bent: Int64[np.ndarray, "b 2"]
+    """Pairs of neighbouring faces."""
+    crossing: Int64[np.ndarray, "c 2"]
+    """Pairs of faces."""
+
+    def __len__(self) -> int:
+        return sum(map(len, (self.turned, self.points, self.bent, self.crossing)))
+
+    def first_mm(self, mesh: Mesh) -> Vector3:
+        """A vertex of the first of them."""
+        return mesh.vertices_mm[int(self.vertices(mesh).argmax())]
+
+    def vertices(self, mesh: Mesh) -> Bool[np.ndarray, " n"]:
+        """All vertices that belong to one."""
+        folded = np.zeros(len(mesh), np.bool_)
+        folded[self.points] = True
+        for faces in (self.turned, self.bent.ravel(), self.crossing.ravel()):
+            folded[mesh.faces[faces]] = True
+        return folded
+
+
+def find_folds(
+    mesh: Mesh, bent_deg: float = BENT_DEG, concerned: Bool[np.ndarray, " f"] | None = None
+) -> Folds:
+    """Where the surface is folded.
+
+    Args:
+        concerned: Edges and crossings of these faces alone are looked at; None: all.
+    """
+    asked = np.ones(len(mesh.faces), np.bool_) if concerned is None else concerned
+    return Folds(
+        turned=_turned(mesh),
+        points=np.flatnonzero(find_points(mesh.vertices_mm, mesh.faces) & ~_on_rim(mesh)),
+        bent=find_bent(mesh, asked, bent_deg),
+        crossing=find_crossings(mesh.vertices_mm, mesh.faces, asked),
+    )
+
+
+def find_points(vertices: Points3, faces: Faces) -> Bool[np.ndarray, " n"]:
+    """Vertices at which the surface comes to a point, whatever the form of its triangles."""
+    total = np.zeros(len(vertices))
+    for k in range(3):
+        at = vertices[faces[:, k]]
+        ahead = unit(vertices[faces[:, (k + 1) % 3]] - at)
+        behind = unit(vertices[faces[:, (k + 2) % 3]] - at)
+        cosines = np.clip(np.einsum("ij,ij->i", ahead, behind), -1, 1)
+        total += np.bincount(faces[:, k], np.arccos(cosines), len(vertices))
+    return (total > 0) & (total < np.radians(_POINT_DEG))
+
+
+def find_bent(
+    mesh: Mesh, concerned: Bool[np.ndarray, " f"], least_deg: float = DOUBLED_DEG
+) -> Int64[np.ndarray, "k 2"]:
+    """Neighbouring faces whose normals differ by more, one of them concerned."""
+    limit = float(np.cos(np.radians(least_deg)))
+    normals = mesh.face_normals()
+    sides = find_edges(mesh.faces).faces()
+    sides = sides[_nearly_bent(normals, sides, concerned, limit + _NEARLY)]
+    cosines = np.einsum("ij,ij->i", unit(normals[sides[:, 0]]), unit(normals[sides[:, 1]]))
+    return sides[cosines < limit].astype(np.int64)
+
+
+@njit(cache=True, nogil=True)
+def _nearly_bent(normals: np.ndarray, sides: np.ndarray, concerned: np.ndarray, limit: float):
+    """Edges with two faces, one of them concerned, that may be bent so far; few are."""
+    found = np.zeros(len(sides), np.bool_)
+    for e in range(len(sides)):
+        one, two = sides[e, 0], sides[e, 1]
+        if two < 0 or not (concerned[one] or concerned[two]):
+            continue
+        both = size_one = size_two = 0.0
+        for axis in range(3):
+            both += normals[one, axis] * normals[two, axis]
+            size_one += normals[one, axis] * normals[one, axis]
+            size_two += normals[two, axis] * normals[two, axis]
+        found[e] = both <= limit * np.sqrt(size_one * size_two)
+    return found
+
+
+def find_branching(faces: Faces) -> Int64[np.ndarray, " k"]:
+    """Faces at edges and vertices where the surface is no manifold; none where it is one."""
+    if not is_edge_manifold(faces):
+        return np.flatnonzero(broken_half_edges(faces).reshape(-1, 3).any(1))
+    corners, fans = faces.ravel(), corner_fans(faces).ravel()
+    of_fan = corners[np.unique(fans, return_index=True)[1]]
+    several = np.bincount(of_fan, minlength=int(faces.max(initial=-1)) + 1) > 1
+    return np.flatnonzero(several[faces].any(1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unfolded:
+    """A surface after its folds were laid back."""
+
+    mesh: Mesh
+    """What was laid back counts as filled in and has no sigma, as any guess."""
+    vertices: int
+    """That were laid back."""
+    farthest_mm: float
+    """How far the farthest of them moved."""
+    left: Folds
+    """Those that could not be laid back."""
+
+
+def unfolded(mesh: Mesh, bent_deg: float = BENT_DEG) -> Unfolded:
+    """The surface without folds, and those that are left.
+
+    A face that hangs on by one edge, at a place that is laid back, is taken away.
+    """
+    before = mesh.vertices_mm
+    back = np.zeros(len(mesh), np.bool_)
+    folds = find_folds(mesh, bent_deg)
+    for rings in range(_ROUNDS):
+        if not len(folds):
+            break
+        back |= _widened(folds.vertices(mesh), mesh.faces, rings)
+        ears = _ears(mesh.faces, back)
+        while ears.any():
+            used = np.bincount(mesh.faces[~ears].ravel(), minlength=len(mesh)) > 0
+            mesh = with_faces(mesh, mesh.faces[~ears])
+            before, back = before[used], back[used]
+            ears = _ears(mesh.faces, back)
+        mesh = mesh.with_vertices(_relaxed(mesh, back))
+        folds = find_folds(mesh, bent_deg, with_any(back, mesh.faces))
+    moved_mm = lengths(mesh.vertices_mm - before)
+    return Unfolded(
+        mesh=_guessed(mesh, back) if back.any() else mesh,
+        vertices=int(back.sum()),
+        farthest_mm=float(moved_mm.max(initial=0.0)),
+        left=find_folds(mesh, bent_deg) if back.any() else folds,
+    )
+
+
+def _turned(mesh: Mesh) -> Int64[np.ndarray, " t"]:
+    """Faces that look against the sum of the normals round them, near ones counted most."""
+    own = mesh.face_normals()
+    around = own
+    for _ in range(_AROUND):
+        around = summed(around, mesh.faces, len(mesh))[mesh.faces].sum(1)
+    least = _FLAT * float(np.median(lengths(own))) if len(own) else 0.0
+    return np.flatnonzero(dots(own, unit(around)) < -least)
+
+
+def _on_rim(mesh: Mesh) -> Bool[np.ndarray, " n"]:
+    on_rim = np.zeros(len(mesh), np.bool_)
+    on_rim[boundary_half_edges(mesh.faces).ravel()] = True
+    return on_rim
+
+
+def _widened(chosen: Bool[np.ndarray, " n"], faces: Faces, rings: int) -> Bool[np.ndarray, " n"]:
+    for _ in range(rings):
+        chosen[faces[with_any(chosen, faces)]] = True
+    return chosen
+
+
+def _ears(faces: Faces, chosen: Bool[np.ndarray, " n"]) -> Bool[np.ndarray, " f"]:
+    """Faces with a chosen corner that hang on by one edge or less."""
+    edges = find_edges(faces)
+    open_sides = (edges.uses[edges.of_half_edge] == 1).reshape(-1, 3).sum(1)
+    return (open_sides >= 2) & with_any(chosen, faces)
+
+
+def _relaxed(mesh: Mesh, back: Bool[np.ndarray, " n"]) -> Points3:
+    """The vertices where each of those laid back is the mean of its neighbours."""
+    edges = find_edges(mesh.faces)
+    beside = back[edges.ends].any(1)
+    ends, at_rim = edges.ends[beside], edges.uses[beside] == 1
+    on_rim = _on_rim(mesh)
+    tails, heads = np.concatenate([ends, ends[:, ::-1]]).T
+    weight = np.where(np.tile(at_rim, 2) & on_rim[tails], _ALONG_RIM, 1.0)
+    size = (len(mesh), len(mesh))
+    rows = sparse.csr_array((weight, (tails, heads)), shape=size)[back]
+    inside, held = sparse.csr_array(rows[:, back]), sparse.csr_array(rows[:, ~back])
+    group = csgraph.connected_components(inside, directed=False)[1]
+    anchored = np.bincount(group, np.asarray(held.sum(1)).ravel()) > 0
+    solved = anchored[group]
+    vertices = mesh.vertices_mm.copy()
+    if not solved.any():
+        return vertices
+    total = np.asarray(rows.sum(1)).ravel()
+    system = sparse.diags_array(total) - inside
+    right = held @ vertices[~back]
+    moved = np.flatnonzero(back)[solved]
+    matrix = sparse.csc_array(sparse.csr_array(system)[solved][:, solved])
+    vertices[moved] = splu(matrix).solve(right[solved])
+    return vertices
+
+
+def _guessed(mesh: Mesh, chosen: Bool[np.ndarray, " n"]) -> Mesh:
+    """The mesh with these vertices as ones that no photo measured."""
+    sigma_mm = mesh.sigma_mm
+    return replace(
+        mesh,
+        filled=chosen if mesh.filled is None else mesh.filled | chosen,
+        sigma_mm=None if sigma_mm is None else np.where(chosen, np.float32(np.nan), sigma_mm),
+    )

@@ -1,0 +1,167 @@
+"""Folds: found where they were planted and nowhere else, and laid back to where they came from."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from limbgram.core.mesh.folds import (
+    DOUBLED_DEG,
+    find_branching,
+    find_folds,
+    unfolded,
+)
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold
+
+SIDE = 15
+MIDDLE = SIDE * (SIDE // 2) + SIDE // 2
+"""The vertex in the middle of a sheet."""
+
+
+def _sheet() -> Mesh:
+    """A flat sheet of equilateral triangles with edges of 1 mm."""
+    row, column = np.divmod(np.arange(SIDE**2), SIDE)
+    places = np.column_stack([column + row / 2, row * np.sqrt(3) / 2, np.zeros(SIDE**2)])
+    first = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).ravel()
+    lower = np.column_stack([first, first + 1, first + SIDE])
+    upper = np.column_stack([first + 1, first + SIDE + 1, first + SIDE])
+    return Mesh(vertices_mm=places, faces=np.concatenate([lower, upper]).astype(np.int32))
+
+
+def _moved(mesh: Mesh, vertex: int, by_mm: tuple[float, float, float]) -> Mesh:
+    vertices = mesh.vertices_mm.copy()
+    vertices[vertex] += by_mm
+    return mesh.with_vertices(vertices)
+
+
+def _ball(edge_mm: float = 1.0) -> Mesh:
+    """A ball of 30 mm in which every vertex was measured to 0.02 mm."""
+    shape = trimesh.creation.icosphere(subdivisions=5, radius=30.0 * edge_mm)
+    return Mesh(
+        vertices_mm=np.asarray(shape.vertices),
+        faces=np.asarray(shape.faces, np.int32),
+        filled=np.zeros(len(shape.vertices), np.bool_),
+        sigma_mm=np.full(len(shape.vertices), 0.02, np.float32),
+    )
+
+
+def test_turned_faces_are_those_whose_area_in_the_sheet_is_negative() -> None:
+    sheet = _sheet()
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        way = random.uniform(0, 2 * np.pi)
+        folded = _moved(sheet, MIDDLE, (1.4 * np.cos(way), 1.4 * np.sin(way), 0.0))
+        found = find_folds(folded)
+        negative = np.flatnonzero(folded.face_normals()[:, 2] < 0)
+        assert 1 <= len(negative) <= 3
+        np.testing.assert_array_equal(found.turned, negative)
+        assert found.vertices(folded)[MIDDLE]
+        assert found.vertices(folded).sum() <= 9
+
+
+def test_a_fold_in_a_sheet_goes_back_to_where_its_vertices_were() -> None:
+    """Each vertex of this sheet is the mean of its neighbours, so that is the only answer."""
+    sheet = _sheet()
+    back = unfolded(_moved(sheet, MIDDLE, (1.3, 0.4, 0.5)))
+    assert not len(back.left)
+    np.testing.assert_allclose(back.mesh.vertices_mm, sheet.vertices_mm, atol=1e-9)
+    assert back.mesh.filled is not None
+    assert back.mesh.filled[MIDDLE]
+    assert back.vertices == back.mesh.filled.sum() <= 9
+    assert back.farthest_mm == pytest.approx(np.sqrt(1.3**2 + 0.4**2 + 0.5**2))
+
+
+def test_a_cone_is_a_point_from_half_an_angle_of_about_31_degrees() -> None:
+    """Six faces of 30 degrees: their slant is 1 / (2 sin 15 degrees), their height 1.653."""
+    sheet = _sheet()
+    assert not len(find_folds(_moved(sheet, MIDDLE, (0, 0, 1.64)), DOUBLED_DEG))
+    pointed = _moved(sheet, MIDDLE, (0, 0, 1.67))
+    np.testing.assert_array_equal(find_folds(pointed, DOUBLED_DEG).points, [MIDDLE])
+    back = unfolded(pointed, DOUBLED_DEG)
+    np.testing.assert_allclose(back.mesh.vertices_mm, sheet.vertices_mm, atol=1e-9)
+    assert back.vertices == 1
+
+
+def test_a_crumpled_ball_is_whole_again_and_says_where_it_was_not_measured() -> None:
+    ball = _ball()
+    random = np.random.default_rng(11)
+    vertices = ball.vertices_mm.copy()
+    for middle in random.choice(len(ball), 25, replace=False):
+        near = np.linalg.norm(ball.vertices_mm - ball.vertices_mm[middle], axis=1) < 3.0
+        vertices[near] += random.normal(scale=1.5, size=(int(near.sum()), 3))
+    crumpled = ball.with_vertices(vertices)
+    assert len(find_folds(crumpled)) > 300
+    assert len(find_folds(crumpled).crossing) > 100
+    back = unfolded(crumpled)
+    assert not len(back.left)
+    assert not len(find_folds(back.mesh))
+    assert is_edge_manifold(back.mesh.faces)
+    assert back.mesh.filled is not None
+    assert back.mesh.sigma_mm is not None
+    moved = (back.mesh.vertices_mm != vertices).any(1)
+    np.testing.assert_array_equal(moved, back.mesh.filled)
+    np.testing.assert_array_equal(np.isnan(back.mesh.sigma_mm), back.mesh.filled)
+    assert back.vertices == moved.sum() < 0.2 * len(ball)
+    again = unfolded(crumpled)
+    assert again.mesh.vertices_mm.tobytes() == back.mesh.vertices_mm.tobytes()
+
+
+def test_a_whole_surface_is_the_same_one() -> None:
+    ball = _ball()
+    assert unfolded(ball).mesh is ball
+
+
+def test_an_ear_that_is_turned_over_is_taken_away() -> None:
+    sheet = _sheet()
+    ear = np.array([[SIDE // 2, len(sheet), SIDE // 2 + 1]], np.int32)
+    apex = np.array([[SIDE // 2 + 0.5, 0.9, 0.01]])  # over the sheet, not beside it
+    eared = Mesh(
+        vertices_mm=np.concatenate([sheet.vertices_mm, apex]),
+        faces=np.concatenate([sheet.faces, ear]),
+    )
+    assert is_edge_manifold(eared.faces)
+    assert len(find_folds(eared).bent) == 1
+    back = unfolded(eared)
+    assert not len(back.left)
+    assert len(back.mesh) == len(sheet)
+    np.testing.assert_allclose(back.mesh.vertices_mm, sheet.vertices_mm, atol=0.02)
+
+
+@pytest.mark.parametrize("angle_deg", [20.0, 55.0, 65.0, 90.0])
+def test_a_sharp_edge_is_bent_and_nothing_else(angle_deg: float) -> None:
+    """The normals of a wedge differ by 180 degrees less its angle: over 120 below 60."""
+    sheet = _sheet()
+    vertices = sheet.vertices_mm.copy()
+    beyond = vertices[:, 1] > vertices[MIDDLE, 1]
+    turn = np.radians(180 - angle_deg)
+    away = vertices[beyond, 1] - vertices[MIDDLE, 1]
+    vertices[beyond, 1] = vertices[MIDDLE, 1] + np.cos(turn) * away
+    vertices[beyond, 2] = np.sin(turn) * away
+    found = find_folds(sheet.with_vertices(vertices))
+    assert len(found.bent) == (SIDE - 1 if angle_deg < 60 else 0)
+    assert len(found) == len(found.bent)
+    assert not len(find_folds(sheet.with_vertices(vertices), DOUBLED_DEG))
+
+
+def test_bodies_through_each_other_are_left_and_said_where() -> None:
+    """Nothing of a box of eight vertices stays in its place, so nothing can go back."""
+    upright, lying = trimesh.creation.box((10, 10, 90)), trimesh.creation.box((90, 9, 9))
+    both = Mesh(
+        vertices_mm=np.concatenate([upright.vertices, lying.vertices]),
+        faces=np.concatenate([upright.faces, lying.faces + 8]).astype(np.int32),
+    )
+    back = unfolded(both, DOUBLED_DEG)
+    assert len(back.left.crossing) > 0
+    np.testing.assert_array_equal(back.mesh.vertices_mm, both.vertices_mm)
+    assert np.isin(back.left.first_mm(back.mesh), (-45, -5, -4.5, 4.5, 5, 45)).all()
+
+
+def test_branching_faces_are_found_at_edges_and_at_vertices() -> None:
+    sheet = _sheet()
+    assert not len(find_branching(sheet.faces))
+    book = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]], np.int32)
+    np.testing.assert_array_equal(find_branching(book), [0, 1, 2])
+    bow_tie = np.array([[0, 1, 2], [0, 3, 4], [3, 5, 4]], np.int32)
+    assert is_edge_manifold(bow_tie)
+    assert not is_vertex_manifold(bow_tie)
+    np.testing.assert_array_equal(find_branching(bow_tie), [0, 1])
