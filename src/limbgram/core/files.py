@@ -45,12 +45,15 @@ def read_content(
         refusal: no such file, a folder, device or pipe, or more bytes than such a file can have.
     """
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            what = "a folder" if stat.S_ISDIR(mode) else "a device or pipe"
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            what = "a folder" if stat.S_ISDIR(about.st_mode) else "a device or pipe"
             raise refusal(f"{path} cannot be read: it is {what}, no file. {advice}".rstrip())
+        size = min(about.st_size, most_bytes)  # room is made for as much as is asked for
         with path.open("rb") as stream:
-            content = stream.read(most_bytes + 1)
+            content = stream.read(size + 1)
+            if len(content) > size:
+                content += stream.read(most_bytes - size)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         told = getattr(error, "strerror", None) or error
         raise refusal(f"{path} cannot be read: {told}. {advice}".rstrip()) from error

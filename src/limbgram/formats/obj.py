@@ -17,7 +17,7 @@ from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import write_file
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.formats.soup import Soup, fans_of
+from limbgram.formats.soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, target
 
@@ -30,6 +30,8 @@ _PASSED_OVER = frozenset(
     b"call csh".split()
 )
 """Words of the format (Wavefront, appendix B1) that say nothing of a surface of triangles."""
+_MOST_NUMBERS = 7
+"""Of a vertex: its place, a weight and a colour."""
 _PRECISION = 1e-6
 _BLOCK = 10_000
 
@@ -90,11 +92,11 @@ def _lines(content: bytes) -> _Lines:
 
 
 def _rows(lines: _Lines) -> np.ndarray:
-    rows = [rest.split() for word, rest in lines if word == b"v"]
+    rows = [rest.split(None, _MOST_NUMBERS) for word, rest in lines if word == b"v"]
     if not rows:
         return np.empty((0, 3))
     widths = {len(row) for row in rows}
-    if len(widths) > 1 or not 3 <= min(widths) <= 7:
+    if len(widths) > 1 or not 3 <= min(widths) <= _MOST_NUMBERS:
         raise ValueError("its vertices do not all have the same number of coordinates")
     numbers = np.array(rows, np.float64)
     if not np.isfinite(numbers[:, 3:]).all():
@@ -105,11 +107,13 @@ def _rows(lines: _Lines) -> np.ndarray:
 def _faces(lines: _Lines) -> Faces:
     """Corner numbers count from 1, or backwards from the last vertex so far."""
     listed: list[list[int]] = []
-    vertices = 0
+    vertices, most = 0, sum(word == b"v" for word, _ in lines)
     for word, rest in lines:
         if word == b"v":
             vertices += 1
         else:
+            if len(rest) > most:  # only then can it have more corners
+                require_corners(len(rest.split(None, most)), most)
             if not _FACE.fullmatch(rest):
                 shown = rest[:40].decode("ascii", "replace")
                 raise ValueError(f"a face is written {shown!r}, and not as 3 or more corners")

@@ -22,7 +22,7 @@ from jaxtyping import Shaped
 from limbgram.core.errors import ShapeFileError
 from limbgram.core.files import require, write_file
 from limbgram.core.mesh.mesh import Cloud, Mesh
-from limbgram.formats.soup import Soup, fans_of
+from limbgram.formats.soup import Soup, fans_of, require_corners
 from limbgram.formats.units import stated_unit
 from limbgram.formats.writing import Unit, require_same_triangles, single_precision, target
 
@@ -205,7 +205,8 @@ def _binary(header: _Header, body: bytes) -> _Read:
             _require_end(rest[face.count * of_three.itemsize :], others)
             return rows, triangles["corners"].astype(np.int64)
     skipped = np.dtype(behind).itemsize
-    found = _polygons(rest, face.count, head, np.dtype(header.order + kind), skipped)
+    sides = np.dtype(header.order + kind)
+    found = _polygons(rest, face.count, head, sides, skipped, vertex.count)
     _require_end(rest[found.end :], others)
     return rows, found.corners
 
@@ -234,10 +235,13 @@ class _Polygons:
     """Of the last, in the bytes that they stand in."""
 
 
-def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: int) -> _Polygons:
+def _polygons(
+    rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: int, vertices: int
+) -> _Polygons:
     """Faces of different numbers of corners: each shows where the next begins.
 
     skipped: Bytes between a face's corners and the next face.
+    vertices: Of the file.
     """
     corners: list[list[int]] = []
     place = 0
@@ -248,6 +252,7 @@ def _polygons(rest: bytes, count: int, head: np.dtype, kind: np.dtype, skipped: 
         place += head.itemsize
         if number < 3:
             raise ValueError(f"a face with {number} corners")
+        require_corners(number, vertices)
         if place + number * kind.itemsize + skipped > len(rest):
             raise ValueError("the file ends among the faces")
         corners.append(np.frombuffer(rest, kind, number, place).tolist())
@@ -261,7 +266,7 @@ def _text(header: _Header, body: bytes) -> _Read:
     wanted = sum(element.count for element in header.elements)
     if len(lines) != wanted:
         raise ValueError(f"{len(lines)} lines of {wanted}")
-    words = [line.split() for line in lines[: vertex.count]]
+    words = [line.split(None, len(vertex.columns)) for line in lines[: vertex.count]]
     if any(len(row) != len(vertex.columns) for row in words):
         raise ValueError("a vertex with too few or too many numbers")
     table = np.array(words, np.float64)
@@ -273,7 +278,10 @@ def _text(header: _Header, body: bytes) -> _Read:
             _require_whole(column, kind, name)
         rows[name] = column
     skipped, behind = len(face.columns), len(face.behind)
-    listed = [line.split()[skipped:] for line in lines[vertex.count : vertex.count + face.count]]
+    most = skipped + 1 + vertex.count + behind
+    faces = [line.split(None, most) for line in lines[vertex.count : vertex.count + face.count]]
+    require_corners(max(map(len, faces), default=0) - most + vertex.count, vertex.count)
+    listed = [row[skipped:] for row in faces]
     if any(len(row) <= behind for row in listed):
         raise ValueError("a face with too few numbers")
     corners = [[int(word) for word in row[: len(row) - behind]] for row in listed]

@@ -7,6 +7,7 @@ Fails   ShapeFileError: no surface, numbers that are none, or faces without thei
 """
 
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
@@ -70,15 +71,29 @@ def triangles_merged(corners: Float64[np.ndarray, "f 3 3"]) -> Mesh:
 
 def fans_of(polygons: list[list[int]]) -> Faces:
     """Triangles of polygons, each a fan round its first corner."""
-    triangles = [
-        (corners[0], corners[k], corners[k + 1])
-        for corners in polygons
-        for k in range(1, len(corners) - 1)
-    ]
-    within = all(0 <= corner < 2**31 for triangle in triangles for corner in triangle)
-    if not within:
+    sizes = np.array([len(corners) for corners in polygons], np.int64)
+    try:
+        corners = np.fromiter(chain.from_iterable(polygons), np.int64, int(sizes.sum()))
+    except OverflowError:
+        corners = np.array([-1])
+    if len(corners) and not 0 <= corners.min() <= corners.max() < 2**31:
         raise ValueError("a face names a vertex that cannot be")
-    return np.array(triangles, np.int32).reshape(-1, 3)
+    triangles = sizes - 2
+    first = np.repeat(np.cumsum(sizes) - sizes, triangles)
+    second = np.arange(len(first)) + np.repeat(2 * np.arange(len(sizes)) + 1, triangles)
+    return corners[np.column_stack([first, second, second + 1])].astype(np.int32).reshape(-1, 3)
+
+
+def require_corners(count: int, vertices: int) -> None:
+    """Refuse a polygon that cannot be one before room is made for it: it names no vertex twice.
+
+    Raises:
+        ValueError: it has more corners than its file has vertices.
+    """
+    if count > vertices:
+        raise ValueError(
+            f"a face has {count:,} corners or more, and there are {vertices:,} vertices"
+        )
 
 
 def sound_mesh(mesh: Mesh, name: str) -> Sound:

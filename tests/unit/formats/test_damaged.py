@@ -2,6 +2,7 @@
 
 import json
 import struct
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.limb_file import write_limb
 from limbgram.formats.reading import read_limb
+from limbgram.formats.soup import fans_of
 from limbgram.workbench.limb import Limb
 
 BOX = trimesh.creation.box((100.0, 80.0, 200.0))
@@ -106,6 +108,55 @@ def test_damage_is_refused_and_not_passed_over(tmp_path: Path, damage: str) -> N
     assert old in content
     with pytest.raises(ShapeFileError, match=name):
         read(tmp_path, name, content.replace(old, new, 1))
+
+
+def bomb(kind: str, corners: int) -> bytes:
+    """A box of whose faces the last has so many corners."""
+    ring = " ".join(["1", "2", "3", "4", "5", "6"] * (corners // 6))
+    if kind == "obj":
+        return OBJ.encode() + f"f {ring}\n".encode()
+    text = PLY.replace("element face 12", "element face 13").replace("uchar int", "uint uint")
+    if kind == "ply":
+        return text.encode() + f"{corners} {ring}\n".encode()
+    head, _, _ = text.replace("ascii", "binary_little_endian").partition("end_header\n")
+    rows = np.zeros(8, np.dtype([("xyz", "<f4", 3), ("sigma", "<f4")]))
+    rows["xyz"] = BOX.vertices
+    faces = np.column_stack([np.full(12, 3), FACES]).astype("<u4").tobytes()
+    last = np.append(corners, np.tile(np.arange(6), corners // 6)).astype("<u4").tobytes()
+    return f"{head}end_header\n".encode() + rows.tobytes() + faces + last
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "binary.ply"])
+def test_a_face_of_six_hundred_thousand_corners_is_refused_at_once(
+    tmp_path: Path, kind: str
+) -> None:
+    """Made into triangles it took two hundred times the memory of its file."""
+    content = bomb(kind, 600_000)
+    (tmp_path / f"box.{kind}").write_bytes(content)
+    tracemalloc.start()
+    with pytest.raises(ShapeFileError, match=r"a face has [\d,]+ corners or more, and there are 8"):
+        read_limb(tmp_path / f"box.{kind}", 1.0)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 8 * len(content)
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply", "binary.ply"])
+def test_a_face_with_as_many_corners_as_there_are_vertices_is_read(
+    tmp_path: Path, kind: str
+) -> None:
+    (tmp_path / f"box.{kind}").write_bytes(bomb(kind, 6))
+    assert len(read_limb(tmp_path / f"box.{kind}", 1.0).mesh.faces) >= 12
+
+
+def test_polygons_become_fans_round_their_first_corner() -> None:
+    found = fans_of([[4, 5, 6], [0, 1, 2, 3], [7, 3, 2, 1, 0]])
+    wanted = [[4, 5, 6], [0, 1, 2], [0, 2, 3], [7, 3, 2], [7, 2, 1], [7, 1, 0]]
+    np.testing.assert_array_equal(found, wanted)
+    assert fans_of([]).shape == (0, 3)
+    for bad in (-1, 2**31, 10**30):
+        with pytest.raises(ValueError, match="cannot be"):
+            fans_of([[0, 1, bad]])
 
 
 def test_tabs_and_lines_that_go_on_are_read(tmp_path: Path) -> None:

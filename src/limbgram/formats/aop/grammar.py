@@ -183,7 +183,7 @@ def _radii(lines: _Lines, slices: int, spokes: int) -> Float64[np.ndarray, "m n"
     expected = f"one of {slices} x {spokes} radii, 0 to {_LARGEST:g} mm"
     if count > _MOST_RADII:
         raise lines.complain(f"no more than {_MOST_RADII:,} radii")
-    words = [line.split() for line in lines.block(count, expected)]
+    words = [line.split(None, 2) for line in lines.block(count, expected)]
     for idx, of_line in enumerate(words):
         if len(of_line) not in (1, 2):
             raise lines.complain(expected, lines.line_of_block(count, idx))
