@@ -1,13 +1,15 @@
 """The worker: does one job in a process of its own, which may be killed or abort by itself.
 
-In      the job as one JSON line on standard input; when standard input ends, the job stops at
-        its next step, and if that takes too long the process ends itself.
+In      the job as one JSON line on standard input; when standard input ends, or at SIGTERM, the
+        job stops at its next step; if that takes too long after the end of standard input, the
+        process ends itself.
 Out     one JSON line an event: stage, progress, and one of finished, refused, bug.
 `start` loads it and calls `main`.
 """
 
 import json
 import os
+import signal
 import sys
 import threading
 import time
@@ -69,6 +71,8 @@ def work(job: Job, events: Events, stop: int) -> int:
     run = CachingRun(case=case, listener=events.progress, memory_mb=memory_mb)
     events.on_lost = run.cancel
     threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda *_: run.cancel())
     try:
         with locked(case), with_disk_advice(case):
             sweep(case)

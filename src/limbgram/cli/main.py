@@ -3,6 +3,7 @@
 A command's file is imported when it is called, so the list of commands comes at once.
 """
 
+import logging
 import os
 import sys
 from collections.abc import Generator, Sequence
@@ -45,7 +46,7 @@ work in a browser.
   nothing from them unchecked. GREEN and AMBER end with 0. Also: a kit that failed its test, and
   a `check` that did not answer GO
 - **8**: the test of a kit could neither be passed nor failed
-- **130**: stopped by Ctrl-C; the same command continues
+- **130**: stopped by Ctrl-C or SIGTERM; the same command continues
 """
 
 COMMANDS = {
@@ -202,6 +203,8 @@ no threads that spin while they wait. Larger pieces of work are shared out over 
 def loaded(name: str) -> Any:
     """A command with its options, out of its file."""
     os.environ.setdefault(_ONE_BY_ONE, "1")  # read once, when numpy is first imported
+    # where it keeps its list of fonts, and that it makes one, is nothing to tell on a terminal
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     if _SETTINGS_LEFT_ALONE not in sys.meta_path:
         sys.meta_path.insert(0, _SETTINGS_LEFT_ALONE)
     module, _, attribute = COMMANDS[name][0].partition(":")

@@ -1,8 +1,11 @@
 """Replies: what a command says at its end, for people or as JSON, and its exit code."""
 
 import json
+import signal
 import sys
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ParamSpec, cast
@@ -55,7 +58,8 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
         as_json = bool(kwargs.get("as_json", False))
         try:
             _require_measures(kwargs)
-            reply = _done(command, *args, **kwargs)
+            with _ended_as_by_ctrl_c():
+                reply = _done(command, *args, **kwargs)
         except LimbgramError as error:
             _refuse(error, as_json)
             raise typer.Exit(error.exit_code) from error
@@ -74,6 +78,19 @@ def answered(command: Callable[P, Reply]) -> Callable[P, None]:
 
     answer.__annotations__ = {**command.__annotations__, "return": None}
     return answer
+
+
+@contextmanager
+def _ended_as_by_ctrl_c() -> Generator[None]:
+    """SIGTERM, by which a system asks a program to end, does what Ctrl-C does."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _require_measures(options: Mapping[str, object]) -> None:

@@ -13,6 +13,7 @@ is decided from the budget by whoever calls the stages (`pipeline`), and told.
 import gc
 import math
 import os
+import signal
 import sys
 import threading
 import time
@@ -61,6 +62,22 @@ def no_search_for_garbage() -> Generator[None]:
         gc.freeze()
         if searching:
             gc.enable()
+
+
+@contextmanager
+def signals_kept() -> Generator[None]:
+    """While a library is loaded that puts handlers of its own in the place of ours.
+
+    glog, which comes with pycolmap, would print a stack trace and abort where the system asks a
+    program to end.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)} if ours else {}
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler or signal.SIG_DFL)
 
 
 Listener = Callable[[str, int, int], None]

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from limbgram.core.files import require, write_file, write_folder
 from limbgram.core.geometry.lens import without_skew
+from limbgram.core.run import signals_kept
 from limbgram.formats.writing import target
 from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.scale.metric import MetricScene
@@ -114,7 +115,8 @@ def _write_points(stream: BinaryIO, scene: Scene) -> None:
 
 def _check(written: Path, scene: Scene) -> None:
     """What pycolmap reads projects the points to where our own cameras do."""
-    import pycolmap  # only where photos were placed
+    with signals_kept():
+        import pycolmap  # only where photos were placed
 
     read = pycolmap.Reconstruction(str(written))
     seen = np.unique(scene.observations.point_idx)

@@ -177,6 +177,41 @@ def test_code_and_settings_in_the_current_folder_are_left_alone(
     assert (tmp_path / "case" / "log.txt").read_bytes() == b""
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal between programs")
+def test_a_job_that_the_system_ends_stops_at_its_next_step(tmp_path: Path) -> None:
+    """And says so: what is finished is kept."""
+    script = tmp_path / "child.py"
+    script.write_text(
+        textwrap.dedent("""
+        import sys, time
+        from limbgram.cases import worker
+        from limbgram.core.run import track
+        def steps():
+            for _ in track(range(600)):
+                time.sleep(0.1)
+        worker.do = lambda job, run: run.unkept(steps)
+        sys.exit(worker.main())
+        """),
+        "utf-8",
+    )
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    (photos / "1.jpg").write_bytes(b"a photo")
+    events: list[Event] = []
+
+    def hear(event: Event) -> None:
+        if not events and supervision.process_id is not None:
+            os.kill(supervision.process_id, signal.SIGTERM)
+        events.append(event)
+
+    job = Job(case=tmp_path / "case", sources=(photos,))
+    supervision = Supervision(job, hear, (sys.executable, str(script)))
+    with pytest.raises(Cancelled, match="Finished stages are kept"):
+        supervision.wait()
+    assert events[-1]["kind"] == "Cancelled"
+    assert json.loads((tmp_path / "case" / "case.json").read_text("utf-8"))["state"] == "cancelled"
+
+
 @pytest.fixture
 def interrupt_soon() -> Iterator[None]:
     """Ctrl-C in a moment, heard even where the tests run in the background of a shell."""

@@ -3,6 +3,9 @@
 import errno
 import json
 import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -26,6 +29,35 @@ def test_what_the_system_says_is_a_refusal(capsys: pytest.CaptureFixture[str]) -
     assert ended.value.exit_code == 3
     said = capsys.readouterr().err
     assert "/media/card/camera.json lies on a disk that may only be read. Use a folder" in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal between programs")
+@pytest.mark.parametrize("asked", [signal.SIGTERM, signal.SIGINT])
+def test_a_system_ends_a_command_as_ctrl_c_does(asked: signal.Signals) -> None:
+    """Also once a library is loaded that would print a stack trace and abort."""
+    program = """
+import time, typer
+from limbgram.cli.replies import answered
+from limbgram.reconstruction.mapping import colmap
+@answered
+def command():
+    print("at work", flush=True)
+    time.sleep(60)
+typer.run(command)
+"""
+    begin = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", f"{begin}{program}"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "at work\n"
+        process.send_signal(asked)
+        _, told = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert told == "Stopped. Run the same command again to continue.\n"
 
 
 def test_a_fault_of_ours_crashes() -> None:

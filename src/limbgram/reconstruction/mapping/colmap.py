@@ -11,17 +11,19 @@ There   the centre of the top left pixel is (0.5, 0.5); ids count from 1; a came
 from collections.abc import Sequence
 
 import numpy as np
-import pycolmap
 from jaxtyping import Float64, Int32
 
 from limbgram.core.geometry.arrays import Points2
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera, without_skew
-from limbgram.core.run import track
+from limbgram.core.run import signals_kept, track
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.twoview.pairs import Pairs, VerifiedPair
+
+with signals_kept():
+    import pycolmap
 
 _HALF = 0.5
 _FEWEST_MATCHES = 15

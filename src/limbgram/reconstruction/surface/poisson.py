@@ -17,6 +17,7 @@ from scipy.spatial import KDTree
 from limbgram.core.errors import SurfaceError
 from limbgram.core.mesh.mesh import Cloud, Mesh
 from limbgram.core.mesh.topology import with_faces
+from limbgram.core.run import signals_kept
 from limbgram.reconstruction.surface.pivoting import measure_spacing_mm
 
 
@@ -41,8 +42,10 @@ _BOX = 1.1
 
 def poisson(cloud: Cloud, options: PoissonOptions = DEFAULTS) -> Mesh:
     """The surface whose inside has the points' normals as its gradient, where points support it."""
-    import pycolmap  # a quarter of a second together, which most commands do without
     import trimesh
+
+    with signals_kept():
+        import pycolmap  # a quarter of a second together, which most commands do without
 
     spacing_mm = measure_spacing_mm(cloud)
     extent = float(np.ptp(cloud.points_mm, axis=0).max())
