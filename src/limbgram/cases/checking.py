@@ -26,7 +26,7 @@ from limbgram.reconstruction.photos.masks import (
     no_mask_fits,
     require_masks_folder,
 )
-from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside
+from limbgram.reconstruction.photos.photo import Photo, PhotoSet, SetAside, left_out_lines
 from limbgram.reconstruction.photos.reading import (
     PhotoOptions,
     candidates_in,
@@ -36,7 +36,6 @@ from limbgram.reconstruction.photos.reading import (
     natural_order,
     photo_set,
     read_photos,
-    too_few,
 )
 from limbgram.reconstruction.photos.video import is_video
 from limbgram.reconstruction.targets.board import Board
@@ -137,11 +136,14 @@ class CaptureWatch:
             PhotoError: a source does not exist, or fewer than two photos are readable.
         """
         run = run or Run()
-        photos = run(self._read_again, sources)
+        photos = self._read_again(sources, run)
         if self._masks is not None:
             photos = masked_by(photos, self._masks)
         if len(photos.photos) < 2:
-            raise too_few(sources, photos, PhotoOptions())
+            raise PhotoError(
+                f"Photos that can be read so far: {len(photos.photos)}; 2 are needed for a check. "
+                f"Go on taking photos.{left_out_lines(photos.set_aside)}"
+            )
         fresh = tuple(one for one in photos.photos if _pixels_of(one) not in self._copies)
         if fresh:
             folder = Path(tempfile.mkdtemp(dir=self._scratch.name))
@@ -150,13 +152,18 @@ class CaptureWatch:
         small = [replace(self._copies[_pixels_of(one)], name=one.name) for one in photos.photos]
         return self._coach.check(photos, grouped(small, ()), run)
 
-    def _read_again(self, sources: Sequence[Path]) -> PhotoSet:
+    def _read_again(self, sources: Sequence[Path], run: Run) -> PhotoSet:
         """As `read_photos`, but only files that are new or were written again are decoded."""
         found = candidates_in(sources)
         stamps = {one.path: stamp_of(one.path) for one in found.photos}
         known = {file: own for file, own in self._looked.items() if stamps.get(file) == own[0]}
         new = [file for file in stamps if file not in known]
-        looked = zip(new, look_at_all(new, PhotoOptions()))
+
+        def read() -> list[Photo | SetAside]:
+            return look_at_all(new, PhotoOptions())
+
+        read.__name__ = read_photos.__name__
+        looked = zip(new, run(read) if new else [])
         self._looked = known | {file: (stamps[file], one) for file, one in looked}
         return photo_set(found, [self._looked[one.path][1] for one in found.photos])
 

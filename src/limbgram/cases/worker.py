@@ -17,6 +17,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import FrameType
 from typing import IO, Any
 
 from limbgram.cases.folder import CaseFolder, locked, sweep, with_disk_advice
@@ -72,7 +73,11 @@ def work(job: Job, events: Events, stop: int) -> int:
     events.on_lost = run.cancel
     threading.Thread(target=_wait_for_stop, args=(stop, run), daemon=True).start()
     if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, lambda *_: run.cancel())
+
+        def cancel(_number: int, _frame: FrameType | None) -> None:
+            run.cancel()
+
+        signal.signal(signal.SIGTERM, cancel)
     try:
         with locked(case), with_disk_advice(case):
             sweep(case)

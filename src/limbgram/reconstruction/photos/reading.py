@@ -139,7 +139,7 @@ def read_photos(sources: Sequence[Path], options: PhotoOptions = DEFAULTS) -> Ph
     looked = look_at_all([one.path for one in found.photos], options)
     photos = photo_set(found, looked)
     if len(photos.photos) < max(1, options.min_photos):
-        raise too_few(sources, photos, options)
+        raise _too_few(sources, photos, options)
     return photos
 
 
@@ -399,7 +399,7 @@ def _without_bad_masks(photos: Iterable[Photo]) -> tuple[list[Photo], list[SetAs
     return kept, set_aside
 
 
-def too_few(sources: Sequence[Path], photos: PhotoSet, options: PhotoOptions) -> PhotoError:
+def _too_few(sources: Sequence[Path], photos: PhotoSet, options: PhotoOptions) -> PhotoError:
     """The refusal of sources with fewer photos than are needed."""
     where = ", ".join(str(source) for source in sources[:_NAMED_AT_MOST]) or "nothing given"
     return PhotoError(
