@@ -176,12 +176,15 @@ def local_errors(mesh: Mesh, seen: SeenSurface, equations: JointEquations) -> Lo
         for probe, held in zip(probes, pulled_again, strict=True)
     ]
     in_taken = _noise(steep, equations, pool, loud, _WIDE_RINGS)
-    relief = np.maximum(pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS) - in_taken, 0.0)
+    steepness = pool.energy(_squared_slope(thin_plate, taken), _WIDE_RINGS)
+    relief = np.maximum(steepness - in_taken, 0.0)
+    one_way = np.minimum(_one_way(mesh, taken, pool) * steepness, relief)
     return LocalErrors(
         variance_mm2=variance,
         reach_mm=_CORRELATION_LENGTHS * _usual_length_mm(thin_plate, equations),
         lost_length=_lost_length(
             relief,
+            one_way,
             in_taken,
             roughened,
             equations.length_mm,
@@ -367,6 +370,7 @@ def _unseen(photos: Int64[np.ndarray, " n"]) -> Float64[np.ndarray, " n"]:
 
 def _lost_length(
     relief: Float64[np.ndarray, " n"],
+    one_way: Float64[np.ndarray, " n"],
     in_taken: Float64[np.ndarray, " n"],
     roughened: Float64[np.ndarray, " n"],
     length_mm: float,
@@ -378,6 +382,8 @@ def _lost_length(
 
     Args:
         relief: squared slope of (1 - H) H x.
+        one_way: what of it lies one way more than the other: folds lengthen a line across them by
+            twice the mean of all directions, and one along them not at all.
         in_taken: squared slope of the noise, as taken off beside it.
         roughened: squared slope of the noise on the surface.
         length_mm: length of the plate.
@@ -389,10 +395,32 @@ def _lost_length(
     roughened = roughened / (1 + (PLATE_MM / length_mm) ** _NOISE_KEPT)
     sigma = np.sqrt(
         (_LOST_SLOPE_SIGMA * lost) ** 2
+        + (factor / 4 * one_way) ** 2 / 2
         + (factor / 4 * _NOISE_SLOPE_SIGMA * in_taken) ** 2
         + (_NOISE_SLOPE_SIGMA / 4 * roughened) ** 2
     )
     return np.column_stack([lost - roughened / 4, sigma])
+
+
+def _one_way(
+    mesh: Mesh, lift: Float64[np.ndarray, " n"], pool: "_Pool"
+) -> Float64[np.ndarray, " n"]:
+    """Share of the squared slope that lies one way more than across it: 0 of waves of all
+    directions, 1 of folds side by side. Noise, which lies all ways, takes away from it."""
+    normals = mesh.face_normals()
+    corners = mesh.vertices_mm[mesh.faces]
+    opposite = np.roll(corners, 1, axis=1) - np.roll(corners, -1, axis=1)
+    slopes = np.cross(normals[:, None], opposite)
+    slopes = np.einsum("fk,fkd->fd", lift[mesh.faces], slopes)
+    doubled = np.linalg.norm(normals, axis=1)
+    slopes /= np.maximum(doubled, np.finfo(float).tiny)[:, None] ** 2
+    spread = np.einsum("fi,fj,f->fij", slopes, slopes, doubled).reshape(-1, 9)
+    corner = mesh.faces.ravel()
+    of_vertex = (np.bincount(corner, np.repeat(part, 3), len(mesh)) for part in spread.T)
+    pooled = np.column_stack([pool.mean(one * pool.counted, _WIDE_RINGS) for one in of_vertex])
+    ways = np.linalg.eigvalsh(pooled.reshape(-1, 3, 3))
+    whole = np.maximum(ways.sum(1), np.finfo(float).tiny)
+    return np.clip((2 * ways[:, 2] - ways.sum(1)) / whole, 0.0, 1.0)
 
 
 def _squared_slope(

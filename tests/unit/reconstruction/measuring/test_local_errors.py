@@ -41,17 +41,19 @@ def solved(
     shortest_mm: float = 4.0,
     bare_mm: float = 0.0,
     growth: float = 1.0,
+    turn_rad: float | None = None,
 ) -> Solved:
     """A flat surface (or one with waves of that amplitude) measured by photos that err alike.
 
-    Within `bare_mm` of its middle the photos show nothing.
+    Within `bare_mm` of its middle the photos show nothing. With `turn_rad` all waves run nearly
+    that way, from x; without, each goes its own.
     """
     mesh = _sheet()
     random = np.random.default_rng(seed)
     count = len(mesh.faces)
     shared, own = random.normal(size=(count, 1)), random.normal(size=(count, PHOTOS))
     noise = NOISE_MM * (np.sqrt(common) * shared + np.sqrt(1 - common) * own)
-    true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm, growth)
+    true_mm = wave_mm * _waves(mesh.vertices_mm, random, shortest_mm, growth, turn_rad)
     thin_plate = thin_plate_of(mesh)
     weight = 1 / NOISE_MM**2
     spread = sp.csr_matrix(
@@ -178,6 +180,23 @@ def test_a_line_gets_back_what_lost_relief_took_and_gives_what_noise_added(
     if wave_mm == 0:
         assert np.mean(truly) < 0
         assert expected < 0  # noise makes lines longer
+
+
+@pytest.mark.parametrize(("turn_rad", "times"), [(0.0, 2.0), (np.pi / 2, 0.0)])
+def test_folds_that_all_run_one_way_make_a_line_less_sure(turn_rad: float, times: float) -> None:
+    """Across them it lost twice what it lost in the mean of all directions, along them nothing."""
+    truly: list[float] = []
+    told: list[np.ndarray] = []
+    for seed in range(3):
+        found = solved(0.1, seed, 0.3, turn_rad=turn_rad)
+        lift, inside = found.mesh.vertices_mm[:, 2], _inside()
+        truly.append(_longer(lift - found.errors_mm) - _longer(lift))
+        lost = local_errors(found.mesh, found.seen, found.equations).lost_length
+        told.append(lost[inside].mean(0))
+    expected, sigma = np.mean(told, axis=0)
+    assert times - 0.7 < np.mean(truly) / expected < times + 0.7
+    assert abs(expected - np.mean(truly)) < 1.96 * sigma
+    assert 0.6 * expected < sigma < 1.1 * expected
 
 
 @pytest.mark.parametrize(("growth", "shortest_mm"), [(1.0, 4.0), (0.2, 2.5), (0.0, 2.5)])
@@ -409,7 +428,11 @@ def _sheet() -> Mesh:
 
 
 def _waves(
-    points: np.ndarray, random: np.random.Generator, shortest_mm: float, growth: float
+    points: np.ndarray,
+    random: np.random.Generator,
+    shortest_mm: float,
+    growth: float,
+    turn_rad: float | None,
 ) -> np.ndarray:
     """Waves of up to 16 mm, the long ones higher by that power; standard deviation 1."""
     lengths = np.geomspace(shortest_mm, 16.0, 20)
@@ -418,6 +441,8 @@ def _waves(
     total = np.zeros(len(points))
     for length, height in zip(lengths, heights, strict=True):
         turn, phase = random.uniform(0, 2 * np.pi, 2)
+        if turn_rad is not None:
+            turn = turn_rad + 0.05 * np.sin(turn)
         along = points[:, 0] * np.cos(turn) + points[:, 1] * np.sin(turn)
         total += height * np.sin(2 * np.pi * along / length + phase)
     return total
