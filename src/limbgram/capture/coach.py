@@ -48,7 +48,12 @@ from limbgram.core.geometry.lens import View
 from limbgram.core.interval import HOLDS, Interval, plus_minus
 from limbgram.core.run import Run, in_parallel
 from limbgram.reconstruction.calibration.cameras import Calibration, Cameras, cameras_for
-from limbgram.reconstruction.dense.region import RegionOptions, limb_among
+from limbgram.reconstruction.dense.region import (
+    RegionOptions,
+    aimed_at,
+    limb_among,
+    refuse_few,
+)
 from limbgram.reconstruction.features.detection import (
     FeatureOptions,
     Features,
@@ -596,16 +601,22 @@ class _Looked:
 
 
 def limb_shown(metric: MetricScene) -> Points3:
-    """The points of what the cameras aim at, above the floor."""
+    """The points of what the cameras aim at, above the floor.
+
+    Raises:
+        RegionError: too few points lie where the photos look, or two objects could be meant.
+    """
     scene = metric.scene
     points = scene.points_in_world
     aim = aim_of(scene.views, points)
+    usable = aimed_at(scene, aim)  # as the reconstruction will ask
     if metric.floor_z_mm is not None:
         # without a size there is no board either, and the floor's own points lie about its plane
         in_mm = metric.scale.unit == "mm"
         above = _ABOVE_FLOOR_MM if in_mm else RegionOptions().floor_clearance * aim.reach
-        points = points[points[:, 2] > metric.floor_z_mm + above]
-    return limb_among(points, aim, _FEWEST_LIMB_POINTS).points_mm
+        usable &= points[:, 2] > metric.floor_z_mm + above
+    refuse_few(int(usable.sum()), _FEWEST_LIMB_POINTS)
+    return limb_among(points[usable], aim, _FEWEST_LIMB_POINTS).points_mm
 
 
 def look_at_limb(

@@ -124,8 +124,8 @@ def mask_of(mesh: Mesh, view: View, margin_mm: float) -> Mask:
     pixels = np.column_stack([camera.project(in_camera), in_camera[:, 2]])
     pixels[:, 0] = (pixels[:, 0] + 0.5) * width / camera.width_px - 0.5
     pixels[:, 1] = (pixels[:, 1] + 0.5) * height / camera.height_px - 0.5
-    before = np.asarray(in_camera[:, 2] > 0)
-    faces = mesh.faces[before[mesh.faces].all(axis=1)]
+    known = np.asarray(np.isfinite(pixels).all(axis=1))
+    faces = mesh.faces[known[mesh.faces].all(axis=1)]
     face_idx, _ = rasterise(np.nan_to_num(pixels), faces, height, width)
     shown = (face_idx >= 0).astype(np.uint8)
     outlines, _ = cv2.findContours(shown, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)

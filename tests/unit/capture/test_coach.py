@@ -1,11 +1,17 @@
 """Gaps in a walk: whole walks are never held back, missing sides are asked for. And the limb."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from limbgram.capture.coach import CheckedPhoto, limb_shown, missing_round
+from limbgram.core.errors import RegionError
+from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
+from limbgram.reconstruction.dense.region import find_region
 from limbgram.reconstruction.mapping.scene import Observations, Scene
+from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.synthetic.photographer import walk_round
 
@@ -67,7 +73,8 @@ def test_without_a_size_the_floor_is_no_limb(floor_sigma: float) -> None:
         [draw.uniform(-0.4, 0.4, (9000, 2)), draw.normal(scale=floor_sigma, size=9000)]
     )
     lens = Camera(width_px=1000, height_px=1300, fx=1200.0, fy=1200.0, cx=499.5, cy=649.5)
-    poses = walk_round(np.array([0.0, 0.0, 0.1]), 1.0, 20, 2, 3)
+    walked = walk_round(np.array([0.0, 0.0, 100.0]), 1000.0, 20, 2, 3)  # its hand wavers by mm
+    poses = tuple(Rigid(pose.rotation, pose.translation / 1000.0) for pose in walked)
     nothing = np.zeros(0, np.int32)
     names = tuple(f"{number}.jpg" for number in range(len(poses)))
     scene = Scene(
@@ -85,3 +92,51 @@ def test_without_a_size_the_floor_is_no_limb(floor_sigma: float) -> None:
     assert metric.floor_z_mm is not None
     assert of_pot.sum() > 0.95 * len(limb)
     assert of_pot.mean() > 0.9
+
+
+@pytest.mark.parametrize(("beside", "answers"), [(0.0, True), (1.3, False)])
+@pytest.mark.parametrize("k2", [0.0, -0.58])
+def test_check_and_reconstruction_ask_the_same_of_the_photos(
+    beside: float, answers: bool, k2: float
+) -> None:
+    """A limb in the middle, by a sound lens and by one whose corners have no ray; and photos that
+    look past it, each to another side."""
+    draw = np.random.default_rng(5)
+    angle, height = draw.uniform(0, 2 * np.pi, 900), draw.uniform(0, 0.3, 900)
+    pot = np.column_stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), height])
+    lens = Camera(width_px=1600, height_px=1200, fx=1250.0, fy=1250.0, cx=799.5, cy=599.5, k2=k2)
+    focus = np.array([0.0, 0.0, 0.15])
+    places = [pose.centre for pose in walk_round(focus, 1.0, 20, 1, 3)]
+    up = np.array([0.0, 0.0, 1.0])
+    aside = [beside * np.cross(place - focus, up) * (-1) ** k for k, place in enumerate(places)]
+    poses = tuple(
+        Rigid.looking_at(place, focus + one, up) for place, one in zip(places, aside, strict=True)
+    )
+    nothing = np.zeros(0, np.int32)
+    names = tuple(f"{number}.jpg" for number in range(len(poses)))
+    metric = to_millimetres(
+        Scene(
+            names=names,
+            cameras=(lens,),
+            camera_idx=(0,) * len(poses),
+            camera_from_world=poses,
+            points_in_world=pot,
+            observations=Observations(nothing, nothing, np.zeros((0, 2))),
+            verdicts=(),
+        )
+    )
+    photos = PhotoSet(photos=tuple(_photo(name) for name in names), cameras=())
+    if answers:
+        assert len(limb_shown(metric)) > 850
+        assert find_region(photos, metric).occupied.any()
+        return
+    for asked in (lambda: limb_shown(metric), lambda: find_region(photos, metric)):
+        with pytest.raises(RegionError, match="scene points lie where the photos look"):
+            asked()
+
+
+def _photo(name: str) -> Photo:
+    return Photo(
+        name=name, path=Path(name), width_px=1600, height_px=1200, exif=Exif(), sha256="",
+        camera_idx=0,
+    )  # fmt: skip

@@ -6,15 +6,17 @@ orientation; EXIF orientation only turns pictures for people.
 
 The formulas stand once, in three functions: `distorted`, `distorted_with_slopes` and
 `coefficient_slopes`. They are plain Python. numpy calls them with arrays, and every compiled kernel
-inlines them. All other code takes the model from them.
+inlines them. All other code takes the model from them. Where the radial part turns back, and the
+lens shows nothing any more, is told by `fold_of`.
 
 To add a camera model:
-1. Write its three formulas beside those of Brown and Conrady, and its parameters in `PARAMETERS`
+1. Write its formulas beside those of Brown and Conrady, and its parameters in `PARAMETERS`
    and `Camera`. A new coefficient of the same model goes into the same places, at the end of the
    row. `LENS_SIZE` and all arrays follow.
 2. `reconstruction/calibration/screening.py` (`free_unknowns`, `_start`) and
    `reconstruction/calibration/cameras.py` (`sigma_distortion`): what is estimated from a board,
-   and what is known without one.
+   and what is known without one; `fold_of` and `reconstruction/mapping/unfolded.py`: how far from
+   its axis such a lens may be believed.
 3. `reconstruction/mapping/colmap.py` and `formats/colmap.py`: the model's name and order there.
    `formats/camera.py` follows `PARAMETERS`; raise its version where a name is added.
 4. `tests/unit/core/test_derivatives.py`: give the new parameters a value in `LENS`. The file
@@ -84,6 +86,20 @@ def coefficient_slopes(x: Any, y: Any):
         (r2 + 2.0 * x * x, 2.0 * x * y),
         (x * r2 * r2 * r2, y * r2 * r2 * r2),
     )
+
+
+def fold_of(k1: float, k2: float, k3: float, slope: float = 0.0) -> float:
+    """Ideal distance from the axis where the radial distortion turns back; infinite without one.
+
+    What lies farther aside would be drawn over what lies nearer: no lens shows it there. With a
+    `slope`, where places still part by only so much of what their rays do.
+    """
+    terms = np.array([7.0 * k3, 5.0 * k2, 3.0 * k1, 1.0 - slope])  # by the distance's square
+    if not np.isfinite(terms).all():
+        return 0.0
+    roots = np.roots(terms)
+    squares = roots.real[(roots.imag == 0.0) & (roots.real > 0.0)]
+    return float(np.sqrt(squares.min(initial=np.inf)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,9 +180,14 @@ class Camera:
         return np.stack(distorted(x, y, *self.distortion), axis=-1)
 
     def project(self, points_in_camera: AnyPoints3) -> AnyPoints2:
-        """Pixels of points in the camera frame; points behind the camera give NaN."""
+        """Pixels of points in the camera frame; NaN for points that the lens cannot show.
+
+        Those are behind the camera, or so far aside that the distortion has turned back.
+        """
         depth = np.where(points_in_camera[..., 2] > 0, points_in_camera[..., 2], np.nan)
-        distorted = self.distort(points_in_camera[..., :2] / depth[..., None])
+        ideal = points_in_camera[..., :2] / depth[..., None]
+        shown = (ideal**2).sum(axis=-1) <= fold_of(self.k1, self.k2, self.k3) ** 2
+        distorted = self.distort(np.where(shown[..., None], ideal, np.nan))
         return np.stack(
             [
                 self.fx * distorted[..., 0] + self.skew * distorted[..., 1] + self.cx,
@@ -209,6 +230,13 @@ class View:
 
     def project(self, points_in_world: AnyPoints3) -> AnyPoints2:
         return self.camera.project(self.camera_from_world.apply(points_in_world))
+
+    def shows(self, points_in_world: AnyPoints3, margin_px: float = 0.0) -> np.ndarray:
+        """Whether points lie before the camera, in its frame and this far from its border.
+
+        What stands before them is not looked at.
+        """
+        return self.camera.contains(self.project(points_in_world), margin_px)
 
     @property
     def centre_in_world(self) -> np.ndarray:

@@ -29,7 +29,7 @@ from limbgram.reconstruction.mapping.scene import Scene
 from limbgram.reconstruction.photos.masks import load_mask
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
-from limbgram.reconstruction.scale.visibility import Aim, aim_of, in_frame, projectable
+from limbgram.reconstruction.scale.visibility import Aim, aim_of, in_frame
 
 _NEIGHBOURS = 6
 _LINK_FACTOR = 3.0
@@ -379,20 +379,31 @@ def _points_looked_at(
 ) -> Points3:
     """Sparse points near the aim, in most frames, inside the masks and off the floor."""
     points = metric.scene.points_in_world
-    usable = np.linalg.norm(points - aim.point, axis=1) < _NEAR * aim.reach
-    usable &= in_frame(metric.scene.views, points).mean(0) >= options.least_views
+    usable = aimed_at(metric.scene, aim, options)
     if floor_z_mm is not None:
         usable &= points[:, 2] > floor_z_mm + options.floor_clearance * aim.reach
     if masked:
         usable &= inside_masks(masked, points, slack_mm=0.0)
-    if usable.sum() < LEAST_POINTS:
+    refuse_few(int(usable.sum()), LEAST_POINTS)
+    return points[usable]
+
+
+def aimed_at(scene: Scene, aim: Aim, options: RegionOptions = DEFAULTS) -> Bool[np.ndarray, " n"]:
+    """Scene points near the aim that most photos have in their frames."""
+    points = scene.points_in_world
+    near = np.linalg.norm(points - aim.point, axis=1) < _NEAR * aim.reach
+    return near & (in_frame(scene.views, points).mean(0) >= options.least_views)
+
+
+def refuse_few(points: int, needed: int) -> None:
+    """Refuse a scene of which too little can be the limb."""
+    if points < needed:
         raise RegionError(
-            f"Only {usable.sum()} scene points lie where the photos look, above the floor and "
-            f"within the masks; {LEAST_POINTS} are needed to tell the limb from its "
+            f"Only {points} scene points lie where the photos look, above the floor and "
+            f"within the masks; {needed} are needed to tell the limb from its "
             "surroundings. Aim all photos at the limb, paint it more densely, or give a box or "
             "photo masks."
         )
-    return points[usable]
 
 
 def _refuse_flat(points_mm: Points3) -> None:
@@ -457,9 +468,9 @@ def footprint(region: Region, view: View, factor: float = 1.0) -> Footprint:
     camera = view.camera.scaled(factor)
     in_camera = view.camera_from_world.apply(region.skin_mm)
     radius_mm = region.cell_mm * np.sqrt(3) / 2
-    in_camera = in_camera[projectable(camera, in_camera) & (in_camera[:, 2] > 2 * radius_mm)]
-    depth_mm = in_camera[:, 2]
-    xy_px = camera.project(in_camera)
+    xy_px, depth_mm = camera.project(in_camera), in_camera[:, 2]
+    shown = np.isfinite(xy_px).all(axis=1) & (depth_mm > 2 * radius_mm)
+    xy_px, depth_mm = xy_px[shown], depth_mm[shown]
     radius_px = _STRETCH * max(camera.fx, camera.fy) * radius_mm / (depth_mm - radius_mm) + 0.5
 
     seen = np.all(xy_px + radius_px[:, None] >= 0, axis=1) & np.all(

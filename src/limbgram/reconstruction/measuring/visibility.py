@@ -17,7 +17,6 @@ from numba import njit
 from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.reconstruction.measuring.sampling import project
 
 _LIFT = 0.5
 """A ray starts this many edge lengths above its vertex, so that it misses its own triangles."""
@@ -68,10 +67,9 @@ def _cosines(
     cosines = np.zeros((len(vertices), len(views)), np.float32)
     cosine, rays = np.empty(len(vertices)), np.empty((len(vertices), 3), np.float32)
     for k, view in enumerate(views):
-        size = view.camera.width_px - 1.0, view.camera.height_px - 1.0
-        centre = np.ascontiguousarray(view.centre_in_world, np.float64)
-        _look(vertices, normals, view.packed, centre, *size, _MARGIN_PX, cosine, rays)
+        _look(vertices, normals, np.asarray(view.centre_in_world, np.float64), cosine, rays)
         facing = np.flatnonzero(cosine > lowest)
+        facing = facing[view.shows(vertices[facing], _MARGIN_PX)]
         if not len(facing):
             continue
         hit = scene.run(origins[facing], rays[facing], query="OCCLUDED")
@@ -84,15 +82,11 @@ def _cosines(
 def _look(
     vertices: np.ndarray,
     normals: np.ndarray,
-    view: np.ndarray,
     centre: np.ndarray,
-    right: float,
-    bottom: float,
-    margin: float,
     cosine: np.ndarray,
     rays: np.ndarray,
 ):
-    """Rays to the camera and their cosines with the normals; -1 out of frame."""
+    """Fill the rays to a camera and their cosines with the normals."""
     ray = np.empty(3)
     for n in range(len(vertices)):
         length2 = 0.0
@@ -105,11 +99,7 @@ def _look(
             ray[k] *= per_length
             rays[n, k] = ray[k]
             total += ray[k] * normals[n, k]
-        u, v, depth, _, _, _, _, _, _ = project(
-            view, vertices[n, 0], vertices[n, 1], vertices[n, 2]
-        )
-        inside = margin <= u <= right - margin and margin <= v <= bottom - margin
-        cosine[n] = total if depth > 0 and inside else -1.0
+        cosine[n] = total
 
 
 def best_views(cosines: Float32[np.ndarray, "n k"], count: int) -> Int32[np.ndarray, "n c"]:

@@ -12,8 +12,6 @@ from limbgram.core.geometry.lens import Camera, View
 _CENTRAL = 8.0
 """Points a third of a half frame from the middle count 40 %, at half of it 14 %."""
 _FAR_ASIDE = 3.0
-_FOLD = 1.05
-"""Beyond this multiple of the corner's distance from the axis a lens model may fold back."""
 
 
 @dataclass(frozen=True)
@@ -42,25 +40,8 @@ def aim_of(views: Sequence[View], points_in_world: Points3) -> Aim:
 
 
 def in_frame(views: Sequence[View], points_in_world: Points3) -> Bool[np.ndarray, "v n"]:
-    """Which points lie in front of each camera and in its frame (occlusion is not looked at)."""
-    return np.array([_inside(view, points_in_world) for view in views])
-
-
-def projectable(camera: Camera, points_in_camera: Points3) -> Bool[np.ndarray, " n"]:
-    """Points in front of the camera and not so far aside that its lens model would fold back."""
-    corners = np.array(
-        [(x, y) for x in (0.0, camera.width_px) for y in (0.0, camera.height_px)], float
-    )
-    widest = np.linalg.norm(camera.normalize(corners), axis=1).max()
-    aside = np.linalg.norm(points_in_camera[:, :2], axis=1)
-    return (points_in_camera[:, 2] > 0) & (aside <= _FOLD * widest * points_in_camera[:, 2])
-
-
-def _inside(view: View, points_in_world: Points3) -> Bool[np.ndarray, " n"]:
-    in_camera = view.camera_from_world.apply(points_in_world)
-    visible = projectable(view.camera, in_camera)
-    visible[visible] = view.camera.contains(view.camera.project(in_camera[visible]))
-    return visible
+    """Which points each view shows in its frame (occlusion is not looked at)."""
+    return np.array([view.shows(points_in_world) for view in views])
 
 
 def _half_frame(camera: Camera) -> float:
