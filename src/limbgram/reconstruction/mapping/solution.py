@@ -5,7 +5,8 @@ Out     the scene of the least robust sum of squares, without observations that 
 Method  Levenberg-Marquardt on pixels through the whole lens model, points eliminated (Schur
         complement), Cauchy weights; each lens is drawn to its calibration by the inverse of that
         calibration's covariance, so that a board's well-known focal length stays and its poorly
-        known principal point may move. Parameters of zero variance are held.
+        known principal point may move. Parameters of zero variance are held. A lens that no board
+        calibrated stays one that shows its whole picture (unfolded.py).
 """
 
 from collections.abc import Callable, Sequence
@@ -24,6 +25,7 @@ from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.normals import point_steps, reduce_equations, robust_cost
 from limbgram.reconstruction.mapping.own import Ties
 from limbgram.reconstruction.mapping.scene import Scene
+from limbgram.reconstruction.mapping.unfolded import Held, Pictures
 
 _ITERATIONS = 40
 _ROUGH_GAIN = 1e-3
@@ -33,6 +35,8 @@ _GAUGE_FREEDOM = 7
 _ALMOST_NONE = 1e-8
 """Damping that keeps equations solvable whose world frame is free."""
 _TINY = 1e-300
+_WALLS = 8
+"""How often a step is solved again because lenses would turn back within their pictures."""
 _GAUGE = 1e-6
 """Share of the largest eigenvalue below which a motion is one that the whole scene may make."""
 _SHARED_ERROR = 3.0
@@ -132,7 +136,7 @@ def predicted_falls(
         part = measured.only(np.concatenate([np.arange(shared), shared + own.ravel()]))
         tied = replace(bundle, ties=one)
         equations = _Equations.of(part, tied, None, prior, sigma_px, _ALMOST_NONE)
-        falls.append(float(equations.right @ equations.step()))
+        falls.append(equations.fall_by(equations.step()))
         first += len(kinds)
     return np.array(falls)
 
@@ -187,6 +191,7 @@ class _Prior:
     packed: Float64[np.ndarray, " l"]
     information: Float64[np.ndarray, "l l"]
     free: Bool[np.ndarray, " l"]
+    pictures: Pictures
 
     @classmethod
     def of(cls, priors: Sequence[Calibration], hold_board_lenses: bool) -> "_Prior":
@@ -204,7 +209,16 @@ class _Prior:
             inverse = np.linalg.pinv(correlation, rcond=1e-9, hermitian=True)
             information[np.ix_(rows, rows)] = inverse / scale
             free[rows] = True
-        return cls(np.concatenate([given.camera.packed for given in priors]), information, free)
+        sizes_px = tuple(
+            None if one.source == "board" else (one.camera.width_px, one.camera.height_px)
+            for one in priors
+        )
+        packed = np.concatenate([given.camera.packed for given in priors])
+        return cls(packed, information, free, Pictures(sizes_px, free))
+
+    def lenses(self, bundle: Bundle) -> Float64[np.ndarray, " l"]:
+        """Present parameters of the cameras' lenses."""
+        return self.packed - self.offset(bundle)[: len(self.packed)]
 
     def offset(self, bundle: Bundle) -> Float64[np.ndarray, " l"]:
         """Calibrated minus present lens parameters."""
@@ -219,7 +233,8 @@ class _Prior:
 
     def cost(self, bundle: Bundle) -> float:
         offset = self.offset(bundle)
-        return float(offset @ self.information_of(bundle) @ offset)
+        folded = self.pictures.cost(self.lenses(bundle))
+        return float(offset @ self.information_of(bundle) @ offset) + folded
 
     def information_of(self, bundle: Bundle) -> Float64[np.ndarray, "l l"]:
         if bundle.ties is None:
@@ -328,6 +343,11 @@ class _Equations:
     sigma_px: float
     damping: float
     of_body: BodyEquations | None
+    of_lenses: slice
+    """Where the cameras' lenses stand among the unknowns."""
+    lenses: Float64[np.ndarray, " l"]
+    """Present parameters of the cameras' lenses."""
+    pictures: Pictures
 
     @classmethod
     def at(
@@ -365,7 +385,11 @@ class _Equations:
                 tied = bundle.ties.map
                 more, more_right = tied.T @ (tied.T @ more).T, tied.T @ more_right
             normal, right = normal + more, right + more_right
-        return cls(normal, right, free, sigma_px, damping, of_body)
+        lenses = prior.lenses(bundle)
+        of_lenses = slice(lens.start, lens.start + len(lenses))
+        return cls(
+            normal, right, free, sigma_px, damping, of_body, of_lenses, lenses, prior.pictures
+        )
 
     def solved(self, bundle: Bundle, body: Body | None) -> tuple[Bundle, Body | None]:
         """Bundle and body after the step that solves these equations.
@@ -398,7 +422,25 @@ class _Equations:
         return moved, body
 
     def step(self) -> Float64[np.ndarray, " u"]:
-        """Of photos and lenses."""
+        """Of photos and lenses; those that no board calibrated go on showing their pictures."""
+        tried = self
+        for _ in range(_WALLS):
+            step = tried._step()
+            walls = self.pictures.walls(self.lenses, step[self.of_lenses])
+            if not walls:
+                return step
+            tried = tried._with(walls)
+        return tried._step()
+
+    def _with(self, walls: Sequence[Held]) -> "_Equations":
+        """With lenses held to walls."""
+        normal, right = self.normal.copy(), self.right.copy()
+        for one in walls:
+            normal[self.of_lenses, self.of_lenses] += one.information
+            right[self.of_lenses] += one.right
+        return replace(self, normal=normal, right=right)
+
+    def _step(self) -> Float64[np.ndarray, " u"]:
         step = np.zeros(len(self.right))
         weights = np.diag(self.normal)[self.free]
         if not (weights > 0.0).all():
@@ -407,6 +449,10 @@ class _Equations:
         scaled = self.normal[np.ix_(self.free, self.free)] * np.outer(scale, scale)
         step[self.free] = scale * cho_solve(cho_factor(scaled), scale * self.right[self.free])
         return step
+
+    def fall_by(self, step: Float64[np.ndarray, " u"]) -> float:
+        """Of the sum of squares by a step, which need not be the one that solves the equations."""
+        return float(self.right @ step + step @ (self.right - self.normal @ step))
 
     def fall(self) -> float:
         """Of the sum of squares by the step; a photo of which nothing is seen says nothing."""

@@ -23,11 +23,14 @@ LENSES = (
 
 def ring_scene(
     photos: int = 5, points: int = 12, noise_px: float = 0.0, share: float = 0.8, seed: int = 0,
-    lenses: tuple[Camera, ...] = LENSES,
+    lenses: tuple[Camera, ...] = LENSES, spread: float = 30.0,
 ) -> Scene:  # fmt: skip
-    """Photos on a circle; each sees a share of the points, the second lens every third photo."""
+    """Photos on a circle; each sees a share of the points, the second lens every third photo.
+
+    The circle's radius is 600; `spread` is the standard deviation of the points.
+    """
     random = np.random.default_rng(seed)
-    cloud = np.random.default_rng(7).normal(size=(points, 3)) * 30.0
+    cloud = np.random.default_rng(7).normal(size=(points, 3)) * spread
     camera_idx = tuple((k % 3 == 2) * (len(lenses) - 1) for k in range(photos))
     poses, rows = [], []
     for k in range(photos):

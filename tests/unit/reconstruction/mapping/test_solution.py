@@ -8,10 +8,11 @@ import pytest
 
 from limbgram.core.geometry.frames import fit_similarity
 from limbgram.core.geometry.lens import PARAMETERS, Camera, turned
-from limbgram.reconstruction.calibration.cameras import Calibration
+from limbgram.reconstruction.calibration.cameras import Calibration, from_exif
 from limbgram.reconstruction.mapping.bundle import Bundle
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.mapping.solution import adjust
+from limbgram.reconstruction.photos.photo import CameraGroup, Exif
 
 MakeScene = Callable[..., Scene]
 LENS = Camera(width_px=900, height_px=900, fx=1500.0, fy=1500.0, cx=450.0, cy=450.0)
@@ -122,3 +123,37 @@ def test_focal_lengths_scatter_as_their_covariance_says(make_scene: MakeScene) -
         told.append(np.sqrt(adjusted.lens_covariance[0, 0, 0]))
     assert max(told) < 10, "the photos told more than the prior"
     assert 0.5 < np.sqrt(np.mean(np.square(errors))) / np.mean(told) < 1.6
+
+
+WIDE = Camera(width_px=900, height_px=900, fx=800.0, fy=800.0, cx=449.5, cy=449.5)
+"""As a phone's: its corners are 0.79 from the axis. The made-up points reach 0.45."""
+CORNERS = np.array([[0.0, 0.0], [899.0, 0.0], [0.0, 899.0], [899.0, 899.0]])
+
+
+@pytest.mark.parametrize(
+    ("radial", "folds"),
+    [
+        ({"k2": -0.58}, True),
+        ({"k1": 0.2, "k2": -1.2}, True),
+        ({"k1": -0.4}, True),
+        ({"k1": -0.15, "k2": 0.03}, False),
+        ({"k1": 0.1}, False),
+    ],
+)
+def test_a_lens_found_without_a_board_shows_its_whole_picture(
+    radial: dict[str, float], folds: bool, make_scene: MakeScene
+) -> None:
+    """Points in mid-frame ask for one whose corners have no ray; sound lenses come back."""
+    size = CameraGroup(label="", width_px=900, height_px=900, exif=Exif(focal_35mm=36.0))
+    guess = from_exif(size)
+    true = make_scene(photos=8, points=80, lenses=(replace(WIDE, **radial),), spread=60.0)
+    start = shaken(replace(true, cameras=(guess.camera,)), 3)
+    adjusted = adjust(start, [guess], rounds=4)
+    lens = adjusted.scene.cameras[0]
+    rays = lens.normalize(CORNERS)
+    back_px = lens.project(np.column_stack([rays, np.ones(4)]))
+    np.testing.assert_allclose(back_px, CORNERS, atol=0.5)
+    if not folds:
+        assert lens.k1 == pytest.approx(radial.get("k1", 0.0), abs=0.01)
+    off = np.linalg.norm(centre_errors(adjusted.scene, true), axis=1)
+    assert off.max() < (0.3 if folds else 0.02), "of 600"
