@@ -716,7 +716,10 @@ def _judged(
                 azimuth_deg=stands[idx].azimuth_deg,
                 elevation_deg=stands[idx].elevation_deg,
                 counts=one.placed and not bad,
-                remarks=(*(one for one in (verdict.reason, verdict.remark) if one), *told),
+                remarks=(
+                    *(one for one in (verdict.reason, verdict.remark) if one),
+                    *(text for text in told if text.split(":")[0] not in verdict.reason),
+                ),
             )
         )
     return tuple(checked), missing_round(checked, options)
