@@ -21,7 +21,7 @@ from limbgram.cli.shapes import (
     shape_of,
     sticker_names,
 )
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.interval import Interval, explained, plus_minus
 from limbgram.formats.limb_file import write_limb_file
@@ -181,7 +181,7 @@ def _kept(limb: Limb, shape: Path, read: ShapeFile) -> Reply:
     size = np.ptp(motion.apply(limb.mesh.vertices_mm), axis=0)
     places = {mark.name: motion.apply(mark.position_mm[None])[0] for mark in limb.landmarks}
     lines = [
-        *(f"Note: {note}." for note in limb.notes),
+        *(f"Note: {with_full_stop(note)}" for note in limb.notes),
         f"Side: {frame.side}. {size[2]:.1f} mm along the axis, {size[0]:.1f} mm from side to "
         f"side, {size[1]:.1f} mm from front to back.",
         *(

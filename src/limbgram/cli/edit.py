@@ -8,7 +8,7 @@ import typer
 
 from limbgram.cli.replies import Reply, answered
 from limbgram.cli.shapes import ShapeArgument, UnitOption, require_apart, require_no_shape, shape_of
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import require, toml_of, write_file
 from limbgram.formats.limb_file import write_limb
 from limbgram.workbench.edits.edit import parameters_of, purpose_of
@@ -91,7 +91,7 @@ def apply_command(
     done = bool(replayed.ledger.lines)
     return Reply(
         (
-            *(f"Note: {note}." for note in (*made.notes, *replayed.limb.notes)),
+            *(f"Note: {with_full_stop(note)}" for note in (*made.notes, *replayed.limb.notes)),
             *(lines_of(replayed.ledger) if done else (_NOTHING_DONE,)),
             f"Written: {written}",
         ),
@@ -211,7 +211,7 @@ def diff_command(
     """Say what changed from one recipe to another."""
     recipes = read_recipe(old), read_recipe(new)
     lines = differences(*recipes)
-    notes = tuple(f"Note: {note}." for recipe in recipes for note in recipe.notes)
+    notes = tuple(f"Note: {with_full_stop(note)}" for recipe in recipes for note in recipe.notes)
     return Reply(
         (*notes, *(lines or ("The recipes do the same.",))),
         {"changes": list(lines), "notes": [note for recipe in recipes for note in recipe.notes]},
@@ -258,7 +258,7 @@ def _kept(path: Path, recipe: Recipe) -> Reply:
 
 def _recipe_reply(recipe: Recipe) -> Reply:
     listed = [described(entry) for entry in recipe.entries]
-    lines = [f"Note: {note}." for note in recipe.notes]
+    lines = [f"Note: {with_full_stop(note)}" for note in recipe.notes]
     lines.append(f'Recipe "{recipe.name}", {len(listed)} edits')
     lines += [f"  {number}. {text}" for number, text in enumerate(listed, start=1)]
     entries = [

@@ -18,7 +18,7 @@ from limbgram.cli.shapes import (
     require_output,
     shape_of,
 )
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import angle_between_deg
 from limbgram.core.mesh.mesh import Mesh
@@ -703,7 +703,7 @@ def _tree(loose: tuple[Apart, ...], key: str) -> list[dict[str, Any]]:
 
 def drawn(reply: Reply, limb: Limb) -> Reply:
     """The reply with what was odd about the shape's file."""
-    notes = tuple(f"Note: {note}." for note in limb.notes)
+    notes = tuple(f"Note: {with_full_stop(note)}" for note in limb.notes)
     return replace(
         reply, lines=notes + reply.lines, content={**reply.content, "notes": list(limb.notes)}
     )

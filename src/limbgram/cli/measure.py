@@ -20,7 +20,7 @@ from limbgram.cli.shapes import (
     shape_of,
     span_of,
 )
-from limbgram.core.errors import OptionsError
+from limbgram.core.errors import OptionsError, with_full_stop
 from limbgram.core.files import write_bytes
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
@@ -188,7 +188,7 @@ def _map(limb: Limb, wall: Thickness) -> bytes:
 
 def _lines(limb: Limb, measures: Measures) -> list[str]:
     return [
-        *(f"Note: {note}." for note in limb.notes),
+        *(f"Note: {with_full_stop(note)}" for note in limb.notes),
         *(
             f"Note: {sentence}."
             for sentence in left_out(

@@ -183,6 +183,11 @@ def disk_advice(error: OSError) -> str:
             )
 
 
+def with_full_stop(text: str) -> str:
+    """A text with one full stop at its end, whether it came with one or not."""
+    return f"{text.removesuffix('.')}."
+
+
 def printable(text: str, keep: str = "\n\t") -> str:
     """A text that can do nothing to a terminal or a page but be read.
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from limbgram.cli.main import app
 from limbgram.cli.replies import Reply, answered
-from limbgram.core.errors import PhotoError, printable
+from limbgram.core.errors import PhotoError, printable, with_full_stop
 
 HOSTILE = "a\x1b[2J\x1b]0;owned\x07\u202egpj\r\x9b1m\udcff.jpg"
 
@@ -58,6 +58,11 @@ typer.run(command)
         _, told = process.communicate(timeout=30)
     assert process.returncode == 130
     assert told == "Stopped. Run the same command again to continue.\n"
+
+
+@pytest.mark.parametrize("text", ["a note", "a note."])
+def test_a_note_ends_with_one_full_stop(text: str) -> None:
+    assert with_full_stop(text) == "a note."
 
 
 def test_a_fault_of_ours_crashes() -> None:

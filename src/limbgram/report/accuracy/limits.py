@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from limbgram.capture.certificate import SetupCited
+from limbgram.core.errors import with_full_stop
 from limbgram.core.interval import COVER
 from limbgram.core.tape import AGREES_SIGMAS, sigmas_apart
 from limbgram.reconstruction.measuring.uncertainty import CAMERAS, OFFSET, SCALE
@@ -260,7 +261,9 @@ def _photographs(figures: Figures) -> Iterator[Finding]:
         )
     for row in images.by_photo:
         for remark in row.remarks:
-            yield Finding("note", f"{row.name}: {remark}.", "Take that photo again if you can.")
+            yield Finding(
+                "note", with_full_stop(f"{row.name}: {remark}"), "Take that photo again if you can."
+            )
     usual = figures.residuals.rms_px
     for row in figures.residuals.by_photo:
         if row.rms_px > _ODD_PHOTO * usual:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from limbgram.core.errors import with_full_stop
 from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -20,7 +21,7 @@ def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
         *_by_tape(content),
         *_about_comparison(content.comparison),
         *(
-            Finding(topic="file", what=f"{note}.", remedy="Look at the pictures.")
+            Finding(topic="file", what=with_full_stop(note), remedy="Look at the pictures.")
             for note in content.notes
         ),
     )

@@ -59,6 +59,15 @@ def test_a_good_case_is_green_in_millimetres(with_sigmas: Evidence) -> None:
     }
 
 
+def test_a_remark_that_is_a_sentence_ends_once(with_sigmas: Evidence) -> None:
+    scene = with_sigmas.metric.scene
+    zoomed = replace(scene.verdicts[0], remark="It was zoomed. Take it again.")
+    scene = replace(scene, verdicts=(zoomed, *scene.verdicts[1:]))
+    tree = assess(replace(with_sigmas, metric=replace(with_sigmas.metric, scene=scene)))
+    (said,) = (one.what for one in tree.findings if "It was zoomed" in one.what)
+    assert said == f"{zoomed.name}: It was zoomed. Take it again."
+
+
 def test_a_share_put_into_the_surface_is_the_share_of_the_budget(with_sigmas: Evidence) -> None:
     """Also of uneven triangles, and where a check length contradicts the scale."""
     mesh = with_sigmas.mesh
