@@ -410,6 +410,7 @@ def test_answers_that_are_late_never_let_the_tape_agree_before_it_was_compared(
     worked.open("measure")
     page.get_by_role("heading", name="The tape agrees").wait_for()
     worked.through("late")
+    page.get_by_label("Girth by tape at 80 mm").fill(f"{girth[80]['value'] + 40:.1f}")
     page.evaluate(
         """() => {
             window.said = [];
@@ -418,7 +419,6 @@ def test_answers_that_are_late_never_let_the_tape_agree_before_it_was_compared(
                 { subtree: true, childList: true, characterData: true });
         }"""
     )
-    page.get_by_label("Girth by tape at 80 mm").fill(f"{girth[80]['value'] + 40:.1f}")
     page.keyboard.press("Enter")
     page.get_by_role("heading", name="1 reading disagrees").wait_for()
     said = page.evaluate("window.said")
@@ -478,8 +478,9 @@ def test_answers_late_or_lost_keep_an_edit_once_that_enter_was_pressed_twice_for
 ) -> None:
     page = worked.page
     worked.open("rectify", way)
-    page.locator(".overlay .ruler .flag").wait_for(state="attached")
-    page.wait_for_timeout(1500)
+    page.locator(".overlay .place").first.wait_for(state="attached")
+    page.get_by_text("No edit yet").wait_for()
+    page.wait_for_timeout(3000 if way == "late" else 1500)
     box = page.locator(".limb-canvas").bounding_box()
     assert box is not None
     draw_round(worked.app, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, 45)

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
+from limbgram.app.plain import plain
 from limbgram.app.replies import missing
 from limbgram.app.surface import Coordinates, triple
 from limbgram.cases.assessing import stickers_of
@@ -175,7 +176,7 @@ def list_guesses(clinic: ClinicHere, bench: BenchHere) -> Guesses:
     try:
         stickers = stickers_of(bench.case.folder, limb.mesh)
     except (CaseError, OptionsError) as error:  # a shape without its photos has no stickers
-        return Guesses(places=found, note=str(error))
+        return Guesses(places=found, note=plain(str(error), clinic.shelf.root))
     for one in stickers.placed:
         at = shape.tree.closest(one.position_mm[None]).points_mm[0]
         found.append(Guess(by="sticker", sticker=one.mark_id, position_mm=triple(at)))

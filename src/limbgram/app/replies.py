@@ -1,5 +1,6 @@
 """Replies: a refusal of the library as an answer of the API, and what every route may answer."""
 
+from pathlib import Path
 from typing import Any
 
 from fastapi import HTTPException, Request
@@ -8,6 +9,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
+from limbgram.app.plain import plain
 from limbgram.core.errors import (
     CaseError,
     ExportError,
@@ -58,15 +60,17 @@ def missing(what: str) -> HTTPException:
     return HTTPException(404, detail=what)
 
 
-def refusal(status: int, kind: str, message: str, where: str = "") -> JSONResponse:
-    content = Refusal(kind=kind, message=printable(message), where=printable(where))
+def refusal(
+    status: int, kind: str, message: str, where: str = "", root: Path | None = None
+) -> JSONResponse:
+    content = Refusal(kind=kind, message=printable(plain(message, root)), where=printable(where))
     return JSONResponse(content.model_dump(), status_code=status)
 
 
-def answer_refusal(_request: Request, error: Exception) -> JSONResponse:
+def answer_refusal(request: Request, error: Exception) -> JSONResponse:
     """A refusal of the library."""
     assert isinstance(error, LimbgramError)
-    return refusal(_status(error), type(error).__name__, str(error))
+    return refusal(_status(error), type(error).__name__, str(error), root=_root(request))
 
 
 def answer_http(_request: Request, error: Exception) -> JSONResponse:
@@ -92,12 +96,18 @@ def answer_missing(_request: Request, error: Exception) -> JSONResponse:
     return refusal(404, "LookupError", str(error.args[0]) if error.args else "There is none.")
 
 
-def answer_disk(_request: Request, error: Exception) -> JSONResponse:
+def answer_disk(request: Request, error: Exception) -> JSONResponse:
     """What the system says of a file."""
     assert isinstance(error, OSError)
     if error.errno is None:  # no answer of the system: a fault of ours
         raise error
-    return refusal(507, "OSError", disk_advice(error))
+    return refusal(507, "OSError", disk_advice(error), root=_root(request))
+
+
+def _root(request: Request) -> Path:
+    """Where the cases lie, which nobody before the app need know."""
+    root: Path = request.app.state.clinic.shelf.root
+    return root
 
 
 def _status(error: LimbgramError) -> int:

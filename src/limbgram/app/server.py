@@ -36,6 +36,7 @@ from limbgram.app import (
 from limbgram.app.access import Guard
 from limbgram.app.acts import OnceEach
 from limbgram.app.clinic import Clinic
+from limbgram.app.plain import plain_answers
 from limbgram.app.replies import (
     RESPONSES,
     answer_disk,
@@ -98,6 +99,7 @@ def build(clinic: Clinic, static: Path = STATIC) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         lifespan=living,
+        default_response_class=plain_answers(clinic.shelf.root),
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.clinic = clinic

@@ -760,7 +760,10 @@ export function RectifyScreen({ room }: RoomProps) {
             />
           )}
           <Refusal refused={act.refused.value ?? ledgered.refused.value} />
-          {book && <RecipeList book={book} listed={listed} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void changeEdit(number, body)} onRemove={(number) => void removeEdit(number)} />}
+          {book && <RecipeList book={book} listed={listed} chosen={chosenRow.value} onChoose={(n) => (chosenRow.value = n)} onUndo={() => void undo()} onRedo={() => void redo()} onChange={(number, body) => void changeEdit(number, body)} onRemove={(number) => {
+              chosenRow.value = null; // the next edit has its number now
+              void removeEdit(number);
+            }} />}
           {book && book.recipe.edits.length > 1 && (
             <section>
               <label class="stacked">
