@@ -89,7 +89,11 @@ class TapeReply(Reading):
 
     measured_mm: Value | None = None
     difference_mm: float | None = Field(default=None, description="Positive: the shape is larger.")
-    conflict: bool = False
+    within_mm: float | None = Field(
+        default=None, description="± of the difference, of tape and shape, in 95 of 100."
+    )
+    conflict: bool = Field(default=False, description="Tape and shape contradict each other.")
+    accepted: str = Field(default="", description="When somebody went on in spite of it.")
     reason: str = Field(default="", description="Why there is nothing to compare with.")
 
 
@@ -153,7 +157,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             )
             for one in found.lengths
         ],
-        tape=_tape(found, readings),
+        tape=_tape(found, readings, bench),
         notes=[*limb.notes, *([found.beside] if found.beside else [])],
     )
 
@@ -195,6 +199,18 @@ def change_tape(clinic: ClinicHere, bench: BenchHere, given: ReadingChange) -> l
     return _readings(bench)
 
 
+@router.post("/cases/{case_id}/tape/accept")
+def accept_tape(clinic: ClinicHere, bench: BenchHere, given: Reading) -> list[Reading]:
+    """Note, for the record, that somebody goes on in spite of what this reading says."""
+    with clinic.desk.changing(bench):
+        found = [one for one in bench.tape() if abs(one.height_mm - given.height_mm) <= _SAME_MM]
+        asked = TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm)
+        same = [one for one in found if one.girth_mm == given.girth_mm]
+        bench.accept_tape(same[0] if same else asked)
+    clinic.news.tell(bench.case.case_id, "work")
+    return _readings(bench)
+
+
 def _options(given: AskMeasures) -> LimbMeasureOptions:
     return LimbMeasureOptions(
         spacing_mm=given.spacing_mm,
@@ -213,8 +229,9 @@ def _readings(bench: Bench) -> list[Reading]:
     return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in bench.tape()]
 
 
-def _tape(found: Measures, readings: tuple[TapeReading, ...]) -> list[TapeReply]:
+def _tape(found: Measures, readings: tuple[TapeReading, ...], bench: Bench) -> list[TapeReply]:
     """Each reading by itself: one above the brim must not hide the others."""
+    accepted = {one.reading: one.made for one in bench.tape_acts() if one.deed == "accepted"}
     replies: list[TapeReply] = []
     for reading in readings:
         reply = TapeReply(height_mm=reading.height_mm, girth_mm=reading.girth_mm)
@@ -222,6 +239,8 @@ def _tape(found: Measures, readings: tuple[TapeReading, ...]) -> list[TapeReply]
         if isinstance(checked, TapeCheck):
             reply.measured_mm = _value(checked.measured)
             reply.difference_mm, reply.conflict = checked.difference_mm, checked.conflict
+            reply.within_mm = COVER * checked.sigma_mm
+            reply.accepted = accepted.get(reading, "")
         else:
             reply.reason = checked
         replies.append(reply)

@@ -19,10 +19,12 @@ import json
 import os
 import shutil
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
@@ -44,6 +46,7 @@ _LARGEST = 40_000_000
 _MOST_STATES = 200
 """Recipes that undo goes back through."""
 _MOST_READINGS = 100
+_MOST_ACTS = 2000
 DIGITS = 12
 """Of the hash in the name of a file that is made of a shape."""
 
@@ -67,9 +70,29 @@ MAKING = CaseLocks()
 """Held while a file is made of a shape: who asks for the same one meanwhile gets it, whole."""
 
 
+TapeDeed = Literal["read", "taken back", "accepted"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeAct:
+    """What was done with a reading, and when."""
+
+    made: str
+    """ISO 8601, UTC; empty for a reading of before times were kept."""
+    deed: TapeDeed
+    reading: TapeReading
+
+
 @dataclass(frozen=True)
 class _Tapes:
     readings: tuple[TapeReading, ...]
+    acts: tuple[TapeAct, ...] = ()
+    """All that was done, the first first."""
+
+
+def _done(deed: TapeDeed, reading: TapeReading) -> TapeAct:
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return TapeAct(made=now, deed=deed, reading=reading)
 
 
 @dataclass(frozen=True)
@@ -293,8 +316,36 @@ class Bench:
         Raises:
             CaseError: they are there and cannot be read.
         """
+        return self._tapes().readings
+
+    def tape_acts(self) -> tuple[TapeAct, ...]:
+        """What was done with girths, also with those that were taken back; the first first."""
+        kept = self._tapes()
+        noted = {act.reading for act in kept.acts}
+        before = [one for one in kept.readings if one not in noted]
+        return (*(TapeAct(made="", deed="read", reading=one) for one in before), *kept.acts)
+
+    def accept_tape(self, reading: TapeReading) -> None:
+        """Note that somebody goes on in spite of what a reading says.
+
+        Raises:
+            OptionsError: there is no such reading.
+        """
+        kept = self._tapes()
+        if reading not in kept.readings:
+            raise OptionsError(
+                f"No girth of {reading.girth_mm:g} mm is kept at {reading.height_mm:g} mm. Look at "
+                "the readings again: another window may have changed them."
+            )
+        self._put_tapes(kept.readings, (*kept.acts, _done("accepted", reading)))
+
+    def _tapes(self) -> _Tapes:
         kept = read_kept(self.tape_file, _Tapes, "What was read by tape in this case")
-        return () if kept is None else kept.readings
+        return _Tapes(()) if kept is None else kept
+
+    def _put_tapes(self, readings: Sequence[TapeReading], acts: Sequence[TapeAct]) -> None:
+        self.root.mkdir(parents=True, exist_ok=True)
+        write_json(self.tape_file, tree_of(_Tapes(tuple(readings), tuple(acts[-_MOST_ACTS:]))))
 
     def save_tape(self, readings: tuple[TapeReading, ...]) -> None:
         """Keep girths that were read.
@@ -307,9 +358,15 @@ class Bench:
             raise OptionsError(f"{len(readings)} readings are given; {_MOST_READINGS} are kept.")
         for reading in readings:
             require_girth(reading)
-        self.tape()
-        self.root.mkdir(parents=True, exist_ok=True)
-        write_json(self.tape_file, tree_of(_Tapes(readings)))
+        kept = self._tapes()
+        gone = [one for one in kept.readings if one not in readings]
+        come = [one for one in readings if one not in kept.readings]
+        acts = (
+            *self.tape_acts(),
+            *(_done("taken back", one) for one in gone),
+            *(_done("read", one) for one in come),
+        )
+        self._put_tapes(readings, acts)
 
     @property
     def _taken(self) -> Path:

@@ -1,12 +1,15 @@
 """Filing: the record of the shape that was worked on in a case."""
 
 from limbgram.cases.assessing import cited
-from limbgram.cases.bench import Bench, Work
+from limbgram.cases.bench import Bench, TapeAct, Work
 from limbgram.core.errors import CaseError
+from limbgram.core.interval import COVER
 from limbgram.formats.reading import ShapeFile, read_shape
 from limbgram.formats.sidecar import hash_of, limb_file_beside
-from limbgram.report.record.record import Record, record_of
+from limbgram.report.record.content import TapeRead
+from limbgram.report.record.record import Record, RecordOptions, record_of
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
+from limbgram.workbench.measures.measuring import Measures, check_alone, measure_limb
 
 
 def filed_record(bench: Bench, work: Work) -> Record:
@@ -16,12 +19,44 @@ def filed_record(bench: Bench, work: Work) -> Record:
         MeasureError: the limb is not aligned.
     """
     scan = _source(work.scan, work.limb_file_sha256)
+    options = RecordOptions(case_id=bench.case.case_id, tape=_tape(bench, work))
     if not work.done.ledger.lines:
-        return record_of(scan, case=_case(bench))
+        return record_of(scan, case=_case(bench), options=options)
     path = bench.rectified(work.done.limb)
     shape = _source(read_shape(path), hash_of(limb_file_beside(path).read_bytes()))
     recipe = RecipeSource(recipe=work.recipe, sha256=work.recipe_sha256)
-    return record_of(shape, scan, recipe, _case(bench))
+    return record_of(shape, scan, recipe, _case(bench), options)
+
+
+def _tape(bench: Bench, work: Work) -> tuple[TapeRead, ...]:
+    """Every reading, held against the scan, with what was said of it since."""
+    acts = bench.tape_acts()
+    if not acts:
+        return ()
+    measured = measure_limb(work.scan.limb)
+    return tuple(
+        _held(measured, act, acts[k + 1 :]) for k, act in enumerate(acts) if act.deed == "read"
+    )
+
+
+def _held(measured: Measures, act: TapeAct, later: tuple[TapeAct, ...]) -> TapeRead:
+    reading = act.reading
+    since = [one for one in later if one.reading == reading]
+    ended = next((k for k, one in enumerate(since) if one.deed == "taken back"), len(since))
+    accepted = [one.made for one in since[:ended] if one.deed == "accepted"]
+    check = check_alone(measured, reading)
+    told = isinstance(check, str)
+    return TapeRead(
+        made=act.made,
+        height_mm=reading.height_mm,
+        read_mm=reading.girth_mm,
+        measured_mm=None if told else check.measured.value,
+        within_mm=None if told else COVER * check.sigma_mm,
+        conflict=not told and check.conflict,
+        reason=check if told else "",
+        withdrawn=since[ended].made if ended < len(since) else "",
+        accepted=accepted[-1] if accepted else "",
+    )
 
 
 def _source(read: ShapeFile, limb_file_sha256: str | None) -> ShapeSource:

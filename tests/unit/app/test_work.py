@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import json
+import re
 import shutil
 import threading
 import time
@@ -311,6 +312,43 @@ def test_measures_are_those_of_the_command_line_with_the_tape_beside(
     assert beyond["reason"]
     ring = client.get(f"{aligned}/surface/section?height_mm=100").json()["rings"][0]
     assert ring["length_mm"] == pytest.approx(found["levels"][1]["contour_mm"]["value"], rel=2e-3)
+
+
+def test_the_record_tells_every_reading_conflict_and_acceptance(
+    client: TestClient, aligned: str
+) -> None:
+    """From clicks to the sheets: 10 mm beyond the shape's girth, a mistyped one, one that fits."""
+    at = {60.0: 0.0, 80.0: 10.0, 100.0: -45.0}
+    asked = {"heights_mm": list(at), "with_tape": False}
+    levels = client.post(f"{aligned}/measures", json=asked).json()["levels"]
+    girths = {row["height_mm"]: row["tape_mm"]["value"] for row in levels}
+    for height, off in at.items():
+        reading = {"height_mm": height, "girth_mm": round(girths[height] + off, 1)}
+        assert client.patch(f"{aligned}/tape", json=reading).status_code == 200
+    nobodys = {"height_mm": 80.0, "girth_mm": 500.0}
+    assert client.post(f"{aligned}/tape/accept", json=nobodys).status_code == 422
+    kept = {"height_mm": 80.0, "girth_mm": round(girths[80.0] + 10, 1)}
+    assert client.post(f"{aligned}/tape/accept", json=kept).status_code == 200
+    client.patch(f"{aligned}/tape", json={"height_mm": 100.0, "girth_mm": None})
+    told = {
+        one["height_mm"]: one for one in client.post(f"{aligned}/measures", json={}).json()["tape"]
+    }
+    assert not told[60.0]["conflict"]
+    assert told[80.0]["conflict"]
+    assert told[80.0]["accepted"]
+    assert not told[60.0]["accepted"]
+
+    page = client.get(f"{aligned}/record.html").text
+    assert aligned.rpartition("/")[2] in page
+    assert "No tape reading has been compared" not in page
+    for height, off in at.items():
+        assert f"{girths[height] + off:.1f}" in page
+    assert f"accepted {told[80.0]['accepted']}" in page
+    assert "taken back 20" in page
+    assert page.count("they contradict each other") == 3  # the advice once, and both rows
+    sheets = client.get(f"{aligned}/record.pdf").content
+    assert sheets.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type /Page\b", sheets)) == 2
 
 
 def test_work_stays_where_the_case_is_computed_again(

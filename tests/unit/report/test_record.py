@@ -73,6 +73,7 @@ def source(limb: Limb, digit: str = "a") -> ShapeSource:
 def case(**accuracy: Any) -> CaseSource:
     tree = {
         "light": "green",
+        "headline": "GREEN. Surface: 95 % within 0.10 mm.",
         "lengths": {
             "check": [{"label": "A-B"}, {"label": "B-C"}],
             "check_worst": 0.001,

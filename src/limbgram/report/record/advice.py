@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from limbgram.core.errors import with_full_stop
+from limbgram.core.tape import AGREES_SIGMAS, READING_SIGMA_MM
 from limbgram.report.record.content import CaseCited, Content, Finding, Json, RecipeDone
 from limbgram.report.record.sources import SAME_MM
 from limbgram.workbench.edits.pressing import PRESSES_MM
@@ -10,6 +11,8 @@ from limbgram.workbench.edits.solids import LEAST_WALL_MM
 from limbgram.workbench.measures.measuring import Measures
 
 _FILLED_SHARE = 0.01
+APART = f"More than {AGREES_SIGMAS * READING_SIGMA_MM:g} mm"
+"""How far a tape may be off where the limb does not taper."""
 
 
 def findings(content: Content, measures: Measures) -> tuple[Finding, ...]:
@@ -38,15 +41,27 @@ def tape_checks(content: Content) -> tuple[tuple[float, float], ...]:
 
 
 def _by_tape(content: Content) -> Iterator[Finding]:
+    compared = [one for one in content.tape if not one.withdrawn and one.measured_mm is not None]
+    for one in compared:
+        if one.conflict:
+            accepted = f"; accepted {one.accepted}" if one.accepted else ""
+            yield Finding(
+                topic="tape",
+                what=f"The tape read {one.read_mm:.1f} mm at {one.height_mm:g} mm, the scan has "
+                f"{one.measured_mm:.1f} mm there: they contradict each other{accepted}.",
+                remedy="Tape again, and measure a row of the board's squares, before anything is "
+                "made.",
+                gravity="mild" if one.accepted else "serious",
+            )
     checks = tape_checks(content)
-    if checks:
+    if checks and not compared:
         girths = ", ".join(f"{girth:.0f} mm at {height:g} mm" for height, girth in checks)
         reference = content.measures["reference"]
         yield Finding(
             topic="tape",
             what="No tape reading has been compared with this shape here.",
             remedy=f"Read by tape before fabrication: {girths} (heights count from: {reference}). "
-            "More than 1 mm or 1 % apart: find out why first.",
+            f"{APART} apart: find out why first.",
         )
 
 

@@ -54,6 +54,8 @@ class CaseCited:
 
     id: str
     light: Light
+    headline: str
+    """The verdict of the capture."""
     delivered: bool
     """Whether a shape of the record is a file of the case."""
     check_lengths: int
@@ -61,6 +63,27 @@ class CaseCited:
     expected_p95_mm: float | None
     setups: tuple[SetupCited, ...] = ()
     """Acceptance tests of the kit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeRead:
+    """A girth that was read by tape, beside what the scan has there, and what was said of it."""
+
+    made: str
+    """When it was read, ISO 8601; empty where nobody noted it."""
+    height_mm: float
+    """From the distal end."""
+    read_mm: float
+    measured_mm: float | None
+    within_mm: float | None
+    """± of the difference, of tape and scan together; holds in 95 of 100."""
+    conflict: bool
+    reason: str = ""
+    """Why there is nothing to compare with."""
+    withdrawn: str = ""
+    """When it was taken back."""
+    accepted: str = ""
+    """When somebody went on in spite of the conflict."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +126,9 @@ class Content:
     comparison: Json | None
     recipe: RecipeDone | None
     case: CaseCited | None
+    case_id: str = ""
+    """Under which the case is kept; it has no name in it."""
+    tape: tuple[TapeRead, ...] = ()
     bias: tuple[Bias, ...]
     files: tuple[SourceFile, ...]
     versions: dict[str, str]

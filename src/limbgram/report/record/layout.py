@@ -24,7 +24,7 @@ from limbgram.report.blocks import (
     Text,
 )
 from limbgram.report.drawings.drawing import Picture
-from limbgram.report.record.advice import tape_checks
+from limbgram.report.record.advice import APART, tape_checks
 from limbgram.report.record.content import Content, Json, RecipeDone
 from limbgram.workbench.recipe.accepting import Concern
 from limbgram.workbench.recipe.ledger import Figures
@@ -43,6 +43,7 @@ MEASURE_HEADS = (
 LANDMARK_HEADS = ("#no.", "landmark", "#right mm", "#anterior mm", "#proximal mm")
 CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP change",
                 "#mL since the last level", "#change")  # fmt: skip
+TAPE_HEADS = ("read", "#height mm", "#tape mm", "#scan mm", "#scan less tape mm", "what it says")
 LEDGER_NOTE = (
     "Largest and mean: how far the surface moved, + outward (room), - inward (pressure). Volume: "
     "of the closed shape, an open brim closed from its middle."
@@ -55,7 +56,7 @@ FILE_HEADS = ("file", "printed as", "kind", "SHA-256")
 def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
     """The record, the four sides first among its pictures."""
     return Report(
-        title=f"Record of {content.id}",
+        title=f"Record of {content.id}" + (content.case_id and f", case {content.case_id}"),
         banner=Banner(badge=badge(content), words=_banner(content), colour="blue"),
         cards=tuple(_cards(content)),
         intended_use=content.intended_use,
@@ -64,6 +65,7 @@ def record_report(content: Content, pictures: Sequence[Picture]) -> Report:
             _shape(content, pictures[0]),
             _measures(content),
             _to_sign(content),
+            *_tape(content),
             *_comparison(content),
             *_recipe(content.recipe),
             *(
@@ -139,8 +141,8 @@ def _to_sign(content: Content) -> Section:
         blocks = [
             Fields(labels=labels),
             Text(
-                words=f"Heights count from: {content.measures['reference']}. More than 1 mm or "
-                "1 % apart: find out why before anything is made.",
+                words=f"Heights count from: {content.measures['reference']}. {APART} apart: find "
+                "out why before anything is made.",
                 note=True,
             ),
         ]
@@ -149,6 +151,20 @@ def _to_sign(content: Content) -> Section:
         blocks=(*blocks, Fields(labels=("Checked by:", "Date:", "Signature:"))),
         sheet=1,
     )
+
+
+def _tape(content: Content) -> Iterator[Section]:
+    """Every girth that was read, the withdrawn ones too."""
+    if content.tape:
+        rows = tuple(tape_rows(content))
+        yield Section(
+            title="Read by tape, and held against the scan",
+            blocks=(
+                Text(words=f"Heights count from the distal end. {HOLDS}.", note=True),
+                Table(heads=TAPE_HEADS, rows=rows, shorten="cut"),
+            ),
+            sheet=2,
+        )
 
 
 def _comparison(content: Content) -> Iterator[Section]:
@@ -233,6 +249,8 @@ def _cards(content: Content) -> Iterator[Card]:
             f"{_figure(widest['tape_mm'], 1)} mm",
             f"at {_height(content, widest)}",
         )
+    if content.case is not None:
+        yield Card("Capture", content.case.light.upper(), content.case.headline)
     compared = content.comparison
     if compared is not None and compared["volume"]["ml"] is not None:
         change, plies = compared["volume"]["ml"], compared["volume"]["sock_plies"]
@@ -273,6 +291,22 @@ def landmark_rows(content: Content) -> list[Row]:
         (str(number), mark.name, *(f"{value:+.1f}" for value in mark.in_limb_mm))
         for number, mark in enumerate(content.landmarks, start=1)
     ]
+
+
+def tape_rows(content: Content) -> Iterator[Row]:
+    """A row a reading."""
+    for one in content.tape:
+        told = one.reason or ("they contradict each other" if one.conflict else "agrees")
+        told += f"; accepted {one.accepted}" if one.accepted else ""
+        told += f"; taken back {one.withdrawn}" if one.withdrawn else ""
+        measured, difference = "", ""
+        if one.measured_mm is not None:
+            measured = f"{one.measured_mm:.1f}"
+            difference = f"{one.measured_mm - one.read_mm:+.1f}"
+            if one.within_mm is not None:
+                difference += f" {plus_minus(Interval.of_half_width(one.within_mm), 1)}"
+        height, read = f"{one.height_mm:g}", f"{one.read_mm:.1f}"
+        yield (one.made, height, read, measured, difference, told)
 
 
 def change_rows(content: Content) -> list[Row]:

@@ -26,7 +26,14 @@ from limbgram.report.drawings.sections import sections_drawing
 from limbgram.report.drawings.walls import wall_map
 from limbgram.report.record.advice import findings
 from limbgram.report.record.bias import biases
-from limbgram.report.record.content import CaseCited, Content, Mark, RecipeDone, SourceFile
+from limbgram.report.record.content import (
+    CaseCited,
+    Content,
+    Mark,
+    RecipeDone,
+    SourceFile,
+    TapeRead,
+)
 from limbgram.report.record.sources import (
     CaseSource,
     RecipeSource,
@@ -63,6 +70,10 @@ class RecordOptions:
     """Of the levels."""
     reference: str | None = None
     """Landmark from which heights count; None for the distal end."""
+    case_id: str = ""
+    """Under which the case is kept; nothing that names a person."""
+    tape: tuple[TapeRead, ...] = ()
+    """What was read by tape."""
     way: Way | None = None
     """How the other shape is laid on; None: limb frame on limb frame if the recipe is for it, else
     by shape."""
@@ -135,6 +146,8 @@ def record_of(
         comparison=None if compared is None else comparison_tree(compared),
         recipe=None if done is None else _recipe(done, printed),
         case=None if case is None else _case(case, shape, against),
+        case_id=options.case_id,
+        tape=options.tape,
         bias=lines,
         files=tuple(_files(shape, against, recipe, case)),
         versions={
@@ -206,6 +219,7 @@ def _case(case: CaseSource, shape: ShapeSource, against: ShapeSource | None) -> 
     return CaseCited(
         id=case.id,
         light=case.accuracy.light,
+        headline=case.accuracy.headline,
         delivered=bool(hashes & case.files),
         check_lengths=len(lengths.check),
         check_worst=lengths.check_worst,

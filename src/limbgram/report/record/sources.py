@@ -85,6 +85,7 @@ class CaseAccuracy:
     """What a record cites of accuracy.json; its names are the file's."""
 
     light: Light
+    headline: str
     lengths: CheckedScale
     expected: ExpectedOfCase
     setups: tuple[SetupCited, ...] = ()
