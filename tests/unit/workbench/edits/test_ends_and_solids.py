@@ -245,7 +245,8 @@ def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
 def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:
     inward = Entry(edit=Wall(thickness_mm=4, side="inward"))
     kept = Load(at="front", depth_mm=2.0, flat_mm=6.0, falloff_mm=10.0)
-    replay(Recipe(name="x", entries=(inward, Entry(edit=kept))), limb)
-    thinning = Entry(edit=replace(kept, depth_mm=3.4))
+    meant = ("load on unknown place",)
+    replay(Recipe(name="x", entries=(inward, Entry(edit=kept, accept=meant))), limb)
+    thinning = Entry(edit=replace(kept, depth_mm=3.4), accept=meant)
     with pytest.raises(EditError, match=r"Edit 2 .*0\.6\d mm thick where it is thinnest"):
         replay(Recipe(name="x", entries=(inward, thinning)), limb)
