@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from limbgram.core.errors import CarveError, ExportError, OptionsError
-from limbgram.core.geometry.arrays import Vector3
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.folds import DOUBLED_DEG, find_branching, find_folds, unfolded
+from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.units import LIKELY_MM
@@ -85,9 +84,9 @@ def without_folds(limb: Limb) -> Limb:
     """
     outside = without_loose(limb.mesh)
     _require_manifold(outside.mesh)
-    found = unfolded(outside.mesh, DOUBLED_DEG)
+    found = unfolded(outside.mesh, ANY_SHAPE)
     if len(found.left):
-        raise _folded(len(found.left), found.left.first_mm(found.mesh))
+        raise _folded(outside.mesh, find_folds(outside.mesh, ANY_SHAPE))
     if not found.vertices:
         return limb
     notes = (
@@ -105,9 +104,9 @@ def require_unfolded(mesh: Mesh) -> None:
         ExportError: says where.
     """
     _require_manifold(mesh)
-    folds = find_folds(mesh, DOUBLED_DEG)
+    folds = find_folds(mesh, ANY_SHAPE)
     if len(folds):
-        raise _folded(len(folds), folds.first_mm(mesh))
+        raise _folded(mesh, folds)
 
 
 def _require_manifold(mesh: Mesh) -> None:
@@ -122,10 +121,11 @@ def _require_manifold(mesh: Mesh) -> None:
         )
 
 
-def _folded(count: int, place_mm: Vector3) -> ExportError:
-    x, y, z = place_mm
+def _folded(mesh: Mesh, folds: Folds) -> ExportError:
+    x, y, z = folds.first_mm(mesh)
+    places = "1 place" if len(folds) == 1 else f"{len(folds)} places"
     return ExportError(
-        f"Not written: the surface folds over or through itself at {count} places, the first near "
+        f"Not written: the surface folds over or through itself at {places}, the first near "
         f"({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer or a carver takes that literally. Smooth or "
         "cut it there by `limbgram edit`, or mend it in the program that it comes from."
     )

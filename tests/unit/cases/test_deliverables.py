@@ -34,6 +34,6 @@ def test_a_folded_surface_is_not_delivered(tmp_path: Path, part: str) -> None:
         else (_ball(), _with_a_thorn())
     )
     done = SimpleNamespace(mesh=meshes[0], others=(SimpleNamespace(mesh=meshes[1]),))
-    with pytest.raises(ExportError, match=r"at 1 places, the first near \(90\.0, 0\.0, 0\.0\) mm"):
+    with pytest.raises(ExportError, match=r"at 1 place, the first near \(90\.0, 0\.0, 0\.0\) mm"):
         deliver(cast(Reconstruction, done), tmp_path / "deliverables", unscaled=False)
     assert not (tmp_path / "deliverables").exists()

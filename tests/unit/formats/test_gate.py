@@ -11,7 +11,7 @@ from ezdxf.render import MeshBuilder
 
 from limbgram.core.errors import CarveError, ExportError, MeasureError, OptionsError
 from limbgram.core.geometry.frames import Rigid
-from limbgram.core.mesh.folds import DOUBLED_DEG, find_folds
+from limbgram.core.mesh.folds import ANY_SHAPE, find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.dxf import curves_of, write_drawing, write_dxf, write_polyface_dxf
 from limbgram.formats.gate import admit, in_limb_frame, require_unfolded, sure_in_limb_frame
@@ -67,7 +67,7 @@ def test_what_is_folded_goes_back_and_is_told() -> None:
         require_unfolded(folded.mesh)
     passed = admit(folded, "left")
     require_unfolded(passed.mesh)
-    assert not len(find_folds(passed.mesh, DOUBLED_DEG))
+    assert not len(find_folds(passed.mesh, ANY_SHAPE))
     (note,) = passed.notes
     assert "1 of its points went back among their neighbours, by up to 25." in note
     np.testing.assert_array_equal(np.flatnonzero(passed.mesh.filled), [700])

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from limbgram.core.mesh.folds import (
-    DOUBLED_DEG,
+    ANY_SHAPE,
     find_branching,
     find_folds,
     unfolded,
@@ -74,12 +74,27 @@ def test_a_fold_in_a_sheet_goes_back_to_where_its_vertices_were() -> None:
 def test_a_cone_is_a_point_from_half_an_angle_of_about_31_degrees() -> None:
     """Six faces of 30 degrees: their slant is 1 / (2 sin 15 degrees), their height 1.653."""
     sheet = _sheet()
-    assert not len(find_folds(_moved(sheet, MIDDLE, (0, 0, 1.64)), DOUBLED_DEG))
+    assert not len(find_folds(_moved(sheet, MIDDLE, (0, 0, 1.64)), ANY_SHAPE))
     pointed = _moved(sheet, MIDDLE, (0, 0, 1.67))
-    np.testing.assert_array_equal(find_folds(pointed, DOUBLED_DEG).points, [MIDDLE])
-    back = unfolded(pointed, DOUBLED_DEG)
+    np.testing.assert_array_equal(find_folds(pointed, ANY_SHAPE).points, [MIDDLE])
+    back = unfolded(pointed, ANY_SHAPE)
     np.testing.assert_allclose(back.mesh.vertices_mm, sheet.vertices_mm, atol=1e-9)
     assert back.vertices == 1
+
+
+@pytest.mark.parametrize("rows", [1, 12])
+def test_the_tip_of_a_cone_may_be_sharp_and_a_thorn_on_it_may_not(rows: int) -> None:
+    """Round the foot of a tip of half an angle of 14 degrees the cosine is 0.24 on average."""
+    outline = np.column_stack([np.linspace(30, 0, rows + 1), np.linspace(0, 120, rows + 1)])
+    cone = trimesh.creation.revolve(np.vstack([[0, 0], outline]), sections=32)
+    mesh = Mesh(vertices_mm=np.asarray(cone.vertices), faces=np.asarray(cone.faces, np.int32))
+    assert unfolded(mesh, ANY_SHAPE).mesh is mesh
+    assert len(find_folds(mesh).points) == 1  # as no measured limb is
+    if rows == 1:
+        return
+    side = int(np.abs(mesh.vertices_mm - [15, 0, 60]).sum(1).argmin())
+    thorny = _moved(mesh, side, (30.0, 0.0, 8.0))
+    np.testing.assert_array_equal(find_folds(thorny, ANY_SHAPE).points, [side])
 
 
 def test_a_crumpled_ball_is_whole_again_and_says_where_it_was_not_measured() -> None:
@@ -140,7 +155,7 @@ def test_a_sharp_edge_is_bent_and_nothing_else(angle_deg: float) -> None:
     found = find_folds(sheet.with_vertices(vertices))
     assert len(found.bent) == (SIDE - 1 if angle_deg < 60 else 0)
     assert len(found) == len(found.bent)
-    assert not len(find_folds(sheet.with_vertices(vertices), DOUBLED_DEG))
+    assert not len(find_folds(sheet.with_vertices(vertices), ANY_SHAPE))
 
 
 def test_bodies_through_each_other_are_left_and_said_where() -> None:
@@ -150,7 +165,7 @@ def test_bodies_through_each_other_are_left_and_said_where() -> None:
         vertices_mm=np.concatenate([upright.vertices, lying.vertices]),
         faces=np.concatenate([upright.faces, lying.faces + 8]).astype(np.int32),
     )
-    back = unfolded(both, DOUBLED_DEG)
+    back = unfolded(both, ANY_SHAPE)
     assert len(back.left.crossing) > 0
     np.testing.assert_array_equal(back.mesh.vertices_mm, both.vertices_mm)
     assert np.isin(back.left.first_mm(back.mesh), (-45, -5, -4.5, 4.5, 5, 45)).all()
