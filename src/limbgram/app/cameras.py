@@ -214,9 +214,9 @@ def _reply(clinic: Clinic, camera: KeptCamera) -> CameraReply:
     if label.calibrated:
         age = (datetime.now(UTC) - datetime.fromisoformat(label.calibrated)).days
     shown = camera.certificate.is_file()
-    # A sample that is made calibrates its own camera.
-    at_work = camera.camera_id in clinic.calibrations or clinic.sampling.locked()
-    if label.state == "calibrating" and not at_work:
+    if camera.camera_id in clinic.calibrations:
+        label = otherwise(label, state="calibrating", message="")
+    elif label.state == "calibrating" and not clinic.sampling.locked():  # a sample has its own
         label = camera.interrupted  # by a full disk, say, that did not take the end either
     return CameraReply(
         id=camera.camera_id,
