@@ -133,13 +133,15 @@ def _smoothing(ledger: Ledger | None) -> Iterator[Bias]:
     for line in () if ledger is None else ledger.lines:
         if not line.edit.startswith(_KEEPS_SHAPE) or line.displacement is None:
             continue
-        before = line.before.volume_ml
+        volume = line.volume
         yield Bias(
             step=f"smoothing (edit {line.number})",
             bias_mm=line.displacement.mean_mm,
             typical_mm=None,
             largest_mm=abs(line.displacement.largest_mm),
-            volume_share=line.after.volume_ml / before - 1 if before else None,
+            volume_share=volume.after_ml / volume.before_ml - 1
+            if volume is not None and volume.before_ml
+            else None,
             basis=f"moves of the surface; {line.displacement.mean_size_mm:.3f} mm on average",
         )
 

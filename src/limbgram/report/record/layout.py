@@ -27,7 +27,7 @@ from limbgram.report.drawings.drawing import Picture
 from limbgram.report.record.advice import APART, tape_checks
 from limbgram.report.record.content import Content, Json, RecipeDone
 from limbgram.workbench.recipe.accepting import Concern
-from limbgram.workbench.recipe.ledger import Figures
+from limbgram.workbench.recipe.ledger import Figures, extreme_line
 
 Row = tuple[str, ...]
 
@@ -46,7 +46,7 @@ CHANGE_HEADS = ("#height mm", "#tape mm", "#change", "#%", "#ML change", "#AP ch
 TAPE_HEADS = ("read", "#height mm", "#tape mm", "#scan mm", "#scan less tape mm", "what it says")
 LEDGER_NOTE = (
     "Largest and mean: how far the surface moved, + outward (room), - inward (pressure). Volume: "
-    "of the closed shape, an open brim closed from its middle."
+    "between two heights between which the shape is open neither before nor after."
 )
 LEDGER_HEADS = ("#no.", "edit", "#volume mL", "#change mL", "#%", "#largest mm", "#mean mm")
 BIAS_HEADS = ("step", "#bias mm", "#typical mm", "#largest mm", "#volume %", "how it is known")
@@ -319,18 +319,21 @@ def ledger_rows(recipe: RecipeDone) -> list[Row]:
     """A row an edit; under it a sentence for each thing that somebody has to mean or to know."""
     rows: list[Row] = []
     for line in recipe.lines:
-        before, after, moved = line.before.volume_ml, line.after.volume_ml, line.displacement
+        volume, moved = line.volume, line.displacement
+        before, after = (0.0, 0.0) if volume is None else (volume.before_ml, volume.after_ml)
         rows.append(
             (
                 str(line.number),
                 line.edit,
-                f"{after:.1f}",
-                f"{after - before:+.2f}",
+                "" if volume is None else f"{after:.1f}",
+                "" if volume is None else f"{after - before:+.2f}",
                 f"{100 * (after / before - 1):+.3f}" if before else "",
                 "" if moved is None else f"{moved.largest_mm:+.2f}",
                 "" if moved is None else f"{moved.mean_mm:+.3f}",
             )
         )
+        if line.extreme is not None:
+            rows.append(("", f"Where it moved most: {extreme_line(line.extreme)}"))
         rows += [("", sentence) for sentence in line.told]
         rows += [("!", _mark(concern)) for concern in line.concerns]
     return rows

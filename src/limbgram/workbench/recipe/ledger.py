@@ -1,7 +1,10 @@
 """The ledger: what each edit did to volume, girths and surface, in figures.
 
-Girths are taken at levels that stay the same for the whole recipe, so lines can be compared.
-Displacement is the distance of the new surface from the old one, positive outwards.
+Girths are taken at levels that stay the same for the whole recipe, so lines can be compared: those
+of a measuring table with `SPACING_MM`, and for each edit the height where it moved most. Volumes
+before and after an edit are those between the same two heights, between which neither surface is
+open: what a trimline cuts away above them is no change of volume. Displacement is the distance of
+the new surface from the old one, positive outwards.
 """
 
 from collections.abc import Mapping
@@ -9,20 +12,29 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
 from limbgram.workbench.edits.pressing import away_from, changed_vertices
 from limbgram.workbench.edits.regions import moved_by, roughness_mm
 from limbgram.workbench.limb import Limb
-from limbgram.workbench.measures.levels import Refused, contour_mm, levels_at
+from limbgram.workbench.measures.levels import (
+    DISTAL_END,
+    PROXIMAL_END,
+    Refused,
+    Sigmas,
+    Volumes,
+    contour_mm,
+    levels_at,
+)
 from limbgram.workbench.recipe.accepting import Concern
 
-_LEVELS = 6
+SPACING_MM = 20.0
+"""Between levels."""
+_LEAST_LEVELS = 3
 SIGNS = "How far the surface moved: + outward, which gives room; - inward, which gives pressure."
 """Of what is made over the shape, which is a positive."""
-_WHOLE_MM = 2 * _LEVELS
-"""A shape that is as high has its levels at whole millimetres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +61,27 @@ class Displacement:
     """The same without signs."""
     moved_share: float
     """Part of the new surface's area that moved."""
+    largest_at: int
+    """The vertex of the new surface that moved most."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extreme:
+    """The girth where an edit moved the surface most."""
+
+    height_mm: float
+    before_mm: float | None
+    after_mm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class VolumeChange:
+    """Volumes between the same two heights; None stands for an end of the limb."""
+
+    low_mm: float | None
+    high_mm: float | None
+    before_ml: float
+    after_ml: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +93,10 @@ class Line:
     """The edit in one line."""
     before: Figures
     after: Figures
+    volume: VolumeChange | None
+    """None where no span of heights is closed in both."""
+    extreme: Extreme | None
+    """None where nothing moved, or where the displacement is not told."""
     displacement: Displacement | None
     """None for a mirror, which moves everything; for a cleaning, which takes away what was no
     limb; and where an edit only added surface beyond an open edge, which lies neither outside the
@@ -77,22 +114,69 @@ class Ledger:
     levels_mm: tuple[float, ...]
     """Heights of the girths: along the limb's axis, or the mesh's z where it is not aligned."""
     lines: tuple[Line, ...]
+    volume: VolumeChange | None = None
+    """Of all edits together."""
     places_mm: Mapping[str, float] = field(default_factory=dict[str, float])
     """How far all edits together moved the surface at each sensitive place that is marked, without
     the sock: positive outward, room."""
 
 
 def choose_levels(limb: Limb) -> tuple[float, ...]:
-    """Even heights over the limb, in whole millimetres: measuring there gives the same girths."""
-    heights = _upright(limb).vertices_mm[:, 2]
+    """The heights of a measuring table; even ones on a shape that is too low for three of them."""
+    heights = upright(limb).vertices_mm[:, 2]
     low, high = float(heights.min()), float(heights.max())
-    even = [low + (high - low) * (k + 0.5) / _LEVELS for k in range(_LEVELS)]
-    return tuple(float(round(level)) if high - low >= _WHOLE_MM else level for level in even)
+    table = np.arange(np.ceil(low / SPACING_MM), np.floor(high / SPACING_MM) + 1) * SPACING_MM
+    within = table[(table > low) & (table < high)]
+    if len(within) < _LEAST_LEVELS:
+        within = low + (high - low) * (np.arange(2 * _LEAST_LEVELS) + 0.5) / (2 * _LEAST_LEVELS)
+    return tuple(within.tolist())
+
+
+def girth_mm(limb: Limb, height_mm: float) -> float | None:
+    """Along the contour; None where no section is whole."""
+    (level,) = levels_at(upright(limb), [height_mm])
+    return None if isinstance(level, Refused) else contour_mm(level).value
+
+
+def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme | None:
+    """The girth where an edit moved most."""
+    if moved is None or moved.largest_mm == 0:
+        return None
+    height_mm = round(float(upright(after).vertices_mm[moved.largest_at, 2]), 1)
+    return Extreme(
+        height_mm=height_mm,
+        before_mm=girth_mm(before, height_mm),
+        after_mm=girth_mm(after, height_mm),
+    )
+
+
+def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
+    """Volumes between two heights between which neither surface is open."""
+    old, new = Volumes.of(Sigmas.of(upright(before))), Volumes.of(Sigmas.of(upright(after)))
+    tip_mm = min(float(one.lowest.min()) for one in (old, new))
+    top_mm = max(float(one.tops[-1]) for one in (old, new))
+    open_mm = np.concatenate([old.border, new.border])
+    open_mm = open_mm[np.argsort(open_mm[:, 0])]
+    starts = np.concatenate([[tip_mm], np.maximum.accumulate(open_mm[:, 1])])
+    stops = np.concatenate([open_mm[:, 0], [top_mm]])
+    longest = int(np.argmax(stops - starts))
+    low = DISTAL_END if longest == 0 else float(starts[longest])
+    high = PROXIMAL_END if longest == len(open_mm) else float(stops[longest])
+    try:
+        volumes_ml = [one.between(low, high).value / 1000 for one in (old, new)]
+    except MeasureError:  # one of them does not reach there
+        return None
+    return VolumeChange(
+        low_mm=low if np.isfinite(low) else None,
+        high_mm=high if np.isfinite(high) else None,
+        before_ml=volumes_ml[0],
+        after_ml=volumes_ml[1],
+    )
 
 
 def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
     """Volume, girths and roughness."""
-    levels = levels_at(_upright(limb), levels_mm)
+    levels = levels_at(upright(limb), levels_mm)
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,
         girths_mm=tuple(
@@ -111,8 +195,10 @@ def displacement_between(old: Mesh, new: Mesh) -> Displacement:
     distance[np.abs(distance) < 1e-9] = 0.0
     area = new.vertex_areas_mm2()
     whole = float(area.sum())
+    largest = int(np.argmax(np.abs(distance)))
     return Displacement(
-        largest_mm=float(distance[int(np.argmax(np.abs(distance)))]),
+        largest_mm=float(distance[largest]),
+        largest_at=largest,
         mean_mm=float((distance * area).sum()) / whole,
         mean_size_mm=float((np.abs(distance) * area).sum()) / whole,
         moved_share=float(area[distance != 0].sum()) / whole,
@@ -124,10 +210,8 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
     texts = [SIGNS] if any(line.displacement is not None for line in ledger.lines) else []
     for line in ledger.lines:
         old, new = line.before, line.after
-        change = new.volume_ml - old.volume_ml
-        share = change / old.volume_ml * 100 if old.volume_ml else 0.0
         texts.append(f"{line.number}. {line.edit}")
-        parts = [f"volume {new.volume_ml:.1f} mL ({change:+.2f} mL, {share:+.3f} %)"]
+        parts = [_volume(line.volume)]
         if line.displacement is not None:
             d = line.displacement
             parts.append(f"largest {d.largest_mm:+.2f} mm, mean {d.mean_mm:+.4f} mm")
@@ -138,8 +222,12 @@ def lines_of(ledger: Ledger) -> tuple[str, ...]:
         texts += [f"   {concern_line(concern)}" for concern in line.concerns]
         texts.append(
             f"   girths along the contour, {SMOOTHED_OVER}, by height "
-            + _girths(ledger.levels_mm, old, new)
+            + _girths(ledger.levels_mm, old.girths_mm, new.girths_mm)
         )
+        if line.extreme is not None:
+            texts.append(f"   where it moved most: {extreme_line(line.extreme)}")
+    if len(ledger.lines) > 1:
+        texts.append(f"All edits together: {_volume(ledger.volume)}")
     if ledger.places_mm:
         moves = ", ".join(f"{name} {moved:+.1f}" for name, moved in ledger.places_mm.items())
         texts.append(f"All edits together, at places that bear no pressure: {moves} mm")
@@ -154,9 +242,28 @@ def concern_line(concern: Concern) -> str:
     return f"! {concern.what} ({meant}: {concern.word})"
 
 
-def _girths(levels_mm: tuple[float, ...], old: Figures, new: Figures) -> str:
+def _volume(change: VolumeChange | None) -> str:
+    if change is None:
+        return "volume not comparable: no span of heights is closed before and after"
+    off = change.after_ml - change.before_ml
+    share = off / change.before_ml * 100 if change.before_ml else 0.0
+    low = "the distal end" if change.low_mm is None else f"{change.low_mm:.1f} mm"
+    high = "the proximal end" if change.high_mm is None else f"{change.high_mm:.1f} mm"
+    where = "" if change.low_mm is change.high_mm is None else f" from {low} to {high}"
+    return f"volume{where} {change.after_ml:.1f} mL ({off:+.2f} mL, {share:+.3f} %)"
+
+
+def extreme_line(extreme: Extreme) -> str:
+    """The girth there, and its change."""
+    before, after = (extreme.before_mm,), (extreme.after_mm,)
+    return _girths((extreme.height_mm,), before, after)
+
+
+def _girths(
+    levels_mm: tuple[float, ...], old: tuple[float | None, ...], new: tuple[float | None, ...]
+) -> str:
     parts: list[str] = []
-    for level, before, after in zip(levels_mm, old.girths_mm, new.girths_mm, strict=True):
+    for level, before, after in zip(levels_mm, old, new, strict=True):
         if after is None:
             parts.append(f"{level:g}: -")
         elif before is None:
@@ -166,7 +273,7 @@ def _girths(levels_mm: tuple[float, ...], old: Figures, new: Figures) -> str:
     return ", ".join(parts) + " mm"
 
 
-def _upright(limb: Limb) -> Mesh:
+def upright(limb: Limb) -> Mesh:
     if limb.frame is None:
         return limb.mesh
     motion = limb.frame.limb_from_mesh

@@ -40,7 +40,9 @@ from limbgram.workbench.recipe.ledger import (
     Line,
     choose_levels,
     displacement_between,
+    extreme_of,
     figures_of,
+    volume_change,
 )
 
 _MOST_KEPT = 12
@@ -131,12 +133,17 @@ def replay_as_it_is(recipe: Recipe, limb: Limb, kept: Kept | None = None) -> Rep
     memory = kept if kept is not None and kept.limb is limb else Kept(limb)
     reached = memory.after(()) or _beginning(limb)
     memory.keep((), reached)
-    levels = reached.levels_mm
+    began, levels = reached.limb, reached.levels_mm
     for number, entry in enumerate(track(recipe.entries), start=1):
         before = recipe.entries[:number]
         reached = memory.after(before) or _after(reached, number, entry)
         memory.keep(before, reached)
-    ledger = Ledger(levels_mm=levels, lines=reached.lines, places_mm=dict(reached.places_mm))
+    ledger = Ledger(
+        levels_mm=levels,
+        lines=reached.lines,
+        volume=volume_change(began, reached.limb) if reached.lines else None,
+        places_mm=dict(reached.places_mm),
+    )
     return Replayed(limb=reached.limb, ledger=ledger)
 
 
@@ -180,13 +187,17 @@ def _after(reached: _Reached, number: int, entry: Entry) -> _Reached:
             places[name] = places.get(name, 0.0) + moved_mm
     if isinstance(entry.edit, Load | Relieve):
         reach_mm = reach_of(reached.start.mesh, limb.mesh, after.mesh)
-    reports = entry.edit.effect.reports_displacement
+    moved = None
+    if entry.edit.effect.reports_displacement:
+        moved = displacement_between(limb.mesh, after.mesh)
     line = Line(
         number=number,
         edit=described(entry),
         before=reached.figures,
         after=gained,
-        displacement=displacement_between(limb.mesh, after.mesh) if reports else None,
+        volume=volume_change(limb, after),
+        extreme=extreme_of(limb, after, moved),
+        displacement=moved,
         told=after.notes[len(limb.notes) :],
         concerns=tuple(concerns_on_limb(entry.edit, entry.accept, found, reach_mm)),
     )

@@ -10,11 +10,14 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.edits.cutting import Trimline
 from limbgram.workbench.edits.ends import Extension
+from limbgram.workbench.edits.percent import Reduction
+from limbgram.workbench.edits.regional import Relieve
 from limbgram.workbench.edits.solids import Fill, Offset
 from limbgram.workbench.limb import Limb, LimbFrame
 from limbgram.workbench.measures.measuring import LimbMeasureOptions, measure_limb
-from limbgram.workbench.recipe.ledger import choose_levels, lines_of
+from limbgram.workbench.recipe.ledger import SPACING_MM, choose_levels, lines_of
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
 SIDES = 256
@@ -32,9 +35,9 @@ def cone(radius_mm: float, high_mm: float) -> Limb:
 def test_printed_girths_are_found_by_measuring_at_the_printed_heights() -> None:
     limb = cone(60.0, 133.3)
     done = replay(RECIPE, limb)
-    last = lines_of(done.ledger)[-1]
-    printed = [(float(level), float(girth)) for level, girth in AS_PRINTED.findall(last)]
-    assert len(printed) == 6
+    told = "".join(line for line in lines_of(done.ledger) if "contour" in line or "most" in line)
+    printed = [(float(level), float(girth)) for level, girth in AS_PRINTED.findall(told)]
+    assert [height for height, _ in printed[:6]] == [20.0, 40.0, 60.0, 80.0, 100.0, 120.0]
     options = LimbMeasureOptions(heights_mm=tuple(height for height, _ in printed))
     for (_, girth), row in zip(printed, measure_limb(done.limb, options).rows, strict=True):
         found = row.figures["contour_mm"]
@@ -45,7 +48,8 @@ def test_printed_girths_are_found_by_measuring_at_the_printed_heights() -> None:
 def test_girths_before_the_edit_are_the_cones() -> None:
     limb = cone(60.0, 133.3)
     ledger = replay(RECIPE, limb).ledger
-    assert [level % 1 for level in ledger.levels_mm] == [0.0] * 6
+    table = measure_limb(limb, LimbMeasureOptions(spacing_mm=SPACING_MM))
+    assert list(ledger.levels_mm) == [row.height_mm for row in table.rows]
     for level, girth in zip(ledger.levels_mm, ledger.lines[0].before.girths_mm, strict=True):
         radius = 60 * (1 - level / 133.3)
         stays = 1 / (1 + (5 / (2 * math.pi * radius)) ** 4)  # of the circle as a wave
@@ -62,10 +66,74 @@ def test_what_only_adds_surface_has_a_volume_and_no_displacement(edit: Extension
     done = replay(Recipe(name="more", entries=(Entry(edit=edit),)), limb)
     (line,) = done.ledger.lines
     assert line.displacement is None
+    assert line.extreme is None
     area = SIDES / 2 * math.sin(2 * math.pi / SIDES) * 40**2
     longer_mm = 30 if isinstance(edit, Extension) else 0
     assert line.after.volume_ml == pytest.approx((100 + longer_mm) * area / 1000, rel=0.07)
     assert not any("largest" in told for told in lines_of(done.ledger))
+
+
+def cup(radius_mm: float, high_mm: float, step_mm: float = 2.0) -> Limb:
+    """A tube with a flat bottom at 0, open above."""
+    rows, spokes = round(high_mm / step_mm) + 1, 160
+    angle = np.arange(spokes) * 2 * np.pi / spokes
+    z = np.repeat(np.linspace(0.0, high_mm, rows), spokes)
+    ring = radius_mm * np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.column_stack([np.tile(ring, (rows, 1)), z])
+    a = np.arange((rows - 1) * spokes).reshape(rows - 1, spokes)
+    b = np.roll(a, -1, axis=1)
+    wall = np.stack([a, b, b + spokes, a, b + spokes, a + spokes], -1).reshape(-1, 3)
+    middle = len(points)
+    bottom = np.column_stack([np.roll(a[0], -1), a[0], np.full(spokes, middle)])
+    points = np.vstack([points, [0.0, 0.0, 0.0]])
+    mesh = Mesh(vertices_mm=points, faces=np.vstack([wall, bottom]).astype(np.int32))
+    return Limb(mesh=mesh, frame=LimbFrame(limb_from_mesh=Rigid.identity(), side="left"))
+
+
+def test_the_ledger_tells_the_girth_where_an_edit_moved_most() -> None:
+    """A relief of 2 mm at 70 mm fades over 8 mm: the levels at 60 and 80 mm do not show it."""
+    relief = Relieve(depth_mm=2.0, falloff_mm=8.0, at=(50.0, 0.0, 70.0))
+    ledger = replay(Recipe(name="room", entries=(Entry(edit=relief),)), cup(50.0, 200.0)).ledger
+    (line,) = ledger.lines
+    for level, before, after in zip(
+        ledger.levels_mm, line.before.girths_mm, line.after.girths_mm, strict=True
+    ):
+        assert before is not None
+        assert after == pytest.approx(before, abs=0.05), level
+    assert line.extreme is not None
+    assert line.extreme.height_mm == pytest.approx(70.0, abs=1.0)
+    assert line.extreme.before_mm == pytest.approx(2 * math.pi * 50, rel=1e-3)
+    assert line.extreme.after_mm is not None
+    grown = line.extreme.after_mm - line.extreme.before_mm
+    assert 0.2 < grown < 2.0  # a bump of 2 mm, 16 mm wide, seen at a smoothing length of 5 mm
+    assert any("where it moved most: 70" in told for told in lines_of(ledger))
+
+
+def test_volumes_are_compared_between_the_same_two_heights() -> None:
+    """A reduction of the girth by 3 %, then a trimline that dips to 150 mm in front."""
+    angles = np.radians(np.arange(0, 360, 15))
+    through = tuple(
+        (48.5 * math.cos(a), 48.5 * math.sin(a), 170.0 - 20.0 * math.sin(a)) for a in angles
+    )
+    reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
+    entries = (Entry(edit=reduced), Entry(edit=Trimline(through=through)))
+    ledger = replay(Recipe(name="socket", entries=entries), cup(50.0, 200.0)).ledger
+    first, second = ledger.lines
+    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+    assert first.volume is not None
+    assert first.volume.low_mm is None
+    assert first.volume.high_mm == pytest.approx(200.0, abs=1e-6)
+    assert first.volume.before_ml == pytest.approx(area_mm2 * 200 / 1000, rel=1e-6)
+    assert first.volume.after_ml == pytest.approx(0.97**2 * area_mm2 * 200 / 1000, rel=1e-4)
+    assert second.volume is not None
+    assert second.volume.high_mm == pytest.approx(150.0, abs=0.5)
+    assert second.volume.after_ml == pytest.approx(second.volume.before_ml, rel=1e-6)
+    together = ledger.volume
+    assert together is not None
+    assert together.high_mm == second.volume.high_mm
+    change = (0.97**2 - 1) * area_mm2 * second.volume.high_mm / 1000
+    assert together.after_ml - together.before_ml == pytest.approx(change, rel=2e-3)
+    assert "All edits together: volume from the distal end to 150" in "\n".join(lines_of(ledger))
 
 
 def test_a_flat_shape_keeps_its_levels_apart() -> None:
