@@ -8,7 +8,7 @@ Method  each vertex goes where the planes of its faces meet once they have moved
 Fails   EditError: the surface would fold or cut through itself.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -46,37 +46,64 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     return moved
 
 
-def offset_unchecked(
-    mesh: Mesh, distance_mm: float, ease: Bool[np.ndarray, " n"] | None = None
-) -> Mesh:
-    """The offset for an edit that looks for crossings itself, with what else it adds.
+def offset_unchecked(mesh: Mesh, distance_mm: float) -> Mesh:
+    """The offset without a look for folds and crossings.
+
+    Raises:
+        EditError: the surface would turn inside out somewhere.
+    """
+    if distance_mm == 0.0:
+        return mesh
+    found = offset_by_places(mesh, np.full(len(mesh), distance_mm), None)
+    require_not_turned(mesh, found, distance_mm)
+    return found.mesh
+
+
+@dataclass(frozen=True)
+class OffsetFound:
+    """A surface that was offset, and the faces of it that turned inside out."""
+
+    mesh: Mesh
+    turned: Bool[np.ndarray, " f"]
+
+
+def offset_by_places(
+    mesh: Mesh, distances_mm: Float64[np.ndarray, " n"], ease: Bool[np.ndarray, " n"] | None
+) -> OffsetFound:
+    """The offset by a distance for each vertex, for an edit that looks itself for what is spoilt.
 
     Args:
         ease: Vertices whose moves are evened out with their neighbours' in any case.
 
     Raises:
-        EditError: the surface would turn inside out somewhere.
+        EditError: a distance is no number.
     """
-    if not np.isfinite(distance_mm):
+    if not np.isfinite(distances_mm).all():
         raise EditError("An offset needs a distance in millimetres that is a number.")
-    if distance_mm == 0.0:
-        return mesh
-    what = f"The offset by {distance_mm:g} mm"
-    moves = distance_mm * unit_offsets(mesh)
+    moves = distances_mm[:, None] * unit_offsets(mesh)
     moves = _eased(mesh, moves, ease)
     turned = _turning(mesh.face_normals(), mesh, moves) <= 0
     if turned.any():
         moves = _scraps_along(mesh, moves)
         turned = _turning(mesh.face_normals(), mesh, moves) <= 0
-    if turned.any():
-        x, y, z = mesh.vertices_mm[mesh.faces[turned.argmax()]].mean(0)
-        raise EditError(
-            f"{what} was not done: it would turn {int(turned.sum())} triangles inside out, where "
-            f"the surface bends more tightly than that, the first near ({x:.1f}, {y:.1f}, {z:.1f}) "
-            "mm. Offset by less, or smooth the surface first; between toes and in slits there is "
-            "no room: fill them in the program that made the shape."
-        )
-    return mesh.with_vertices(mesh.vertices_mm + moves)
+    return OffsetFound(mesh.with_vertices(mesh.vertices_mm + moves), turned)
+
+
+def require_not_turned(mesh: Mesh, found: OffsetFound, distance_mm: float) -> None:
+    """Refuse an offset that turns faces inside out.
+
+    Raises:
+        EditError: says how many, and where.
+    """
+    if not found.turned.any():
+        return
+    x, y, z = mesh.vertices_mm[mesh.faces[found.turned.argmax()]].mean(0)
+    raise EditError(
+        f"The offset by {distance_mm:g} mm was not done: it would turn {int(found.turned.sum())} "
+        "triangles inside out, where the surface bends more tightly than that, the first near "
+        f"({x:.1f}, {y:.1f}, {z:.1f}) mm. Offset by less, or smooth the surface first; between "
+        "toes and in slits there is no room: fill them in the program that made the shape."
+    )
 
 
 def unit_offsets(mesh: Mesh) -> Points3:

@@ -5,16 +5,22 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
-from jaxtyping import Int32
+from jaxtyping import Bool, Float64, Int32
 
 from limbgram.core.errors import EditError
-from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, face_components
+from limbgram.core.mesh.mesh import Mesh, lengths, unit
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    face_components,
+    with_any,
+    with_faces,
+)
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.offset import offset, offset_unchecked
+from limbgram.workbench.edits.offset import offset, offset_by_places, require_not_turned
 from limbgram.workbench.edits.regions import (
+    averaging,
     displaced,
     moved_by,
     require_frame,
@@ -25,7 +31,15 @@ from limbgram.workbench.edits.thickness import Thickness, between_skins, thin_li
 from limbgram.workbench.limb import Landmark, Limb
 
 _RETRIES = 5
-"""Times that a wall is evened out where it would cut through itself, before it is refused."""
+"""Times that a wall is evened out where it would cut through itself, before it is made thinner."""
+_THINNINGS, _THINNER, _BLEND = 8, 0.8, 10
+"""Times that it is made thinner there, to what share, and over how many triangles that runs out."""
+_ROOM = 1.1
+"""Its second skin is moved by so much more than its least thickness: skins are no planes."""
+_PEELINGS, _MOST_PEELED = 8, 0.03
+"""Times that a ragged open edge loses triangles, and the most of the area that it may lose."""
+_TOOTH = np.radians(75)
+"""A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
 LEAST_WALL_MM = 1.0
 """A free-standing wall that printers of every kind make: two beads of the usual nozzles (0.8 to
 1.2 mm), and what makers ask for powder (sintered or fused nylon) and resin. It says nothing of
@@ -152,21 +166,27 @@ class Wall:
                 "closed. Cut it open by a plane or a trimline first; a socket that is a solid "
                 "already needs no wall."
             )
-        ease = np.zeros(len(mesh), np.bool_)
-        solid = _solid(mesh, border, self, ease)
-        spoilt = spoilt_vertices(mesh, solid)
-        for _ in range(_RETRIES):
-            if not spoilt.any():
-                return _thick_enough(limb, self, solid)
-            # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
-            ease |= spoilt[: len(mesh)] | spoilt[len(mesh) :]
-            for _ in range(2):
-                ease[mesh.faces[ease[mesh.faces].any(1)]] = True
-            last, solid = solid, _solid(mesh, border, self, ease)
-            changed = (solid.vertices_mm != last.vertices_mm).any(1)
-            spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
-        require_sound(what, mesh, solid)
-        return _thick_enough(limb, self, solid)
+        whole_mm2 = _area_mm2(mesh)
+        for _ in range(_PEELINGS):
+            tried = _tried(mesh, self)
+            if tried.refusal is None:
+                break
+            peeled = _peeled(mesh, tried.spoilt)
+            if peeled is None or _area_mm2(peeled) < (1 - _MOST_PEELED) * whole_mm2:
+                raise tried.refusal
+            mesh = peeled
+        else:
+            tried = _tried(mesh, self)
+        if tried.refusal is not None:
+            raise tried.refusal
+        notes = list(tried.notes)
+        left_mm2 = whole_mm2 - _area_mm2(mesh)
+        if left_mm2 > 0:
+            notes.insert(
+                0,
+                f"{left_mm2:.0f} mm2 of the open edge, too ragged to become a wall, were left out",
+            )
+        return replace(limb, mesh=tried.solid, notes=(*limb.notes, *notes))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,13 +322,101 @@ def _faces_at(mesh: Mesh, border: np.ndarray) -> np.ndarray:
     return np.asarray(rim[mesh.faces].any(1))
 
 
-def _solid(mesh: Mesh, border: np.ndarray, edit: Wall, ease: np.ndarray) -> Mesh:
-    """The surface and its offset, joined along the open edges."""
+@dataclass(frozen=True)
+class _Tried:
+    """A wall, and why it cannot be left so."""
+
+    solid: Mesh
+    spoilt: Bool[np.ndarray, " n"]
+    """Vertices of the given skin where it cannot."""
+    refusal: EditError | None
+    notes: tuple[str, ...] = ()
+
+
+def _tried(mesh: Mesh, edit: Wall) -> _Tried:
+    """The wall: evened out where it would cut through itself, then thinner there."""
+    border = boundary_half_edges(mesh.faces)
     sign = 1.0 if edit.side == "outward" else -1.0
-    try:
-        other = offset_unchecked(mesh, sign * edit.thickness_mm, ease if ease.any() else None)
-    except EditError as error:
-        raise EditError(f"The wall's second surface cannot be made. {error}") from error
+    distance_mm = sign * edit.thickness_mm
+    least = min(1.0, _ROOM * edit.least_mm / edit.thickness_mm)
+    ease, share = np.zeros(len(mesh), np.bool_), np.ones(len(mesh))
+    mean = None
+    found = offset_by_places(mesh, distance_mm * share, None)
+    solid = _solid(mesh, found.mesh, border, sign)
+    spoilt = spoilt_vertices(mesh, solid)
+    for number in range(_RETRIES + _THINNINGS):
+        at = spoilt[: len(mesh)] | spoilt[len(mesh) :]
+        at[mesh.faces[found.turned]] = True
+        if not at.any():
+            break
+        # Where the wall would cut through itself, mostly at a ragged brim, it is evened out.
+        ease |= at
+        for _ in range(2):
+            ease[mesh.faces[ease[mesh.faces].any(1)]] = True
+        if number >= _RETRIES:
+            # Where the surface bends more tightly than the wall is thick, as between toes.
+            mean = averaging(mesh) if mean is None else mean
+            for _ in range(2):
+                at[mesh.faces[at[mesh.faces].any(1)]] = True
+            share = np.where(at, np.maximum(_THINNER * share, least), share)
+            blurred = share
+            for _ in range(_BLEND):
+                blurred = np.minimum(share, mean @ blurred)
+            share = np.maximum(blurred, least)
+        last = solid
+        found = offset_by_places(mesh, distance_mm * share, ease)
+        solid = _solid(mesh, found.mesh, border, sign)
+        changed = (solid.vertices_mm != last.vertices_mm).any(1)
+        spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
+    at = spoilt[: len(mesh)] | spoilt[len(mesh) :]
+    at[mesh.faces[found.turned]] = True
+    if at.any():
+        try:
+            require_not_turned(mesh, found, distance_mm)
+            require_sound(edit.title, mesh, solid)
+        except EditError as error:
+            return _Tried(solid, at, error)
+    return _thick_enough(mesh, edit, solid)
+
+
+def _area_mm2(mesh: Mesh) -> float:
+    return float(lengths(mesh.face_normals()).sum()) / 2
+
+
+def _peeled(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Mesh | None:
+    """The surface without its outermost triangles where its open edge is spoilt; None where the
+    spoilt places do not lie at an open edge.
+
+    No tooth is left near there, and nothing that hangs by a corner.
+    """
+    near = spoilt.copy()
+    for _ in range(2):
+        near[mesh.faces[with_any(near, mesh.faces)]] = True
+    at = np.zeros(len(mesh), np.bool_)
+    at[boundary_half_edges(mesh.faces)] = True
+    at &= near
+    if not at.any():
+        return None
+    faces = mesh.faces
+    while at.any():
+        faces = faces[~with_any(at, faces)]
+        starts = np.bincount(boundary_half_edges(faces)[:, 0], minlength=len(mesh))
+        angles = _corner_angles(mesh.vertices_mm[faces])
+        opening = np.bincount(faces.ravel(), angles.ravel(), len(mesh))
+        at = (starts > 1) | ((starts == 1) & near & (opening < _TOOTH))
+    parts = face_components(faces)
+    kept = parts == np.bincount(parts).argmax()
+    return with_faces(mesh, faces[kept])
+
+
+def _corner_angles(corners: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray, "f 3"]:
+    """In radians."""
+    ways = unit((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)).reshape(corners.shape)
+    return np.arccos(np.clip(-(ways * np.roll(ways, 1, axis=1)).sum(2), -1.0, 1.0))
+
+
+def _solid(mesh: Mesh, other: Mesh, border: np.ndarray, sign: float) -> Mesh:
+    """The surface and its offset, joined along the open edges."""
     outer, inner = (other, mesh) if sign > 0 else (mesh, other)
     count = len(mesh)
     a, b = border[:, 0], border[:, 1]
@@ -330,23 +438,34 @@ def _twice(values: np.ndarray | None) -> np.ndarray | None:
     return None if values is None else np.concatenate([values, values])
 
 
-def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
+def _thick_enough(mesh: Mesh, edit: Wall, solid: Mesh) -> _Tried:
     """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
-    found = between_skins(solid, len(limb.mesh), len(limb.mesh.faces))
+    found = between_skins(solid, len(mesh), len(mesh.faces))
     if found.thinnest_mm < _ROUNDING * edit.least_mm:
-        raise EditError(
-            f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
-            "allowed (least_mm). Mostly the brim is ragged there: cut it by a plane or a trimline "
-            "first, smooth the shape, or give the wall more thickness."
+        thin = found.at_vertices_mm < _ROUNDING * edit.least_mm
+        return _Tried(
+            solid,
+            thin[: len(mesh)] | thin[len(mesh) :],
+            EditError(
+                f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
+                "allowed (least_mm). Mostly the brim is ragged there: cut it by a plane or a "
+                "trimline first, smooth the shape, or give the wall more thickness."
+            ),
         )
-    lip = thin_lip(solid, edit.least_mm)
+    lip = thin_lip(solid, len(mesh.faces), edit.least_mm)
     if lip is not None:
         x, y, z = lip.place_mm
-        raise EditError(
-            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
-            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
-            f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's own "
-            "edge is: cut it by a plane or a trimline first."
+        thin = np.zeros(len(mesh), np.bool_)
+        thin[solid.faces[lip.faces] % len(mesh)] = True
+        return _Tried(
+            solid,
+            thin,
+            EditError(
+                f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} "
+                f"mm near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
+                f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's "
+                "own edge is: cut it by a plane or a trimline first."
+            ),
         )
     notes = [found.sentence()]
     if found.thinnest_mm < _STUDIED_MM:
@@ -354,7 +473,7 @@ def _thick_enough(limb: Limb, edit: Wall, solid: Mesh) -> Limb:
             f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
             "let it bear no weight before it was tested"
         )
-    return replace(limb, mesh=solid, notes=(*limb.notes, *notes))
+    return _Tried(solid, np.zeros(len(mesh), np.bool_), None, tuple(notes))
 
 
 def _sentence(found: Thickness) -> str:

@@ -68,6 +68,8 @@ class Lip:
 
     thickness_mm: float
     place_mm: Vector3
+    faces: Int64[np.ndarray, " k"]
+    """All that are thinner than the least."""
 
 
 def between_skins(solid: Mesh, first: int, faces: int) -> Thickness:
@@ -115,19 +117,22 @@ def wall_of(mesh: Mesh) -> Thickness | None:
     )
 
 
-def thin_lip(mesh: Mesh, least_mm: float) -> Lip | None:
+def thin_lip(solid: Mesh, faces: int, least_mm: float) -> Lip | None:
     """Where a wall ends in a lip or an acute edge thinner than the least; None where it does not.
 
-    Faces count that look within 60 degrees against each other, and are as thin over more than a
-    sliver: a brim that was cut has none, a scan's own ragged brim has.
+    One of two opposite faces lies on the rim, which joins the skins: what lies between these,
+    `between_skins` measures. Faces count that look within 60 degrees against each other, and are as
+    thin over more than a sliver: a brim that was cut has none, a scan's own ragged brim has.
     """
-    cast = _Cast.of(mesh)
-    least, places = cast.everywhere(_LEANING)
+    cast = _Cast.of(solid)
+    least, places = cast.everywhere(_LEANING, rim=2 * faces)
     thin = least < least_mm
     if not cast.areas_mm2[thin].sum() >= _PATCH_MM2:
         return None
     thinnest = int(least.argmin())
-    return Lip(thickness_mm=float(least[thinnest]), place_mm=places[thinnest])
+    return Lip(
+        thickness_mm=float(least[thinnest]), place_mm=places[thinnest], faces=np.flatnonzero(thin)
+    )
 
 
 @dataclass(frozen=True)
@@ -147,8 +152,12 @@ class _Cast:
         TriangleMesh(scene, corners.astype(np.float32))
         return cls(scene, corners, unit(weighted), np.linalg.norm(weighted, axis=1) / 2)
 
-    def everywhere(self, opposed: float) -> tuple[Float64[np.ndarray, " f"], Points3]:
-        """The least distance across from each face, infinite for none, and where on it that is."""
+    def everywhere(self, opposed: float, rim: int = 0) -> tuple[Float64[np.ndarray, " f"], Points3]:
+        """The least distance across from each face, infinite for none, and where on it that is.
+
+        Args:
+            rim: Two faces that both come before this one do not count.
+        """
         corners = self.corners
         sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(1)
         least = np.full(len(corners), np.inf)
@@ -156,14 +165,14 @@ class _Cast:
         for k, share in enumerate(_PLACES / _PLACES.sum(1, keepdims=True)):
             looked = np.flatnonzero(sides > _FINE_MM) if k else np.arange(len(corners))
             points = np.einsum("k,fkd->fd", share, corners[looked])
-            reach = self.across(looked, points, opposed)
+            reach = self.across(looked, points, opposed, rim)
             nearer = reach < least[looked]
             least[looked[nearer]] = reach[nearer]
             places[looked[nearer]] = points[nearer]
         return least, places
 
     def across(
-        self, looked: Int64[np.ndarray, " k"], points: Points3, opposed: float
+        self, looked: Int64[np.ndarray, " k"], points: Points3, opposed: float, rim: int = 0
     ) -> Float64[np.ndarray, " k"]:
         """Distance of a place on each face from the plane of what lies opposite."""
         inward = -self.normals[looked]
@@ -171,7 +180,8 @@ class _Cast:
         met = np.asarray(self.scene.run(start, inward.astype(np.float32)))
         facing = np.einsum("fd,fd->f", self.normals[looked], self.normals[met])
         drop = np.einsum("fd,fd->f", self.corners[met, 0] - points, self.normals[met])
-        return np.where((met >= 0) & (facing < opposed), np.maximum(drop, 0.0), np.inf)
+        counts = (met >= 0) & (facing < opposed) & ((looked >= rim) | (met >= rim))
+        return np.where(counts, np.maximum(drop, 0.0), np.inf)
 
 
 def _thinnest_patch(

@@ -4,16 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.unit.workbench.edits.conftest import stump
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, boundary_loops, volume_mm3, with_faces
+from limbgram.core.mesh.topology import (
+    boundary_half_edges,
+    boundary_loops,
+    is_edge_manifold,
+    volume_mm3,
+    with_faces,
+)
 from limbgram.workbench.edits.cutting import PlaneCut
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.ends import DistalEnd, Extension, Flare
 from limbgram.workbench.edits.regional import Load
 from limbgram.workbench.edits.solids import Fill, Mirror, Offset, Wall
-from limbgram.workbench.edits.thickness import wall_of
+from limbgram.workbench.edits.thickness import between_skins, wall_of
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.recipe.recipe import Entry, Recipe, replay
 
@@ -240,6 +247,45 @@ def test_a_ragged_brim_is_cut_before_it_becomes_a_wall(limb: Limb) -> None:
     heights = limb.frame.limb_from_mesh.apply(limb.mesh.vertices_mm)[:, 2]
     cut = do_edit(torn, PlaneCut(height_mm=float(heights.max()) - 12))
     assert "where it is thinnest" in do_edit(cut, Wall(thickness_mm=3)).notes[-1]
+
+
+def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
+    """As a scan's own edge: most triangles along the brim stand out of it, each by itself."""
+    mesh = stump(144, 2.0)
+    height = mesh.vertices_mm[mesh.faces][:, :, 2]
+    upper = (height == TOP_MM).sum(1) == 2  # the triangles that have a side on the brim
+    gone = upper & (np.random.default_rng(3).random(len(upper)) < 0.7)
+    torn = with_faces(mesh, mesh.faces[~gone])
+    made = do_edit(Limb(mesh=torn), Wall(thickness_mm=3))
+    assert is_edge_manifold(made.mesh.faces)
+    assert not len(boundary_half_edges(made.mesh.faces))
+    found = wall_of(made.mesh)
+    assert found is not None
+    assert found.thinnest_mm == pytest.approx(3, abs=0.05)
+    left_mm2 = float(made.notes[0].split(" mm2")[0])
+    row_mm2 = 2 * np.pi * RADIUS_MM * 2.0
+    assert 0.1 * row_mm2 < left_mm2 < 2 * row_mm2
+    assert "open edge" in made.notes[0]
+
+
+def test_a_wall_is_thinner_where_the_shape_bends_more_tightly_and_says_where() -> None:
+    """A slit of 3 mm round its ground, along the limb; 8 mm of wall have no room in it."""
+    mesh = stump(288, 1.0)
+    x, y, z = mesh.vertices_mm.T
+    deep = 12 * np.exp(-((np.arctan2(y, x) / 0.07) ** 2)) * np.exp(-(((z - 90) / 25) ** 4))
+    inward = np.column_stack([1 - deep / RADIUS_MM, 1 - deep / RADIUS_MM, np.ones(len(z))])
+    grooved = mesh.with_vertices(mesh.vertices_mm * inward)
+    made = do_edit(Limb(mesh=grooved), Wall(thickness_mm=8))
+    assert not len(boundary_half_edges(made.mesh.faces))
+    skins = between_skins(made.mesh, len(mesh), len(mesh.faces))
+    assert 1.0 <= skins.thinnest_mm < 7
+    assert skins.median_mm == pytest.approx(8, abs=0.05)
+    assert skins.place_mm[0] > 25
+    assert abs(skins.place_mm[1]) < 12
+    assert f"{skins.thinnest_mm:.2f} mm thick where it is thinnest" in made.notes[0]
+    added = (8 * 2 * np.pi * 44 * 120) + 2 / 3 * np.pi * (48**3 - 40**3)
+    volume = volume_mm3(made.mesh)
+    assert 0.9 * added < volume < 1.02 * added
 
 
 def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:
