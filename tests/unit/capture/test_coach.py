@@ -2,16 +2,21 @@
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+from PIL import Image
 
-from limbgram.capture.coach import CheckedPhoto, limb_shown, missing_round
+from limbgram.capture.coach import CheckedPhoto, limb_shown, look_at_limb, missing_round
 from limbgram.core.errors import RegionError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.geometry.lens import Camera
 from limbgram.reconstruction.dense.region import find_region
+from limbgram.reconstruction.features.detection import detect
 from limbgram.reconstruction.mapping.scene import Observations, Scene
 from limbgram.reconstruction.photos.photo import Exif, Photo, PhotoSet
+from limbgram.reconstruction.photos.reading import read_photos
+from limbgram.reconstruction.scale.metric import MetricScene, Scale
 from limbgram.reconstruction.scale.scaling import to_millimetres
 from limbgram.synthetic.photographer import walk_round
 
@@ -140,3 +145,45 @@ def _photo(name: str) -> Photo:
         name=name, path=Path(name), width_px=1600, height_px=1200, exif=Exif(), sha256="",
         camera_idx=0,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("burnt_px", [0, 60])
+def test_exposure_is_judged_on_the_limb_and_not_on_what_its_outline_spans(
+    tmp_path: Path, burnt_px: int
+) -> None:
+    """A leg with its foot before paper that is burnt out; a spot on the leg is burnt too."""
+    draw = np.random.default_rng(6)
+    angle, along = draw.uniform(0, 2 * np.pi, (2, 2000)), draw.uniform(0, 0.3, (2, 2000))
+    across = 0.03 * np.stack([np.cos(angle), np.sin(angle)])
+    leg = np.column_stack([across[0, 0], across[1, 0], along[0]])
+    foot = np.column_stack([across[0, 1], along[1], across[1, 1]])
+    limb = np.concatenate([leg, foot])
+    lens = Camera(width_px=900, height_px=800, fx=1500.0, fy=1500.0, cx=449.5, cy=399.5)
+    pose = Rigid(np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]]), np.array([-0.13, 0.15, 1.0]))
+    nothing = np.zeros(0, np.int32)
+    scene = Scene(
+        names=("a.png", "b.png", "c.png"),
+        cameras=(lens,),
+        camera_idx=(0, 0, 0),
+        camera_from_world=(pose, pose, pose),
+        points_in_world=limb,
+        observations=Observations(nothing, nothing, np.zeros((0, 2))),
+        verdicts=(),
+    )
+    xy_px = np.round(scene.view(0).project(limb)).astype(int)
+    shown = np.zeros((800, 900), np.uint8)
+    shown[xy_px[:, 1], xy_px[:, 0]] = 1
+    shown = np.asarray(cv2.morphologyEx(shown, cv2.MORPH_CLOSE, np.ones((41, 41), np.uint8)))
+    luma = np.where(shown > 0, draw.integers(60, 180, shown.shape), 255).astype(np.uint8)
+    row, column = (int(value) for value in np.median(np.argwhere(shown[:300]), axis=0))
+    luma[row : row + burnt_px, column - 30 : column - 30 + burnt_px] = 255
+    for name in ("a.png", "b.png"):
+        luma[0, 0] -= 1
+        Image.fromarray(luma).save(tmp_path / name)
+    photos = read_photos([tmp_path])
+    whole = cv2.contourArea(cv2.convexHull(xy_px.astype(np.float32)))
+    assert shown.sum() < 0.7 * whole  # the outline spans more paper than would be called burnt
+    scale = Scale(unit="unitless", source="none", relative_sigma=float("nan"))
+    metric = MetricScene(scene=scene, scale=scale)
+    looked = look_at_limb(photos, photos, detect(photos), metric, limb, {})
+    assert looked[0].photo.burnt == pytest.approx(burnt_px**2 / shown.sum(), abs=0.02)
