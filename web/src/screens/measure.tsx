@@ -5,6 +5,7 @@
  * until it has also compared it, nothing is said of agreement.
  */
 import { useSignal } from "@preact/signals";
+import { Fragment } from "preact";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -80,6 +81,21 @@ export function MeasureScreen({ room }: RoomProps) {
       }
       await measures.again();
     });
+  /** Beside the reading that was refused: it is not in the field any more. */
+  const notKept = (height_mm: number) => {
+    const found = [...wrong.value].find(([height]) => heightIs(height, height_mm))?.[1];
+    return (
+      found && (
+        <tr key={`not kept ${height_mm}`}>
+          <td colSpan={5}>
+            <p class="wrong" role="alert">
+              {t("measure.not.kept", height_mm.toFixed(0), found.girth_mm ?? "–")} {found.refused.message}
+            </p>
+          </td>
+        </tr>
+      )
+    );
+  };
   const sheet = () =>
     act.run(async () => {
       const response = await fetch(`${ROOT}/cases/${room.id}/measures.csv`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body()), credentials: "same-origin" });
@@ -106,9 +122,6 @@ export function MeasureScreen({ room }: RoomProps) {
               <span class="grow" />
               {tape.length > 0 && <Chip tone={waits ? "plain" : conflicts.length ? "amber" : "green"}>{t("measure.tapes", tape.length)}</Chip>}
             </div>
-            {[...wrong.value].map(([height, { girth_mm, refused }]) => (
-              <Refusal key={height} refused={new Refused(refused.kind, `${t("measure.not.kept", height.toFixed(0), girth_mm ?? "–")} ${refused.message}`, refused.status)} action={<Button onClick={() => said(height, null, null)}>{t("close")}</Button>} />
-            ))}
             {conflicts.map((one) => (
               <Notice
                 key={one.height_mm}
@@ -154,7 +167,10 @@ export function MeasureScreen({ room }: RoomProps) {
                 </thead>
                 <tbody>
                   {rows.map((one) => (
-                    <LevelRow key={one.height_mm} one={one} on={level.value !== null && Math.abs(level.value - one.height_mm) < spacing.value / 2} tape={tape.find((r) => heightIs(r.height_mm, one.from_reference_mm))} onLevel={() => (level.value = one.height_mm)} onTape={(girth) => void keep(one.from_reference_mm, girth)} />
+                    <Fragment key={one.height_mm}>
+                      <LevelRow one={one} on={level.value !== null && Math.abs(level.value - one.height_mm) < spacing.value / 2} tape={tape.find((r) => heightIs(r.height_mm, one.from_reference_mm))} onLevel={() => (level.value = one.height_mm)} onTape={(girth) => void keep(one.from_reference_mm, girth)} />
+                      {notKept(one.from_reference_mm)}
+                    </Fragment>
                   ))}
                   {tape
                     .filter((r) => !rows.some((one) => heightIs(r.height_mm, one.from_reference_mm)))
@@ -169,6 +185,7 @@ export function MeasureScreen({ room }: RoomProps) {
                         <Difference of={r} />
                       </tr>
                     ))}
+                  {[...wrong.value.keys()].filter((height) => !rows.some((one) => heightIs(height, one.from_reference_mm))).map(notKept)}
                 </tbody>
               </table>
               {level.value !== null && !rows.some((one) => Math.abs(one.height_mm - (level.value ?? 0)) < 0.5) && (
