@@ -268,7 +268,12 @@ def test_a_run_that_finds_the_disk_full_leaves_the_line(
 ) -> None:
     """Whether it is asked for, begins or ends just then: the next one begins."""
     own = case.rpartition("/")[2]
-    of_the_disk = f"print({json.dumps(json.dumps(FULL))}); raise SystemExit(3)"
+    may_end = clinic.shelf.root / "may-end"
+    of_the_disk = f"""
+import os, time
+while not os.path.exists({str(may_end)!r}): time.sleep(0.02)
+print({json.dumps(json.dumps(FULL))})
+raise SystemExit(3)"""
     clinic.runner.command = (sys.executable, "-c", of_the_disk)
     states = {"asked": "queued", "begins": "running", "ends": "refused"}
 
@@ -280,6 +285,9 @@ def test_a_run_that_finds_the_disk_full_leaves_the_line(
     monkeypatch.setattr("limbgram.cases.running.write_json", write_if_there_is_room)
     asked = {"board": None, "unscaled": True}
     first = client.post(f"{case}/job", json=asked)
+    other = new_case(client)
+    assert client.post(f"{other}/job", json=asked).status_code == 202
+    may_end.write_bytes(b"")
     if full == "asked":
         assert first.status_code == 507
         assert client.get(f"{case}/job").json()["state"] == "none"
@@ -287,8 +295,6 @@ def test_a_run_that_finds_the_disk_full_leaves_the_line(
         refused = wait(client, case, lambda job: job["state"] not in ("queued", "running"))
         assert refused["state"] == "refused"
         assert "full" in refused["message"]
-    other = new_case(client)
-    assert client.post(f"{other}/job", json=asked).status_code == 202
     assert wait(client, other, lambda job: job["state"] == "refused")["before"] == 0
     monkeypatch.undo()
     assert client.post(f"{case}/job", json=asked).status_code == 202, "and so does the same again"
