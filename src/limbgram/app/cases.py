@@ -46,6 +46,7 @@ class Verdict(BaseModel):
 
     light: Literal["green", "amber", "red"]
     headline: str
+    size_checked: bool = Field(description="A length that set no scale, and no print, confirms it.")
     reasons: list[str] = []
     facts: str = ""
 
@@ -300,6 +301,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         else Verdict(
             light=verdict.light,
             headline=verdict.headline,
+            size_checked=verdict.size_checked,
             reasons=list(verdict.reasons),
             facts=verdict.facts,
         )

@@ -876,6 +876,26 @@ export interface paths {
         patch: operations["change_tape"];
         trace?: never;
     };
+    "/api/v1/cases/{case_id}/tape/accept": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Accept Tape
+         * @description Note, for the record, that somebody goes on in spite of what this reading says.
+         */
+        post: operations["accept_tape"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/edits": {
         parameters: {
             query?: never;
@@ -2392,6 +2412,8 @@ export interface components {
             mean_size_mm: number;
             /** Moved Share */
             moved_share: number;
+            /** Largest At */
+            largest_at: number;
         };
         /**
          * EditChange
@@ -2449,6 +2471,18 @@ export interface components {
              * @description In one line.
              */
             text: string;
+        };
+        /**
+         * Extreme
+         * @description The girth where an edit moved the surface most.
+         */
+        Extreme: {
+            /** Height Mm */
+            height_mm: number;
+            /** Before Mm */
+            before_mm: number | null;
+            /** After Mm */
+            after_mm: number | null;
         };
         /**
          * Figures
@@ -2800,6 +2834,7 @@ export interface components {
             levels_mm: number[];
             /** Lines */
             lines: components["schemas"]["Line"][];
+            volume?: components["schemas"]["VolumeChange"] | null;
             /** Places Mm */
             places_mm?: {
                 [key: string]: number;
@@ -2949,6 +2984,8 @@ export interface components {
             edit: string;
             before: components["schemas"]["Figures"];
             after: components["schemas"]["Figures"];
+            volume: components["schemas"]["VolumeChange"] | null;
+            extreme: components["schemas"]["Extreme"] | null;
             displacement: components["schemas"]["Displacement"] | null;
             /**
              * Told
@@ -3770,10 +3807,22 @@ export interface components {
              */
             difference_mm?: number | null;
             /**
+             * Within Mm
+             * @description ± of the difference, of tape and shape, in 95 of 100.
+             */
+            within_mm?: number | null;
+            /**
              * Conflict
+             * @description Tape and shape contradict each other.
              * @default false
              */
             conflict: boolean;
+            /**
+             * Accepted
+             * @description When somebody went on in spite of it.
+             * @default
+             */
+            accepted: string;
             /**
              * Reason
              * @description Why there is nothing to compare with.
@@ -3905,6 +3954,11 @@ export interface components {
             /** Headline */
             headline: string;
             /**
+             * Size Checked
+             * @description A length that set no scale, and no print, confirms it.
+             */
+            size_checked: boolean;
+            /**
              * Reasons
              * @default []
              */
@@ -3930,6 +3984,20 @@ export interface components {
              * @default
              */
             note: string;
+        };
+        /**
+         * VolumeChange
+         * @description Volumes between the same two heights; None stands for an end of the limb.
+         */
+        VolumeChange: {
+            /** Low Mm */
+            low_mm: number | null;
+            /** High Mm */
+            high_mm: number | null;
+            /** Before Ml */
+            before_ml: number;
+            /** After Ml */
+            after_ml: number;
         };
         /**
          * Witness
@@ -7680,6 +7748,78 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ReadingChange"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Reading"][];
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    accept_tape: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Id of the case, such as K7Q-4F2. */
+                case_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["Reading"];
             };
         };
         responses: {

@@ -70,6 +70,13 @@ export function MeasureScreen({ room }: RoomProps) {
     if (refused) next.set(height_mm, { girth_mm, refused });
     wrong.value = next;
   };
+  /** Going on in spite of a conflict is an act: the record tells it, with its time. */
+  const goOn = () =>
+    act.run(async () => {
+      for (const { height_mm, girth_mm, verdict } of conflicts)
+        if (!verdict?.accepted) await perform(room.id, "post", "/api/v1/cases/{case_id}/tape/accept", { ...path, body: { height_mm, girth_mm } });
+      go(href.step(room.id, "rectify"));
+    });
   const keep = (height_mm: number, girth_mm: number | null) =>
     act.run(async () => {
       said(height_mm, null, girth_mm);
@@ -129,7 +136,7 @@ export function MeasureScreen({ room }: RoomProps) {
                 title={t("measure.conflict", one.height_mm.toFixed(0), one.girth_mm.toFixed(1), one.verdict?.measured_mm?.value.toFixed(1) ?? "–", signed(one.verdict?.difference_mm ?? 0))}
                 action={<Button onClick={() => (level.value = one.height_mm + from)}>{t("result.show")}</Button>}
               >
-                {t("measure.conflict.do")}
+                {t("measure.conflict.do", (one.verdict?.within_mm ?? 0).toFixed(1))}
               </Notice>
             ))}
             <p class="here" role="status">
@@ -243,7 +250,7 @@ export function MeasureScreen({ room }: RoomProps) {
           </section>
         </div>
         <div class="next">
-          <Button go big trailing="next" off={aligned ? null : t("measure.needs")} onClick={() => go(href.step(room.id, "rectify"))}>
+          <Button go big trailing="next" off={aligned ? null : t("measure.needs")} onClick={goOn}>
             {conflicts.length ? t("measure.next.anyway") : t("measure.next")}
           </Button>
           {conflicts.length > 0 && <p class="small soft">{t("measure.next.why")}</p>}

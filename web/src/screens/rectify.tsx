@@ -580,7 +580,7 @@ export function RectifyScreen({ room }: RoomProps) {
     return Number.isFinite(now) ? { now, change: now - girthBefore } : null;
   }, [limb, level.value, trial.value, base, girthBefore, draft.value, previewed.value]);
   const line = trial.value?.line ?? null;
-  const volume = line ? line.after.volume_ml - line.before.volume_ml : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
+  const volume = line ? changed(line.volume) : areas !== null && d ? (sign * areas * d.depth_mm) / 1000 : null;
   const word = /"((?:load on|depth to|relieve)[^"]*)"/.exec(refused.value?.message ?? "")?.[1] ?? null;
 
   /** An edit that is drawn and not kept: leaving the page would lose it. */
@@ -746,7 +746,7 @@ export function RectifyScreen({ room }: RoomProps) {
               </div>
             </section>
           )}
-          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : (first ?? "sock")} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={keeping.value} waits={waits.value} volume_ml={trial.value && line ? line.after.volume_ml - line.before.volume_ml : null} refused={refused.value} onTry={tryNew} onKeep={add} onDrop={drop} />}
+          {(tool.value === "levels" || tool.value === "other") && <OtherEdit key={tool.value} first={tool.value === "levels" ? "reduction" : (first ?? "sock")} only={tool.value === "levels" ? ["reduction", "increase", "liner", "sock-ply"] : null} places={limb?.reply.places.map((one) => one.name) ?? []} busy={keeping.value} waits={waits.value} volume_ml={trial.value && line ? changed(line.volume) : null} refused={refused.value} onTry={tryNew} onKeep={add} onDrop={drop} />}
           {tool.value === "template" && (
             <TemplateEdits
               room={room}
@@ -876,7 +876,7 @@ function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, 
         {edits.map((one) => {
           const words = wordsOf(one);
           const line = lines.find((l) => l.number === one.was);
-          const change = line && one.on ? line.after.volume_ml - line.before.volume_ml : null;
+          const change = line && one.on ? changed(line.volume) : null;
           return (
             <li
               key={one.number}
@@ -939,15 +939,17 @@ function LedgerTable({ ledger, line, level, onLevel }: { ledger: NonNullable<Led
   const last = ledger.lines[ledger.lines.length - 1];
   const now = line?.after ?? last.after;
   const before = line?.before ?? last.before;
-  const all = now.volume_ml - first.before.volume_ml;
-  const share = (100 * all) / first.before.volume_ml;
+  const all = changed(ledger.volume);
+  const span = ledger.volume;
+  const most = ledger.lines.flatMap((one) => (one.extreme ? [{ number: one.number, ...one.extreme }] : []));
   return (
     <section class="ledger">
       <div class="row-head">
         <h2>{t("ledger")}</h2>
         <span class="grow" />
         <span class="small soft">
-          {t("ledger.all")} <b>{signed(all)} mL</b>, {signed(share)} %
+          {t("ledger.all")} <b>{all === null ? "–" : `${signed(all)} mL`}</b>
+          {all !== null && span && span.before_ml > 0 && `, ${signed((100 * all) / span.before_ml)} %`}
         </span>
       </div>
       <table class="led">
@@ -977,7 +979,31 @@ function LedgerTable({ ledger, line, level, onLevel }: { ledger: NonNullable<Led
             );
           })}
         </tbody>
+        {most.length > 0 && (
+          <tbody>
+            <tr>
+              <th colSpan={5} scope="colgroup">
+                {t("ledger.most")}
+              </th>
+            </tr>
+            {most.map((one) => (
+              <tr key={one.number} class="pick" tabIndex={0} onClick={() => onLevel(one.height_mm)} onFocus={() => onLevel(one.height_mm)}>
+                <td class="num">{one.height_mm.toFixed(0)}</td>
+                <td class="num soft">{one.before_mm?.toFixed(1) ?? "–"}</td>
+                <td class="num">{one.after_mm?.toFixed(1) ?? "–"}</td>
+                <td class="num soft">{one.number}.</td>
+                <td class="num">{one.before_mm === null || one.after_mm === null ? "–" : signed(one.after_mm - one.before_mm)}</td>
+              </tr>
+            ))}
+          </tbody>
+        )}
       </table>
+      {span && (span.low_mm !== null || span.high_mm !== null) && <p class="small faint">{t("ledger.span", span.low_mm?.toFixed(0) ?? "0", span.high_mm?.toFixed(0) ?? "–")}</p>}
     </section>
   );
+}
+
+/** By how much an edit changed the volume; null where it is not comparable. */
+function changed(volume: Schemas["VolumeChange"] | null | undefined): number | null {
+  return volume ? volume.after_ml - volume.before_ml : null;
 }

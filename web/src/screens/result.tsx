@@ -204,7 +204,7 @@ export function VerdictLines({ info }: { info: Schemas["Case"] }) {
 function SizeLines({ tapes, verdict }: { tapes: Schemas["Kit"]["tapes"]; verdict: Schemas["Case"]["verdict"] }) {
   const said = saidOf(verdict);
   if (!tapes.length)
-    return /size (is )?unchecked/.test(said) ? (
+    return verdict && !verdict.size_checked && verdict.light !== "red" ? (
       <Notice tone="amber" title={t("size.unchecked")}>
         {t("size.unchecked.do")}
       </Notice>
