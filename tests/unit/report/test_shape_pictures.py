@@ -13,6 +13,7 @@ from limbgram.report.drawings.courses import course, unrolled
 from limbgram.report.drawings.differences import difference_pictures, paint_of
 from limbgram.report.drawings.drawing import Drawing, png
 from limbgram.report.drawings.mirrorcheck import mirror_check
+from limbgram.report.record.views import four_sides_of_limb
 from limbgram.workbench.compare.comparison import CompareOptions, compare
 from limbgram.workbench.compare.following import FollowOptions, Visit, follow
 from limbgram.workbench.compare.registration import RegistrationOptions
@@ -199,3 +200,16 @@ def test_the_views_of_a_mirror_check_have_one_scale_though_the_limb_is_deeper_th
         heights.append(np.ptp(np.flatnonzero(drawn.any(1))) * per_pixel)
     assert len(heights) == 3
     np.testing.assert_allclose(heights, heights[0], rtol=0.01)
+
+
+def test_every_view_of_the_record_says_in_its_corners_what_lies_there(stump) -> None:
+    said = [
+        {one.get_text(): one.get_position()[0] for one in axes.texts if one.get_text() in "RLFB"}
+        for axes in four_sides_of_limb(stump.mesh, (), "right").figure.axes
+    ]
+    assert said == [  # anterior, the patient's right, posterior, the patient's left
+        {"R": 0.02, "L": 0.98},
+        {"B": 0.02, "F": 0.98},
+        {"L": 0.02, "R": 0.98},
+        {"F": 0.02, "B": 0.98},
+    ]

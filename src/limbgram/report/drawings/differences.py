@@ -16,6 +16,7 @@ from limbgram.core.interval import COVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import FAINT, INK, Drawing, axes_at, bare
 from limbgram.report.drawings.shading import Frame, looking_along, shade_each
+from limbgram.report.drawings.views import BESIDE, letter_corners
 from limbgram.workbench.compare.comparison import Comparison
 from limbgram.workbench.compare.messages import IQR_LIMIT_MM, MRE_LIMIT_MM
 
@@ -103,6 +104,8 @@ def _row(
         axes.set_axis_off()
         title = side if anatomical else f"{azimuth_deg}°"
         axes.set_title(title, fontsize=12, color=FAINT, y=1.0)
+        if anatomical:
+            letter_corners(axes, BESIDE[azimuth_deg])
 
 
 def _bar(figure: SubFigure, colours: ScalarMappable, edges: Sequence[float], label: str) -> None:

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BLUE, FAINT, INK, ORANGE, Drawing, axes_at, bare, plain
 from limbgram.report.drawings.shading import Frame, looking_along, shade_all
+from limbgram.report.drawings.views import BESIDE, FROM_ABOVE, letter_corners
 from limbgram.workbench.frame.landmarks import in_limb_frame
 from limbgram.workbench.measures.measuring import Measures, Row
 
@@ -53,12 +54,12 @@ def sections_drawing(measures: Measures) -> Drawing:
     front.set_xlabel(_TOWARDS[90], fontsize=8, color=INK)
     front.set_ylabel(f"height from the {measures.counted_from}, mm", fontsize=8, color=INK)
     front.set_title("front", **_TITLE)
-    _lettered(front, "R", "L")
+    letter_corners(front, BESIDE[90])
     _side(beside, frames[1], of_side, rows, zero)
     beside.set_xlabel(_TOWARDS[outer_deg], fontsize=8, color=INK)
     side = "patient's left" if outer_deg else "patient's right"
     beside.set_title(f"from the {side}; girth by tape, mm", **_TITLE)
-    _lettered(beside, *(("F", "B") if outer_deg else ("B", "F")))
+    letter_corners(beside, BESIDE[outer_deg])
     _label(beside, rows)
     _sections(above, bar, rows)
     return Drawing(
@@ -117,22 +118,6 @@ def _side(
     plain(axes)
 
 
-def _lettered(axes: Axes, left: str, right: str) -> None:
-    """What lies left and right in a picture, in its upper corners: R and L, F and B."""
-    for along, across, name in ((0.02, "left", left), (0.98, "right", right)):
-        axes.text(
-            along,
-            0.99,
-            name,
-            transform=axes.transAxes,
-            color=INK,
-            fontsize=13,
-            weight="bold",
-            va="top",
-            ha=across,
-        )
-
-
 def _label(axes: Axes, rows: list[Row]) -> None:
     """Girths beside the levels, as many as can be read."""
     right = axes.get_xlim()[1]
@@ -160,7 +145,7 @@ def _sections(axes: Axes, beside: Axes, rows: list[Row]) -> None:
     axes.plot([0], [0], "+", color=ORANGE, ms=9)
     axes.set_aspect("equal")
     axes.autoscale()
-    _lettered(axes, "L", "R")
+    letter_corners(axes, FROM_ABOVE)
     plain(axes).set_title("sections from above, front upwards", **_TITLE)
     axes.set_xlabel("to the patient's right, mm", fontsize=8, color=INK)
     axes.set_ylabel(_TOWARDS[0], fontsize=8, color=INK)

@@ -1,4 +1,4 @@
-"""Views: frames of a limb from its sides at one scale, and its landmarks numbered in them."""
+"""Views: frames of a limb from its sides at one scale, landmarks numbered, corners lettered."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from limbgram.core.mesh.closest import TriangleTree
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.report.drawings.drawing import RED
+from limbgram.report.drawings.drawing import INK, RED
 from limbgram.report.drawings.shading import Frame, looking_along
 from limbgram.workbench.limb import Landmark
 
@@ -17,6 +17,11 @@ Vectors3 = Float64[np.ndarray, "n 3"]
 _HEIGHT_PX = 560
 _FACING = 0.15
 """Cosine to the viewer from which a landmark is drawn: those behind the horizon are not."""
+
+BESIDE = {90: ("R", "L"), 0: ("B", "F"), 270: ("L", "R"), 180: ("F", "B")}
+"""What lies left and right in a view, by its degrees from the patient's right towards the front."""
+FROM_ABOVE = ("L", "R")
+"""The same in a section, which is seen from above with the front upwards."""
 
 
 def limb_frames(mesh_in_limb: Mesh, azimuths_deg: Sequence[int]) -> list[Frame]:
@@ -35,6 +40,22 @@ def limb_frames(mesh_in_limb: Mesh, azimuths_deg: Sequence[int]) -> list[Frame]:
         )
         for azimuth_deg in azimuths_deg
     ]
+
+
+def letter_corners(axes: Axes, beside: tuple[str, str]) -> None:
+    """Say in the upper corners of a picture what lies left and right in it: R, L, F or B."""
+    for along, across, name in zip((0.02, 0.98), ("left", "right"), beside, strict=True):
+        axes.text(
+            along,
+            0.99,
+            name,
+            transform=axes.transAxes,
+            color=INK,
+            fontsize=13,
+            weight="bold",
+            va="top",
+            ha=across,
+        )
 
 
 def normals_at(mesh: Mesh, landmarks: Sequence[Landmark]) -> Vectors3:

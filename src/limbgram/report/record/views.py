@@ -7,7 +7,13 @@ import numpy as np
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.report.drawings.drawing import BELOW_PX, FAINT, Drawing, axes_at, bare, scale_bar
 from limbgram.report.drawings.shading import shade_all
-from limbgram.report.drawings.views import limb_frames, normals_at, number_landmarks
+from limbgram.report.drawings.views import (
+    BESIDE,
+    letter_corners,
+    limb_frames,
+    normals_at,
+    number_landmarks,
+)
 from limbgram.workbench.limb import Landmark, Side
 
 _WIDTH_IN = 10.5
@@ -25,13 +31,15 @@ def four_sides_of_limb(mesh_in_limb: Mesh, landmarks: Sequence[Landmark], side: 
     normals = normals_at(mesh_in_limb, landmarks)
     shaded = shade_all(mesh_in_limb, frames)
     lefts_in = _GAP_IN + (across_in + _GAP_IN) * np.arange(4)
-    for left_in, (title, _), frame, picture in zip(lefts_in, sides, frames, shaded, strict=True):
+    panels = zip(lefts_in, sides, frames, shaded, strict=True)
+    for left_in, (title, azimuth_deg), frame, picture in panels:
         axes = axes_at(figure, left_in, _TITLE_IN, across_in, along_in)
         axes.imshow(picture)
         axes.set_axis_off()
         axes.set_title(title, fontsize=10, color=FAINT, y=1.0)
         number_landmarks(axes, frame, landmarks, normals)
         scale_bar(axes, frame)
+        letter_corners(axes, BESIDE[azimuth_deg])
     filled = mesh_in_limb.filled
     share = 0.0 if filled is None else float(filled.mean())
     return Drawing(figure, _caption(bool(landmarks), share))
