@@ -41,21 +41,11 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     Raises:
         EditError: the surface would fold or cut through itself.
     """
-    moved = offset_unchecked(mesh, distance_mm)
-    require_sound(f"The offset by {distance_mm:g} mm", mesh, moved)
-    return moved
-
-
-def offset_unchecked(mesh: Mesh, distance_mm: float) -> Mesh:
-    """The offset without a look for folds and crossings.
-
-    Raises:
-        EditError: the surface would turn inside out somewhere.
-    """
     if distance_mm == 0.0:
         return mesh
     found = offset_by_places(mesh, np.full(len(mesh), distance_mm), None)
     require_not_turned(mesh, found, distance_mm)
+    require_sound(f"The offset by {distance_mm:g} mm", mesh, found.mesh)
     return found.mesh
 
 
