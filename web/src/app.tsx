@@ -15,8 +15,8 @@ import { HelpPanel } from "./screens/help";
 import { PhoneScreen } from "./screens/phone";
 import type { RoomProps } from "./screens/room";
 import { SettingsScreen } from "./screens/settings";
-import { isOfFiles, missed, pending } from "./state/acts";
-import { useAsked } from "./state/asked";
+import { isOfFiles, missed, pending, perform } from "./state/acts";
+import { useAct, useAsked } from "./state/asked";
 import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
 
@@ -132,6 +132,7 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
   return (
     <Shell place={{ at: "case", id, step }} head={headOf(id, one)} helping={helping} onHelp={onHelp}>
       <Around helping={helping} topic={step} onClose={onHelp}>
+        {one && one.unreadable.length > 0 && <Unreadable id={id} told={one.unreadable} again={asked.again} />}
         {asked.refused.value && !one ? (
           <main class="cases" id="content" tabIndex={-1}>
             <Refusal
@@ -152,6 +153,27 @@ function CaseScreen({ id, step, helping, onHelp }: { id: string; step: Page; hel
         )}
       </Around>
     </Shell>
+  );
+}
+
+/** Files of people's work that cannot be read: nothing is written over them until somebody begins them anew. */
+function Unreadable({ id, told, again }: { id: string; told: readonly string[]; again: () => Promise<unknown> }) {
+  const act = useAct();
+  const begin = () =>
+    act.run(async () => {
+      await perform(id, "post", "/api/v1/cases/{case_id}/set-aside", { params: { path: { case_id: id } } });
+      await again();
+    });
+  return (
+    <>
+      <Notice tone="red" title={t("unreadable")} action={<Button onClick={() => void begin()}>{t("unreadable.begin")}</Button>}>
+        {told.map((one) => (
+          <p key={one}>{one}</p>
+        ))}
+        <p class="small soft">{t("unreadable.kept")}</p>
+      </Notice>
+      <Refusal refused={act.refused.value} />
+    </>
   );
 }
 
