@@ -20,9 +20,9 @@ from jaxtyping import Bool, Float32, Float64, Int32, Int64
 
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
-from limbgram.core.mesh.folds import unfolded
-from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import boundary_half_edges, with_faces
+from limbgram.core.mesh.folds import find_folds, unfolded
+from limbgram.core.mesh.mesh import Mesh, lengths
+from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
 from limbgram.reconstruction.measuring.lips import without_lips
@@ -44,7 +44,7 @@ from limbgram.reconstruction.measuring.visibility import best_views, incidences
 from limbgram.reconstruction.photos.photo import PhotoSet
 from limbgram.reconstruction.scale.metric import MetricScene
 from limbgram.reconstruction.surface.brim import BrimOptions, level_brim
-from limbgram.reconstruction.surface.cleaning import cut_back
+from limbgram.reconstruction.surface.cleaning import cut_back, largest_manifold
 
 _RINGS_ROUND = 6
 """Rings round a fill whose bend it goes on with."""
@@ -119,11 +119,33 @@ def measure(
 
 
 def _without_folds(mesh: Mesh) -> Mesh:
-    """The mesh with what the measurement folded laid back, counted and marked as filled in."""
+    """The mesh with what the measurement folded laid back, counted and marked as filled in.
+
+    What cannot be laid back is left out, and the surface is open there.
+    """
     found = unfolded(mesh)
-    if found.mesh.repairs is None:
-        return found.mesh
-    return replace(found.mesh, repairs=replace(found.mesh.repairs, laid_back=found.vertices))
+    whole = _area_mm2(found.mesh)
+    laid = torn_open(found.mesh) if len(found.left) else found.mesh
+    if laid.repairs is None:
+        return laid
+    lacks = laid.repairs.island_share + (1 - _area_mm2(laid) / whole if whole else 0.0)
+    return replace(
+        laid, repairs=replace(laid.repairs, laid_back=found.vertices, island_share=lacks)
+    )
+
+
+def torn_open(mesh: Mesh) -> Mesh:
+    """The largest piece of the surface without what is folded; nothing of it moves."""
+    folds = find_folds(mesh)
+    while len(folds):
+        kept = mesh.faces[~with_any(folds.vertices(mesh), mesh.faces)]
+        mesh = with_faces(mesh, largest_manifold(mesh.vertices_mm, kept))
+        folds = find_folds(mesh)
+    return mesh
+
+
+def _area_mm2(mesh: Mesh) -> float:
+    return float(lengths(mesh.face_normals()).sum()) / 2
 
 
 def _by_patches(
