@@ -10,7 +10,7 @@ import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { perform } from "../state/acts";
+import { newActId, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { boardOf, choicesOf, keepChoices, rulerOf, tapeLacks, tapesOf } from "../state/choices";
 import { go, href } from "../state/route";
@@ -38,6 +38,8 @@ export function CaptureScreen({ room }: RoomProps) {
   const anyway = useSignal(false);
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
+  /** Of the run that is asked for: pressed twice it is one. */
+  const run = useRef(newActId());
   const wait = useRef(0);
 
   const list = photos.value.value;
@@ -70,14 +72,14 @@ export function CaptureScreen({ room }: RoomProps) {
   useEffect(() => () => clearTimeout(wait.current), []);
 
   const compute = () =>
-    !act.busy.value &&
     act.run(async () => {
       keepChoices(room.id, { ruler_mm: rulerOf(choices) });
       const { cameras: ids, poisson, unscaled } = choices;
       await perform(room.id, "post", "/api/v1/cases/{case_id}/job", {
         ...path,
         body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 },
-      });
+      }, { id: run.current });
+      run.current = newActId();
       go(href.step(room.id, "result"));
     });
 
