@@ -13,6 +13,7 @@ from limbgram.app.plain import plain
 from limbgram.core.errors import (
     CaseError,
     ExportError,
+    FoldedShapeError,
     LimbgramError,
     OptionsError,
     disk_advice,
@@ -116,6 +117,8 @@ def _status(error: LimbgramError) -> int:
             return 422
         case CaseError():
             return 409
+        case FoldedShapeError():
+            return 422
         case ExportError():
             return 507
         case _:

@@ -132,6 +132,10 @@ class ExportError(LimbgramError):
     exit_code = 5
 
 
+class FoldedShapeError(ExportError):
+    """A surface folds, crosses itself or branches; printers and carvers take it literally."""
+
+
 class Cancelled(LimbgramError):
     """The user asked to stop; what is finished is kept."""
 

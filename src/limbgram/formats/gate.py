@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from limbgram.core.errors import CarveError, ExportError, OptionsError
+from limbgram.core.errors import CarveError, FoldedShapeError, OptionsError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import ANY_SHAPE, Folds, find_branching, find_folds, unfolded
 from limbgram.core.mesh.mesh import Mesh
@@ -66,7 +66,7 @@ def sure_in_limb_frame(limb: Limb) -> Limb:
 
     Raises:
         MeasureError: a landmark lies far from where it belongs.
-        ExportError: its surface branches, or folds where that cannot be laid back.
+        FoldedShapeError: its surface branches, or folds where that cannot be laid back.
     """
     if limb.frame is not None:
         options = AlignOptions(side=limb.frame.side)
@@ -80,7 +80,7 @@ def without_folds(limb: Limb) -> Limb:
     Loose bodies, which no file holds, are not looked at: where the limb folds they go here.
 
     Raises:
-        ExportError: the surface branches, or folds where that cannot be laid back.
+        FoldedShapeError: the surface branches, or folds where that cannot be laid back.
     """
     outside = without_loose(limb.mesh)
     _require_manifold(outside.mesh)
@@ -101,7 +101,7 @@ def require_unfolded(mesh: Mesh) -> None:
     """Refuse a surface that branches, folds over or passes through itself.
 
     Raises:
-        ExportError: says where.
+        FoldedShapeError: says where.
     """
     _require_manifold(mesh)
     folds = find_folds(mesh, ANY_SHAPE)
@@ -113,7 +113,7 @@ def _require_manifold(mesh: Mesh) -> None:
     branching = find_branching(mesh.faces)
     if len(branching):
         x, y, z = mesh.vertices_mm[mesh.faces[branching[0]]].mean(0)
-        raise ExportError(
+        raise FoldedShapeError(
             f"Not written: at {len(branching)} triangles the surface branches, touches itself in a "
             f"point or turns inside out, the first near ({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer "
             "or a carver takes that literally. Clean the shape by `limbgram edit`, or mend it in "
@@ -121,10 +121,10 @@ def _require_manifold(mesh: Mesh) -> None:
         )
 
 
-def _folded(mesh: Mesh, folds: Folds) -> ExportError:
+def _folded(mesh: Mesh, folds: Folds) -> FoldedShapeError:
     x, y, z = folds.first_mm(mesh)
     places = "1 place" if len(folds) == 1 else f"{len(folds)} places"
-    return ExportError(
+    return FoldedShapeError(
         f"Not written: the surface folds over or through itself at {places}, the first near "
         f"({x:.1f}, {y:.1f}, {z:.1f}) mm. A printer or a carver takes that literally. Smooth or "
         "cut it there by `limbgram edit`, or mend it in the program that it comes from."

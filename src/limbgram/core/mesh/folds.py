@@ -34,8 +34,8 @@ from limbgram.core.mesh.topology import (
 DOUBLED_DEG = 177.0
 """Angle between the normals of neighbours from which they lie on each other."""
 _AROUND = 2
-"""Times that each face's normal is added up with those round it. On foot_ring24 68, 73 and 76 faces
-are turned with 1, 2 and 3; with 3 so are the ends of a sharp edge at a rim, which are none."""
+"""Times that each face's normal is added up with those round it; with 3 the ends of a sharp edge at
+a rim seem turned, and are not."""
 _FLAT = 1e-6
 """Of the usual face's area: what a smaller face looks at is rounding."""
 _POINT_DEG = 180.0
@@ -211,13 +211,19 @@ def unfolded(mesh: Mesh, options: FoldOptions = MEASURED) -> Unfolded:
 
 
 def _turned(mesh: Mesh) -> Int64[np.ndarray, " t"]:
-    """Faces that look against the sum of the normals round them, near ones counted most."""
+    """Faces that look against the sum of the normals round them, near ones counted most.
+
+    Both where each face counts by its area and where each counts alike: by area a large face, as of
+    a flat cap, outvotes the fine ones beside it; alike, many fine ones outvote it.
+    """
     own = mesh.face_normals()
-    around = own
+    by_area, alike = own, unit(own)
     for _ in range(_AROUND):
-        around = summed(around, mesh.faces, len(mesh))[mesh.faces].sum(1)
+        by_area = summed(by_area, mesh.faces, len(mesh))[mesh.faces].sum(1)
+        alike = unit(summed(alike, mesh.faces, len(mesh)))[mesh.faces].sum(1)
     least = _FLAT * float(np.median(lengths(own))) if len(own) else 0.0
-    return np.flatnonzero(dots(own, unit(around)) < -least)
+    against = (dots(own, unit(way)) < -least for way in (by_area, alike))
+    return np.flatnonzero(np.logical_and(*against))
 
 
 def _thorns(mesh: Mesh, foot_cosine: float) -> Int64[np.ndarray, " p"]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int32
+from scipy.stats import chi2
 
 from limbgram.core.errors import ScaleError
 from limbgram.core.geometry.arrays import Matrix3, Points2, Vector3
@@ -25,6 +26,8 @@ _LEAST_RESIDUAL_PX = 1.0
 _MOST_RESIDUAL = 0.002
 """Largest accepted distance of a pick from the common point, as a share of the photo's width."""
 _MOST_STRANGE = 0.25
+_DIFFER = 0.05
+"""Chance of lengths whose sigmas are right to be taken for differing."""
 """Of the photos in which a mark was read, so many may contradict the others."""
 
 
@@ -174,7 +177,8 @@ def _length(
 def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = ()) -> Ruler:
     """Weighted mean of measured over known length; its sigma grows where the lengths differ.
 
-    They are few, so what their difference tells is widened.
+    Only where they differ by more than their own sigmas explain (chi-square, one in 20): what they
+    tell of these is widened then, for they are few.
     """
     control = [one for one in lengths if one.role == "control"] or list(lengths)
     ratios = np.array([one.measured / one.known_mm for one in control])
@@ -182,7 +186,9 @@ def ruler_of(lengths: Sequence[RulerLength], set_aside: tuple[SetAside, ...] = (
     weights = 1 / np.maximum(sigmas, 1e-12 * ratios) ** 2
     mean = float(weights @ ratios / weights.sum())
     freedom = max(1, len(control) - 1)
-    excess = float(weights @ (ratios - mean) ** 2) / freedom * widening(freedom) ** 2
+    misfit = float(weights @ (ratios - mean) ** 2)
+    explained = misfit <= chi2.isf(_DIFFER, freedom)
+    excess = 1.0 if explained else misfit / freedom * widening(freedom) ** 2
     sigma = float(np.sqrt(max(1.0, excess) / weights.sum()))
     return Ruler(
         units_per_mm=mean,

@@ -36,7 +36,7 @@ from limbgram.report.accuracy.figures import (
     TapedLength,
 )
 from limbgram.report.drawings.charts import image_scales
-from limbgram.workbench.measures.levels import Refused, Sigmas, levels_at, tape_mm
+from limbgram.workbench.measures.levels import Figure, Refused, Sigmas, levels_at, tape_mm
 
 _NOISE_PHOTOS = 2
 _NOISE_SIDE_PX = 1000
@@ -217,28 +217,30 @@ def _length(one: LengthCheck) -> KnownLength:
 
 
 def _tape(one: TapeWitness, mesh: Mesh) -> TapedLength:
-    surface_sigma_mm = 0.0 if one.plane is None else _girth_sigma_mm(mesh, one.plane)
-    off_mm = one.measured_mm - one.taped.girth_mm
+    girth = Figure(one.measured_mm, None)
+    if one.plane is not None:
+        girth = _girth(mesh, one.plane) or girth
+    off_mm = girth.value - one.taped.girth_mm
     return TapedLength(
         place=one.taped.place,
         read_mm=one.taped.girth_mm,
-        measured_mm=one.measured_mm,
+        measured_mm=girth.value,
         error_mm=off_mm,
         error=off_mm / one.taped.girth_mm,
-        sigma_mm=math.hypot(one.sigma_mm, surface_sigma_mm),
+        sigma_mm=math.hypot(one.sigma_mm, girth.sigma or 0.0),
         reason=one.reason,
     )
 
 
-def _girth_sigma_mm(mesh: Mesh, plane: TapePlane) -> float:
-    """Standard deviation of the surface's own girth there; 0 where the mesh carries no sigmas."""
+def _girth(mesh: Mesh, plane: TapePlane) -> Figure | None:
+    """The surface's girth there, as a measuring table has it; None where it has none."""
     axis = plane.axis
     upright = Rotation.align_vectors(Z_AXIS[None], axis.direction[None])[0]
     turned = mesh.with_vertices(upright.apply(mesh.vertices_mm - axis.point_mm))
     level = levels_at(turned, [plane.along_mm - float(axis.point_mm @ axis.direction)])[0]
     if isinstance(level, Refused):
-        return 0.0
-    return Sigmas.of(turned).figure(level, tape_mm(level)).sigma or 0.0
+        return None
+    return Sigmas.of(turned).figure(level, tape_mm(level))
 
 
 def _relative_rms(lengths: list[LengthCheck]) -> float:

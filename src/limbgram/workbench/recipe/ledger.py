@@ -7,12 +7,11 @@ open: what a trimline cuts away above them is no change of volume. Displacement 
 the new surface from the old one, positive outwards.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.smoothing import SMOOTHED_OVER
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import volume_mm3
@@ -134,8 +133,16 @@ def choose_levels(limb: Limb) -> tuple[float, ...]:
 
 def girth_mm(limb: Limb, height_mm: float) -> float | None:
     """Along the contour; None where no section is whole."""
-    (level,) = levels_at(upright(limb), [height_mm])
-    return None if isinstance(level, Refused) else contour_mm(level).value
+    return _contours_mm(upright(limb), (height_mm,))[0]
+
+
+def _contours_mm(mesh: Mesh, levels_mm: Sequence[float]) -> tuple[float | None, ...]:
+    """As a measuring table has them."""
+    sigmas = Sigmas.of(mesh)
+    return tuple(
+        None if isinstance(level, Refused) else sigmas.figure(level, contour_mm(level)).value
+        for level in levels_at(mesh, levels_mm)
+    )
 
 
 def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme | None:
@@ -153,19 +160,19 @@ def extreme_of(before: Limb, after: Limb, moved: Displacement | None) -> Extreme
 def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
     """Volumes between two heights between which neither surface is open."""
     old, new = Volumes.of(Sigmas.of(upright(before))), Volumes.of(Sigmas.of(upright(after)))
-    tip_mm = min(float(one.lowest.min()) for one in (old, new))
-    top_mm = max(float(one.tops[-1]) for one in (old, new))
+    tips_mm = [float(one.lowest.min()) for one in (old, new)]
+    tops_mm = [float(one.tops[-1]) for one in (old, new)]
     open_mm = np.concatenate([old.border, new.border])
     open_mm = open_mm[np.argsort(open_mm[:, 0])]
-    starts = np.concatenate([[tip_mm], np.maximum.accumulate(open_mm[:, 1])])
-    stops = np.concatenate([open_mm[:, 0], [top_mm]])
-    longest = int(np.argmax(stops - starts))
+    starts = np.concatenate([[min(tips_mm)], np.maximum.accumulate(open_mm[:, 1])])
+    stops = np.concatenate([open_mm[:, 0], [max(tops_mm)]])
+    both = np.minimum(stops, min(tops_mm)) - np.maximum(starts, max(tips_mm))
+    longest = int(np.argmax(both))
+    if both[longest] <= 0:
+        return None
     low = DISTAL_END if longest == 0 else float(starts[longest])
     high = PROXIMAL_END if longest == len(open_mm) else float(stops[longest])
-    try:
-        volumes_ml = [one.between(low, high).value / 1000 for one in (old, new)]
-    except MeasureError:  # one of them does not reach there
-        return None
+    volumes_ml = [one.between(low, high).value / 1000 for one in (old, new)]
     return VolumeChange(
         low_mm=low if np.isfinite(low) else None,
         high_mm=high if np.isfinite(high) else None,
@@ -176,12 +183,9 @@ def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
 
 def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:
     """Volume, girths and roughness."""
-    levels = levels_at(upright(limb), levels_mm)
     return Figures(
         volume_ml=volume_mm3(limb.mesh) / 1000,
-        girths_mm=tuple(
-            None if isinstance(level, Refused) else contour_mm(level).value for level in levels
-        ),
+        girths_mm=_contours_mm(upright(limb), levels_mm),
         roughness_mm=roughness_mm(limb.mesh),
     )
 

@@ -11,7 +11,7 @@ from limbgram.core.mesh.folds import (
     unfolded,
 )
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold
+from limbgram.core.mesh.topology import is_edge_manifold, is_vertex_manifold, volume_mm3
 
 SIDE = 15
 MIDDLE = SIDE * (SIDE // 2) + SIDE // 2
@@ -180,3 +180,47 @@ def test_branching_faces_are_found_at_edges_and_at_vertices() -> None:
     assert is_edge_manifold(bow_tie)
     assert not is_vertex_manifold(bow_tie)
     np.testing.assert_array_equal(find_branching(bow_tie), [0, 1])
+
+
+def _fanned(radii_mm: tuple[float, float], rows: int, spokes: int) -> Mesh:
+    """A closed frustum of fine triangles, each flat end a fan from its middle."""
+    angle = np.arange(spokes) * 2 * np.pi / spokes
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    radius = np.linspace(*radii_mm, rows)
+    walls = (radius[:, None, None] * ring).reshape(-1, 2)
+    height = np.repeat(np.linspace(0.0, 150.0, rows), spokes)
+    a = np.arange((rows - 1) * spokes).reshape(rows - 1, spokes)
+    b = np.roll(a, -1, axis=1)
+    wall = np.stack([a, b, b + spokes, a, b + spokes, a + spokes], -1).reshape(-1, 3)
+    below, above, count = a[0], a[-1] + spokes, rows * spokes
+    low = np.column_stack([np.roll(below, -1), below, np.full(spokes, count)])
+    high = np.column_stack([above, np.roll(above, -1), np.full(spokes, count + 1)])
+    points = np.vstack([np.column_stack([walls, height]), [[0, 0, 0], [0, 0, 150.0]]])
+    return Mesh(vertices_mm=points, faces=np.vstack([wall, low, high]).astype(np.int32))
+
+
+@pytest.mark.parametrize("radii_mm", [(45.0, 45.0), (45.0, 50.0), (45.0, 60.0), (60.0, 45.0)])
+def test_a_flat_end_of_large_triangles_turns_no_fine_ones(radii_mm: tuple[float, float]) -> None:
+    """The long triangles of a fan have many times the area of those beside them."""
+    mesh = _fanned(radii_mm, 140, 75)
+    assert len(find_folds(mesh, ANY_SHAPE)) == 0
+    assert unfolded(mesh, ANY_SHAPE).vertices == 0
+
+
+def test_a_plate_with_a_fine_top_and_a_bottom_of_two_triangles_has_no_fold() -> None:
+    x, y = np.meshgrid(np.linspace(0, 100.0, 21), np.linspace(0, 100.0, 21))
+    top = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 30.0)])
+    a = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
+    faces = [np.column_stack([a, a + 1, a + 22]), np.column_stack([a, a + 22, a + 21])]
+    corners = np.array([[0, 0, 0], [100.0, 0, 0], [100.0, 100.0, 0], [0, 100.0, 0]])
+    low = 441 + np.arange(4)
+    rim = [np.arange(20), 20 + 21 * np.arange(20), 440 - np.arange(20), 420 - 21 * np.arange(20)]
+    ends = [np.append(one, [20, 440, 420, 0][k]) for k, one in enumerate(rim)]
+    for k, way in enumerate(ends):
+        foot, other = low[k], low[(k + 1) % 4]
+        faces.append(np.column_stack([way[1:], way[:-1], np.full(20, foot)]))
+        faces.append(np.array([[way[-1], foot, other]]))
+    faces.append(np.array([[441, 443, 442], [441, 444, 443]]))
+    mesh = Mesh(vertices_mm=np.vstack([top, corners]), faces=np.vstack(faces).astype(np.int32))
+    assert volume_mm3(mesh) == pytest.approx(300_000.0)
+    assert len(find_folds(mesh, ANY_SHAPE)) == 0

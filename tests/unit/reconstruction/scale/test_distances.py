@@ -1,5 +1,6 @@
 """Scale from known distances, marks and from nothing; the world's frame."""
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -92,14 +93,38 @@ def test_picks_that_scatter_more_than_stated_are_believed(capture, photos) -> No
     assert 0.93 < np.mean(held) < 0.97
 
 
-@pytest.mark.parametrize("count", [2, 3, 5, 9])
-def test_lengths_that_differ_more_than_stated_widen_the_scale(count: int) -> None:
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
+def test_lengths_whose_sigmas_are_right_make_the_scale_as_sure_as_they_are(count: int) -> None:
+    """More lengths make it surer: by the root of their number, in the usual draw."""
+    draw = np.random.default_rng(count)
+    held, sigmas = [], []
+    for _ in range(3000):
+        lengths = [
+            RulerLength(
+                label="", known_mm=100.0, measured=100 + 0.1 * off, sigma=0.1, role="control"
+            )
+            for off in draw.normal(size=count)
+        ]
+        found = ruler_of(lengths)
+        held.append(abs(found.units_per_mm - 1) < 1.96 * found.relative_sigma)
+        sigmas.append(found.relative_sigma)
+    assert 0.935 < np.mean(held) < 0.97
+    assert np.median(sigmas) == pytest.approx(0.001 / math.sqrt(count), rel=0.01)
+
+
+@pytest.mark.parametrize(("count", "times"), [(2, 100.0), (3, 30.0), (5, 5.0), (9, 3.0)])
+def test_lengths_that_differ_more_than_stated_widen_the_scale(count: int, times: float) -> None:
+    """Few lengths have to differ by much before their own sigmas are not believed."""
     draw = np.random.default_rng(count)
     held = []
     for _ in range(3000):
         lengths = [
             RulerLength(
-                label="", known_mm=100.0, measured=100 + 0.3 * off, sigma=0.1, role="control"
+                label="",
+                known_mm=100.0,
+                measured=100 + 0.1 * times * off,
+                sigma=0.1,
+                role="control",
             )
             for off in draw.normal(size=count)
         ]

@@ -136,6 +136,39 @@ def test_volumes_are_compared_between_the_same_two_heights() -> None:
     assert "All edits together: volume from the distal end to 150" in "\n".join(lines_of(ledger))
 
 
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_a_trimline_anywhere_leaves_a_volume_to_compare(share: float) -> None:
+    high = 200.0 * share
+    ring = np.radians(np.arange(0, 360, 15))
+    through = tuple((50.0 * math.cos(a), 50.0 * math.sin(a), high) for a in ring)
+    recipe = Recipe(name="short", entries=(Entry(edit=Trimline(through=through)),))
+    (line,) = replay(recipe, cup(50.0, 200.0)).ledger.lines
+    assert line.volume is not None
+    assert line.volume.high_mm == pytest.approx(high, abs=0.5)
+    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+    assert line.volume.before_ml == pytest.approx(area_mm2 * line.volume.high_mm / 1000, rel=1e-6)
+    assert line.volume.after_ml == pytest.approx(line.volume.before_ml, rel=1e-6)
+
+
+def test_the_ledger_counts_the_relief_that_the_surface_lost_as_a_table_does() -> None:
+    limb = cup(50.0, 200.0)
+    count = len(limb.mesh)
+    mesh = replace(
+        limb.mesh,
+        sigma_mm=np.full(count, 0.05, np.float32),
+        lost_length=np.tile(np.array([0.006, 0.001], np.float32), (count, 1)),
+    )
+    limb = replace(limb, mesh=mesh)
+    reduced = Reduction(heights_mm=(0.0, 200.0), per_cent=(3.0, 3.0), of="girth")
+    ledger = replay(Recipe(name="first", entries=(Entry(edit=reduced),)), limb).ledger
+    table = measure_limb(limb, LimbMeasureOptions(heights_mm=ledger.levels_mm))
+    for girth, row in zip(ledger.lines[0].before.girths_mm, table.rows, strict=True):
+        figure = row.figures["contour_mm"]
+        assert figure is not None
+        assert girth == pytest.approx(figure.value, rel=1e-9)
+        assert figure.value == pytest.approx(1.006 * 2 * math.pi * 50, rel=1e-3)
+
+
 def test_a_flat_shape_keeps_its_levels_apart() -> None:
     levels = choose_levels(cone(30.0, 6.0))
     assert np.allclose(np.diff(levels), 1.0)
