@@ -9,10 +9,12 @@ Fails   EditError: the surface would fold or cut through itself.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64
 from numba import njit
+from scipy.sparse import csr_array
 
 from limbgram.core.errors import EditError
 from limbgram.core.geometry.arrays import Points3
@@ -28,7 +30,8 @@ _FARTHEST = 2.0
 _TURNED = 0.5
 """Faces keep their direction in an offset; this cosine (60 degrees) shows one that gives way."""
 _MOST_EASED = 0.05
-"""Share of the faces whose moves may be evened out; beyond it the offset is refused."""
+"""Share of the faces whose moves may be evened out besides those asked for; beyond it the offset is
+refused."""
 _EASING_ROUNDS = 60
 _SCRAP_MM = 0.05
 """Triangles less high than this have no direction of their own: they go with their longest side."""
@@ -43,7 +46,7 @@ def offset(mesh: Mesh, distance_mm: float) -> Mesh:
     """
     if distance_mm == 0.0:
         return mesh
-    found = offset_by_places(mesh, np.full(len(mesh), distance_mm), None)
+    found = Offsetting(mesh).by_places(np.full(len(mesh), distance_mm), None)
     require_not_turned(mesh, found, distance_mm)
     require_sound(f"The offset by {distance_mm:g} mm", mesh, found.mesh)
     return found.mesh
@@ -57,26 +60,72 @@ class OffsetFound:
     turned: Bool[np.ndarray, " f"]
 
 
-def offset_by_places(
-    mesh: Mesh, distances_mm: Float64[np.ndarray, " n"], ease: Bool[np.ndarray, " n"] | None
-) -> OffsetFound:
-    """The offset by a distance for each vertex, for an edit that looks itself for what is spoilt.
+@dataclass(frozen=True)
+class Offsetting:
+    """A surface to be offset, with what all its offsets share: an edit tries several."""
 
-    Args:
-        ease: Vertices whose moves are evened out with their neighbours' in any case.
+    mesh: Mesh
 
-    Raises:
-        EditError: a distance is no number.
-    """
-    if not np.isfinite(distances_mm).all():
-        raise EditError("An offset needs a distance in millimetres that is a number.")
-    moves = distances_mm[:, None] * unit_offsets(mesh)
-    moves = _eased(mesh, moves, ease)
-    turned = _turning(mesh.face_normals(), mesh, moves) <= 0
-    if turned.any():
-        moves = _scraps_along(mesh, moves)
+    @cached_property
+    def units(self) -> Points3:
+        """Displacement of each vertex for an offset of 1 mm outwards."""
+        return unit_offsets(self.mesh)
+
+    @cached_property
+    def mean(self) -> csr_array:
+        """Takes values at vertices to the mean over each vertex's neighbours."""
+        return averaging(self.mesh)
+
+    def by_places(
+        self, distances_mm: Float64[np.ndarray, " n"], ease: Bool[np.ndarray, " n"] | None
+    ) -> OffsetFound:
+        """The offset by a distance for each vertex, for an edit that looks itself for what is
+        spoilt.
+
+        Args:
+            ease: Vertices whose moves are evened out with their neighbours' in any case.
+
+        Raises:
+            EditError: a distance is no number.
+        """
+        if not np.isfinite(distances_mm).all():
+            raise EditError("An offset needs a distance in millimetres that is a number.")
+        mesh = self.mesh
+        moves = self._eased(distances_mm[:, None] * self.units, ease)
         turned = _turning(mesh.face_normals(), mesh, moves) <= 0
-    return OffsetFound(mesh.with_vertices(mesh.vertices_mm + moves), turned)
+        if turned.any():
+            moves = _scraps_along(mesh, moves)
+            turned = _turning(mesh.face_normals(), mesh, moves) <= 0
+        return OffsetFound(mesh.with_vertices(mesh.vertices_mm + moves), turned)
+
+    def _eased(self, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
+        """Moves evened out round faces that turn away, in an area that grows until none does."""
+        mesh = self.mesh
+        before = mesh.face_normals()
+        turned = _turning(before, mesh, moves) < _TURNED
+        touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
+        if not turned.any() and not touched.any():
+            return moves
+        if ease is not None:
+            moves = moves.copy()
+            mean = self.mean[ease]
+            for _ in range(_EASING_ROUNDS // 4):
+                moves[ease] = mean @ moves
+        given = (~with_any(~touched, mesh.faces)).mean()
+        for _ in range(_EASING_ROUNDS):
+            touched[mesh.faces[turned]] = True
+            if (~with_any(~touched, mesh.faces)).mean() - given > _MOST_EASED:
+                break
+            around = touched.copy()
+            around[mesh.faces[with_any(touched, mesh.faces)]] = True
+            moves = moves.copy()
+            moves[around] = self.mean[around] @ moves
+            changed = with_any(around, mesh.faces)
+            near = replace(mesh, faces=mesh.faces[changed])
+            turned[changed] = _turning(before[changed], near, moves) < _TURNED
+            if not turned.any():
+                break
+        return moves
 
 
 def require_not_turned(mesh: Mesh, found: OffsetFound, distance_mm: float) -> None:
@@ -121,33 +170,6 @@ def _turning(
     after = mesh.with_vertices(mesh.vertices_mm + moves).face_normals()
     sizes = lengths(before) * lengths(after)
     return dots(before, after) / np.maximum(sizes, 1e-30)
-
-
-def _eased(mesh: Mesh, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
-    """Moves evened out round faces that turn away, in an area that grows until none does."""
-    before = mesh.face_normals()
-    turned = _turning(before, mesh, moves) < _TURNED
-    touched = np.zeros(len(mesh), np.bool_) if ease is None else ease.copy()
-    if not turned.any() and not touched.any():
-        return moves
-    mean = averaging(mesh)
-    if ease is not None:
-        for _ in range(_EASING_ROUNDS // 4):
-            moves = np.where(touched[:, None], mean @ moves, moves)
-    for _ in range(_EASING_ROUNDS):
-        touched[mesh.faces[turned]] = True
-        if (~with_any(~touched, mesh.faces)).mean() > _MOST_EASED:
-            break
-        around = touched.copy()
-        around[mesh.faces[with_any(touched, mesh.faces)]] = True
-        moves = moves.copy()
-        moves[around] = mean[around] @ moves
-        changed = with_any(around, mesh.faces)
-        near = replace(mesh, faces=mesh.faces[changed])
-        turned[changed] = _turning(before[changed], near, moves) < _TURNED
-        if not turned.any():
-            break
-    return moves
 
 
 def _scraps_along(mesh: Mesh, moves: Points3) -> Points3:

@@ -6,19 +6,25 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int32
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
 
 from limbgram.core.errors import EditError
 from limbgram.core.mesh.mesh import Mesh, lengths, unit
 from limbgram.core.mesh.topology import (
     boundary_half_edges,
+    edge_lengths,
     face_components,
+    find_edges,
     with_any,
     with_faces,
 )
 from limbgram.reconstruction.surface.holes import find_openings, loop_area
+from limbgram.workbench.edits.cutting import keep_positive
 from limbgram.workbench.edits.edit import Effect
 from limbgram.workbench.edits.guard import require_sound, spoilt_vertices
-from limbgram.workbench.edits.offset import offset, offset_by_places, require_not_turned
+from limbgram.workbench.edits.offset import Offsetting, offset, require_not_turned
 from limbgram.workbench.edits.regions import (
     averaging,
     displaced,
@@ -36,8 +42,11 @@ _THINNINGS, _THINNER, _BLEND = 8, 0.8, 10
 """Times that it is made thinner there, to what share, and over how many triangles that runs out."""
 _ROOM = 1.1
 """Its second skin is moved by so much more than its least thickness: skins are no planes."""
-_PEELINGS, _MOST_PEELED = 8, 0.03
-"""Times that a ragged open edge loses triangles, and the most of the area that it may lose."""
+_TRIMMINGS, _MOST_TRIMMED = 12, 0.03
+"""Times that a ragged open edge is trimmed, and the most of the area that it may lose."""
+_ROW, _DEEPER, _EVENED = 1.0, 1 / 3, 3
+"""Edges of a usual triangle by which it is trimmed at first, by how many more each later time, and
+how often the distances from it are evened out, so that the new edge is smooth."""
 _TOOTH = np.radians(75)
 """A corner of the open edge that is sharper than this is a tooth, and would end in a lip."""
 LEAST_WALL_MM = 1.0
@@ -53,6 +62,14 @@ _SHEET = 2.0
 """A piece with less area than so many of its opening's is flatter than half a ball."""
 _ROUNDING = 1 - 1e-6
 """A wall that is as thick as its least is not refused for a rounding."""
+_RAGGED = (
+    "The open edge is ragged there, as a scan's own is: cut it by a plane or a trimline first."
+)
+_TIGHT = (
+    "The open edge is not near: the surface bends more tightly there than the wall is thick. "
+    "Smooth it there, or make the wall on its other side."
+)
+"""Why a wall is thin somewhere, at the open edge and away from it."""
 Loop = Int32[np.ndarray, " _"]
 """Vertices round an opening."""
 
@@ -167,14 +184,14 @@ class Wall:
                 "already needs no wall."
             )
         whole_mm2 = _area_mm2(mesh)
-        for _ in range(_PEELINGS):
+        for number in range(_TRIMMINGS):
             tried = _tried(mesh, self)
             if tried.refusal is None:
                 break
-            peeled = _peeled(mesh, tried.spoilt)
-            if peeled is None or _area_mm2(peeled) < (1 - _MOST_PEELED) * whole_mm2:
+            trimmed = _trimmed(mesh, tried.spoilt, rows=_ROW + number * _DEEPER)
+            if trimmed is None or _area_mm2(trimmed) < (1 - _MOST_TRIMMED) * whole_mm2:
                 raise tried.refusal
-            mesh = peeled
+            mesh = trimmed
         else:
             tried = _tried(mesh, self)
         if tried.refusal is not None:
@@ -340,8 +357,8 @@ def _tried(mesh: Mesh, edit: Wall) -> _Tried:
     distance_mm = sign * edit.thickness_mm
     least = min(1.0, _ROOM * edit.least_mm / edit.thickness_mm)
     ease, share = np.zeros(len(mesh), np.bool_), np.ones(len(mesh))
-    mean = None
-    found = offset_by_places(mesh, distance_mm * share, None)
+    offsetting = Offsetting(mesh)
+    found = offsetting.by_places(distance_mm * share, None)
     solid = _solid(mesh, found.mesh, border, sign)
     spoilt = spoilt_vertices(mesh, solid)
     for number in range(_RETRIES + _THINNINGS):
@@ -355,37 +372,37 @@ def _tried(mesh: Mesh, edit: Wall) -> _Tried:
             ease[mesh.faces[ease[mesh.faces].any(1)]] = True
         if number >= _RETRIES:
             # Where the surface bends more tightly than the wall is thick, as between toes.
-            mean = averaging(mesh) if mean is None else mean
             for _ in range(2):
                 at[mesh.faces[at[mesh.faces].any(1)]] = True
             share = np.where(at, np.maximum(_THINNER * share, least), share)
             blurred = share
             for _ in range(_BLEND):
-                blurred = np.minimum(share, mean @ blurred)
+                blurred = np.minimum(share, offsetting.mean @ blurred)
             share = np.maximum(blurred, least)
         last = solid
-        found = offset_by_places(mesh, distance_mm * share, ease)
+        found = offsetting.by_places(distance_mm * share, ease)
         solid = _solid(mesh, found.mesh, border, sign)
         changed = (solid.vertices_mm != last.vertices_mm).any(1)
         spoilt = spoilt_vertices(mesh, solid, spoilt | changed)
     at = spoilt[: len(mesh)] | spoilt[len(mesh) :]
     at[mesh.faces[found.turned]] = True
+    tried = _thick_enough(mesh, edit, solid)
     if at.any():
         try:
             require_not_turned(mesh, found, distance_mm)
             require_sound(edit.title, mesh, solid)
         except EditError as error:
-            return _Tried(solid, at, error)
-    return _thick_enough(mesh, edit, solid)
+            return replace(tried, spoilt=at | tried.spoilt, refusal=error)
+    return tried
 
 
 def _area_mm2(mesh: Mesh) -> float:
     return float(lengths(mesh.face_normals()).sum()) / 2
 
 
-def _peeled(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Mesh | None:
-    """The surface without its outermost triangles where its open edge is spoilt; None where the
-    spoilt places do not lie at an open edge.
+def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
+    """The surface cut along a smooth line so many triangles behind its open edge, where that is
+    spoilt; None where the spoilt places do not lie at an open edge.
 
     No tooth is left near there, and nothing that hangs by a corner.
     """
@@ -397,16 +414,34 @@ def _peeled(mesh: Mesh, spoilt: Bool[np.ndarray, " n"]) -> Mesh | None:
     at &= near
     if not at.any():
         return None
-    faces = mesh.faces
-    while at.any():
-        faces = faces[~with_any(at, faces)]
-        starts = np.bincount(boundary_half_edges(faces)[:, 0], minlength=len(mesh))
-        angles = _corner_angles(mesh.vertices_mm[faces])
-        opening = np.bincount(faces.ravel(), angles.ravel(), len(mesh))
-        at = (starts > 1) | ((starts == 1) & near & (opening < _TOOTH))
+    ends = find_edges(mesh.faces).ends
+    sizes_mm = edge_lengths(mesh.vertices_mm, ends)
+    depth_mm = rows * float(np.median(sizes_mm))
+    farthest_mm = 3 * depth_mm
+    links = csr_array((sizes_mm, (ends[:, 0], ends[:, 1])), shape=(len(mesh), len(mesh)))
+    away_mm: Float64[np.ndarray, " n"] = np.minimum(
+        dijkstra(
+            links, directed=False, indices=np.flatnonzero(at), min_only=True, limit=farthest_mm
+        ),
+        farthest_mm,
+    )
+    mean = averaging(mesh)
+    for _ in range(_EVENED):
+        away_mm = mean @ away_mm
+    cut = keep_positive(mesh, away_mm - depth_mm).mesh
+    around = KDTree(mesh.vertices_mm[at]).query(cut.vertices_mm)[0] < farthest_mm
+    faces = cut.faces
+    while True:
+        starts = np.bincount(boundary_half_edges(faces)[:, 0], minlength=len(cut))
+        angles = _corner_angles(cut.vertices_mm[faces])
+        opening = np.bincount(faces.ravel(), angles.ravel(), len(cut))
+        tooth = (starts > 1) | ((starts == 1) & around & (opening < _TOOTH))
+        if not tooth.any():
+            break
+        faces = faces[~with_any(tooth, faces)]
     parts = face_components(faces)
     kept = parts == np.bincount(parts).argmax()
-    return with_faces(mesh, faces[kept])
+    return with_faces(cut, faces[kept])
 
 
 def _corner_angles(corners: Float64[np.ndarray, "f 3 3"]) -> Float64[np.ndarray, "f 3"]:
@@ -440,40 +475,36 @@ def _twice(values: np.ndarray | None) -> np.ndarray | None:
 
 def _thick_enough(mesh: Mesh, edit: Wall, solid: Mesh) -> _Tried:
     """The wall, if it is thick enough everywhere, with a note of where it is thinnest."""
-    found = between_skins(solid, len(mesh), len(mesh.faces))
-    if found.thinnest_mm < _ROUNDING * edit.least_mm:
-        thin = found.at_vertices_mm < _ROUNDING * edit.least_mm
-        return _Tried(
-            solid,
-            thin[: len(mesh)] | thin[len(mesh) :],
-            EditError(
-                f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
-                "allowed (least_mm). Mostly the brim is ragged there: cut it by a plane or a "
-                "trimline first, smooth the shape, or give the wall more thickness."
-            ),
-        )
+    count = len(mesh)
+    found = between_skins(solid, count, len(mesh.faces))
     lip = thin_lip(solid, len(mesh.faces), edit.least_mm)
+    below = found.at_vertices_mm < _ROUNDING * edit.least_mm
+    thin = below[:count] | below[count:]
+    refusal = None
     if lip is not None:
+        thin[solid.faces[lip.faces] % count] = True
         x, y, z = lip.place_mm
-        thin = np.zeros(len(mesh), np.bool_)
-        thin[solid.faces[lip.faces] % len(mesh)] = True
-        return _Tried(
-            solid,
-            thin,
-            EditError(
-                f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} "
-                f"mm near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
-                f"{edit.least_mm:g} mm is not allowed (least_mm). The brim is ragged, as a scan's "
-                "own edge is: cut it by a plane or a trimline first."
-            ),
+        refusal = EditError(
+            f"The wall was not made. Its brim would end in thin lips, {lip.thickness_mm:.2f} mm "
+            f"near ({x:.1f}, {y:.1f}, {z:.1f}) mm in the file's axes; less than "
+            f"{edit.least_mm:g} mm is not allowed (least_mm). {_RAGGED}"
         )
+    if below.any():
+        edge = mesh.vertices_mm[np.unique(boundary_half_edges(mesh.faces))]
+        away_mm = lengths(edge - mesh.vertices_mm[found.at_vertices_mm.argmin() % count]).min()
+        refusal = EditError(
+            f"The wall was not made. {_sentence(found)}; less than {edit.least_mm:g} mm is not "
+            f"allowed (least_mm). {_RAGGED if away_mm < edit.thickness_mm else _TIGHT}"
+        )
+    if refusal is not None:
+        return _Tried(solid, thin, refusal)
     notes = [found.sentence()]
     if found.thinnest_mm < _STUDIED_MM:
         notes.append(
             f"less than {_STUDIED_MM:g} mm of wall is thinner than any socket that was studied: "
             "let it bear no weight before it was tested"
         )
-    return _Tried(solid, np.zeros(len(mesh), np.bool_), None, tuple(notes))
+    return _Tried(solid, thin, None, tuple(notes))
 
 
 def _sentence(found: Thickness) -> str:

@@ -268,6 +268,29 @@ def test_a_brim_of_teeth_becomes_a_wall_without_them() -> None:
     assert "open edge" in made.notes[0]
 
 
+def test_an_open_edge_that_is_crumpled_deeply_becomes_a_wall_without_its_crumples() -> None:
+    """The uppermost 12 mm of 18 degrees of the tube are waves too tight for the wall."""
+    mesh = stump(144, 2.0)
+    x, y, z = mesh.vertices_mm.T
+    crumpled = np.exp(-((np.arctan2(y, x) / 0.15) ** 4)) * (z > TOP_MM - 13)
+    waves = 1 - 3 / RADIUS_MM * crumpled * np.cos(np.pi * np.round(z / 2))
+    made = do_edit(
+        Limb(
+            mesh=mesh.with_vertices(mesh.vertices_mm * np.column_stack([waves, waves, 0 * z + 1]))
+        ),
+        Wall(thickness_mm=3),
+    )
+    assert is_edge_manifold(made.mesh.faces)
+    assert not len(boundary_half_edges(made.mesh.faces))
+    left_mm2 = float(made.notes[0].split(" mm2")[0])
+    flat_mm2 = 13 * 0.3 * RADIUS_MM
+    assert flat_mm2 < left_mm2 < 0.03 * 2 * np.pi * RADIUS_MM * TOP_MM
+    found = wall_of(made.mesh)
+    assert found is not None
+    assert 2 < found.thinnest_mm <= 3.01
+    assert found.median_mm == pytest.approx(3, abs=0.02)
+
+
 def test_a_wall_is_thinner_where_the_shape_bends_more_tightly_and_says_where() -> None:
     """A slit of 3 mm round its ground, along the limb; 8 mm of wall have no room in it."""
     mesh = stump(288, 1.0)
@@ -286,6 +309,24 @@ def test_a_wall_is_thinner_where_the_shape_bends_more_tightly_and_says_where() -
     added = (8 * 2 * np.pi * 44 * 120) + 2 / 3 * np.pi * (48**3 - 40**3)
     volume = volume_mm3(made.mesh)
     assert 0.9 * added < volume < 1.02 * added
+
+
+def test_a_wall_too_thin_far_from_the_open_edge_does_not_blame_the_edge() -> None:
+    """A groove of 8 mm ends 45 mm below the brim; nowhere may the wall be thinner than asked."""
+    mesh = stump(144, 2.0)
+    x, y, z = mesh.vertices_mm.T
+    deep = 8 * np.exp(-((np.arctan2(y, x) / 0.1) ** 2)) * np.exp(-(((z - 90) / 25) ** 4))
+    inward = np.column_stack([1 - deep / RADIUS_MM, 1 - deep / RADIUS_MM, np.ones(len(z))])
+    grooved = Limb(mesh=mesh.with_vertices(mesh.vertices_mm * inward))
+    with pytest.raises(EditError, match="bends more tightly there") as refused:
+        do_edit(grooved, Wall(thickness_mm=8, least_mm=7.9))
+    said = str(refused.value)
+    assert "brim" not in said
+    assert "cut it by" not in said
+    at_mm = np.array(said.split("near (")[1].split(")")[0].split(","), np.float64)
+    assert at_mm[0] > 0.8 * RADIUS_MM
+    assert abs(at_mm[1]) < 8
+    assert 60 < at_mm[2] < 120
 
 
 def test_a_wall_that_a_later_edit_thins_is_refused(limb: Limb) -> None:
