@@ -99,7 +99,8 @@ class Offsetting:
         return OffsetFound(mesh.with_vertices(mesh.vertices_mm + moves), turned)
 
     def _eased(self, moves: Points3, ease: Bool[np.ndarray, " n"] | None) -> Points3:
-        """Moves evened out round faces that turn away, in an area that grows until none does."""
+        """Moves evened out, in place, round faces that turn away, in an area that grows until none
+        does."""
         mesh = self.mesh
         before = mesh.face_normals()
         turned = _turning(before, mesh, moves) < _TURNED
@@ -107,7 +108,6 @@ class Offsetting:
         if not turned.any() and not touched.any():
             return moves
         if ease is not None:
-            moves = moves.copy()
             mean = self.mean[ease]
             for _ in range(_EASING_ROUNDS // 4):
                 moves[ease] = mean @ moves
@@ -118,7 +118,6 @@ class Offsetting:
                 break
             around = touched.copy()
             around[mesh.faces[with_any(touched, mesh.faces)]] = True
-            moves = moves.copy()
             moves[around] = self.mean[around] @ moves
             changed = with_any(around, mesh.faces)
             near = replace(mesh, faces=mesh.faces[changed])
