@@ -137,6 +137,7 @@ const TEXTS = {
   "cases.which.side": ["Which side of the patient is the limb?", "Welche Seite des Patienten ist es?"],
   "cases.which.kind": ["Which kind of limb?", "Welche Art?"],
   "cases.make": ["Make the case", "Fall anlegen"],
+  "cases.making": ["The case is being made.", "Der Fall wird angelegt."],
   "cases.name": ["A few words, if you want", "Ein paar Worte, wenn Sie mögen"],
   "cases.no.name": [
     "Not the patient's name. The id is made at random and stands in every file's name.",

@@ -108,3 +108,16 @@ test("another person in this tab does not go on with the acts of the one before"
   after.resumeActs();
   expect(after.pending.value).toEqual([]);
 });
+
+test("a form that says something else is another act, and one that says the same is the same until it is done", async () => {
+  const { newOffer } = await page();
+  const offer = newOffer();
+  const left = offer.idOf({ side: "left" });
+  expect(offer.idOf({ side: "left" })).toBe(left);
+  const right = offer.idOf({ side: "right" });
+  expect(right).not.toBe(left);
+  expect(offer.idOf({ side: "left" })).not.toBe(left);
+  const again = offer.idOf({ side: "left" });
+  offer.over();
+  expect(offer.idOf({ side: "left" })).not.toBe(again);
+});

@@ -1,12 +1,12 @@
 /** Cameras: calibrated lenses with age and certificate, and how a new one is calibrated. */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { ROOT, Refused, type Schemas, api, note, refusedBy, taken } from "../api/client";
 import { listen } from "../api/events";
 import { Button, Chip, Confirm, Empty, NumberField, Segments } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { newActId, perform } from "../state/acts";
+import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
 import { OLD_DAYS } from "./capture-options";
@@ -18,7 +18,7 @@ export function CameraScreen() {
   const name = useSignal("");
   const making = useSignal(false);
   const act = useAct();
-  const id = useRef(newActId());
+  const offer = useMemo(newOffer, []);
   useEffect(() => listen("/events", (changed) => changed.includes("cameras") && void asked.again()), []);
   const list = asked.value.value ?? [];
   useEffect(() => {
@@ -28,8 +28,9 @@ export function CameraScreen() {
   }, [list.some((one) => one.state === "calibrating")]);
   const make = () =>
     act.run(async () => {
-      await perform("", "post", "/api/v1/cameras", { body: { name: name.value.trim() } }, { id: id.current });
-      id.current = newActId();
+      const body = { name: name.value.trim() };
+      await perform("", "post", "/api/v1/cameras", { body }, { id: offer.idOf(body) });
+      offer.over();
       name.value = "";
       making.value = false;
       await asked.again();
@@ -49,12 +50,12 @@ export function CameraScreen() {
           <label class="stacked">
             <span>{t("cameras.name")}</span>
             <span class="field">
-              <input maxLength={80} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} />
+              <input maxLength={80} readOnly={act.busy.value} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} />
             </span>
             <span class="small faint">{t("cameras.name.how")}</span>
           </label>
           <div class="acts">
-            <Button go off={name.value.trim() ? null : t("cameras.name")} onClick={() => void make()}>
+            <Button go off={act.busy.value ? t("loading") : name.value.trim() ? null : t("cameras.name")} onClick={() => void make()}>
               {t("cameras.make")}
             </Button>
             <Button onClick={() => (making.value = false)}>{t("cancel")}</Button>

@@ -4,13 +4,13 @@
  * What counts as here is what the server holds and has hashed; what is on its way is shown apart.
  */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { ROOT, type Schemas, api, taken } from "../api/client";
 import { Icon } from "../design/icons";
 import { Button, Confirm, Notice } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { newActId, perform } from "../state/acts";
+import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { boardOf, choicesOf, keepChoices, rulerOf, tapeLacks, tapesOf } from "../state/choices";
 import { go, href } from "../state/route";
@@ -39,7 +39,7 @@ export function CaptureScreen({ room }: RoomProps) {
   const act = useAct();
   const input = useRef<HTMLInputElement>(null);
   /** Of the run that is asked for: pressed twice it is one. */
-  const run = useRef(newActId());
+  const run = useMemo(newOffer, []);
   const wait = useRef(0);
 
   const list = photos.value.value;
@@ -75,11 +75,9 @@ export function CaptureScreen({ room }: RoomProps) {
     act.run(async () => {
       keepChoices(room.id, { ruler_mm: rulerOf(choices) });
       const { cameras: ids, poisson, unscaled } = choices;
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/job", {
-        ...path,
-        body: { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 },
-      }, { id: run.current });
-      run.current = newActId();
+      const body: Schemas["JobOptions"] = { cameras: [...ids], board: boardOf(room.id), surface: poisson ? "poisson" : "ball-pivoting", unscaled, distances: [], tapes: tapesOf(choices), triangles: 500_000 };
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/job", { ...path, body }, { id: run.idOf(body) });
+      run.over();
       go(href.step(room.id, "result"));
     });
 

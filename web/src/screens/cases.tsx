@@ -7,7 +7,7 @@ import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Chip, Confirm, Empty, Notice, SideBadge } from "../design/parts";
 import { Refusal } from "../design/refusal";
-import { newActId, perform } from "../state/acts";
+import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { bytes, t, tOr, when } from "../texts";
@@ -440,17 +440,20 @@ function NewCase({ onClose }: { onClose: () => void }) {
   const side = useSignal<Case["side"] | null>(null);
   const kind = useSignal<Case["kind"] | null>(null);
   const act = useAct();
-  const id = useRef(newActId());
+  const offer = useMemo(newOffer, []);
   const make = () =>
     act.run(async () => {
-      const made = await perform("", "post", "/api/v1/cases", { body: { note: note.value, side: side.value, kind: kind.value } }, { id: id.current });
-      go(href.step(made.id, "capture"));
+      const body = { note: note.value, side: side.value, kind: kind.value };
+      const made = await perform("", "post", "/api/v1/cases", { body }, { id: offer.idOf(body) });
+      if (act.screen.open) go(href.step(made.id, "capture"));
     });
-  const lacks = !side.value ? t("cases.which.side") : !kind.value ? t("cases.which.kind") : null;
+  const lacks = act.busy.value ? t("cases.making") : !side.value ? t("cases.which.side") : !kind.value ? t("cases.which.kind") : null;
   return (
     <section class="card" aria-label={t("cases.new")} onKeyDown={(event) => event.key === "Escape" && onClose()}>
       <h2>{t("cases.new")}</h2>
-      <CaseFields note={note} side={side} kind={kind} />
+      <div inert={act.busy.value}>
+        <CaseFields note={note} side={side} kind={kind} />
+      </div>
       <Refusal refused={act.refused.value} />
       <div class="acts">
         <Button go off={lacks} onClick={() => void make()}>

@@ -58,6 +58,8 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const levels = useSignal(FIRST_LEVELS);
   /** Kept as it stands in the fields: a second Enter keeps it no second time. */
   const spent = useSignal(false);
+  /** Typed while another edit was being kept. */
+  const meanwhile = useRef(false);
   const wait = useRef(0);
   useEffect(() => () => clearTimeout(wait.current), []);
   const all = (kinds.value.value ?? []).filter((one) => one.kind !== "from-template" && (only ? only.includes(one.kind) : expert.value || FIRST_LEVEL.includes(one.kind)));
@@ -85,19 +87,24 @@ export function OtherEdit({ first, only, places, busy, waits, volume_ml, refused
   const keep = () => {
     clearTimeout(wait.current);
     const made = body();
-    if (!made || spent.value) return;
+    if (!made || spent.value || busy) return;
     spent.value = true;
     void onKeep(made).then((kept) => kept || (spent.value = false));
   };
   // What is typed is shown on the limb once the hand rests.
   const change = () => {
     spent.value = false;
+    meanwhile.current = busy;
     clearTimeout(wait.current);
     wait.current = window.setTimeout(() => {
       const made = latest.current();
       if (made) onTry(made);
     }, TRY_AFTER_MS);
   };
+  // What was typed while another one was being kept is tried after it.
+  useEffect(() => {
+    if (!busy && meanwhile.current) change();
+  }, [busy]);
   const latest = useRef<() => Body | null>(() => null);
   latest.current = () => (lacks.length ? null : body());
   const set = (name: string, value: string) => {

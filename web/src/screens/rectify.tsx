@@ -19,7 +19,7 @@ import { type Neighbours, type Shares, neighboursOf, ring, sharesAtPlace, shares
 import { signed, widthFor } from "../geometry/scales";
 import { cut, heightsOf } from "../geometry/section";
 import { type Vec3, apply, distance, vec3 } from "../geometry/vectors";
-import { newActId, perform } from "../state/acts";
+import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
 import { fetchDifferences } from "../state/shapes";
@@ -107,7 +107,7 @@ export function RectifyScreen({ room }: RoomProps) {
   /** The edit that is open is being kept. */
   const keeping = useSignal(false);
   /** Of the edit that is open, as it is now: kept twice it is in the recipe once. */
-  const offer = useRef(newActId());
+  const offer = useMemo(newOffer, []);
   const viewer = useRef<Viewer | null>(null);
   const turn = useRef(0);
 
@@ -171,7 +171,6 @@ export function RectifyScreen({ room }: RoomProps) {
   const tryOut = (next: Draft) => tryEdit(edit(next));
   const tryEdit = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }) => {
     const mine = ++turn.current;
-    offer.current = newActId();
     waits.value = true;
     refused.value = null;
     try {
@@ -234,7 +233,7 @@ export function RectifyScreen({ room }: RoomProps) {
   const drop = () => {
     if (keeping.value) return;
     turn.current++;
-    offer.current = newActId();
+    offer.over();
     draft.value = null;
     trial.value = null;
     drawing.value = [];
@@ -274,7 +273,9 @@ export function RectifyScreen({ room }: RoomProps) {
     carried.current = null;
     ledgered.put(answer);
   };
+  /** Whether this very edit was kept: one is kept after the other. */
   const add = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }): Promise<boolean> => {
+    if (keeping.value) return false;
     keeping.value = true;
     const done = (answer: Ledgered) => {
       const tried = trial.value?.values ?? null;
@@ -283,7 +284,7 @@ export function RectifyScreen({ room }: RoomProps) {
       keeping.value = false;
       drop();
     };
-    const added = await recipe(() => perform(room.id, "post", EDITS, { ...path, body }, { id: offer.current, done }));
+    const added = await recipe(() => perform(room.id, "post", EDITS, { ...path, body }, { id: offer.idOf(body), done }));
     keeping.value = false;
     return added !== null;
   };

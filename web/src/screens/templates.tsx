@@ -4,13 +4,13 @@
  * A template is tried and kept as any edit is: the recipe holds the whole of it, undo takes it back.
  */
 import { useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useMemo, useRef } from "preact/hooks";
 
 import { ROOT, Refused, type Schemas, api, bytesOf, note, refusedBy, taken } from "../api/client";
 import { Button, Chip, Confirm, NumberField } from "../design/parts";
 import { Refusal } from "../design/refusal";
 import { signed } from "../geometry/scales";
-import { newActId, perform } from "../state/acts";
+import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { expert } from "../state/settings";
 import { t, tOr } from "../texts";
@@ -198,22 +198,23 @@ function Learning({ room, onLearned }: { room: Room; onLearned: (reply: Schemas[
   const name = useSignal("");
   const ticked = useSignal<ReadonlySet<string>>(new Set([room.id]));
   const act = useAct();
-  const id = useRef(newActId());
+  const offer = useMemo(newOffer, []);
   const list = cases.value.value ?? [];
   const chosen = list.filter((one) => ticked.value.has(one.id)).map((one) => one.id);
   const learn = () =>
     act.run(async () => {
-      onLearned(await perform("", "post", "/api/v1/templates", { body: { name: name.value.trim(), cases: chosen } }, { id: id.current, lane: "learn templates" }));
+      const body = { name: name.value.trim(), cases: chosen };
+      onLearned(await perform("", "post", "/api/v1/templates", { body }, { id: offer.idOf(body), lane: "learn templates" }));
     });
   return (
     <div class="learning">
-      <label class="stacked">
+      <label class="stacked" inert={act.busy.value}>
         <span>{t("template.name")}</span>
         <span class="field">
           <input maxLength={80} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} />
         </span>
       </label>
-      <fieldset>
+      <fieldset inert={act.busy.value}>
         <legend>{t("template.from")}</legend>
         {cases.value.value && list.length === 0 && <p class="soft small-note">{t("template.from.none")}</p>}
         {list.map((one) => (

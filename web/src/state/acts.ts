@@ -51,6 +51,27 @@ const lanes = new Map<string, Promise<unknown>>();
 
 export const newActId = (): string => [...crypto.getRandomValues(new Uint8Array(12))].map((one) => one.toString(16).padStart(2, "0")).join("");
 
+/** The id of what a form offers: the same however often it is asked for, another once the form says something else. */
+export interface Offer {
+  readonly idOf: (body: unknown) => string;
+  /** It was done: the same once more is another act. */
+  readonly over: () => void;
+}
+
+export function newOffer(): Offer {
+  let [of, id] = ["", ""];
+  return {
+    idOf(body) {
+      const now = JSON.stringify(body);
+      if (now !== of) [of, id] = [now, newActId()];
+      return id;
+    },
+    over() {
+      of = "";
+    },
+  };
+}
+
 /** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
 export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
   return begin({ id, lane, method, path, init: init as Act["init"] }, done as (answer: unknown) => void) as Promise<Answer<M, P, I>>;
