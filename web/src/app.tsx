@@ -15,7 +15,7 @@ import { HelpPanel } from "./screens/help";
 import { PhoneScreen } from "./screens/phone";
 import type { RoomProps } from "./screens/room";
 import { SettingsScreen } from "./screens/settings";
-import { isOfFiles, missed, pending, perform } from "./state/acts";
+import { forgotten, isOfFiles, missed, pending, perform } from "./state/acts";
 import { useAct, useAsked } from "./state/asked";
 import { type Page, STEPS, type Step, href, place } from "./state/route";
 import { t } from "./texts";
@@ -78,6 +78,11 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
               {t("acts.wait.why")}
             </Notice>
           )}
+          {forgotten.value.length > 0 && (
+            <Notice tone="red" title={t("acts.forgotten", forgotten.value.length, whose(forgotten.value.map((one) => one.by)))} action={<Button onClick={() => (forgotten.value = [])}>{t("close")}</Button>}>
+              {t("acts.forgotten.why", whose(forgotten.value.map((one) => one.lane.split(" ")[0])))}
+            </Notice>
+          )}
           {missed.value && (
             <Notice tone="red" title={t("acts.missed")} action={<Button onClick={() => (missed.value = null)}>{t("close")}</Button>}>
               {missed.value.message}
@@ -90,6 +95,9 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
     </div>
   );
 }
+
+/** Each once, in a row. */
+const whose = (names: readonly string[]): string => [...new Set(names)].filter(Boolean).join(", ") || "–";
 
 /** How many acts wait for their answer, once that takes long. */
 function useWaiting(): number {

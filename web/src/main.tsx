@@ -7,7 +7,6 @@ import "./design/base.css";
 import "./design/cases.css";
 import "./design/phone.css";
 import { Gate } from "./screens/gate";
-import { resumeActs } from "./state/acts";
 import { watch } from "./state/person";
 import { applyTheme } from "./state/settings";
 import { language } from "./texts";
@@ -15,7 +14,6 @@ import { language } from "./texts";
 applyTheme();
 document.documentElement.lang = language.value;
 watch();
-resumeActs();
 render(
   <Gate>
     <App />

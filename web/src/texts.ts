@@ -679,6 +679,11 @@ const TEXTS = {
   "wrong.number": ["“{0}” is no number: nothing was kept.", "„{0}“ ist keine Zahl: nichts behalten."],
   "acts.wait": ["{0} {0:change is|changes are} on the way and not kept yet.", "{0} {0:Änderung ist|Änderungen sind} unterwegs und noch nicht behalten."],
   "acts.wait.why": ["Sent again by itself until the program answers. Leave this page open.", "Wird von selbst wieder gesendet, bis das Programm antwortet. Diese Seite offen lassen."],
+  "acts.forgotten": ["{0} {0:change|changes} of {1} {0:was|were} not kept.", "{0} {0:Änderung|Änderungen} von {1} {0:wurde|wurden} nicht behalten."],
+  "acts.forgotten.why": [
+    "The program had not answered when another person signed in here. Cases: {0}.",
+    "Das Programm hatte noch nicht geantwortet, als sich hier jemand anderes anmeldete. Fälle: {0}.",
+  ],
   "acts.missed": ["A change was not kept.", "Eine Änderung wurde nicht behalten."],
   "measure.comparing": ["Comparing the tape with the surface", "Vergleicht das Bandmaß mit der Fläche"],
   "measure.compared.not": ["The tape is not compared", "Das Bandmaß ist nicht verglichen"],

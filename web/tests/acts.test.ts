@@ -91,7 +91,7 @@ test("what was not answered goes on after a reload under its id, and its refusal
   const ids = before.pending.value.map((one) => one.id);
   const after = await page();
   answers = [() => json([]), () => json({ kind: "OptionsError", message: "No girth." }, 422)];
-  after.resumeActs();
+  after.resumeActs("");
   expect(after.pending.value.map((one) => one.id)).toEqual(ids);
   await vi.advanceTimersByTimeAsync(100);
   expect(calls.slice(1).map((one) => one.act)).toEqual(ids);
@@ -99,14 +99,36 @@ test("what was not answered goes on after a reload under its id, and its refusal
   expect(after.pending.value).toEqual([]);
 });
 
-test("another person in this tab does not go on with the acts of the one before", async () => {
+test("what one person had not finished goes on for that name alone, and another one is told of it", async () => {
   const before = await page();
-  answers = [() => new Promise<Response>(() => {})];
+  before.resumeActs("Ada");
+  answers = [lost];
   void before.perform("K7Q-4F2", "patch", TAPE, read(100, 300)).catch(() => {});
-  before.forgetActs();
-  const after = await page();
-  after.resumeActs();
-  expect(after.pending.value).toEqual([]);
+  await vi.advanceTimersByTimeAsync(100);
+  before.restActs(); // Ada signs out: nothing more is sent, and what waits stays
+  calls = [];
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(calls).toEqual([]);
+  const left = kept.get("limbgram.acts") ?? "";
+
+  answers = [() => json([])];
+  const hers = await page();
+  void hers.perform("M2X-9PD", "patch", TAPE, read(80, 250)).catch(() => {}); // before it is known who is here
+  hers.resumeActs("Ada");
+  await vi.advanceTimersByTimeAsync(100);
+  expect(calls.map((one) => JSON.parse(one.body).girth_mm)).toContain(300);
+  expect(calls.map((one) => JSON.parse(one.body).girth_mm)).toContain(250);
+  expect(hers.forgotten.value).toEqual([]);
+
+  kept.set("limbgram.acts", left);
+  calls = [];
+  const his = await page();
+  his.resumeActs("Ben");
+  await vi.advanceTimersByTimeAsync(100);
+  expect(calls).toEqual([]);
+  expect(his.pending.value).toEqual([]);
+  expect(his.forgotten.value.map((one) => [one.by, one.lane])).toEqual([["Ada", "K7Q-4F2"]]);
+  expect(kept.has("limbgram.acts")).toBe(false);
 });
 
 test("a form that says something else is another act, and one that says the same is the same until it is done", async () => {

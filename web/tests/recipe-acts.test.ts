@@ -40,7 +40,7 @@ test("what undo brings is not guessed, and what is added comes with its answer",
 
 test("a change is made on what the one before it makes", async () => {
   const { seenBy } = await import("../src/screens/recipe-acts");
-  const act = { id: "a1", lane: "K7Q-4F2", method: "patch", path: "", init: {} };
+  const act = { id: "a1", by: "", lane: "K7Q-4F2", method: "patch", path: "", init: {} };
   expect(seenBy([], "mark")).toBe("mark");
   expect(seenBy([act, { ...act, id: "a2" }], "mark")).toBe("a2");
 });

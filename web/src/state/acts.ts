@@ -4,7 +4,7 @@
  * The server does an act once, however often it comes (`limbgram.app.acts`), so an answer that is lost
  * on the way costs nothing. Acts of one lane (a case) go one after the other, which keeps the order in
  * which a hand made them; what was not answered yet is kept by this tab and goes on after a reload, or
- * while another screen is looked at. Until its answer is here an act is `pending`: screens show it over
+ * while another screen is looked at. It goes on under the name that made it alone. Until its answer is here an act is `pending`: screens show it over
  * what the server said last, and the answer takes its place in the same moment.
  */
 import { batch, signal } from "@preact/signals";
@@ -16,6 +16,8 @@ import type { paths } from "../api/schema";
 
 export interface Act {
   readonly id: string;
+  /** Who made it; empty on the machine itself. */
+  readonly by: string;
   /** Acts of one lane are sent one after the other; a case's have its id. */
   readonly lane: string;
   readonly method: string;
@@ -43,8 +45,16 @@ const SILENCE_MS = 30_000;
 
 /** Acts that are not answered yet, in order. */
 export const pending = signal<readonly Act[]>([]);
+/** Acts of others that were not answered when they left, and were forgotten when the one who is here came. */
+export const forgotten = signal<readonly Act[]>([]);
 /** Why an act was refused that no screen waits for any more. */
 export const missed = signal<Refused | null>(null);
+
+/** What the page had not finished when it was left; it waits for the one who made it. */
+let left: readonly Act[] | null = null;
+const unfinished = (): readonly Act[] => (left ??= JSON.parse(sessionStorage.getItem(KEPT) ?? "[]") as Act[]);
+/** Who works in this page; null: nobody, and nothing is sent any more. */
+let hand: string | null = "";
 
 const answers = new Map<string, Promise<unknown>>();
 const lanes = new Map<string, Promise<unknown>>();
@@ -74,7 +84,7 @@ export function newOffer(): Offer {
 
 /** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
 export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
-  return begin({ id, lane, method, path, init: init as Act["init"] }, done as (answer: unknown) => void) as Promise<Answer<M, P, I>>;
+  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, done as (answer: unknown) => void) as Promise<Answer<M, P, I>>;
 }
 
 /** The acts of a case that are pending at a route. */
@@ -83,14 +93,19 @@ export const pendingAt = (of: string, path: keyof paths): readonly Act[] => pend
 /** A lane of its own is for what takes long and keeps nothing of its own: files, checks. */
 export const isOfFiles = (act: Act): boolean => act.lane.includes(" ");
 
-/** Forget what is not answered: somebody else works in this tab from now on. */
-export function forgetActs(): void {
-  keep([]);
+/** Take up what this hand had not finished when the page was left, and forget what others had not; once, when it is known whose it is. */
+export function resumeActs(name: string): void {
+  hand = name;
+  const before = unfinished();
+  left = [];
+  keep(pending.value.map((one) => ({ ...one, by: name })));
+  forgotten.value = before.filter((one) => one.by !== name);
+  for (const act of before.filter((one) => one.by === name)) begin(act, () => {}).catch(miss);
 }
 
-/** Take up what the page had not finished when it was left; once, when it opens. */
-export function resumeActs(): void {
-  for (const act of JSON.parse(sessionStorage.getItem(KEPT) ?? "[]") as Act[]) begin(act, () => {}).catch(miss);
+/** Send nothing more: somebody else may be signed in from now on. What is pending waits for its hand. */
+export function restActs(): void {
+  hand = null;
 }
 
 /** A refusal that its screen cannot show any more. */
@@ -129,7 +144,8 @@ function end(act: Act): void {
 
 function keep(acts: readonly Act[]): void {
   pending.value = acts;
-  if (acts.length) sessionStorage.setItem(KEPT, JSON.stringify(acts));
+  const all = [...unfinished(), ...acts];
+  if (all.length) sessionStorage.setItem(KEPT, JSON.stringify(all));
   else sessionStorage.removeItem(KEPT);
 }
 
@@ -137,6 +153,7 @@ function keep(acts: readonly Act[]): void {
 async function answered(act: Act): Promise<unknown> {
   const call = api.request as unknown as (method: string, path: string, init: object) => ReturnType<typeof api.GET>;
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
+    if (hand === null) return new Promise(() => {}); // this page is left
     try {
       return await taken(call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) }));
     } catch (error) {

@@ -4,10 +4,10 @@
  * The server locks a session in which nobody did anything for a while. This page tells it, at most once
  * in 45 s, that somebody moves in it; looking on by itself, as pages do, does not count.
  */
-import { effect, signal } from "@preact/signals";
+import { effect, signal, untracked } from "@preact/signals";
 
 import { ROOT, type Schemas, api, link } from "../api/client";
-import { forgetActs } from "./acts";
+import { restActs, resumeActs } from "./acts";
 
 const TELL_MS = 45_000;
 const MOVES = ["pointerdown", "pointermove", "keydown", "wheel", "touchstart"] as const;
@@ -28,6 +28,14 @@ export async function askPerson(): Promise<void> {
 export function watch(): void {
   effect(() => {
     if (link.value === "locked") void askPerson();
+  });
+  let here: string | null = null;
+  effect(() => {
+    const one = person.value;
+    if (!one?.open || one.locked || one.user === here) return;
+    const name = one.user;
+    if (here !== null) leave(); // somebody else signed in, in another tab
+    else untracked(() => resumeActs((here = name)));
   });
   let told = 0;
   let moved = Date.now();
@@ -52,7 +60,7 @@ export async function enter(name: string, password: string): Promise<string> {
     : await api.POST("/api/v1/session/sign-in", { body: { name, password } });
   if (!data) return error && "message" in error ? error.message : " ";
   if (locked) person.value = data;
-  else leave(); // nothing of the one who was here before is left in the page
+  else leave();
   return "";
 }
 
@@ -66,7 +74,8 @@ export async function signOut(): Promise<void> {
   leave();
 }
 
+/** Nothing of the one who was here is left in the page, but what was not answered: it waits for the same name. */
 function leave(): void {
-  forgetActs();
+  restActs();
   location.reload();
 }
