@@ -170,6 +170,7 @@ const TEXTS = {
   "held.intermediate products": ["Intermediate products", "Zwischenergebnisse"],
   "held.earlier results": ["Earlier results", "Frühere Ergebnisse"],
   "case.state.empty": ["No photos yet", "Noch keine Fotos"],
+  "case.size.unchecked": ["size not checked", "Größe nicht geprüft"],
   "case.within": ["Within {0}\u00a0mm", "Innerhalb {0}\u00a0mm"],
   "case.state.photos": ["Photos, not computed yet", "Fotos, noch nicht berechnet"],
   "case.state.ready": ["Ready to compute", "Bereit zum Rechnen"],

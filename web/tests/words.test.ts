@@ -11,10 +11,14 @@ beforeEach(() => {
 
 test("a row of the list says what the surface keeps to, and the first doubt", async () => {
   const { inShort } = await import("../src/screens/cases");
-  const kept = "95 % of the measured surface is expected within 0.09 mm of the limb (limit 0.60 mm).";
-  expect(inShort(`GREEN: 0.09 mm. ${kept}`)).toBe("Within 0.09\u00a0mm");
-  expect(inShort(`GREEN for the shape; size unchecked: it rests on one board alone, and no length off it was given. 0.09 mm. ${kept}`)).toBe("Within 0.09\u00a0mm; size unchecked");
-  expect(inShort("AMBER: 10.1 % of the surface was filled in; no photo measured it. What was measured is sure to 0.20 mm.")).toBe("10.1 % of the surface was filled in");
+  const surface = "Surface: 95 % within 0.09 mm (limit 0.60 mm).";
+  const set = "Scale: set by one board, 4 check lengths agree to 0.004 %";
+  expect(inShort({ light: "green", size_checked: false, headline: `GREEN. ${surface} ${set}; not checked independently.` })).toBe("Within 0.09\u00a0mm; size not checked");
+  expect(inShort({ light: "green", size_checked: true, headline: `GREEN. ${surface} ${set}; confirmed to 0.6 % by tape.` })).toBe("Within 0.09\u00a0mm");
+  const filled = "10.1 % of the surface was filled in; no photo measured it.";
+  expect(inShort({ light: "amber", size_checked: true, headline: `AMBER. ${filled} Measured surface: 95 % within 0.20 mm. ${set}; checked independently.` })).toBe("10.1 % of the surface was filled in");
+  expect(inShort({ light: "amber", size_checked: false, headline: `AMBER. ${filled} Measured surface: 95 % within 0.20 mm. ${set}; not checked independently.` })).toBe("10.1 % of the surface was filled in; size not checked");
+  expect(inShort({ light: "red", size_checked: false, headline: "RED. No millimetres. Nothing in the photos says how large the limb is." })).toBe("No millimetres");
 });
 
 test("what an edit asks for is offered as words where it may be only some", async () => {

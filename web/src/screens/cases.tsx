@@ -6,7 +6,7 @@ import { type Schemas, api, taken } from "../api/client";
 import { listen } from "../api/events";
 import { Icon } from "../design/icons";
 import { Button, Chip, Confirm, Empty, Notice, SideBadge } from "../design/parts";
-import { Refusal } from "../design/refusal";
+import { Refusal, parted } from "../design/refusal";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { go, href } from "../state/route";
@@ -180,7 +180,7 @@ export function StateOf({ one }: { one: Case }) {
       <>
         <Chip tone={one.verdict.light}>{t(`verdict.${one.verdict.light}`)}</Chip>
         <div class="small soft nt" title={one.verdict.headline}>
-          {inShort(one.verdict.headline)}
+          {inShort(one.verdict)}
         </div>
       </>
     );
@@ -205,14 +205,11 @@ export function withoutColour(headline: string): string {
   return rest ? rest[0].toUpperCase() + rest.slice(1) : headline;
 }
 
-/** The same in one line of the list: what the surface keeps to, and the first doubt. */
-export function inShort(headline: string): string {
-  const rest = withoutColour(headline);
-  const within = /within ([\d.]+) mm/.exec(rest)?.[1];
-  const doubt = /^[\d.]+ mm/.test(rest) ? "" : rest.split(/[:;]|\. /)[0];
-  if (!within) return doubt || rest;
-  const kept = t("case.within", within);
-  return doubt ? `${kept}; ${doubt[0].toLowerCase()}${doubt.slice(1)}` : kept;
+/** The same in one line of the list: what the surface keeps to, or the first doubt; and whether anything checked the size. */
+export function inShort({ light, headline, size_checked }: Pick<Schemas["Verdict"], "light" | "headline" | "size_checked">): string {
+  const within = light === "green" ? /within ([\d.]+) mm/.exec(headline)?.[1] : undefined;
+  const said = within ? t("case.within", within) : parted(withoutColour(headline))[0].split(/[:;]|\.$/)[0];
+  return size_checked || light === "red" ? said : `${said}; ${t("case.size.unchecked")}`;
 }
 
 function nextOf(one: Case): { text: string; to: string } {

@@ -178,17 +178,15 @@ function picks(point: Vec3 | null) {
 export function VerdictLines({ info }: { info: Schemas["Case"] }) {
   const verdict = info.verdict;
   if (!verdict) return <p class="lead-line">{info.message || t("result.none")}</p>;
-  const lead = parted(withoutColour(verdict.headline))[0];
-  const reasons = verdict.reasons
-    .slice(0, expert.value ? 20 : 2)
-    .map((one) => (one.startsWith(lead) ? one.slice(lead.length).trim() : one))
-    .filter(Boolean);
+  const [lead, more] = parted(withoutColour(verdict.headline));
+  const reasons = verdict.reasons.slice(0, expert.value ? 20 : 2).filter((one) => !verdict.headline.includes(one));
   return (
     <>
       <div class="verdict">
         <Chip tone={verdict.light}>{t(`verdict.${verdict.light}`)}</Chip>
         <p class="lead-line">{lead}</p>
       </div>
+      {more && <p class="small-note soft">{more}</p>}
       {verdict.light !== "green" && reasons.length > 0 && (
         <ul class="findings small-note soft">
           {reasons.map((one) => (

@@ -149,7 +149,7 @@ export function SendScreen({ room }: RoomProps) {
         {red && (
           <Card step={2} done={signer.value.trim() !== ""} title={t("send.red")} aside={t("send.red.why")}>
             <span class="field wide">
-              <input aria-label={t("send.red.who")} placeholder={t("send.red.who")} maxLength={300} value={signer.value} onChange={(event) => ((signer.value = event.currentTarget.value), write())} />
+              <input aria-label={t("send.red.who")} placeholder={t("send.red.who")} maxLength={300} value={signer.value} onInput={(event) => (signer.value = event.currentTarget.value)} onChange={() => write()} />
             </span>
           </Card>
         )}
