@@ -74,6 +74,24 @@ test("the answer takes the place of what was pending in one moment", async () =>
   expect(pending.value).toEqual([]);
 });
 
+test("an answer of before, given again, is asked for anew", async () => {
+  const { pending, perform } = await page();
+  answers = [lost, () => new Response("[]", { headers: { "Content-Type": "application/json", "Act-Replayed": "1" } })];
+  const taken: string[] = [];
+  const ways = {
+    done: () => taken.push("answer"),
+    again: async () => taken.push(`anew, ${pending.value.length} pending`),
+  };
+  const both = perform("K7Q-4F2", "patch", TAPE, read(100, 300), ways);
+  await vi.advanceTimersByTimeAsync(1000);
+  await both;
+  expect(taken).toEqual(["anew, 1 pending"]);
+  expect(pending.value).toEqual([]);
+  answers = [() => json([])];
+  await perform("K7Q-4F2", "patch", TAPE, read(100, 300), ways);
+  expect(taken).toEqual(["anew, 1 pending", "answer"]);
+});
+
 test("a double Enter is one act", async () => {
   const { newActId, perform } = await page();
   const id = newActId();

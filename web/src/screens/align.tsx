@@ -83,7 +83,7 @@ export function AlignScreen({ room }: RoomProps) {
   const put = (name: string, point: Vector3) =>
     act.run(async () => {
       chosen.value = name;
-      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }, { done: take });
+      const kept = perform(room.id, "put", PLACE, { params: { path: { case_id: room.id, name } }, body: { position_mm: [point.x, point.y, point.z] } }, { done: take, again: asked.again });
       if (held.value?.name === name) held.value = null; // what is on its way to the server is shown by itself
       await kept;
       const sticker = offered.find((one) => one.sticker !== null && distance(one.at, [point.x, point.y, point.z]) < SAME_MM)?.sticker;
@@ -97,7 +97,7 @@ export function AlignScreen({ room }: RoomProps) {
   const remove = (name: string) =>
     act.run(async () => {
       if (chosen.value === name) chosen.value = null;
-      await perform(room.id, "delete", PLACE, { params: { path: { case_id: room.id, name } } }, { done: take });
+      await perform(room.id, "delete", PLACE, { params: { path: { case_id: room.id, name } } }, { done: take, again: asked.again });
     });
 
   const latest = useRef({ put, offered, places, after: (_name: string): string | null => null });
@@ -172,7 +172,7 @@ export function AlignScreen({ room }: RoomProps) {
         anterior: frontHere.value && [...frontHere.value],
         flexion_deg: flexion.value,
       };
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take });
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take, again: asked.again });
       saved.value = t("align.done");
       flipped.value = false;
       byHand.value = STILL;
@@ -186,7 +186,7 @@ export function AlignScreen({ room }: RoomProps) {
       if (!limb) return;
       const { rotation } = turned(limb.frame, byHand.value);
       const body: Schemas["Align"] = { side: side ?? "none", kind, axis: scaled(rotation[2], 1), anterior: scaled(rotation[1], 1), flexion_deg: 0 };
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take });
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/limb/align", { ...path, body }, { done: take, again: asked.again });
       byHand.value = STILL;
       saved.value = t("align.by.hand.kept");
       await room.again();

@@ -52,7 +52,7 @@ export function CaptureScreen({ room }: RoomProps) {
   const askCheck = () =>
     act.run(async () => {
       const { cameras: ids } = choicesOf(room.id);
-      await perform(room.id, "post", "/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }, { done: check.put, lane: `${room.id} check` });
+      await perform(room.id, "post", "/api/v1/cases/{case_id}/check", { ...path, body: { cameras: [...ids], board: boardOf(room.id) } }, { done: check.put, again: check.again, lane: `${room.id} check` });
     });
   const arrived = () => {
     void photos.again();

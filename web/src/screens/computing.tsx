@@ -44,7 +44,7 @@ export function Computing({ room, onLook }: { room: Room; onLook: (() => void) |
   const call = (what: "pause" | "resume" | "cancel") =>
     act.run(async () => {
       stopping.value = false;
-      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put });
+      await perform(room.id, "post", `/api/v1/cases/{case_id}/job/${what}`, path, { done: job.put, again: job.again });
       await room.again();
     });
 

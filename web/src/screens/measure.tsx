@@ -81,7 +81,7 @@ export function MeasureScreen({ room }: RoomProps) {
     act.run(async () => {
       said(height_mm, null, girth_mm);
       try {
-        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put });
+        await perform(room.id, "patch", TAPE, { ...path, body: { height_mm, girth_mm } }, { done: kept.put, again: kept.again });
       } catch (error) {
         if (error instanceof Refused) said(height_mm, error, girth_mm);
         throw error;

@@ -273,18 +273,26 @@ export function RectifyScreen({ room }: RoomProps) {
     carried.current = null;
     ledgered.put(answer);
   };
+  const tookAnew = async () => {
+    await ledgered.again();
+    carried.current = null;
+  };
   /** Whether this very edit was kept: one is kept after the other. */
   const add = async (body: { kind: string; parameters: Record<string, unknown>; accept: string[] }): Promise<boolean> => {
     if (keeping.value) return false;
     keeping.value = true;
-    const done = (answer: Ledgered) => {
-      const tried = trial.value?.values ?? null;
-      took(answer);
+    const after = (tried: Float32Array | null) => {
       carried.current = tried;
       keeping.value = false;
       drop();
     };
-    const added = await recipe(() => perform(room.id, "post", EDITS, { ...path, body }, { id: offer.idOf(body), done }));
+    const done = (answer: Ledgered) => {
+      const tried = trial.value?.values ?? null;
+      took(answer);
+      after(tried);
+    };
+    const again = () => tookAnew().then(() => after(null));
+    const added = await recipe(() => perform(room.id, "post", EDITS, { ...path, body }, { id: offer.idOf(body), done, again }));
     keeping.value = false;
     return added !== null;
   };
@@ -292,10 +300,10 @@ export function RectifyScreen({ room }: RoomProps) {
     const now = draft.value;
     if (now) void add(edit(now));
   };
-  const undo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/undo`, { params: { ...path.params, query } }, { done: took }));
-  const redo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/redo`, { params: { ...path.params, query } }, { done: took }));
-  const changeEdit = (number: number, body: Schemas["EditChange"]) => recipe((query) => perform(room.id, "patch", EDIT, { params: { path: { case_id: room.id, number }, query }, body }, { done: took }));
-  const removeEdit = (number: number) => recipe((query) => perform(room.id, "delete", EDIT, { params: { path: { case_id: room.id, number }, query } }, { done: took }));
+  const undo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/undo`, { params: { ...path.params, query } }, { done: took, again: tookAnew }));
+  const redo = () => recipe((query) => perform(room.id, "post", `${RECIPE}/redo`, { params: { ...path.params, query } }, { done: took, again: tookAnew }));
+  const changeEdit = (number: number, body: Schemas["EditChange"]) => recipe((query) => perform(room.id, "patch", EDIT, { params: { path: { case_id: room.id, number }, query }, body }, { done: took, again: tookAnew }));
+  const removeEdit = (number: number) => recipe((query) => perform(room.id, "delete", EDIT, { params: { path: { case_id: room.id, number }, query } }, { done: took, again: tookAnew }));
   // A change elsewhere made another shape under the edit that is open: it is tried again, on that one.
   useEffect(() => {
     const now = draft.value;

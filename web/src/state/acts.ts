@@ -30,6 +30,8 @@ type Answer<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I> = path
 interface Ways<T> {
   /** Called with the answer in the moment in which the act is no more pending. */
   readonly done?: (answer: T) => void;
+  /** Asks the server anew; called instead of `done` where the answer is one of before, given again: more may have changed since. */
+  readonly again?: () => Promise<unknown>;
   /** The act's id, where what is asked for may be asked for twice by one hand: a double Enter. */
   readonly id?: string;
   readonly lane?: string;
@@ -83,8 +85,8 @@ export function newOffer(): Offer {
 }
 
 /** Do something of a case, or of all of them (`of` is empty); refused as `taken` refuses. */
-export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
-  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, done as (answer: unknown) => void) as Promise<Answer<M, P, I>>;
+export function perform<M extends HttpMethod, P extends PathsWithMethod<paths, M>, I extends MaybeOptionalInit<paths[P], M>>(of: string, method: M, path: P, init: I, { done, again, id = newActId(), lane = of }: Ways<Answer<M, P, I>> = {}): Promise<Answer<M, P, I>> {
+  return begin({ id, by: hand ?? "", lane, method, path, init: init as Act["init"] }, { done, again } as Ways<unknown>) as Promise<Answer<M, P, I>>;
 }
 
 /** The acts of a case that are pending at a route. */
@@ -100,7 +102,7 @@ export function resumeActs(name: string): void {
   left = [];
   keep(pending.value.map((one) => ({ ...one, by: name })));
   forgotten.value = before.filter((one) => one.by !== name);
-  for (const act of before.filter((one) => one.by === name)) begin(act, () => {}).catch(miss);
+  for (const act of before.filter((one) => one.by === name)) begin(act, {}).catch(miss);
 }
 
 /** Send nothing more: somebody else may be signed in from now on. What is pending waits for its hand. */
@@ -114,15 +116,17 @@ export function miss(error: unknown): void {
   missed.value = error;
 }
 
-function begin(act: Act, done?: (answer: unknown) => void): Promise<unknown> {
+function begin(act: Act, { done, again }: Ways<unknown>): Promise<unknown> {
   const known = answers.get(act.id);
   if (known) return known;
   keep([...pending.value, act]);
   const before = lanes.get(act.lane) ?? Promise.resolve();
   const answer = before.then(() => answered(act)).then(
-    (found) => {
+    async ({ found, replayed }) => {
+      const asks = replayed && again;
+      if (asks) await asks();
       batch(() => {
-        done?.(found);
+        if (!asks) done?.(found);
         end(act);
       });
       return found;
@@ -150,12 +154,14 @@ function keep(acts: readonly Act[]): void {
 }
 
 /** The server's answer to an act, however often it has to be asked for. */
-async function answered(act: Act): Promise<unknown> {
+async function answered(act: Act): Promise<{ readonly found: unknown; readonly replayed: boolean }> {
   const call = api.request as unknown as (method: string, path: string, init: object) => ReturnType<typeof api.GET>;
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
     if (hand === null) return new Promise(() => {}); // this page is left
     try {
-      return await taken(call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) }));
+      const sent = call(act.method, act.path, { ...act.init, headers: { "Act-Id": act.id }, signal: AbortSignal.timeout(SILENCE_MS) });
+      const found: unknown = await taken(sent);
+      return { found, replayed: (await sent).response.headers.get("Act-Replayed") === "1" };
     } catch (error) {
       if (!(error instanceof Refused) || !NO_ANSWER.includes(error.status)) throw error;
       await new Promise((go) => setTimeout(go, wait));
