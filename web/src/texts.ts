@@ -708,6 +708,10 @@ const TEXTS = {
   "measure.lengths": ["Over the surface, smoothed over 5 mm, place to place", "Über die Fläche, über 5 mm geglättet, Stelle zu Stelle"],
   "measure.spacing": ["Every", "Alle"],
   "measure.sock": ["Sock taken off", "Strumpf abgezogen"],
+  "measure.tape.by": [
+    "A tape is compared with the scan and the sock that the case keeps, whatever the table shows.",
+    "Ein Bandmaß wird mit dem Scan und dem Strumpf des Falls verglichen, was die Tabelle auch zeigt.",
+  ],
   "measure.of": ["Of", "Von"],
   "measure.of.scan": ["Scan", "Scan"],
   "measure.of.rectified": ["Rectified", "Modelliert"],

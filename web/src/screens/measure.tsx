@@ -63,6 +63,7 @@ export function MeasureScreen({ room }: RoomProps) {
   const from = found?.reference_height_mm ?? 0;
   const tape = judged(withPending(kept.value.value ?? [], pendingAt(room.id, TAPE)), measures.busy.value ? [] : (found?.tape ?? []));
   const waits = tape.some((one) => one.verdict === null);
+  const comparing = t(measures.refused.value ? "measure.compared.not" : "measure.comparing");
   const conflicts = tape.filter((one) => one.verdict?.conflict);
 
   const said = (height_mm: number, refused: Refused | null, girth_mm: number | null) => {
@@ -125,7 +126,7 @@ export function MeasureScreen({ room }: RoomProps) {
         <div class="scroll" tabIndex={0} role="region" aria-label={t("panel")}>
           <section>
             <div class="row-head">
-              <h2 aria-live="polite">{tape.length === 0 ? t("measure.title") : waits ? t(measures.refused.value ? "measure.compared.not" : "measure.comparing") : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees")}</h2>
+              <h2 aria-live="polite">{tape.length === 0 ? t("measure.title") : waits ? comparing : conflicts.length ? t("measure.conflicts", conflicts.length) : t("measure.agrees")}</h2>
               <span class="grow" />
               {tape.length > 0 && <Chip tone={waits ? "plain" : conflicts.length ? "amber" : "green"}>{t("measure.tapes", tape.length)}</Chip>}
             </div>
@@ -240,6 +241,7 @@ export function MeasureScreen({ room }: RoomProps) {
                 <Segments label={t("measure.of")} value={of.value} options={[{ value: "scan", text: t("measure.of.scan") }, { value: "rectified", text: t("measure.of.rectified") }]} onChange={(value) => (of.value = value)} />
               </div>
             )}
+            {(of.value === "rectified" || sock.value > 0) && <p class="small faint">{t("measure.tape.by")}</p>}
             <div class="acts">
               <Button icon="save" onClick={() => void sheet()}>
                 {t("measure.csv")}
@@ -250,7 +252,7 @@ export function MeasureScreen({ room }: RoomProps) {
           </section>
         </div>
         <div class="next">
-          <Button go big trailing="next" off={aligned ? null : t("measure.needs")} onClick={goOn}>
+          <Button go big trailing="next" off={!aligned ? t("measure.needs") : waits ? comparing : act.busy.value ? t("loading") : null} onClick={goOn}>
             {conflicts.length ? t("measure.next.anyway") : t("measure.next")}
           </Button>
           {conflicts.length > 0 && <p class="small soft">{t("measure.next.why")}</p>}
