@@ -771,6 +771,11 @@ const TEXTS = {
   "trimline.cut": ["Cut here", "Hier schneiden"],
   "recipe": ["Recipe", "Rezept"],
   "recipe.empty": ["No edit yet. The scan goes as it is.", "Noch keine Änderung. Der Scan geht wie er ist."],
+  "recipe.fits.not": ["The recipe was made on another surface.", "Das Rezept entstand auf einer anderen Fläche."],
+  "recipe.fits.not.do": [
+    "Look at every edit on the limb. Take out what is out of place and draw it again.",
+    "Jede Änderung an der Form ansehen. Was falsch sitzt, herausnehmen und neu zeichnen.",
+  ],
   "recipe.move": ["Move edit {0}: arrow keys", "Änderung {0} verschieben: Pfeiltasten"],
   "recipe.remove": ["Take it out", "Herausnehmen"],
   "nothing.undo": ["Nothing to undo", "Nichts zurückzunehmen"],

@@ -9,7 +9,6 @@ import { Refusal } from "../design/refusal";
 import { newOffer, perform } from "../state/acts";
 import { useAct, useAsked } from "../state/asked";
 import { t, when } from "../texts";
-import { OLD_DAYS } from "./capture-options";
 
 type Camera = Schemas["CameraReply"];
 
@@ -103,13 +102,12 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
     });
   const busy = one.state === "calibrating";
   const ready = one.calibrated !== "" && one.focal_mm !== undefined;
-  const old = one.age_days !== null && one.age_days !== undefined && one.age_days > OLD_DAYS;
   const set = (part: Partial<Schemas["BoardSpec"]>) => (board.value = { ...board.value, ...part });
   return (
     <section class="card camera-card">
       <div class="row-head">
         <h2>{one.name}</h2>
-        <Chip tone={one.calibrated && !busy ? (old ? "amber" : "green") : one.state === "refused" ? "red" : "plain"}>
+        <Chip tone={one.calibrated && !busy ? (one.old ? "amber" : "green") : one.state === "refused" ? "red" : "plain"}>
           {busy ? t("cameras.calibrating") : one.calibrated ? one.age_days ? t("cameras.age", one.age_days) : t("cameras.today") : one.state === "refused" ? t("case.state.refused") : t("cameras.not.yet")}
         </Chip>
         <span class="grow" />
@@ -120,7 +118,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
       <p class="soft">
         {[one.label, one.focal_mm ? `${one.focal_mm.toFixed(1)} mm` : "", one.width_px ? `${one.width_px} × ${one.height_px}` : "", one.rms_px ? t("cameras.fit", one.rms_px.toFixed(2)) : "", one.calibrated ? when(one.calibrated) : ""].filter(Boolean).join(". ")}
       </p>
-      {old && <p class="small-note">{t("cameras.old")}</p>}
+      {one.old && <p class="small-note">{t("cameras.old")}</p>}
       {one.message && <p class="small-note">{one.message}</p>}
       <Refusal refused={act.refused.value} />
       {removing.value && (

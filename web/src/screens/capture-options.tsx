@@ -8,8 +8,6 @@ import { expert } from "../state/settings";
 import { t, when } from "../texts";
 import type { Room } from "./room";
 
-export const OLD_DAYS = 180;
-
 export function CaptureOptions({ room, cameras, choices, photos, onChange }: { room: Room; photos: number; cameras: readonly Schemas["CameraReply"][]; choices: Choices; onChange: (part: Partial<Choices>) => void }) {
   const ready = cameras.filter((one) => one.state === "ready" || one.calibrated);
   const chosen = ready.find((one) => choices.cameras.includes(one.id));
@@ -60,14 +58,14 @@ export function CaptureOptions({ room, cameras, choices, photos, onChange }: { r
       <a href={href.cameras}>{t("options.calibrate")}</a>
       {chosen && (
         <div class="camera-said">
-          {chosen.age_days !== null && chosen.age_days !== undefined && <Chip tone={chosen.age_days > OLD_DAYS ? "amber" : "plain"}>{chosen.age_days ? t("cameras.age", chosen.age_days) : t("cameras.today")}</Chip>}
+          {chosen.age_days !== null && chosen.age_days !== undefined && <Chip tone={chosen.old ? "amber" : "plain"}>{chosen.age_days ? t("cameras.age", chosen.age_days) : t("cameras.today")}</Chip>}
           {fits?.fits && <Chip tone="green">{t("options.fits")}</Chip>}
           {chosen.certificate && (
             <a href={chosen.certificate} target="_blank" rel="noreferrer">
               {t("options.certificate")}
             </a>
           )}
-          {chosen.age_days !== null && chosen.age_days !== undefined && chosen.age_days > OLD_DAYS && <p class="small-note">{t("cameras.old")}</p>}
+          {chosen.old && <p class="small-note">{t("cameras.old")}</p>}
           {fits && !fits.fits && (
             <Notice tone="amber" title={t("options.fits.not")}>
               {t("options.fits.do")} {fits.why}

@@ -867,7 +867,7 @@ function areasOf(data: SurfaceData, { vertices, shares }: Shares): number {
 
 function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, onRemove }: { book: Ledgered; listed: readonly ShownEdit[] | null; chosen: number | null; onChoose: (number: number | null) => void; onUndo: () => void; onRedo: () => void; onChange: (number: number, body: Schemas["EditChange"]) => void; onRemove: (number: number) => void }) {
   const lines = book.ledger?.lines ?? [];
-  const { can_undo, can_redo } = book.recipe;
+  const { can_undo, can_redo, fits, notes } = book.recipe;
   /** What was undone is not known before the answer: until then no number means an edit. */
   const unknown = listed === null;
   const edits = listed ?? book.recipe.edits.map((one): ShownEdit => ({ ...one, was: null }));
@@ -880,6 +880,11 @@ function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, 
         <Button bare icon="undo" class="icon-only" label={t("undo")} off={can_undo ? null : t("nothing.undo")} onClick={onUndo} />
         <Button bare icon="redo" class="icon-only" label={t("redo")} off={can_redo ? null : t("nothing.redo")} onClick={onRedo} />
       </div>
+      {!fits && !book.refusal && (
+        <Notice tone="amber" title={t("recipe.fits.not")}>
+          {t("recipe.fits.not.do")}
+        </Notice>
+      )}
       {edits.length === 0 && <p class="soft small-note">{t("recipe.empty")}</p>}
       <ol class={`edits ${unknown ? "waits" : ""}`} aria-busy={unknown || undefined} inert={unknown}>
         {edits.map((one) => {
@@ -939,6 +944,11 @@ function RecipeList({ book, listed, chosen, onChoose, onUndo, onRedo, onChange, 
           );
         })}
       </ol>
+      {notes.map((one) => (
+        <p key={one} class="small soft">
+          {one}
+        </p>
+      ))}
     </section>
   );
 }

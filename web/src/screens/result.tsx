@@ -224,9 +224,8 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
   return (
     <section class="small-note">
       <p class="soft">{kit.cameras.length ? t("kit.camera", kit.cameras.filter(Boolean).join(", ") || t("kit.camera.unnamed")) : t("kit.none")}</p>
-      {kit.setups.map((one) => {
-        const late = one.expired || one.outcome !== "pass";
-        return late ? (
+      {kit.setups.map((one) =>
+        one.due ? (
           <Notice key={one.camera + one.made} tone="amber" title={t(one.outcome === "pass" ? "kit.late" : "kit.not.passed", one.made, one.months)}>
             {t("kit.late.do")}
           </Notice>
@@ -234,8 +233,8 @@ function KitLines({ kit }: { kit: Schemas["Kit"] }) {
           <p key={one.camera + one.made} class="soft">
             {t("kit.passed", one.made, one.months)}
           </p>
-        );
-      })}
+        ),
+      )}
     </section>
   );
 }
