@@ -29,3 +29,10 @@ test("what an edit asks for is offered as words where it may be only some", asyn
   expect(valueOf("True", { expected: "bool, else True" })).toBe(true);
   expect(valueOf("0,5", { expected: "float" })).toBe(0.5);
 });
+
+test("two files of one limb are told apart by what they are made of", async () => {
+  const { madeOf } = await import("../src/screens/send");
+  const one = { side: "left", recipe_edits: 3, signed_by: "", scan_sha256: "0123456789abcdef", recipe_sha256: "fedcba9876543210" } as const;
+  expect(madeOf(one)).toBe("LEFT · 3 edits · scan 01234567 · recipe fedcba98");
+  expect(madeOf({ ...one, side: "none", recipe_edits: 1, signed_by: "A. Meier", recipe_sha256: "" })).toBe("1 edit · signed by A. Meier · scan 01234567");
+});
