@@ -59,6 +59,7 @@ export function App() {
 /** What lies round a screen: help beside it, and what is wrong with the way to the program. */
 function Around({ children, helping, topic, onClose }: { children: preact.ComponentChildren; helping: boolean; topic: string; onClose: () => void }) {
   const waits = useWaiting();
+  const cases = eachOnce(forgotten.value.map((one) => one.lane.split(" ")[0]));
   return (
     <div class={`around ${helping ? "with-help" : ""}`}>
       <div class="around-main">
@@ -79,8 +80,8 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
             </Notice>
           )}
           {forgotten.value.length > 0 && (
-            <Notice tone="red" title={t("acts.forgotten", forgotten.value.length, whose(forgotten.value.map((one) => one.by)))} action={<Button onClick={() => (forgotten.value = [])}>{t("close")}</Button>}>
-              {t("acts.forgotten.why", whose(forgotten.value.map((one) => one.lane.split(" ")[0])))}
+            <Notice tone="red" title={t("acts.forgotten", forgotten.value.length, eachOnce(forgotten.value.map((one) => one.by)))} action={<Button onClick={() => (forgotten.value = [])}>{t("close")}</Button>}>
+              {t("acts.forgotten.why")} {cases && `${t("cases")}: ${cases}`}
             </Notice>
           )}
           {missed.value && (
@@ -97,7 +98,7 @@ function Around({ children, helping, topic, onClose }: { children: preact.Compon
 }
 
 /** Each once, in a row. */
-const whose = (names: readonly string[]): string => [...new Set(names)].filter(Boolean).join(", ") || "–";
+const eachOnce = (names: readonly string[]): string => [...new Set(names)].filter(Boolean).join(", ");
 
 /** How many acts wait for their answer, once that takes long. */
 function useWaiting(): number {

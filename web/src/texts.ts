@@ -682,8 +682,8 @@ const TEXTS = {
   "acts.wait.why": ["Sent again by itself until the program answers. Leave this page open.", "Wird von selbst wieder gesendet, bis das Programm antwortet. Diese Seite offen lassen."],
   "acts.forgotten": ["{0} {0:change|changes} of {1} {0:was|were} not kept.", "{0} {0:Änderung|Änderungen} von {1} {0:wurde|wurden} nicht behalten."],
   "acts.forgotten.why": [
-    "The program had not answered when another person signed in here. Cases: {0}.",
-    "Das Programm hatte noch nicht geantwortet, als sich hier jemand anderes anmeldete. Fälle: {0}.",
+    "The program had not answered when another person signed in here.",
+    "Das Programm hatte noch nicht geantwortet, als sich hier jemand anderes anmeldete.",
   ],
   "acts.missed": ["A change was not kept.", "Eine Änderung wurde nicht behalten."],
   "measure.comparing": ["Comparing the tape with the surface", "Vergleicht das Bandmaß mit der Fläche"],

@@ -138,7 +138,7 @@ function CameraCard({ one, onChange }: { one: Camera; onChange: () => void }) {
             <Button off={busy && t("cameras.calibrating")} onClick={() => input.current?.click()}>
               {t("cameras.add")}
             </Button>
-            <Button go={!ready} off={busy ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null} onClick={() => void calibrate()}>
+            <Button go={!ready} off={busy || act.busy.value ? t("cameras.calibrating") : one.photos < 3 ? t("cameras.few") : null} onClick={() => void calibrate()}>
               {t("cameras.calibrate")}
             </Button>
             {one.calibrated && (
