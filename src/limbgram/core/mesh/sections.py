@@ -5,19 +5,28 @@ part of the mesh, `workbench/measures/levels.py` integrates over the part of a f
 and `core/mesh/axis.py` needs middles alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
 
 from limbgram.core.errors import OptionsError
-from limbgram.core.geometry.arrays import Points2, Points3, Vector3
+from limbgram.core.geometry.arrays import Points3, Vector3
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import find_edges
 
 LEAST_SPACING_MM = 0.05
 """Closest that sections are put."""
+_FOLLOWED = 64
+"""Heights at which a limb is followed from end to end."""
+_CLEARLY = 0.5
+"""One is clearly nearer, or lies clearly less over another, at less than this share of the next."""
+_DRAWN_IN = 0.7
+"""Half of an outline's area lies within it, drawn in so far: what only grazes lies not over it."""
+
+Outline = Float64[np.ndarray, "_ 2"]
+"""A closed polyline in a plane; several together have each their own number of points."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,18 +100,146 @@ def cut(mesh: Mesh, offsets_mm: Sequence[float], normal: Vector3 = Z_AXIS) -> tu
     return tuple(sections)
 
 
-def passed_by(rings: Sequence[Points2], place: Float64[np.ndarray, "2"]) -> int:
-    """Which of several closed outlines a line through a place goes through.
+def passed_by(rings: Sequence[Outline], place: Float64[np.ndarray, "2"]) -> int | None:
+    """Which of several closed outlines a line through a place goes through; None if it misses all.
 
-    Of outlines in each other the outermost; where the line misses them all, the nearest.
+    Of outlines in each other the outermost.
     """
     held = [k for k, ring in enumerate(rings) if holds(ring, place)]
-    if held:
-        return max(held, key=lambda k: float(np.ptp(rings[k], axis=0).prod()))
-    return min(range(len(rings)), key=lambda k: _distance_mm(rings[k], place))
+    return max(held, key=lambda k: float(np.ptp(rings[k], axis=0).prod()), default=None)
 
 
-def holds(ring: Points2, place: Float64[np.ndarray, "2"]) -> bool:
+RingsAt = Callable[[Sequence[float]], Sequence[Sequence[Outline]]]
+"""The whole outlines at each height, none in another; nothing where there is no whole one."""
+
+
+def of_one_limb(
+    rings_at: RingsAt,
+    ends_mm: tuple[float, float],
+    heights_mm: Sequence[float],
+    found: Sequence[Sequence[Outline]],
+    place: Float64[np.ndarray, "2"],
+) -> list[int | None]:
+    """Which outline at each height is of the limb that a line goes through.
+
+    The one that the line goes through. Where it misses all, the limb is followed from where it
+    does not, from outline to outline that lies over it; where the limb forks, from where an
+    outline is clearly the nearest to the line. None where the limb has ended, or where nothing
+    tells which it is. What is asked for at other heights has no part in the answer.
+
+    Args:
+        ends_mm: The heights between which the limb is followed.
+        found: The outlines at each of the heights that are asked for.
+    """
+    chosen = [passed_by(rings, place) for rings in found]
+    lost = [k for k, one in enumerate(chosen) if one is None and found[k]]
+    if not lost:
+        return chosen
+    steps = (np.arange(_FOLLOWED) + 0.5) / _FOLLOWED
+    along = (ends_mm[0] + (ends_mm[1] - ends_mm[0]) * steps).tolist()
+    whole = [(height, rings) for height, rings in zip(along, rings_at(along)) if rings]
+    known_mm = np.array([height for height, _ in whole])
+    levels = [rings for _, rings in whole]
+    limb = _followed(levels, place)
+    for k in lost:
+        above = int(np.searchsorted(known_mm, heights_mm[k]))
+        beside = [
+            levels[at][one]
+            for at in (above - 1, above)
+            if 0 <= at < len(levels) and (one := limb[at]) is not None
+        ]
+        told = {ways[0] for ring in beside if len(ways := _continued(ring, found[k])) == 1}
+        chosen[k] = told.pop() if len(told) == 1 else None
+    return chosen
+
+
+def _followed(
+    levels: Sequence[Sequence[Outline]], place: Float64[np.ndarray, "2"]
+) -> list[int | None]:
+    """The limb's outline at each level, from where the line goes through it."""
+    chosen = [passed_by(rings, place) for rings in levels]
+    starts = [k for k, one in enumerate(chosen) if one is not None]
+    if not starts:
+        seed = _clearest(levels, range(len(levels)), place)
+        if seed is None:
+            return chosen
+        chosen[seed[0]] = seed[1]
+        starts = [seed[0]]
+    forks = [
+        fork for start in starts for step in (-1, 1) for fork in _walk(levels, chosen, start, step)
+    ]
+    while forks:
+        fork, before, step = forks.pop()
+        if chosen[fork] is not None:
+            continue
+        end = fork
+        while 0 <= end < len(levels) and chosen[end] is None:
+            end += step
+        seed = _clearest(levels, range(fork, end, step), place)
+        if seed is None:
+            continue
+        tried = chosen.copy()
+        tried[seed[0]] = seed[1]
+        more = [one for way in (-step, step) for one in _walk(levels, tried, seed[0], way)]
+        if tried[fork] in _continued(levels[before][chosen[before] or 0], levels[fork]):
+            chosen, forks = tried, forks + more
+    return chosen
+
+
+def _walk(
+    levels: Sequence[Sequence[Outline]], chosen: list[int | None], start: int, step: int
+) -> list[tuple[int, int, int]]:
+    """Choose from one level on until the limb ends, or forks: there, from where, and the way."""
+    at = start
+    while 0 <= at + step < len(levels) and chosen[at + step] is None:
+        found = _continued(levels[at][chosen[at] or 0], levels[at + step])
+        if len(found) != 1:
+            return [(at + step, at, step)] if found else []
+        at += step
+        chosen[at] = found[0]
+    return []
+
+
+def _clearest(
+    levels: Sequence[Sequence[Outline]], among: Sequence[int], place: Float64[np.ndarray, "2"]
+) -> tuple[int, int] | None:
+    """The level at which one outline is most clearly the nearest to a place, and that outline."""
+    several = [k for k in among if len(levels[k]) > 1]
+    best: tuple[float, int, int] | None = None
+    for k in several or among:
+        away_mm = np.array([_distance_mm(ring, place) for ring in levels[k]])
+        nearest = int(away_mm.argmin())
+        unclear = float(away_mm[nearest])
+        if several:
+            unclear /= max(float(np.sort(away_mm)[1]), np.finfo(float).tiny)
+        if best is None or unclear < best[0]:
+            best = unclear, k, nearest
+    if best is None or (several and best[0] > _CLEARLY):
+        return None
+    return best[1:]
+
+
+def _continued(ring: Outline, rings: Sequence[Outline]) -> list[int]:
+    """The outlines at the next height that lie over one: several where it is clearly none."""
+    over = np.array([max(_share_in(ring, one), _share_in(one, ring)) for one in rings])
+    return np.flatnonzero((over > 0) & (over >= _CLEARLY * over.max(initial=0.0))).tolist()
+
+
+def _share_in(ring: Outline, other: Outline) -> float:
+    """How much of an outline, drawn in towards its middle, lies in another."""
+    if (ring.min(0) > other.max(0)).any() or (ring.max(0) < other.min(0)).any():
+        return 0.0
+    middle = ring.mean(0)
+    inner = middle + _DRAWN_IN * (ring - middle)
+    (x, y), (x_next, y_next) = other.T, np.roll(other, -1, axis=0).T
+    across = inner[:, 1, None]
+    astride = (y > across) != (y_next > across)
+    rise = np.where(y_next == y, 1.0, y_next - y)
+    beyond = x + (across - y) * (x_next - x) / rise > inner[:, 0, None]
+    return float(((beyond & astride).sum(1) % 2).mean())
+
+
+def holds(ring: Outline, place: Float64[np.ndarray, "2"]) -> bool:
     """Whether a place lies inside a ring: a ray to +x crosses it an odd number of times."""
     (x, y), (x_next, y_next) = (ring - place).T, (np.roll(ring, -1, axis=0) - place).T
     astride = (y > 0) != (y_next > 0)
@@ -110,7 +247,7 @@ def holds(ring: Points2, place: Float64[np.ndarray, "2"]) -> bool:
     return bool(((x - y * (x_next - x) / rise > 0) & astride).sum() % 2)
 
 
-def _distance_mm(ring: Points2, place: Float64[np.ndarray, "2"]) -> float:
+def _distance_mm(ring: Outline, place: Float64[np.ndarray, "2"]) -> float:
     """Of a place from a ring."""
     from_start, steps = place - ring, np.roll(ring, -1, axis=0) - ring
     size = np.maximum((steps**2).sum(1), np.finfo(float).tiny)

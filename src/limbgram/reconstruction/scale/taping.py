@@ -5,9 +5,10 @@ the same place again: at the widest place, or so high above the table on which t
 lies across the limb's own axis, however the limb leans.
 
 Method  sections across the long axis; the hull of the closed outline that the axis goes through, or
-        the nearest to it, is what a tape reads.
+        that continues that limb, is what a tape reads.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.arrays import Points2, Vector3
 from limbgram.core.mesh.axis import Axis, fit_axis
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.core.mesh.sections import Z_AXIS, cut, passed_by
+from limbgram.core.mesh.sections import Z_AXIS, cut, holds, of_one_limb
 from limbgram.core.tape import PLACING_SIGMA_MM, tape_sigma_mm
 from limbgram.reconstruction.scale.given import TapedGirth
 
@@ -135,20 +136,39 @@ def _upright(axis: Axis) -> Axis:
 def _girths(mesh: Mesh, axis: Axis, places: np.ndarray) -> np.ndarray:
     """What a tape reads at each place along an axis; NaN where no whole loop is cut."""
     across = _across(axis.direction)
+    along = mesh.vertices_mm @ axis.direction
+
+    def rings_at(offsets_mm: Sequence[float]) -> list[list[Points2]]:
+        return _outlines(mesh, axis, across, offsets_mm)
+
+    found = rings_at(places.tolist())
+    ends = float(along.min()), float(along.max())
+    limb = of_one_limb(rings_at, ends, places.tolist(), found, axis.point_mm @ across)
     girths = np.full(len(places), np.nan)
-    rings: dict[float, list[Points2]] = {float(place): [] for place in places}
+    for at, (rings, chosen) in enumerate(zip(found, limb, strict=True)):
+        if chosen is not None:
+            with suppress(QhullError, ValueError):  # a scrap without an inside
+                girths[at] = ConvexHull(rings[chosen]).area  # of two dimensions: length
+    return girths
+
+
+def _outlines(
+    mesh: Mesh, axis: Axis, across: np.ndarray, offsets_mm: Sequence[float]
+) -> list[list[Points2]]:
+    """The outermost loops at each place along an axis; none where one is torn."""
+    rings: dict[float, list[Points2]] = {float(place): [] for place in offsets_mm}
     torn: set[float] = set()
     for section in cut(mesh, list(rings), axis.direction):
         if section.closed:
             rings[section.offset_mm].append(section.points_mm @ across)
         else:
             torn.add(section.offset_mm)
-    for at, (place, found) in enumerate(rings.items()):
-        if found and place not in torn:
-            ring = found[passed_by(found, axis.point_mm @ across)]
-            with suppress(QhullError, ValueError):  # a scrap without an inside
-                girths[at] = ConvexHull(ring).area  # of two dimensions: length
-    return girths
+    return [
+        []
+        if place in torn
+        else [one for one in found if not any(holds(o, one[0]) for o in found if o is not one)]
+        for place, found in rings.items()
+    ]
 
 
 def _across(direction: Vector3) -> np.ndarray:

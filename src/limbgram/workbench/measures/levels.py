@@ -3,8 +3,9 @@
 In      a mesh with its vertices in the limb frame; heights are z there.
 Out     Levels, their loops told apart by how they lie in each other; Figures with their sigmas.
 Method  A level is of one limb: where a plane cuts several, as a trunk and its arms, two thighs, a
-        heel and the forefoot, it is the outline that the long axis goes through, or the nearest to
-        it; no tape goes round two. The others are named beside it.
+        heel and the forefoot, it is the outline that the long axis goes through; where it misses
+        all, the limb is followed from height to height, and refused where nothing tells which it
+        is. No tape goes round two. The others are named beside it.
         Each figure has a slope: how it changes as the level's points move. Through the slopes the
         sigmas of the vertices become the figure's own. A volume is the clipped solid, exactly,
         without building it, by the divergence of (x, y, 0) / 2: its flux through level caps is
@@ -27,7 +28,7 @@ from limbgram.core.geometry.arrays import Points2, Points3
 from limbgram.core.geometry.smoothing import smoothed_length
 from limbgram.core.interval import Interval
 from limbgram.core.mesh.mesh import Mesh, unit
-from limbgram.core.mesh.sections import Section, cut, holds, passed_by
+from limbgram.core.mesh.sections import Section, cut, holds, of_one_limb
 from limbgram.core.mesh.topology import boundary_half_edges
 from limbgram.core.mesh.uncertainty import propagate
 
@@ -357,9 +358,18 @@ def levels_at(
     Args:
         through_mm: Where a line along z goes through the limb that is measured.
     """
+    levels = whole_levels_at(mesh_in_limb, heights_mm)
+    z = mesh_in_limb.vertices_mm[:, 2]
+    chosen = of_one_limb(
+        lambda heights: [_outlines(one) for one in whole_levels_at(mesh_in_limb, heights)],
+        (float(z.min()), float(z.max())),
+        heights_mm,
+        [_outlines(one) for one in levels],
+        np.array(through_mm),
+    )
     return tuple(
-        level if isinstance(level, Refused) else _of_one_limb(level, through_mm)
-        for level in whole_levels_at(mesh_in_limb, heights_mm)
+        level if isinstance(level, Refused) else _of_one_limb(level, limb)
+        for level, limb in zip(levels, chosen, strict=True)
     )
 
 
@@ -372,9 +382,22 @@ def whole_levels_at(mesh_in_limb: Mesh, heights_mm: Sequence[float]) -> tuple[Le
     return tuple(levels[float(height)] for height in heights_mm)
 
 
-def _of_one_limb(level: Level, through_mm: tuple[float, float]) -> Level:
-    """The loops of the limb that a line goes through; the other outlines named."""
+def _outlines(level: Level | Refused) -> list[Points2]:
+    if isinstance(level, Refused):
+        return []
+    return [level.points_mm[level.loop == k] for k in np.flatnonzero(level.depth == 0)]
+
+
+def _of_one_limb(level: Level, chosen: int | None) -> Level | Refused:
+    """The loops of one outline, the chosen of all; the others named."""
     outlines = np.flatnonzero(level.depth == 0)
+    if chosen is None:
+        return Refused(
+            level.height_mm,
+            f"At {level.height_mm:.2f} mm nothing tells the measured limb: the line through it "
+            f"passes no outline there, and of the {len(outlines)} none alone continues the limb. "
+            "Measure with --through and a landmark of the limb, or choose another height.",
+        )
     if len(outlines) == 1:
         return level
     rings = [level.points_mm[level.loop == k] for k in range(len(level.depth))]
@@ -382,7 +405,6 @@ def _of_one_limb(level: Level, through_mm: tuple[float, float]) -> Level:
         np.array([k == outline or holds(rings[outline], ring[0]) for k, ring in enumerate(rings)])
         for outline in outlines.tolist()
     ]
-    chosen = passed_by([rings[k] for k in outlines.tolist()], np.array(through_mm))
     others = [_other(_with_loops(level, kept)) for k, kept in enumerate(limbs) if k != chosen]
     others.sort(key=lambda other: -other.area_mm2)
     return replace(_with_loops(level, limbs[chosen]), others=tuple(others))

@@ -141,12 +141,10 @@ class Measures:
             + " and ".join(f"{other.contour_mm:.1f}" for other in row.others)
             for row in rows
         )
-        measured = "nearest to the place asked for"
-        if self.through_mm == AXIS_MM:
-            measured = "that the long axis goes through, or the nearest to it"
+        line = "the long axis" if self.through_mm == AXIS_MM else "the place asked for"
         return (
             f"At {len(rows)} of {len(self.rows)} heights lie several outlines. Measured is the one "
-            f"{measured}; volumes count all. The others, mm round: {told}."
+            f"of {line}, or that continues it; volumes count all. The others, mm round: {told}."
         )
 
     @property

@@ -242,6 +242,75 @@ def test_where_the_axis_misses_all_outlines_the_nearest_is_measured(cylinder: Me
     )
 
 
+def straddled(make_forked: Callable[..., Mesh], axis_at_mm: float) -> Mesh:
+    """Two wavy thighs of 55 and 60 mm on a trunk; the axis passes between them, so far along x.
+
+    The waves go 0.8 mm to and fro and bring now the one, now the other nearer to the middle.
+    """
+    body = make_forked(160.0, (55.0, 60.0))
+    vertices = body.vertices_mm.copy()
+    vertices[:, 0] += 0.8 * np.cos(2 * np.pi * vertices[:, 2] / 40.0) - axis_at_mm
+    return body.with_vertices(vertices)
+
+
+HEIGHTS_MM = [10.0, 30, 50, 70, 90]
+
+
+@pytest.mark.parametrize("axis_at_mm", [77.5, 77.0, 78.0])
+def test_between_two_thighs_nothing_is_measured_from_level_to_level(
+    make_forked: Callable[..., Mesh], axis_at_mm: float
+) -> None:
+    body = straddled(make_forked, axis_at_mm)
+    for height, level in zip(HEIGHTS_MM, levels_at(body, HEIGHTS_MM), strict=True):
+        assert isinstance(level, Refused)
+        assert "--through" in level.reason
+        with pytest.raises(MeasureError, match="--through"):
+            level_at(body, height)
+
+
+@pytest.mark.parametrize(("axis_at_mm", "radius"), [(57.0, 55.0), (98.0, 60.0)])
+def test_one_thigh_is_followed_from_level_to_level(
+    make_forked: Callable[..., Mesh], axis_at_mm: float, radius: float
+) -> None:
+    """Clearly nearer to one; asked for together or alone, the same."""
+    body = straddled(make_forked, axis_at_mm)
+    for height, level in zip(HEIGHTS_MM, levels_at(body, HEIGHTS_MM), strict=True):
+        assert isinstance(level, Level)
+        assert tape_mm(level).value == pytest.approx(round_mm(radius), rel=1e-3)
+        assert tape_mm(level_at(body, height)).value == tape_mm(level).value
+
+
+def test_a_bent_limb_is_followed_past_another(make_turned: Callable[..., Mesh]) -> None:
+    """It leaves the axis, and the other comes nearer; none passes for the other."""
+    heights = np.linspace(0, 200, 41)
+    bent = make_turned(np.full(41, 30.0), heights, N)
+    vertices = bent.vertices_mm.copy()
+    vertices[:, 0] += 100.0 * (vertices[:, 2] / 200) ** 2
+    other = moved(make_turned(np.full(41, 40.0), heights, N), -75, 0, 0)
+    body = joined(bent.with_vertices(vertices), other)
+    for level in levels_at(body, [20.0, 100, 130, 160, 190]):
+        assert isinstance(level, Level)
+        assert tape_mm(level).value == pytest.approx(round_mm(30), rel=1e-2)
+
+
+@pytest.mark.parametrize("at_mm", [0.0, 5.0])
+def test_where_a_limb_has_ended_no_other_is_measured(
+    make_turned: Callable[..., Mesh], at_mm: float
+) -> None:
+    """Thigh A ends at 100 mm, B beside it goes on."""
+    ended = make_turned(np.full(21, 55.0), np.linspace(0, 100, 21), N)
+    other = moved(make_turned(np.full(41, 60.0), np.linspace(0, 200, 41), N), 160, 0, 0)
+    body = joined(ended, other)
+    low, high = levels_at(body, [50.0, 150.0], through_mm=(at_mm, 0.0))
+    assert isinstance(low, Level)
+    assert tape_mm(low).value == pytest.approx(round_mm(55), rel=EXACT)
+    assert isinstance(high, Refused)
+    with pytest.raises(MeasureError, match="none alone continues the limb"):
+        level_at(body, 150.0, through_mm=(at_mm, 0.0))
+    held = level_at(body, 150.0, through_mm=(160.0, 0.0))
+    assert tape_mm(held).value == pytest.approx(round_mm(60), rel=EXACT)
+
+
 def test_240_planes_give_240_answers_in_the_order_asked(cylinder: Mesh) -> None:
     heights = np.linspace(250, -20, 240)
     answers = levels_at(cylinder, heights.tolist())
