@@ -297,12 +297,13 @@ def repeats(limbs: Sequence[Limb], options: CompareOptions) -> Repeats:
         )
     tapes = scans.tapes_mm[:, whole]
     pair = len(limbs) == 2 and tapes.shape[1] >= 2
+    independent = independent_levels(tapes.T)
     return Repeats(
         names=tuple(limb.name for limb in limbs),
         stack=scans,
         volume=repeatability(scans.volumes_mm3[None, :]),
-        girths=repeatability(tapes.T, independent_levels(tapes.T)),
-        agreement=bland_altman(tapes[0], tapes[1]) if pair else None,
+        girths=repeatability(tapes.T, independent),
+        agreement=bland_altman(tapes[0], tapes[1], independent) if pair else None,
     )
 
 
@@ -362,11 +363,18 @@ def repeatability(
 
 
 def bland_altman(
-    first: Float64[np.ndarray, " n"], second: Float64[np.ndarray, " n"]
+    first: Float64[np.ndarray, " n"],
+    second: Float64[np.ndarray, " n"],
+    independent: float | None = None,
 ) -> BlandAltman:
     """Bias and limits of agreement of two captures of the same subjects.
 
     The limits are those of one difference more, whose bias is not known either.
+
+    Args:
+        independent: How many of the subjects err each for itself; all unless told. What the others
+            err together does not show in how far they lie from their mean. Two captures of one
+            thing differ by errors alone, so the differences' whole size tells it.
 
     Raises:
         MeasureError: fewer than two subjects.
@@ -377,9 +385,11 @@ def bland_altman(
             "more levels."
         )
     off = second - first
-    count = len(off)
-    bias, sigma = float(off.mean()), float(off.std(ddof=1)) * np.sqrt(1 + 1 / count)
-    spread = COVER * widening(count - 1) * float(sigma)
+    bias, variance, count = float(off.mean()), float(off.var(ddof=1)), float(len(off))
+    free = count - 1
+    if independent is not None:
+        variance, count, free = max(variance, float((off**2).mean())), independent, independent
+    spread = COVER * widening(free) * float(np.sqrt(variance * (1 + 1 / count)))
     return BlandAltman(bias=bias, low=bias - spread, high=bias + spread)
 
 

@@ -169,8 +169,8 @@ def repeats_lines(found: Repeats) -> tuple[str, ...]:
             ()
             if agreement is None
             else (
-                f"Girths, second less first: {agreement.bias:+.2f} mm, limits of agreement "
-                f"{agreement.low:+.2f} to {agreement.high:+.2f} mm.",
+                f"Girths of these two captures, second less first: {agreement.bias:+.2f} mm, "
+                f"limits of agreement {agreement.low:+.2f} to {agreement.high:+.2f} mm.",
             )
         ),
     )

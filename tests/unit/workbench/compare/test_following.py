@@ -132,6 +132,24 @@ def test_one_difference_more_lies_within_the_limits_95_times_of_100(count: int) 
     assert 0.93 < np.mean(held) < 0.97
 
 
+@pytest.mark.parametrize("levels", [0.0, 2.0, 5.0, 10.0, np.inf])
+def test_a_girth_of_another_pair_lies_within_the_limits_however_levels_err_together(
+    levels: float,
+) -> None:
+    """Errors of 25 levels that are alike over so many of them, all of them in the end."""
+    rng = np.random.default_rng(7)
+    apart = np.abs(np.subtract.outer(np.arange(25.0), np.arange(25.0)))
+    alike = np.exp(-apart / levels) if levels > 0 else np.eye(25)
+    errors = np.linalg.cholesky(alike + 1e-9 * np.eye(25)) @ rng.normal(size=(25, 1000))
+    others = rng.normal(size=(1000, 50))
+    held = []
+    for off, other in zip(errors.T, others, strict=True):
+        table = 300 + np.column_stack([np.zeros(25), off])
+        found = bland_altman(*table.T, independent_levels(table))
+        held.append(np.mean((found.low < other) & (other < found.high)))
+    assert 0.94 < np.mean(held) < 0.985
+
+
 def shrunk(limb, share: float):
     scale = np.array([np.sqrt(1 + share), np.sqrt(1 + share), 1])
     return limb.with_mesh(limb.mesh.with_vertices(limb.mesh.vertices_mm * scale))
