@@ -4,7 +4,8 @@ In      visits: a scan and its day, where several scans of one day are repeats; 
 Out     a Series: volume and girths at each visit, and their trends. Where a change lies within its
         uncertainty, it says so. Repeats: how far captures of one unchanged limb lie apart.
 Method  All scans are laid on the first and measured at the same heights. A trend is a straight line
-        by weighted least squares; from three values on, their scatter about it makes its interval.
+        by weighted least squares; from three values on, their scatter about it makes its interval,
+        which is never less than what the scans know of their own errors.
         A scan's sigma is its own if it has one, else the spread of repeats on one day, else the
         assumed share of the options. Repeatability is the coefficient t sqrt(2) s_w (Bland and
         Altman 1999), ICC(2,1) for absolute agreement (Shrout and Fleiss 1979), and Bland-Altman
@@ -273,7 +274,7 @@ def follow(visits: Sequence[Visit], options: FollowOptions = DEFAULTS) -> Series
         stack=scans,
         sigma_source=source,
         volume_sigmas_mm3=volume_sigmas,
-        volume=fit_trend(days, scans.volumes_mm3, volume_sigmas),
+        volume=fit_trend(days, scans.volumes_mm3, volume_sigmas, known=source != "assumed"),
         girths=tuple(
             _girth_trend(days, tapes, sigmas, options.assumed_volume_share / 2)
             for tapes, sigmas in zip(scans.tapes_mm.T, scans.tape_sigmas_mm.T)
@@ -311,12 +312,18 @@ def fit_trend(
     days: Float64[np.ndarray, " n"],
     values: Float64[np.ndarray, " n"],
     sigmas: Float64[np.ndarray, " n"],
+    *,
+    known: bool = True,
 ) -> Trend:
     """The line through two values or more on two days or more.
 
     The sigmas weigh the values. How far these lie from the line tells how large the errors are,
     for a limb also changes from day to day by more than a scan errs; of two values alone the sigmas
-    have to tell it.
+    have to tell it. Values that lie nearer to a line than they can be known do so by chance: known
+    sigmas are the least that the interval tells.
+
+    Args:
+        known: Whether the sigmas are the scans' own or of repeats, and not assumed.
     """
     weeks = (days - days.min()) / 7.0
     columns = np.column_stack([np.ones_like(weeks), weeks]) / sigmas[:, None]
@@ -327,7 +334,8 @@ def fit_trend(
     if free > 0:
         residuals = (values - line[0] - line[1] * weeks) / sigmas
         scatter = float(np.sqrt(residuals @ residuals / free))
-        sigma *= scatter * widening(free)
+        told = sigma * scatter * widening(free)
+        sigma = max(sigma, told) if known else told
     return Trend(
         per_week=float(line[1]),
         per_week_95=COVER * sigma,
@@ -421,8 +429,8 @@ def _girth_trend(
     known = np.isfinite(tapes_mm)
     if len(np.unique(days[known])) < 2:
         return None
-    sigmas, _ = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
-    return fit_trend(days[known], tapes_mm[known], sigmas)
+    sigmas, source = _sigmas(tapes_mm[known], sigmas_mm[known], days[known], assumed_share)
+    return fit_trend(days[known], tapes_mm[known], sigmas, known=source != "assumed")
 
 
 def independent_levels(table: Float64[np.ndarray, "k c"]) -> float:

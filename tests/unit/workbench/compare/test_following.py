@@ -36,7 +36,8 @@ def test_an_exact_line_comes_back_and_has_no_scatter() -> None:
     found = fit_trend(days, 500 - 4 * days / 7, np.full(4, 3.0))
     assert found.per_week == pytest.approx(-4)
     assert found.at_start == pytest.approx(500)
-    assert found.per_week_95 == pytest.approx(0, abs=1e-9)
+    spread = np.sqrt(np.sum((days / 7 - 1.75) ** 2))
+    assert found.per_week_95 == pytest.approx(1.96 * 3.0 / spread)
     assert found.scatter == pytest.approx(0, abs=1e-9)
 
 
@@ -53,11 +54,28 @@ def test_intervals_hold_the_true_slope_as_often_as_they_say(count: int, understa
     held = clear = 0
     for _ in range(2000):
         noise = understated * stated * rng.normal(size=count)
-        found = fit_trend(days, 2 * days / 7 + noise, stated)
+        found = fit_trend(days, 2 * days / 7 + noise, stated, known=False)
         held += abs(found.per_week - 2) < found.per_week_95
-        clear += fit_trend(days, noise, stated).is_clear
+        clear += fit_trend(days, noise, stated, known=False).is_clear
     assert 0.93 < held / 2000 < 0.97
     assert 0.03 < clear / 2000 < 0.07
+
+
+@pytest.mark.parametrize("count", [3, 4, 6, 10])
+def test_three_scans_on_a_line_by_chance_are_no_surer_than_each_is(count: int) -> None:
+    days = np.array([0.0, 7, 14])
+    found = fit_trend(days, np.array([1000.0, 990, 980]), np.full(3, 10.0))
+    assert found.per_week == pytest.approx(-10)
+    assert found.per_week_95 == pytest.approx(1.96 * 10 / np.sqrt(2))
+    assert not found.is_clear
+    rng = np.random.default_rng(count)
+    days, sigmas = 7.0 * np.arange(count), 0.5 + np.arange(count) % 3
+    held = [
+        abs(fit_trend(days, sigmas * noise, sigmas).per_week)
+        < fit_trend(days, sigmas * noise, sigmas).per_week_95
+        for noise in rng.normal(size=(2000, count))
+    ]
+    assert 0.94 < np.mean(held) < 0.995
 
 
 SHROUT_FLEISS = np.array(
