@@ -29,7 +29,7 @@ from limbgram.core.geometry.frames import Rigid, angle_between_deg
 from limbgram.core.interval import widening
 from limbgram.workbench.compare.counterparts import Counterparts, Ground, measured_faces
 from limbgram.workbench.compare.deviation import sample_evenly
-from limbgram.workbench.frame.names import by_identity
+from limbgram.workbench.frame.names import paired
 from limbgram.workbench.limb import Limb, LimbFrame
 
 _TUKEY = 4.685
@@ -352,11 +352,9 @@ def _same_faces(first: Limb, second: Limb) -> bool:
 
 def _same_landmarks(first: Limb, second: Limb) -> bool:
     """One landmark that no edit moved is enough: nobody marks a place twice to the micrometre."""
-    places = by_identity(first.landmarks)
     return any(
-        one in places
-        and float(np.abs(places[one].position_mm - mark.position_mm).max()) < _SAME_PLACE_MM
-        for one, mark in by_identity(second.landmarks).items()
+        float(np.abs(one.position_mm - other.position_mm).max()) < _SAME_PLACE_MM
+        for one, other in paired(first.landmarks, second.landmarks)
     )
 
 

@@ -37,7 +37,7 @@ from limbgram.workbench.compare.icp import (
     tried_starts,
     width_mm,
 )
-from limbgram.workbench.frame.names import by_identity, identity_of
+from limbgram.workbench.frame.names import alike, paired
 from limbgram.workbench.limb import Limb
 from limbgram.workbench.measures.levels import DISTAL_END, Sigmas, Volumes
 
@@ -157,27 +157,28 @@ def as_is(first: Limb, second: Limb) -> Alignment:
 
 def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Alignment:
     """Lay landmarks of the same place on each other, weighted least squares without scaling."""
-    of_first, of_second = by_identity(first.landmarks), by_identity(second.landmarks)
-    weight = {identity_of(name): given for name, given in weights.items()}
-    shared = [one for one in of_first if one in of_second and weight.get(one, 1.0) > 0]
-    unknown = sorted(set(weight) - (set(of_first) & set(of_second)))
+    both = paired(first.landmarks, second.landmarks)
+    meant = alike(weights, [mark.name for mark, _ in both])
+    weight = {meant[name]: given for name, given in weights.items() if name in meant}
+    unknown = set(weights) - set(meant)
     if unknown or any(not np.isfinite(w) or w < 0 for w in weights.values()):
         raise OptionsError(
             f"Weights are given for {', '.join(weights)}. Each must name a landmark that both "
             "shapes have and be a number of 0 or more."
         )
-    if len(shared) < _FEWEST_LANDMARKS:
+    used = [pair for pair in both if weight.get(pair[0].name, 1.0) > 0]
+    if len(used) < _FEWEST_LANDMARKS:
         raise MeasureError(
-            f"{len(shared)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
+            f"{len(used)} landmarks have the same name on both shapes; {_FEWEST_LANDMARKS} are "
             "needed. Mark more with `limbgram align --landmark`, or align by icp."
         )
-    to_mm = np.stack([of_first[one].position_mm for one in shared])
-    from_mm = np.stack([of_second[one].position_mm for one in shared])
-    share = np.array([weight.get(one, 1.0) for one in shared])
+    to_mm = np.stack([mark.position_mm for mark, _ in used])
+    from_mm = np.stack([mark.position_mm for _, mark in used])
+    share = np.array([weight.get(mark.name, 1.0) for mark, _ in used])
     share = share / share.sum()
     centred = (to_mm - share @ to_mm) * np.sqrt(share)[:, None]
     if np.linalg.svd(centred)[1][1] < _SPREAD_MM:
-        names = ", ".join(of_first[one].name for one in shared)
+        names = ", ".join(mark.name for mark, _ in used)
         raise MeasureError(
             f"The landmarks {names} lie nearly on one line, so the turn about it "
             "stays open. Mark one more beside it, or align by icp."
@@ -186,11 +187,11 @@ def by_landmarks(first: Limb, second: Limb, weights: Mapping[str, float]) -> Ali
     pose = Rigid(fit.rotation, fit.translation)
     off_mm = np.linalg.norm(pose.apply(from_mm) - to_mm, axis=1)
     rms_mm = float(np.sqrt(share @ off_mm**2))
-    worst = of_first[shared[int(np.argmax(off_mm))]].name
+    worst = used[int(np.argmax(off_mm))][0].name
     return Alignment(
         way="landmarks",
         first_from_second=pose,
-        sentence=f"by {len(shared)} landmarks ({rms_mm:.2f} mm RMS, the largest "
+        sentence=f"by {len(used)} landmarks ({rms_mm:.2f} mm RMS, the largest "
         f"{off_mm.max():.2f} mm at {worst}), rigid",
         rms_mm=rms_mm,
         looseness=_looseness_of_marks(to_mm, off_mm, share),

@@ -51,8 +51,12 @@ _ENGLISH: Mapping[str, tuple[str, ...]] = {
         *("lateral hamstring tendon", "lateral hamstrings", "biceps femoris tendon"),
     ),
     "femoral condyle": ("femoral condyle", "condyle of the femur"),
-    "medial femoral condyle": ("medial femoral condyle", "medial epicondyle of the femur"),
-    "lateral femoral condyle": ("lateral femoral condyle", "lateral epicondyle of the femur"),
+    "medial femoral condyle": ("medial femoral condyle",),
+    "lateral femoral condyle": ("lateral femoral condyle",),
+    "medial femoral epicondyle": ("medial femoral epicondyle", "medial epicondyle of the femur"),
+    "lateral femoral epicondyle": (
+        *("lateral femoral epicondyle", "lateral epicondyle of the femur"),
+    ),
     "adductor tubercle": ("adductor tubercle",),
     "anterior compartment": (
         *("anterior compartment", "pretibial muscles", "anterior tibial muscle"),
@@ -157,6 +161,14 @@ _GERMAN: Mapping[str, tuple[str, ...]] = {
     "lateral femoral condyle": (
         *("äußerer Oberschenkelknorren", "lateraler Femurkondylus", "Condylus lateralis femoris"),
         *("laterale Femurkondyle",),
+    ),
+    "medial femoral epicondyle": (
+        *("innerer Oberschenkelepikondylus", "medialer Femurepikondylus"),
+        *("Epicondylus medialis femoris", "mediale Femurepikondyle"),
+    ),
+    "lateral femoral epicondyle": (
+        *("äußerer Oberschenkelepikondylus", "lateraler Femurepikondylus"),
+        *("Epicondylus lateralis femoris", "laterale Femurepikondyle"),
     ),
     "adductor tubercle": ("Adduktorenhöcker", "Tuberculum adductorium"),
     "anterior compartment": (
@@ -321,6 +333,38 @@ def by_identity(marks: Iterable[Landmark]) -> dict[str, Landmark]:
         mark.name if count[identity_of(mark.name)] > 1 else identity_of(mark.name): mark
         for mark in given
     }
+
+
+def alike(names: Iterable[str], others: Iterable[str]) -> dict[str, str]:
+    """Which of other names each name means: itself first; of the rest, the one of its place.
+
+    Where several of the rest are of one place, nothing tells which is meant, and none is.
+    """
+    given, known = list(dict.fromkeys(names)), list(dict.fromkeys(others))
+    found = {name: name for name in given if name in set(known)}
+    rest = _by_place(name for name in given if name not in found)
+    free = _by_place(name for name in known if name not in found)
+    for place, ours in rest.items():
+        theirs = free.get(place, [])
+        if len(ours) == len(theirs) == 1:
+            found[ours[0]] = theirs[0]
+    return found
+
+
+def paired(
+    marks: Iterable[Landmark], others: Iterable[Landmark]
+) -> tuple[tuple[Landmark, Landmark], ...]:
+    """Landmarks of two shapes that mark the same, in the order of the first."""
+    ours, theirs = ({mark.name: mark for mark in given} for given in (marks, others))
+    found = alike(ours, theirs)
+    return tuple((mark, theirs[found[name]]) for name, mark in ours.items() if name in found)
+
+
+def _by_place(names: Iterable[str]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(identity_of(name), []).append(name)
+    return found
 
 
 def named(name: str, marks: Iterable[Landmark]) -> Landmark | None:

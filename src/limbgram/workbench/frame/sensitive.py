@@ -79,6 +79,7 @@ SENSITIVE: Mapping[Kind, tuple[SensitivePlace, ...]] = MappingProxyType(
             _FIBULA_HEAD,
             ("fibula end", "cut end of bone", 12.0, ()),
             ("tibia end", "cut end of bone", 15.0, ()),
+            ("distal end", "the cut ends of bone lie under it", 15.0, ()),
             (
                 "hamstring tendon",
                 "tendon that rises when the knee bends",
@@ -89,7 +90,10 @@ SENSITIVE: Mapping[Kind, tuple[SensitivePlace, ...]] = MappingProxyType(
                 "femoral condyle",
                 "bone under the skin",
                 12.0,
-                ("medial femoral condyle", "lateral femoral condyle", "adductor tubercle"),
+                (
+                    *("medial femoral condyle", "lateral femoral condyle", "adductor tubercle"),
+                    *("medial femoral epicondyle", "lateral femoral epicondyle"),
+                ),
             ),
         ),
         "transfemoral": _places(

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from limbgram.core.errors import OptionsError
 from limbgram.workbench.compare.registration import by_landmarks
 from limbgram.workbench.edits.editing import do_edit
 from limbgram.workbench.edits.regional import Relieve
@@ -128,6 +129,54 @@ def test_shapes_are_laid_by_places_in_two_languages(stump: Limb) -> None:
     )
     np.testing.assert_allclose(found.first_from_second.translation, 0, atol=1e-9)
     assert found.rms_mm == pytest.approx(0, abs=1e-9)
+
+
+PLACES = {
+    "Fibulakopf": (50.0, 0, 90),
+    "fibula head": (54.0, 0, 86),
+    "tibial crest": (0.0, 50, 40),
+    "own mark": (-50.0, 0, 60),
+    "patella": (0.0, 60, 110),
+}
+
+
+def marked(limb: Limb, *names: str) -> Limb:
+    marks = [Landmark(name=name, position_mm=np.array(PLACES[name])) for name in names]
+    return replace(limb, landmarks=tuple(marks))
+
+
+def test_a_weight_is_of_the_landmark_of_that_very_name(stump: Limb) -> None:
+    first = marked(stump, *PLACES)
+    off = tuple(
+        replace(
+            one, position_mm=one.position_mm + np.array([0, 0, 30.0 * (one.name == "Fibulakopf")])
+        )
+        for one in first.landmarks
+    )
+    second = replace(stump, landmarks=off)
+    found = by_landmarks(first, second, {"Fibulakopf": 0.0})
+    assert found.rms_mm == pytest.approx(0, abs=1e-9)
+    kept = by_landmarks(first, second, {"fibula head": 0.0})
+    assert kept.rms_mm is not None
+    assert kept.rms_mm > 1
+    with pytest.raises(OptionsError, match="must name a landmark"):
+        by_landmarks(first, second, {"Wadenbeinkopf": 0.0})
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_landmark_is_laid_on_the_one_of_its_own_name(stump: Limb, turned: bool) -> None:
+    limbs = marked(stump, *PLACES), marked(stump, "Fibulakopf", "tibial crest", "own mark")
+    found = by_landmarks(*(limbs[::-1] if turned else limbs), {})
+    assert found.rms_mm == pytest.approx(0, abs=1e-9)
+    assert found.sentence.startswith("by 3 landmarks")
+
+
+def test_an_epicondyle_is_another_place_than_its_condyle() -> None:
+    for side in ("medial", "lateral"):
+        assert identity_of(f"{side} epicondyle of the femur") != identity_of(
+            f"{side} femoral condyle"
+        )
+        assert sensitive_place(f"{side} epicondyle of the femur", "transtibial") is not None
 
 
 def test_two_landmarks_of_one_place_go_by_their_own_names() -> None:
