@@ -1,7 +1,9 @@
 """Signed distance: how far places lie from a surface, and on which side of it.
 
 The side follows from the angle-weighted normal of the face, edge or corner that is nearest
-(Baerentzen and Aanaes 2005); the normal of one face alone is wrong beyond sharp edges.
+(Baerentzen and Aanaes 2005); the normal of one face alone is wrong beyond sharp edges. A face
+without area, as along an edge that has a vertex on one side alone, has no normal: each of its sides
+joins the faces beyond it.
 """
 
 from dataclasses import dataclass
@@ -16,7 +18,10 @@ from limbgram.core.mesh.mesh import crosses, dots, unit
 from limbgram.core.mesh.topology import Edges, find_edges
 
 _AT_EDGE = 1e-9
-"""A corner's share under which a place counts as on the edge across."""
+"""A corner's share under which a place counts as on the edge across, and the height of a face over
+its longest side, in shares of that, under which it has no area."""
+_MOST_FLAT = 64
+"""Faces without area, one beside the other, through which is looked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +74,9 @@ class SignedSurface:
         corner = np.take_along_axis(faces, shares.argmax(1)[:, None], 1)[:, 0]
         across = (none.argmax(1) + 1) % 3  # corner k lies across half-edge k + 1
         edge = self._edges.of_half_edge[3 * closest.faces + across]
+        flat = self._flat[closest.faces] & ~on_corner
+        edge[flat & ~on_edge] = self._longest_edges[closest.faces[flat & ~on_edge]]
+        on_edge |= flat
         normals = self.flat_normals[closest.faces]
         normals[on_edge] = self._edge_normals[edge[on_edge]]
         normals[on_corner] = self._corner_normals[corner[on_corner]]
@@ -94,21 +102,71 @@ class SignedSurface:
         return found
 
     @cached_property
+    def _sides_mm(self) -> Float64[np.ndarray, "f 3"]:
+        corners = self.vertices_mm[self.faces]
+        return np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+
+    @cached_property
+    def _flat(self) -> Bool[np.ndarray, " f"]:
+        """Faces without area."""
+        doubled = np.linalg.norm(crosses(self.vertices_mm, self.faces), axis=1)
+        return doubled <= _AT_EDGE * self._sides_mm.max(1) ** 2
+
+    @cached_property
+    def _longest_edges(self) -> Int64[np.ndarray, " f"]:
+        return self._edges.of_half_edge[3 * np.arange(len(self.faces)) + self._sides_mm.argmax(1)]
+
+    @cached_property
+    def _side_normals(self) -> Float64[np.ndarray, "f 3 3"]:
+        """Each face's normal, from each of its sides.
+
+        From the longest side of a face without area it is that of the faces beyond the others; from
+        the others it is that of the face beyond the longest. Such faces may lie beside each other.
+        """
+        normals = np.repeat(self.flat_normals, 3, axis=0)
+        flat = np.flatnonzero(self._flat)
+        if not len(flat):
+            return normals.reshape(-1, 3, 3)
+        sides = 3 * flat[:, None] + (self._sides_mm[flat].argmax(1)[:, None] + np.arange(3)) % 3
+        normals[sides] = 0.0
+        beyond = self._across[sides]
+        shares = np.where(beyond >= 0, self._sides_mm.ravel()[sides], 0.0)[..., None]
+        for _ in range(min(len(flat), _MOST_FLAT)):
+            seen = normals[beyond] * (shares > 0)
+            told = np.stack([unit((shares * seen)[:, 1:].sum(1)), seen[:, 0], seen[:, 0]], axis=1)
+            if np.array_equal(told, normals[sides]):
+                break
+            normals[sides] = told
+        return normals.reshape(-1, 3, 3)
+
+    @cached_property
+    def _across(self) -> Int64[np.ndarray, " h"]:
+        """The half-edge on the other side of each; -1 where there is none, or are several."""
+        order, uses = self._edges.half_edges, self._edges.uses
+        first = (np.cumsum(uses) - uses)[uses == 2]
+        across = np.full(len(order), -1, np.int64)
+        across[order[first]], across[order[first + 1]] = order[first + 1], order[first]
+        return across
+
+    @cached_property
     def _edge_normals(self) -> Float64[np.ndarray, "e 3"]:
         of_edge, count = self._edges.of_half_edge, len(self._edges.ends)
-        flat = np.repeat(self.flat_normals, 3, axis=0)
-        return unit(np.stack([np.bincount(of_edge, one, count) for one in flat.T], axis=1))
+        sides = self._side_normals.reshape(-1, 3)
+        return unit(np.stack([np.bincount(of_edge, one, count) for one in sides.T], axis=1))
 
     @cached_property
     def _corner_normals(self) -> Points3:
         """Each face's normal, weighted by its angle at the vertex."""
         corners, count = self.vertices_mm[self.faces], len(self.vertices_mm)
+        normals = self.flat_normals.copy()
+        flat = np.flatnonzero(self._flat)  # has its angle across from the longest side
+        normals[flat] = self._side_normals[flat, (self._sides_mm[flat].argmax(1) + 1) % 3]
         total = np.zeros((count, 3))
         for k in range(3):
             one = unit(corners[:, (k + 1) % 3] - corners[:, k])
             two = unit(corners[:, (k + 2) % 3] - corners[:, k])
             angles = np.arctan2(np.linalg.norm(np.cross(one, two), axis=1), dots(one, two))
-            weighted = angles[:, None] * self.flat_normals
+            weighted = angles[:, None] * normals
             at = self.faces[:, k]
             total += np.stack([np.bincount(at, part, count) for part in weighted.T], axis=1)
         return unit(total)

@@ -1,6 +1,7 @@
 """Signed distance: every door of the program tells the same side, beyond sharp edges too."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from limbgram.core.geometry.arrays import Points3
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.signed import SignedSurface
+from limbgram.core.mesh.topology import find_edges
 from limbgram.report.alignment import Truth
 from limbgram.report.alignment import signed_mm as from_truth
 from limbgram.workbench.compare.counterparts import Ground
@@ -86,6 +88,47 @@ def test_no_sign_is_wrong_beyond_an_edge(ask: Asked, opening_deg: float) -> None
     assert np.abs(signed).max() <= 3.0 + 1e-9
     hollow = Mesh(vertices_mm=body.vertices_mm, faces=body.faces[:, ::-1].copy())
     np.testing.assert_array_equal(ask(hollow, places) > 0, ~outside)
+
+
+def slivered(body: Mesh, shares: tuple[float, ...]) -> Mesh:
+    """The blade with vertices on its edge that one of its sides alone is joined to.
+
+    Faces without area lie between the sides: a fan from the edge's far end.
+    """
+    start, end = 0, 3
+    faces = body.faces.tolist()
+    halves = [
+        (f, k)
+        for f, face in enumerate(faces)
+        for k in range(3)
+        if {face[k], face[(k + 1) % 3]} == {start, end}
+    ]
+    f, k = halves[0]
+    one, two, apex = (faces[f][(k + j) % 3] for j in range(3))
+    ends = body.vertices_mm[[one, two]]
+    ways = [one, *(len(body.vertices_mm) + np.arange(len(shares))).tolist(), two]
+    between = [ends[0] + share * (ends[1] - ends[0]) for share in shares]
+    del faces[f]
+    faces += [[a, b, apex] for a, b in pairwise(ways)]
+    faces += [[b, a, two] for a, b in pairwise(ways[:-1])]
+    return Mesh(
+        vertices_mm=np.concatenate([body.vertices_mm, between]), faces=np.array(faces, np.int32)
+    )
+
+
+@pytest.mark.parametrize("ask", DOORS.values(), ids=DOORS.keys())
+@pytest.mark.parametrize("shares", [(0.5,), (0.2, 0.3, 0.8)])
+def test_no_sign_is_wrong_beyond_faces_without_area(ask: Asked, shares: tuple[float, ...]) -> None:
+    plain = wedge(30.0)
+    body = slivered(plain, shares)
+    assert (find_edges(body.faces).uses == 2).all()
+    places = round_features(plain, 3.0, 4000)
+    edge = plain.vertices_mm[[0, 3]]
+    rng = np.random.default_rng(2)
+    along = edge[0] + rng.choice([*shares, 0.1, 0.6], (4000, 1)) * (edge[1] - edge[0])
+    ways = rng.normal(size=(4000, 3))
+    places = np.concatenate([places, along + 3 * ways / np.linalg.norm(ways, axis=1)[:, None]])
+    np.testing.assert_array_equal(ask(body, places) > 0, outside_of(plain, places))
 
 
 @pytest.mark.parametrize("ask", DOORS.values(), ids=DOORS.keys())
