@@ -10,6 +10,7 @@ import pytest
 from limbgram.core.errors import MeasureError
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
+from limbgram.workbench.compare.levels import changes_by_level
 from limbgram.workbench.measures.levels import (
     MEASURES,
     Level,
@@ -278,6 +279,22 @@ def test_one_thigh_is_followed_from_level_to_level(
         assert isinstance(level, Level)
         assert tape_mm(level).value == pytest.approx(round_mm(radius), rel=1e-3)
         assert tape_mm(level_at(body, height)).value == tape_mm(level).value
+
+
+@pytest.mark.parametrize("by_mm", [-3.0, 0.0, 3.0])
+def test_all_who_measure_choose_the_same_thigh_after_an_edit_too(
+    make_forked: Callable[..., Mesh], by_mm: float
+) -> None:
+    """An edit moves the thighs; where either may be nearer then, none is measured."""
+    for axis_at_mm, radius in ((60.0, 55.0), (95.0, 60.0), (77.5, None)):
+        before = straddled(make_forked, axis_at_mm)
+        found = changes_by_level(before, moved(before, by_mm, 0, 0), tuple(HEIGHTS_MM))
+        for level in found.levels:
+            told = level.measures.get("tape_mm")
+            assert (told is None) == (radius is None)
+            if told is not None and radius is not None:
+                assert told.first.value == pytest.approx(round_mm(radius), rel=1e-3)
+                assert told.second.value == pytest.approx(round_mm(radius), rel=1e-3)
 
 
 def test_a_bent_limb_is_followed_past_another(make_turned: Callable[..., Mesh]) -> None:
