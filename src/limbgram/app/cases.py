@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
 from limbgram.app.replies import PICTURE, missing
 from limbgram.app.thumbnails import thumbnail_of
-from limbgram.cases.bench import Bench, Progress
+from limbgram.cases.bench import MAKING, Bench, Progress
 from limbgram.cases.overview import Overview
 from limbgram.cases.record import read_verdict, set_aside
 from limbgram.cases.running import job_file, read_job_file
@@ -183,6 +183,9 @@ def new_sample(clinic: ClinicHere, request: Request) -> Case:
     def work() -> None:
         try:
             fill_sample(clinic.shelf, made, Run())
+        except LookupError:
+            if made.folder.root.is_dir():  # else it was deleted while it was made
+                raise
         finally:
             clinic.sampling.release()
             clinic.news.tell(made.case_id, "photos")
@@ -213,13 +216,15 @@ def change_case(clinic: ClinicHere, case: CaseHere, given: CaseChange) -> Case:
 @router.delete("/cases/{case_id}", status_code=204)
 def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
     """Delete a case for good; `contents` lists what goes."""
-    clinic.runner.forget(case.folder)
+    bench = Bench(case)
+    with clinic.desk.changing(bench), MAKING.of(bench.root), clinic.runner.forgetting(case.folder):
+        going = clinic.shelf.take_out(case)
     clinic.coaches.drop(case)
     clinic.doors.close(case)
-    clinic.desk.forget(Bench(case))
-    clinic.shelf.remove(case)
+    clinic.desk.forget(bench)
     clinic.overviews.forget(case)
     clinic.news.tell(case.case_id, "case")
+    shutil.rmtree(going, ignore_errors=True)
 
 
 @router.post("/cases/{case_id}/set-aside")
@@ -248,7 +253,8 @@ def list_contents(case: CaseHere) -> list[Held]:
 @router.post("/cases/{case_id}/clear")
 def clear_case(clinic: ClinicHere, case: CaseHere) -> Freed:
     """Remove intermediate products; photos, results and work stay."""
-    freed = case.clear_intermediate()
+    with clinic.desk.changing(Bench(case)):
+        freed = case.clear_intermediate()
     clinic.news.tell(case.case_id, "case")
     return Freed(bytes=freed)
 

@@ -86,7 +86,7 @@ async def put_shape(
     suffix = f".{name.rpartition('.')[2].lower()}"
     if suffix not in SUFFIXES:
         raise OptionsError(f"{name} is of a kind that is not read. Send STL, PLY, OBJ, GLB or AOP.")
-    bench.shapes.mkdir(parents=True, exist_ok=True)
+    bench.made(bench.shapes)
     beside, size = bench.shapes / f".{secrets.token_hex(4)}{suffix}", 0
     try:
         with beside.open("xb") as stream:

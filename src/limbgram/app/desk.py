@@ -2,6 +2,8 @@
 
 import threading
 from collections import OrderedDict
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -58,14 +60,20 @@ class Desk:
     _changing: CaseLocks = field(default_factory=CaseLocks)
     _reading: CaseLocks = field(default_factory=CaseLocks)
 
-    def changing(self, bench: Bench) -> threading.RLock:
+    @contextmanager
+    def changing(self, bench: Bench) -> Generator[None]:
         """Held from reading a case's recipe or places to keeping what was made of them.
 
         Else two who change something at once would both begin with the same state, and the second
         to keep it would undo what the first did. It is the case's own: the shape in memory gives
-        way to another one whenever its files change.
+        way to another one whenever its files change. Deleting the case holds it too.
+
+        Raises:
+            LookupError: the case was deleted meanwhile.
         """
-        return self._changing.of(bench.root)
+        with self._changing.of(bench.root):
+            bench.case.require_here()
+            yield
 
     def work(self, bench: Bench) -> Work:
         """The work on a case as it is now, for a file or a record that is made of it."""

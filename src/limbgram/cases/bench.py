@@ -167,6 +167,17 @@ class Bench:
     def recipe_file(self) -> Path:
         return self.root / "recipe.toml"
 
+    def made(self, folder: Path) -> Path:
+        """A folder of the work, made where it is not there yet; never the case's own.
+
+        Raises:
+            LookupError: the case was deleted meanwhile.
+        """
+        self.case.require_here()
+        for one in (self.root, folder):
+            one.mkdir(exist_ok=True)
+        return folder
+
     def has_scan(self) -> bool:
         """Whether there is a shape to work on."""
         return self._kept_scan() is not None or self._delivered() is not None
@@ -344,7 +355,7 @@ class Bench:
         return _Tapes(()) if kept is None else kept
 
     def _put_tapes(self, readings: Sequence[TapeReading], acts: Sequence[TapeAct]) -> None:
-        self.root.mkdir(parents=True, exist_ok=True)
+        self.made(self.root)
         write_json(self.tape_file, tree_of(_Tapes(tuple(readings), tuple(acts[-_MOST_ACTS:]))))
 
     def save_tape(self, readings: tuple[TapeReading, ...]) -> None:
@@ -381,7 +392,7 @@ class Bench:
 
     def _put(self, history: History) -> None:
         """The recipe's file last: if the program is ended in between, history follows the file."""
-        self.root.mkdir(parents=True, exist_ok=True)
+        self.made(self.root)
         try:
             self._kept_history()
         except CaseError:
@@ -407,7 +418,7 @@ class Bench:
             )
         before = self._kept_scan()
         carried = None if before is None else read_shape(before).limb
-        self.root.mkdir(parents=True, exist_ok=True)
+        self.made(self.root)
         with written_whole(self._taken) as beside:
             beside.mkdir()
             shutil.copyfile(delivered, beside / delivered.name)

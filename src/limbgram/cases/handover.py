@@ -111,7 +111,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
             "who takes it on, and why."
         )
     limb = admit(read.limb, options.side)
-    bench.files.mkdir(parents=True, exist_ok=True)
+    bench.made(bench.files)
     letter = {"left": "-L", "right": "-R", "none": ""}[options.side]
     suffix = "nc" if options.kind == "gcode" else options.kind
     digits = digits_of(read.limb, options, version("limbgram"))

@@ -202,6 +202,7 @@ class Intake:
         Raises:
             OptionsError: the piece does not follow what is here, or the file is too large.
             CaseError: another upload of the name is coming in.
+            LookupError: the case or the camera was deleted meanwhile.
         """
         most = limit_of(name)
         if total is not None and total > most:
@@ -211,7 +212,10 @@ class Intake:
             )
         if start == 0 and len(self._listed()) >= MOST_FILES:
             raise OptionsError(f"There are {MOST_FILES} files here already. Begin another case.")
-        self._records.mkdir(parents=True, exist_ok=True)
+        if not self.folder.parent.is_dir():
+            raise LookupError("What the photos belong to was deleted meanwhile.")
+        for made in (self.folder, self._records):
+            made.mkdir(exist_ok=True)
         with _BEGINNING:
             self._require_free(name, start, total, upload)
             here = self.arrived(name)

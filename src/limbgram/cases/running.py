@@ -18,8 +18,8 @@ import signal
 import statistics
 import threading
 import time
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -454,20 +454,23 @@ class Runner:
         self._reconcile()
         job.on_change()
 
-    def forget(self, case: CaseFolder) -> None:
-        """Let the job of a case go that is to be deleted: it waits no more.
+    @contextmanager
+    def forgetting(self, case: CaseFolder) -> Generator[None]:
+        """Held while a case is deleted: no job begins meanwhile, and its own is gone with it.
+
+        Where the case cannot be deleted its job waits on.
 
         Raises:
             CaseError: it works or rests.
         """
         with self._lock:
             job = self._jobs.get(case.root)
-            if job is None:
-                return
-            if job.has_process:
+            if job is not None and job.has_process:
                 raise CaseError("A run is working in this case. Wait, or cancel it first.")
-            job.drop()
-            del self._jobs[case.root]
+            yield
+            if job is not None:
+                job.drop()
+                del self._jobs[case.root]
         self._reconcile()
 
     def before(self, case: CaseFolder) -> int:

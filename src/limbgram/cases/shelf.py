@@ -132,6 +132,15 @@ class ShelvedCase:
         picture = self.folder.report / "surface.png"
         return picture if picture.is_file() else None
 
+    def require_here(self) -> None:
+        """Refuse where it was deleted since it was looked up.
+
+        Raises:
+            LookupError: its folder is gone.
+        """
+        if not self.folder.root.is_dir():
+            raise _no_case(self.case_id)
+
     def holdings(self) -> tuple[Held, ...]:
         """What its folder holds."""
         found: dict[Holding, Held] = {}
@@ -203,7 +212,7 @@ class Shelf:
         """
         folder = self.root / case_id
         if not _ID.match(case_id) or folder.is_symlink() or not folder.is_dir():
-            raise LookupError(f"There is no case {printable(case_id, keep='')[:20]}.")
+            raise _no_case(case_id)
         return ShelvedCase(case_id, CaseFolder(folder))
 
     def new_case(
@@ -224,8 +233,8 @@ class Shelf:
             return case
         raise CaseError(f"No free id was found in {self.root}. Archive cases in another folder.")
 
-    def remove(self, case: ShelvedCase) -> None:
-        """Delete a case for good: at once out of the list, then from the disk.
+    def take_out(self, case: ShelvedCase) -> Path:
+        """Take a case out of the list at once; returns the folder that is left to be deleted.
 
         Raises:
             CaseError: a run is working in it.
@@ -233,12 +242,15 @@ class Shelf:
         with locked(case.folder):
             self._removed.mkdir(exist_ok=True)
             going = self._removed / f"{case.case_id}-{secrets.token_hex(4)}"
-            case.folder.root.rename(going)
-        shutil.rmtree(going, ignore_errors=True)
+            return case.folder.root.rename(going)
 
     @property
     def _removed(self) -> Path:
         return self.root / "removed"
+
+
+def _no_case(case_id: str) -> LookupError:
+    return LookupError(f"There is no case {printable(case_id, keep='')[:20]}.")
 
 
 def last_change(case: ShelvedCase) -> str:

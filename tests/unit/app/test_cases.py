@@ -5,14 +5,20 @@ import os
 import re
 import shutil
 import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import pytest
 from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app.clinic import Clinic
+from limbgram.cases.bench import Bench
+from limbgram.cases.intake import Intake
 from limbgram.cases.shelf import ID_PATTERN
+from limbgram.workbench.measures.tape import TapeReading
 
 API = "/api/v1"
 
@@ -62,6 +68,48 @@ def test_deleting_lists_what_goes_and_leaves_nothing(client: TestClient, clinic:
     assert client.delete(f"{API}/cases/{case_id}").status_code == 204
     assert client.get(f"{API}/cases/{case_id}").status_code == 404
     assert not list(clinic.shelf.root.rglob("a.jpg"))
+
+
+def a_reading(bench: Bench) -> None:
+    bench.save_tape((TapeReading(height_mm=100.0, girth_mm=351.0),))
+
+
+def a_file_for_machines(bench: Bench) -> None:
+    bench.made(bench.files)
+
+
+def a_photo(bench: Bench) -> None:
+    with Intake(bench.case.received, b"key").begin("IMG_1.jpg", 0, None):
+        pass
+
+
+@pytest.mark.parametrize("write", [a_reading, a_file_for_machines, a_photo])
+def test_who_writes_in_a_case_that_was_deleted_meanwhile_does_not_bring_it_back(
+    client: TestClient, clinic: Clinic, write: Callable[[Bench], None]
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    bench = Bench(clinic.shelf.case(case_id))
+    assert client.delete(f"{API}/cases/{case_id}").status_code == 204
+    with pytest.raises(LookupError):
+        write(bench)
+    with pytest.raises(LookupError), clinic.desk.changing(bench):
+        pass
+    assert not bench.case.folder.root.exists()
+
+
+def test_a_case_is_deleted_after_the_change_that_is_being_made(
+    client: TestClient, clinic: Clinic
+) -> None:
+    case_id = client.post(f"{API}/cases", json={}).json()["id"]
+    bench = Bench(clinic.shelf.case(case_id))
+    with ThreadPoolExecutor(1) as pool:
+        with clinic.desk.changing(bench):
+            deleting = pool.submit(client.delete, f"{API}/cases/{case_id}")
+            with pytest.raises(TimeoutError):
+                deleting.result(0.3)
+            a_reading(bench)
+        assert deleting.result(20).status_code == 204
+    assert not bench.case.folder.root.exists()
 
 
 def looked_at(client: TestClient, root: Path) -> int:

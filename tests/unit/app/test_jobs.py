@@ -17,6 +17,7 @@ from fastapi.testclient import TestClient
 from PIL import Image
 
 from limbgram.app.clinic import Clinic
+from limbgram.cases.folder import locked
 from limbgram.cases.record import write_json
 from limbgram.cases.running import (
     JobFile,
@@ -260,6 +261,20 @@ def test_a_case_that_is_deleted_while_it_waits_holds_up_no_other(
     wait(client, last, lambda job: job["state"] == "running")
     assert not (clinic.shelf.root / waits.rpartition("/")[2]).exists()
     client.post(f"{last}/job/cancel")
+
+
+def test_a_case_that_cannot_be_deleted_waits_on(
+    client: TestClient, clinic: Clinic, case: str
+) -> None:
+    started(client, clinic, case, SLOW)
+    waits = new_case(client)
+    client.post(f"{waits}/job", json={"board": None, "unscaled": True})
+    with locked(clinic.shelf.case(waits.rpartition("/")[2]).folder):
+        assert client.delete(waits).status_code == 409, "the command line works in it"
+    assert client.get(f"{waits}/job").json()["state"] == "queued"
+    client.post(f"{case}/job/cancel")
+    wait(client, waits, lambda job: job["state"] == "running")
+    client.post(f"{waits}/job/cancel")
 
 
 @pytest.mark.parametrize("full", ["asked", "begins", "ends"])
