@@ -153,6 +153,8 @@ class RunningJob:
     usual_known: bool
     _supervision: Supervision | None = None
     _thread: threading.Thread | None = None
+    _asked: bool = False
+    """Somebody asked to end it; its process may be ended by the system too."""
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _since: float = 0.0
     _stage_since: float = 0.0
@@ -231,6 +233,7 @@ class RunningJob:
 
     def cancel(self) -> None:
         """End it; what is finished is kept."""
+        self._asked = True
         if self._supervision is not None:
             self._supervision.stop()
         elif self.file.state == "queued":
@@ -262,7 +265,10 @@ class RunningJob:
             answer = supervision.wait()
             self._end("finished", light=answer.light)
         except Cancelled as error:
-            self._end("cancelled", message=_STOPPED, kind=type(error).__name__)
+            if self._asked:
+                self._end("cancelled", message=_STOPPED, kind=type(error).__name__)
+            else:  # as the machine shuts down: every process is asked to end
+                self._end("interrupted", message=_INTERRUPTED, wanted=self.file.wanted)
         except JobBug as bug:
             self._end("failed", message=f"{_FAULT}\n{bug}", kind="JobBug")
         except LimbgramError as error:
@@ -273,7 +279,15 @@ class RunningJob:
             if self.active:  # a fault of ours passes on, and nobody waits for this one
                 self._end("failed", message=_FAULT, kind="JobBug")
 
-    def _end(self, state: JobState, *, message: str = "", kind: str = "", light: str = "") -> None:
+    def _end(
+        self,
+        state: JobState,
+        *,
+        message: str = "",
+        kind: str = "",
+        light: str = "",
+        wanted: bool = False,
+    ) -> None:
         with self._lock:
             stages = tuple(
                 replace(one, state="done") if one.state == "running" and state == "finished"
@@ -288,7 +302,7 @@ class RunningJob:
                 kind=kind,
                 light=light,
                 process=0,
-                wanted=False,
+                wanted=wanted,
                 stages=stages,
             )
         try:

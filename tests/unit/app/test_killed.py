@@ -84,14 +84,23 @@ def test_a_kill_in_mid_upload_and_in_mid_run_loses_nothing(tmp_path: Path) -> No
         wait_until(lambda: client.get(f"{case}/job").json()["state"] == "cancelled", "no end")
 
 
-@pytest.mark.parametrize("asked", [signal.SIGTERM, signal.SIGINT])
-def test_asked_to_end_it_ends_what_runs_and_says_so(tmp_path: Path, asked: signal.Signals) -> None:
+@pytest.mark.parametrize(
+    ("asked", "first"),
+    [(signal.SIGTERM, "app"), (signal.SIGINT, "app"), (signal.SIGTERM, "worker")],
+)
+def test_asked_to_end_it_ends_what_runs_and_says_so(
+    tmp_path: Path, asked: signal.Signals, first: str
+) -> None:
+    """The app alone is asked, or its run before it, as where the machine shuts down."""
     with app_on(tmp_path / "cases") as (process, client):
         case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
         for photo in noise(tmp_path, 4):
             client.put(f"{case}/photos/{photo.name}", content=photo.read_bytes())
         client.post(f"{case}/job", json={"board": None, "unscaled": True})
         worker = worker_of(client, case)
+        if first == "worker":
+            os.kill(worker, signal.SIGTERM)
+            wait_until(lambda: not Path(f"/proc/{worker}").exists(), "the run does not end")
         client.close()
         process.send_signal(asked)
         assert process.stdout is not None
