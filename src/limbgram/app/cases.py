@@ -4,9 +4,9 @@ import shutil
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, cast
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
@@ -17,11 +17,13 @@ from limbgram.app.thumbnails import thumbnail_of
 from limbgram.cases.bench import MAKING, Bench, Progress
 from limbgram.cases.overview import Overview
 from limbgram.cases.record import read_verdict, set_aside
-from limbgram.cases.running import job_file, read_job_file
+from limbgram.cases.running import JobFile, job_file, read_job_file
 from limbgram.cases.sample import begin_sample, fill_sample
-from limbgram.cases.shelf import Holding, ShelvedCase, last_change
+from limbgram.cases.shelf import Holding, Label, ShelvedCase, last_change
 from limbgram.core.errors import CaseError, LimbgramError
 from limbgram.core.run import Run
+from limbgram.formats.sidecar import progress_of
+from limbgram.report.summary import Verdict as Summary
 from limbgram.workbench.limb import Kind, Side
 
 router = APIRouter(tags=["cases"])
@@ -230,15 +232,8 @@ def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
 @router.post("/cases/{case_id}/set-aside")
 def set_aside_unreadable(clinic: ClinicHere, case: CaseHere, bench: BenchHere) -> list[str]:
     """Begin files anew that cannot be read; each stays beside, under the name that is told."""
-    kept: dict[FilePath, Callable[[], object]] = {
-        case.label_file: lambda: case.label,
-        job_file(case.folder): lambda: read_job_file(case.folder),
-        bench.tape_file: bench.tape,
-        bench.recipe_file: bench.recipe,
-    }
     with clinic.desk.changing(bench):
-        found = [one for one, read in kept.items() if one.is_file() and not _is_readable(read)]
-        aside = [set_aside(one).name for one in found]
+        aside = [set_aside(one).name for one in _read_all(bench).faults]
     for subject in ("case", "job", "work"):
         clinic.news.tell(case.case_id, subject)
     return aside
@@ -273,27 +268,49 @@ def read_thumbnail(case: CaseHere) -> Response:
 
 
 _MAY_BE_NO = ("kind", "side")
-T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """Files of a case in which people's work is kept: what they say, or why it cannot be read."""
+
+    values: dict[FilePath, object]
+    faults: dict[FilePath, str]
+
+
+def _read_all(bench: Bench) -> _Kept:
+    """Read each by itself: one that cannot be read hides nothing of the others."""
+    case, kept = bench.case, _Kept({}, {})
+    readers: dict[FilePath, Callable[[], object]] = {
+        case.label_file: lambda: case.label,
+        case.folder.record: lambda: read_verdict(case.folder),
+        job_file(case.folder): lambda: read_job_file(case.folder),
+        bench.tape_file: bench.tape,
+        bench.recipe_file: bench.require_recipe,
+    }
+    limb_file = bench.limb_file
+    if limb_file is not None:
+        readers[limb_file] = lambda: progress_of(limb_file)
+    for file, read in readers.items():
+        if not file.is_file():
+            continue
+        try:
+            kept.values[file] = read()
+        except LimbgramError as error:
+            kept.faults[file] = str(error)
+    return kept
 
 
 def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
     """What the list says of a case; one file that cannot be read hides nothing of the others."""
-    faults: list[str] = []
-
-    def readable(read: Callable[[], T], otherwise: T) -> T:
-        try:
-            return read()
-        except LimbgramError as error:
-            faults.append(str(error))
-            return otherwise
-
-    seen = clinic.overviews.of(case)
-    label = readable(lambda: case.label, case.unlabelled)
-    verdict = readable(lambda: read_verdict(case.folder), None)
-    bench, photos = Bench(case), seen.photos
-    progress = readable(bench.progress, None) if bench.has_scan() else None
+    seen, bench = clinic.overviews.of(case), Bench(case)
+    kept, photos = _read_all(bench), seen.photos
+    label = cast(Label | None, kept.values.get(case.label_file)) or case.unlabelled
+    verdict = cast(Summary | None, kept.values.get(case.folder.record))
+    hidden = {bench.tape_file, bench.limb_file} & kept.faults.keys()
+    progress = bench.progress() if bench.has_scan() and not hidden else None
     running = clinic.runner.running(case.folder)
-    job = running.file if running else readable(lambda: read_job_file(case.folder), None)
+    job = running.file if running else cast(JobFile | None, kept.values.get(job_file(case.folder)))
     state: State = "finished" if verdict is not None else "photos" if photos else "empty"
     message = ""
     if running is not None and running.active:
@@ -324,7 +341,7 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         sample=label.sample,
         state=state,
         message=message,
-        unreadable=faults,
+        unreadable=list(kept.faults.values()),
         verdict=said,
         photos=photos,
         steps=steps,
@@ -340,14 +357,6 @@ def _next(steps: list[Step]) -> StepName:
         if one.state in ("open", "check"):
             return one.name
     return "record"
-
-
-def _is_readable(read: Callable[[], object]) -> bool:
-    try:
-        read()
-    except LimbgramError:
-        return False
-    return True
 
 
 def _steps(

@@ -12,7 +12,7 @@ from typing import Any
 from fastapi.responses import JSONResponse
 
 _SENTENCES = "doubt facts headline line lines message notes photos_note problem"
-_REASONS = "reason reasons refusal remark remarks sentence told why"
+_REASONS = "reason reasons refusal remark remarks sentence told unreadable why"
 SAID = frozenset(f"{_SENTENCES} {_REASONS}".split())
 """Fields of answers that hold sentences for people; `note` is what they wrote themselves."""
 _STEPS = {

@@ -28,7 +28,7 @@ from typing import ClassVar, Literal
 
 from limbgram.cases.deliverables import surface_of
 from limbgram.cases.fingerprint import Fingerprints, file_sha256
-from limbgram.cases.record import read_kept, set_aside, write_json
+from limbgram.cases.record import read_kept, set_aside, unreadable, write_json
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
 from limbgram.core.files import read_content, write_bytes, written_whole
@@ -178,6 +178,12 @@ class Bench:
             one.mkdir(exist_ok=True)
         return folder
 
+    @property
+    def limb_file(self) -> Path | None:
+        """Beside the surface that is worked on, or will be; None before there is one."""
+        scan = self._kept_scan() or self._delivered()
+        return None if scan is None else limb_file_beside(scan)
+
     def has_scan(self) -> bool:
         """Whether there is a shape to work on."""
         return self._kept_scan() is not None or self._delivered() is not None
@@ -218,9 +224,7 @@ class Bench:
         Raises:
             LimbgramError: the tape's readings or the limb file are there and cannot be read.
         """
-        scan = self._kept_scan() or self._delivered()
-        beside = None if scan is None else limb_file_beside(scan)
-        told = LimbProgress()
+        beside, told = self.limb_file, LimbProgress()
         if beside is not None and beside.is_file():
             told = progress_of(beside)
         edits = self.recipe_file.read_bytes().count(b"[[edit]]") if self._has_recipe else 0
@@ -251,7 +255,20 @@ class Bench:
         if not self.recipe_file.is_file():
             return Recipe(name=self.case.case_id, scan_sha256=file_sha256(self.scan_file()))
         content = read_content(self.recipe_file, _LARGEST, CaseError)
-        return parse_recipe(content.decode("utf-8"), self.recipe_file.name)
+        try:
+            text = content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise unreadable(self.recipe_file, "The recipe of this case") from error
+        return parse_recipe(text, self.recipe_file.name)
+
+    def require_recipe(self) -> None:
+        """See that the recipe can be read, without reading one again that could be.
+
+        Raises:
+            LimbgramError: it cannot.
+        """
+        status = self.recipe_file.stat()
+        _require_recipe(self, status.st_ino, status.st_mtime_ns, status.st_size)
 
     def save_recipe(self, recipe: Recipe) -> None:
         """Make another recipe the present one; undo goes back to the one before."""
@@ -484,6 +501,11 @@ def _same_bytes(one: Path, other: Path) -> bool:
 @lru_cache(maxsize=4096)
 def _sha256(file: Path, _number: int, _changed_ns: int, _size: int) -> str:
     return file_sha256(file)
+
+
+@lru_cache(maxsize=4096)
+def _require_recipe(bench: Bench, _number: int, _changed_ns: int, _size: int) -> None:
+    bench.recipe()
 
 
 def digits_of(*made_of: object) -> str:

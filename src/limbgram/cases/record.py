@@ -219,11 +219,15 @@ def read_kept(path: Path, kind: type[T], what: str) -> T | None:
         tree = json_of(read_content(path, _LARGEST, CaseError))
         return value_of(tree, kind, strictness=_AS_WRITTEN)
     except (CaseError, ValueError) as error:
-        raise CaseError(
-            f"{what} cannot be read: {path.name} is damaged, or the disk fails. It stays as it is, "
-            "and nothing is written over it. Put back a copy of it; or set it aside, and begin it "
-            "anew."
-        ) from error
+        raise unreadable(path, what) from error
+
+
+def unreadable(path: Path, what: str) -> CaseError:
+    """The refusal of a file that people's work is kept in and that cannot be read."""
+    return CaseError(
+        f"{what} cannot be read: {path.name} is damaged, or the disk fails. It stays as it is, and "
+        "nothing is written over it. Put back a copy of it; or set it aside, and begin it anew."
+    )
 
 
 def set_aside(path: Path) -> Path:

@@ -8,6 +8,7 @@ from fastapi.testclient import TestClient
 
 from limbgram.app.clinic import Clinic
 from limbgram.cases.bench import Bench
+from limbgram.cases.running import job_file
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError
 from limbgram.workbench.edits.solids import Offset
@@ -56,8 +57,7 @@ def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
     other = client.post(f"{API}/cases", json={}).json()["id"]
     listed = {one["id"]: one for one in client.get(f"{API}/cases").json()["cases"]}
     assert set(listed) == {case.case_id, other}, "it hides no other case"
-    if name != "work/tape.json":  # that is looked at once there is a surface
-        assert [file.name in one for one in listed[case.case_id]["unreadable"]] == [True]
+    assert [file.name in one for one in listed[case.case_id]["unreadable"]] == [True]
     assert listed[other]["unreadable"] == []
     refused = save(client, at)
     assert refused.status_code == 409
@@ -74,6 +74,29 @@ def test_what_cannot_be_read_is_told_kept_and_begun_anew_only_when_asked(
     (second,) = client.post(f"{at}/set-aside").json()
     assert second != aside
     assert (file.parent / aside).read_bytes() == DAMAGED
+
+
+@pytest.mark.parametrize("content", [DAMAGED, b"\xff\xfe\x00"], ids=["cut off", "no text"])
+def test_all_that_cannot_be_read_is_told_and_set_aside(
+    client: TestClient, clinic: Clinic, case: ShelvedCase, content: bytes
+) -> None:
+    at, bench = f"{API}/cases/{case.case_id}", Bench(case)
+    (case.work / "surface.ply").write_bytes(b"ply")
+    assert bench.limb_file is not None
+    files = [
+        *(case.label_file, case.folder.record, job_file(case.folder)),
+        *(bench.tape_file, bench.recipe_file, bench.limb_file),
+    ]
+    for file in files:
+        file.write_bytes(content)
+    listed = client.get(f"{API}/cases")
+    assert listed.status_code == 200
+    (told,) = (one["unreadable"] for one in listed.json()["cases"])
+    assert [sum(file.name in one for one in told) for file in files] == [1] * 6
+    assert str(clinic.shelf.root) not in listed.text, "nobody before the app need know where"
+    assert len(client.post(f"{at}/set-aside").json()) == 6
+    assert client.get(at).json()["unreadable"] == []
+    assert client.post(f"{at}/set-aside").json() == []
 
 
 def test_readings_by_tape_that_cannot_be_read_are_not_none(case: ShelvedCase) -> None:
