@@ -65,7 +65,8 @@ _QUIET = frozenset(
 )
 """Routes that ask, though they are no GET."""
 _PIECE = re.compile(r"bytes \d{1,15}-(\d{1,15})/(\d{1,15})")
-_FILES = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
+FILES = re.compile(r"/api/v1/(cases|cameras)/[^/]+/(photos|shapes)/[^/]+")
+"""Paths of files, which come as they are and may be larger than the memory."""
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; font-src 'self'; "
     "img-src 'self' data: blob:; connect-src 'self'; worker-src 'self'; manifest-src 'self'; "
@@ -300,14 +301,14 @@ class Guard:
         elif in_api and path not in _LOCKED_PATHS and not self.access.is_open(session):
             told = "Nobody did anything here for a while, so it is locked. Give your password."
             await refusal(423, "Locked", told)(scope, receive, _guarded(send))
-        elif not _FILES.fullmatch(path) and _length(headers) > _MOST_BYTES:
+        elif not FILES.fullmatch(path) and _length(headers) > _MOST_BYTES:
             told = "The request is larger than any that is answered. Send less at a time."
             await refusal(413, "TooLarge", told)(scope, receive, _guarded(send))
         else:
             if in_api and scope["method"] not in ("GET", "HEAD") and path not in _LOCKED_PATHS:
                 self.access.act(session)
             if scope["method"] not in ("GET", "HEAD"):
-                receive = _bounded(receive, None if _FILES.fullmatch(path) else _MOST_BYTES)
+                receive = _bounded(receive, None if FILES.fullmatch(path) else _MOST_BYTES)
             answering = self._written(scope, headers, session, _guarded(send))
             await self.inner(scope, receive, answering)
 

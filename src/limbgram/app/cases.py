@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, cast
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, Field
 
+from limbgram.app.acts import forget_acts
 from limbgram.app.clinic import BenchHere, CaseHere, Clinic, ClinicHere
 from limbgram.app.replies import PICTURE, missing
 from limbgram.app.thumbnails import thumbnail_of
@@ -221,6 +222,7 @@ def delete_case(clinic: ClinicHere, case: CaseHere) -> None:
     bench = Bench(case)
     with clinic.desk.changing(bench), MAKING.of(bench.root), clinic.runner.forgetting(case.folder):
         going = clinic.shelf.take_out(case)
+        forget_acts(clinic.shelf, case.case_id)
     clinic.coaches.drop(case)
     clinic.doors.close(case)
     clinic.desk.forget(bench)

@@ -114,6 +114,42 @@ def test_a_case_that_is_made_twice_under_one_id_is_one(client: TestClient) -> No
     assert len(client.get(f"{API}/cases").json()["cases"]) == 1
 
 
+def test_an_id_holds_for_the_body_that_was_sent_with_it(client: TestClient) -> None:
+    left = client.post(f"{API}/cases", json={"side": "left"}, headers=act(1))
+    assert left.status_code == 201
+    corrected = client.post(f"{API}/cases", json={"side": "right"}, headers=act(1))
+    assert corrected.status_code == 409, "else a left case is opened for a right limb"
+    again = client.post(f"{API}/cases", json={"side": "left"}, headers=act(1))
+    assert again.json() == left.json()
+    (only,) = client.get(f"{API}/cases").json()["cases"]
+    assert only["side"] == "left"
+
+
+def test_only_an_answer_that_is_given_again_says_so(client: TestClient) -> None:
+    case = f"{API}/cases/" + client.post(f"{API}/cases", json={}).json()["id"]
+    first = client.patch(case, json={"note": "old"}, headers=act(1))
+    client.patch(case, json={"note": "new"}, headers=act(2))
+    again = client.patch(case, json={"note": "old"}, headers=act(1))
+    assert again.json()["note"] == "old"
+    assert [one.headers.get("act-replayed") for one in (first, again)] == [None, "1"]
+    assert client.get(case).json()["note"] == "new"
+
+
+def test_of_a_case_that_is_deleted_no_act_is_kept_but_its_deletion(
+    client: TestClient, clinic: Clinic
+) -> None:
+    stays = client.post(f"{API}/cases", json={"note": "stays"}, headers=act(1)).json()["id"]
+    goes = client.post(f"{API}/cases", json={"note": "goes for good"}, headers=act(2)).json()["id"]
+    deleted = [client.delete(f"{API}/cases/{goes}", headers=act(3)) for _ in range(2)]
+    assert [one.status_code for one in deleted] == [204, 204]
+    assert [one.content for one in deleted] == [b"", b""]
+    kept = [file.read_text("utf-8") for file in (clinic.shelf.root / ".acts").iterdir()]
+    assert not any("goes for good" in one for one in kept)
+    again = client.post(f"{API}/cases", json={"note": "stays"}, headers=act(1))
+    assert again.json()["id"] == stays
+    assert client.delete(f"{API}/cases/{goes}", headers=act(4)).status_code == 404
+
+
 def test_answers_go_with_their_case_and_no_more_than_a_hundred_are_kept(
     client: TestClient, clinic: Clinic
 ) -> None:
