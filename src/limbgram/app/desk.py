@@ -14,6 +14,7 @@ from limbgram.core.mesh.planted import tree_on
 from limbgram.formats.reading import ShapeFile
 from limbgram.formats.sidecar import hash_of, limb_file_beside
 from limbgram.workbench.limb import Limb
+from limbgram.workbench.measures.measuring import Measures, measure_limb
 from limbgram.workbench.recipe.recipe import Kept, Recipe, Replayed, replay
 
 _MOST_OPEN = 3
@@ -40,6 +41,15 @@ class OpenShape:
     def tree(self) -> TriangleTree:
         """To find places on it."""
         return tree_on(self.limb.mesh)
+
+    @cached_property
+    def measures(self) -> Measures:
+        """Of the scan as it lies here, which every tape reading is held against.
+
+        Raises:
+            MeasureError: the limb is not aligned.
+        """
+        return measure_limb(self.limb)
 
     def replayed(self, recipe: Recipe) -> Replayed:
         """The shape after a recipe; only what changed since is done."""

@@ -6,14 +6,13 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
-from limbgram.app.clinic import BenchHere, ClinicHere
+from limbgram.app.clinic import BenchHere, Clinic, ClinicHere
 from limbgram.app.surface import Which, limb_of
 from limbgram.cases.bench import Bench
 from limbgram.core.interval import COVER
 from limbgram.workbench.measures.levels import Figure
 from limbgram.workbench.measures.measuring import (
     LimbMeasureOptions,
-    Measures,
     Row,
     check_alone,
     measure_limb,
@@ -73,22 +72,22 @@ class Length(BaseModel):
 class Reading(BaseModel):
     """A girth that was read on the patient."""
 
-    height_mm: Millimetres = Field(description="From the reference, as the table counts.")
+    height_mm: Millimetres = Field(description="From the origin of the limb frame, upwards.")
     girth_mm: float = Field(gt=0, le=5000)
 
 
 class ReadingChange(BaseModel):
     """One girth that was read, read anew, or taken back."""
 
-    height_mm: Millimetres = Field(description="From the reference; the reading that is there.")
+    height_mm: Millimetres = Field(description="Of the reading that is there.")
     girth_mm: float | None = Field(gt=0, le=5000, description="null: there is none any more.")
 
 
 class TapeReply(Reading):
-    """A reading beside what the shape has there."""
+    """A reading beside what the scan has there, as the record has it."""
 
     measured_mm: Value | None = None
-    difference_mm: float | None = Field(default=None, description="Positive: the shape is larger.")
+    difference_mm: float | None = Field(default=None, description="Positive: the scan is larger.")
     within_mm: float | None = Field(
         default=None, description="± of the difference, of tape and shape, in 95 of 100."
     )
@@ -109,7 +108,10 @@ class AskMeasures(BaseModel):
     sock_mm: float | None = Field(default=None, ge=0, le=20, description="Taken off first.")
     volumes: list[tuple[Millimetres | None, Millimetres | None]] = Field(default=[], max_length=100)
     lengths: list[tuple[str, str]] = Field(default=[], max_length=100)
-    with_tape: bool = Field(default=True, description="Compare with the readings that are kept.")
+    with_tape: bool = Field(
+        default=True,
+        description="Hold the readings that are kept against the scan, whatever is measured.",
+    )
 
 
 class MeasuresReply(BaseModel):
@@ -131,7 +133,6 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
     """Measure an aligned shape by level."""
     limb, _ = limb_of(clinic, bench, given.of)
     found = measure_limb(limb, _options(given))
-    readings = bench.tape() if given.with_tape else ()
     return MeasuresReply(
         counted_from=found.counted_from,
         reference_height_mm=found.reference_mm,
@@ -157,7 +158,7 @@ def measure(clinic: ClinicHere, bench: BenchHere, given: AskMeasures) -> Measure
             )
             for one in found.lengths
         ],
-        tape=_tape(found, readings, bench),
+        tape=_tape(clinic, bench) if given.with_tape else [],
         notes=[*limb.notes, *([found.beside] if found.beside else [])],
     )
 
@@ -229,18 +230,21 @@ def _readings(bench: Bench) -> list[Reading]:
     return [Reading(height_mm=one.height_mm, girth_mm=one.girth_mm) for one in bench.tape()]
 
 
-def _tape(found: Measures, readings: tuple[TapeReading, ...], bench: Bench) -> list[TapeReply]:
-    """Each reading by itself: one above the brim must not hide the others."""
-    accepted = {one.reading: one.made for one in bench.tape_acts() if one.deed == "accepted"}
+def _tape(clinic: Clinic, bench: Bench) -> list[TapeReply]:
+    """Each reading by itself, held against the scan as in the record, whatever shape is shown.
+
+    One above the brim must not hide the others.
+    """
+    standings = {one.read.reading: one for one in bench.tape_standings() if not one.withdrawn}
     replies: list[TapeReply] = []
-    for reading in readings:
+    for reading in bench.tape():
         reply = TapeReply(height_mm=reading.height_mm, girth_mm=reading.girth_mm)
-        checked = check_alone(found, reading)
+        checked = check_alone(clinic.desk.shape(bench).measures, reading)
         if isinstance(checked, TapeCheck):
             reply.measured_mm = _value(checked.measured)
             reply.difference_mm, reply.conflict = checked.difference_mm, checked.conflict
             reply.within_mm = COVER * checked.sigma_mm
-            reply.accepted = accepted.get(reading, "")
+            reply.accepted = standings[reading].accepted if reading in standings else ""
         else:
             reply.reason = checked
         replies.append(reply)

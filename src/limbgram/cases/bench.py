@@ -83,6 +83,17 @@ class TapeAct:
     reading: TapeReading
 
 
+@dataclass(frozen=True, kw_only=True)
+class TapeStanding:
+    """A reading, and what stands of it: taken back, it stands no more, nor what was said of it."""
+
+    read: TapeAct
+    withdrawn: str
+    """When it was taken back; empty where it was not."""
+    accepted: str
+    """When somebody last went on in spite of it, before it was taken back; empty where nobody."""
+
+
 @dataclass(frozen=True)
 class _Tapes:
     readings: tuple[TapeReading, ...]
@@ -93,6 +104,17 @@ class _Tapes:
 def _done(deed: TapeDeed, reading: TapeReading) -> TapeAct:
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return TapeAct(made=now, deed=deed, reading=reading)
+
+
+def _standing(act: TapeAct, later: tuple[TapeAct, ...]) -> TapeStanding:
+    since = [one for one in later if one.reading == act.reading]
+    ended = next((k for k, one in enumerate(since) if one.deed == "taken back"), len(since))
+    accepted = [one.made for one in since[:ended] if one.deed == "accepted"]
+    return TapeStanding(
+        read=act,
+        withdrawn=since[ended].made if ended < len(since) else "",
+        accepted=accepted[-1] if accepted else "",
+    )
 
 
 @dataclass(frozen=True)
@@ -352,6 +374,13 @@ class Bench:
         noted = {act.reading for act in kept.acts}
         before = [one for one in kept.readings if one not in noted]
         return (*(TapeAct(made="", deed="read", reading=one) for one in before), *kept.acts)
+
+    def tape_standings(self) -> tuple[TapeStanding, ...]:
+        """Every reading that was made, also those that were taken back; the first first."""
+        acts = self.tape_acts()
+        return tuple(
+            _standing(act, acts[k + 1 :]) for k, act in enumerate(acts) if act.deed == "read"
+        )
 
     def accept_tape(self, reading: TapeReading) -> None:
         """Note that somebody goes on in spite of what a reading says.

@@ -1,7 +1,7 @@
 """Filing: the record of the shape that was worked on in a case."""
 
 from limbgram.cases.assessing import cited
-from limbgram.cases.bench import Bench, TapeAct, Work
+from limbgram.cases.bench import Bench, TapeStanding, Work
 from limbgram.core.errors import CaseError
 from limbgram.core.interval import COVER
 from limbgram.formats.reading import ShapeFile, read_shape
@@ -30,32 +30,27 @@ def filed_record(bench: Bench, work: Work) -> Record:
 
 def _tape(bench: Bench, work: Work) -> tuple[TapeRead, ...]:
     """Every reading, held against the scan, with what was said of it since."""
-    acts = bench.tape_acts()
-    if not acts:
+    standings = bench.tape_standings()
+    if not standings:
         return ()
     measured = measure_limb(work.scan.limb)
-    return tuple(
-        _held(measured, act, acts[k + 1 :]) for k, act in enumerate(acts) if act.deed == "read"
-    )
+    return tuple(_held(measured, one) for one in standings)
 
 
-def _held(measured: Measures, act: TapeAct, later: tuple[TapeAct, ...]) -> TapeRead:
-    reading = act.reading
-    since = [one for one in later if one.reading == reading]
-    ended = next((k for k, one in enumerate(since) if one.deed == "taken back"), len(since))
-    accepted = [one.made for one in since[:ended] if one.deed == "accepted"]
+def _held(measured: Measures, standing: TapeStanding) -> TapeRead:
+    reading = standing.read.reading
     check = check_alone(measured, reading)
     told = isinstance(check, str)
     return TapeRead(
-        made=act.made,
+        made=standing.read.made,
         height_mm=reading.height_mm,
         read_mm=reading.girth_mm,
         measured_mm=None if told else check.measured.value,
         within_mm=None if told else COVER * check.sigma_mm,
         conflict=not told and check.conflict,
         reason=check if told else "",
-        withdrawn=since[ended].made if ended < len(since) else "",
-        accepted=accepted[-1] if accepted else "",
+        withdrawn=standing.withdrawn,
+        accepted=standing.accepted,
     )
 
 

@@ -351,6 +351,48 @@ def test_the_record_tells_every_reading_conflict_and_acceptance(
     assert len(re.findall(rb"/Type /Page\b", sheets)) == 2
 
 
+def test_a_reading_is_judged_by_the_scan_whatever_shape_is_measured(
+    client: TestClient, aligned: str
+) -> None:
+    """A tape on the patient reads the scan's girth; the mould is 6 % tighter, and no witness."""
+    scan = {"heights_mm": [100.0]}
+    girth = client.post(f"{aligned}/measures", json=scan).json()["levels"][0]["tape_mm"]["value"]
+    client.patch(f"{aligned}/tape", json={"height_mm": 100.0, "girth_mm": round(girth, 1)})
+    tighter = {"heights_mm": [60.0, 140.0], "per_cent": [6.0, 6.0], "of": "girth"}
+    made = client.post(f"{aligned}/recipe/edits", json={"kind": "reduction", "parameters": tighter})
+    assert made.status_code == 201, made.text
+    mould = {**scan, "of": "rectified", "sock_mm": 1.0, "reference": "patellar tendon"}
+    mould["heights_mm"] = [0.0]
+    told = [client.post(f"{aligned}/measures", json=one).json() for one in (scan, mould)]
+    assert told[0]["tape"] == told[1]["tape"]
+    (reading,) = told[1]["tape"]
+    assert not reading["conflict"]
+    assert reading["measured_mm"]["value"] == girth
+    page = client.get(f"{aligned}/record.html").text
+    assert "they contradict each other" not in page
+
+
+def test_what_was_accepted_of_a_reading_ends_when_that_is_taken_back(
+    client: TestClient, clinic: Clinic, aligned: str
+) -> None:
+    wrong = {"height_mm": 100.0, "girth_mm": 150.0}
+    accepted: list[bool] = []
+    for deed in ("patch", "accept", "back", "patch"):
+        if deed == "accept":
+            client.post(f"{aligned}/tape/accept", json=wrong)
+        else:
+            girth = None if deed == "back" else wrong["girth_mm"]
+            client.patch(f"{aligned}/tape", json={**wrong, "girth_mm": girth})
+        found = client.post(f"{aligned}/measures", json={}).json()["tape"]
+        accepted += [bool(one["accepted"]) for one in found]
+    assert accepted == [False, True, False], "read anew it is to be accepted anew"
+    standings = Bench(clinic.shelf.case(aligned.rpartition("/")[2])).tape_standings()
+    assert [(bool(one.withdrawn), bool(one.accepted)) for one in standings] == [
+        (True, True),
+        (False, False),
+    ]
+
+
 def test_work_stays_where_the_case_is_computed_again(
     client: TestClient, clinic: Clinic, aligned: str, limb: Mesh
 ) -> None:

@@ -1875,7 +1875,7 @@ export interface components {
             ][];
             /**
              * With Tape
-             * @description Compare with the readings that are kept.
+             * @description Hold the readings that are kept against the scan, whatever is measured.
              * @default true
              */
             with_tape: boolean;
@@ -3449,7 +3449,7 @@ export interface components {
         Reading: {
             /**
              * Height Mm
-             * @description From the reference, as the table counts.
+             * @description From the origin of the limb frame, upwards.
              */
             height_mm: number;
             /** Girth Mm */
@@ -3462,7 +3462,7 @@ export interface components {
         ReadingChange: {
             /**
              * Height Mm
-             * @description From the reference; the reading that is there.
+             * @description Of the reading that is there.
              */
             height_mm: number;
             /**
@@ -3790,12 +3790,12 @@ export interface components {
         };
         /**
          * TapeReply
-         * @description A reading beside what the shape has there.
+         * @description A reading beside what the scan has there, as the record has it.
          */
         TapeReply: {
             /**
              * Height Mm
-             * @description From the reference, as the table counts.
+             * @description From the origin of the limb frame, upwards.
              */
             height_mm: number;
             /** Girth Mm */
@@ -3803,7 +3803,7 @@ export interface components {
             measured_mm?: components["schemas"]["Value"] | null;
             /**
              * Difference Mm
-             * @description Positive: the shape is larger.
+             * @description Positive: the scan is larger.
              */
             difference_mm?: number | null;
             /**
