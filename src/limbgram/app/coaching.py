@@ -89,11 +89,12 @@ class Coach:
     def _work(self) -> None:
         try:
             self._check_all()
-        finally:
+        except BaseException:  # a fault of ours passes on, and nobody waits for it
             with self._lock:
-                if self.state == "running":  # a fault of ours passes on, and nobody waits for it
-                    self.state, self.found, self.message = "done", None, _FAULT
-                    self._let_go()
+                self.state, self.found, self.message = "done", None, _FAULT
+                self._let_go()
+            raise
+        finally:
             self.on_change()
 
     def _check_all(self) -> None:

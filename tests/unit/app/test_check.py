@@ -113,6 +113,46 @@ def test_a_check_that_fails_ends_and_the_next_one_answers(
     assert checked(client, case)["message"] == "No answer."
 
 
+def test_a_check_that_is_asked_for_as_another_ends_is_let_be(
+    watches: list[Watch], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The end of the first one comes while the second runs: it leaves it what it works with."""
+    running, ending = threading.Event(), threading.Event()
+
+    def check(watch: Watch, sources: Sequence[Path], _run: object) -> None:
+        watch.checks.append(len(sources))
+        if len(sources) == 2:
+            running.set()
+            ending.wait(20)
+        raise ScaleError("No answer.")
+
+    class Between(coaching.Coach):
+        def _check_all(self) -> None:
+            super()._check_all()
+            if not running.is_set():
+                self.ask(asked(2))
+                running.wait(20)
+
+    def asked(photos: int) -> coaching.Asked:
+        sources = tuple(Path(f"{k}.png") for k in range(photos))
+        return coaching.Asked(sources=sources, calibrations=(), camera_sha256=(), board=None)
+
+    monkeypatch.setattr(Watch, "check", check)
+    first_told = threading.Event()
+    coach = Between(lambda: first_told.set() if running.is_set() else None)
+    coach.ask(asked(1))
+    assert running.wait(20)
+    assert first_told.wait(20), "the first one is over"
+    assert (coach.state, coach.message) == ("running", "No answer.")
+    assert [one.closed for one in watches] == [False]
+    ending.set()
+    until = time.monotonic() + 20
+    while coach.state == "running" and time.monotonic() < until:
+        time.sleep(0.01)
+    assert (coach.state, coach.message) == ("done", "No answer.")
+    assert [one.checks for one in watches] == [[1, 2]]
+
+
 def test_another_board_or_another_case_begins_anew_and_nothing_is_left(
     client: TestClient, watches: list[Watch]
 ) -> None:
