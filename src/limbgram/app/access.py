@@ -26,7 +26,7 @@ from typing import Any, Literal, Protocol
 
 from limbgram.app.attempts import Attempts
 from limbgram.app.replies import refusal
-from limbgram.core.errors import disk_advice
+from limbgram.core.errors import CaseError, disk_advice
 
 COOKIE = "limbgram_session"
 _OPEN_PATHS = ("/api/v1/session", "/start")
@@ -341,10 +341,11 @@ class Guard:
                 if line is not None:
                     try:
                         await asyncio.to_thread(diary.write, *line)
-                    except OSError as error:
+                    except (OSError, CaseError) as error:
                         in_place = True
-                        told = f"The log of who did what cannot be written. {disk_advice(error)}"
-                        await refusal(507, "OSError", told)(scope, _nothing, send)
+                        why = disk_advice(error) if isinstance(error, OSError) else str(error)
+                        told = f"The log of who did what cannot be written. {why}"
+                        await refusal(507, type(error).__name__, told)(scope, _nothing, send)
                         return
             await send(message)
 

@@ -141,9 +141,9 @@ def list_cases(
     ),
 ) -> Cases:
     """List the cases, the last changed first."""
-    cases = clinic.shelf.cases()
-    shown = [case_reply(clinic, one) for one in cases]
-    held = [clinic.overviews.of(one) for one in cases]
+    listed = [_listed(clinic, one) for one in clinic.shelf.cases()]
+    shown = [one[0] for one in listed if one is not None]
+    held = [one[1] for one in listed if one is not None]
     wanted = find.casefold()
     found = [
         one
@@ -351,6 +351,16 @@ def case_reply(clinic: Clinic, case: ShelvedCase) -> Case:
         bytes=seen.bytes,
         thumbnail=None if case.thumbnail is None else f"/api/v1/cases/{case.case_id}/thumbnail",
     )
+
+
+def _listed(clinic: Clinic, case: ShelvedCase) -> tuple[Case, Overview] | None:
+    """A case and the room it takes; None where it is deleted just now."""
+    try:
+        return case_reply(clinic, case), clinic.overviews.of(case)
+    except (OSError, ValueError, LimbgramError):
+        if case.folder.root.is_dir():
+            raise
+        return None
 
 
 def _next(steps: list[Step]) -> StepName:

@@ -8,6 +8,7 @@ Method  Each line has a seal: an HMAC of the seal before it and of its own text.
         write in the shelf alone can neither seal a line nor cut off the end unnoticed. What was
         written before there was a key, or on another machine, is not proved.
 Fails   OSError: the disk takes no more. OptionsError: the key cannot be kept.
+        CaseError: it is gone.
 """
 
 import hashlib
@@ -27,7 +28,7 @@ from typing import Any
 
 from limbgram.app.users import made_private
 from limbgram.cases.record import read_kept, write_json
-from limbgram.core.errors import OptionsError, disk_advice
+from limbgram.core.errors import CaseError, OptionsError, disk_advice
 from limbgram.core.typed import Mismatch, tree_of, value_of
 
 _LONGEST_LINE = 4096
@@ -117,11 +118,25 @@ class Journal:
                 "~/.local/state."
             ) from error
 
+    def require_key(self) -> None:
+        """Refuse where there are lines and no key: with another one they would be proved no more.
+
+        Raises:
+            CaseError: so it is.
+        """
+        if not self.anchor_file.exists() and self.file.is_file() and self.file.stat().st_size:
+            raise CaseError(
+                f"The key that seals it is not in {self.anchors}: it was deleted, or this is "
+                "another account or machine than wrote it. Put the key back; or start the app "
+                "anew, which begins another one: lines before it are called unproved from then on."
+            )
+
     def write(self, who: str, address: str, act: str, case: str = "", status: int = 0) -> None:
         """Add a line.
 
         Raises:
             OSError: it could not be written.
+            CaseError: there are lines and no key, or none that can be read.
         """
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = Act(at=now, who=who, address=address, act=act, case=case, status=status)
@@ -130,6 +145,7 @@ class Journal:
             flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_BINARY", 0)
             file = os.open(self.file, flags, 0o600)
             try:
+                self.require_key()
                 anchor = self._anchor()
                 size, before = os.fstat(file).st_size, _last_seal(file, anchor)
                 content = _sealed(anchor.key, before, line)

@@ -201,6 +201,7 @@ def put_recipe_file(
     made = parse_recipe(given.toml, "The recipe")
     require_scan(made, clinic.desk.shape(bench).file.sha256, "the surface of this case")
     with clinic.desk.changing(bench):
+        _seen(clinic, bench, gesture)
         return _kept(clinic, bench, made, gesture)
 
 

@@ -223,8 +223,9 @@ def add_command(
     """Let somebody sign in; asks for their password, twice."""
     users = _users(cases)
     users.require_new(name)
+    journal = _journal(cases, writing=True)
     added = users.add(name, _password(from_input=password_stdin))
-    _journal(cases).write("this machine", "", f"add_user {added.name}")
+    journal.write("this machine", "", f"add_user {added.name}")
     return Reply((f"{added.name} may sign in.",), {"added": added.name})
 
 
@@ -239,8 +240,9 @@ def password_command(
     """Give a user another password; they are signed out everywhere."""
     users = _users(cases)
     users.require(name)
+    journal = _journal(cases, writing=True)
     changed = users.change(name, _password(from_input=password_stdin))
-    _journal(cases).write("this machine", "", f"change_password {changed.name}")
+    journal.write("this machine", "", f"change_password {changed.name}")
     return Reply((f"{changed.name} has another password.",), {"changed": changed.name})
 
 
@@ -252,8 +254,9 @@ def remove_command(
     as_json: Json = False,  # noqa: ARG001 - read by `answered`
 ) -> Reply:
     """Let somebody sign in no more; the log keeps what they did."""
+    journal = _journal(cases, writing=True)
     gone = _users(cases).remove(name)
-    _journal(cases).write("this machine", "", f"remove_user {gone.name}")
+    journal.write("this machine", "", f"remove_user {gone.name}")
     return Reply((f"{gone.name} can sign in no more.",), {"removed": gone.name})
 
 
@@ -330,11 +333,15 @@ def _users(cases: Path) -> "Users":
     return Users(cases.absolute() / ACCESS_FOLDER)
 
 
-def _journal(cases: Path) -> "Journal":
+def _journal(cases: Path, *, writing: bool = False) -> "Journal":
+    """The log; what is to be written down is not done where it cannot be."""
     with _libraries():
         from limbgram.app.journal import Journal
         from limbgram.app.users import ACCESS_FOLDER
-    return Journal(cases.absolute() / ACCESS_FOLDER)
+    journal = Journal(cases.absolute() / ACCESS_FOLDER)
+    if writing:
+        journal.require_key()
+    return journal
 
 
 def _password(*, from_input: bool) -> str:

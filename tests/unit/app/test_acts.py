@@ -221,6 +221,20 @@ def test_a_number_meets_the_edit_that_was_seen_under_it_or_none(
     assert client.get(f"{case}/recipe").json()["edits"][0]["on"]
 
 
+def test_a_recipe_takes_the_place_of_the_one_that_was_seen_or_of_none(
+    client: TestClient, case: str
+) -> None:
+    client.post(f"{case}/recipe/edits", json=smoothing(1))
+    seen = client.get(f"{case}/recipe").json()["mark"]
+    text = {"toml": client.get(f"{case}/recipe/file").text}
+    client.post(f"{case}/recipe/edits", json=smoothing(2))  # in another window
+    assert client.put(f"{case}/recipe/file?seen={seen}", json=text).status_code == 409
+    assert passes(client, case) == [1, 2]
+    seen = client.get(f"{case}/recipe").json()["mark"]
+    assert client.put(f"{case}/recipe/file?seen={seen}", json=text).status_code == 200
+    assert passes(client, case) == [1]
+
+
 def test_undo_and_redo_are_told_to_other_windows(
     client: TestClient, case: str, clinic: Clinic
 ) -> None:

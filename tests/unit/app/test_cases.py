@@ -17,7 +17,7 @@ from PIL import Image
 from limbgram.app.clinic import Clinic
 from limbgram.cases.bench import Bench
 from limbgram.cases.intake import Intake
-from limbgram.cases.shelf import ID_PATTERN
+from limbgram.cases.shelf import ID_PATTERN, Held, ShelvedCase
 from limbgram.workbench.measures.tape import TapeReading
 
 API = "/api/v1"
@@ -95,6 +95,23 @@ def test_who_writes_in_a_case_that_was_deleted_meanwhile_does_not_bring_it_back(
     with pytest.raises(LookupError), clinic.desk.changing(bench):
         pass
     assert not bench.case.folder.root.exists()
+
+
+def test_a_case_that_goes_while_the_list_is_made_hides_no_other(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goes, stays = (client.post(f"{API}/cases", json={}).json()["id"] for _ in range(2))
+    whole = ShelvedCase.holdings
+
+    def holdings(case: ShelvedCase) -> tuple[Held, ...]:
+        if case.case_id == goes:
+            shutil.rmtree(case.folder.root)
+        return whole(case)
+
+    monkeypatch.setattr(ShelvedCase, "holdings", holdings)
+    listed = client.get(f"{API}/cases")
+    assert listed.status_code == 200
+    assert [one["id"] for one in listed.json()["cases"]] == [stays]
 
 
 def test_a_case_is_deleted_after_the_change_that_is_being_made(

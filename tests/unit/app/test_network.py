@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import hashlib
 import json
+import shutil
 import socket
 import ssl
 import stat
@@ -33,7 +34,7 @@ from limbgram.app.listening import ImpatientProtocol
 from limbgram.app.network import NetworkOptions, Reached, names_of, serve_on_network
 from limbgram.app.server import guarded
 from limbgram.app.serving import EndingServer, ServeOptions, socket_at
-from limbgram.app.users import Users
+from limbgram.app.users import Users, made_private
 from limbgram.cases.shelf import Shelf
 from limbgram.cli.main import app
 from limbgram.core.errors import CaseError, OptionsError
@@ -369,10 +370,36 @@ def test_a_log_of_before_there_was_a_key_goes_on_and_is_not_called_proved(tmp_pa
     journal.write("A", "", "one")
     journal.write("A", "", "two")
     journal.anchor_file.unlink()
+    journal.begin()
     journal.write("A", "", "three")
     found = [(one.act.act if one.act else "", one.proved) for one in journal.lines()]
     assert found == [("one", False), ("two", False), ("three", True)]
     assert [one.whole for one in journal.lines()][-1]
+
+
+@pytest.mark.parametrize("lost", ["file", "folder", "damaged"])
+def test_an_act_is_not_confirmed_where_the_key_of_the_log_is_gone(
+    client: TestClient, clinic: Clinic, state: Path, lost: str
+) -> None:
+    """Another one made without a word would leave all earlier lines unproved."""
+    journal = Journal(clinic.shelf.root / "access")
+    assert client.post(f"{API}/cases", json={}).status_code == 201
+    kept, lines = journal.anchor_file.read_bytes(), journal.file.read_bytes()
+    if lost == "file":
+        journal.anchor_file.unlink()
+    elif lost == "folder":
+        shutil.rmtree(journal.anchors)
+    else:
+        journal.anchor_file.write_bytes(b'{"key": ')
+    answer = client.post(f"{API}/cases", json={})
+    assert answer.status_code == 507
+    assert "key" in answer.json()["message"]
+    assert str(state) not in answer.json()["message"]
+    assert journal.file.read_bytes() == lines
+    made_private(journal.anchors)
+    journal.anchor_file.write_bytes(kept)
+    assert client.post(f"{API}/cases", json={}).status_code == 201
+    assert all(one.whole and one.proved for one in journal.lines())
 
 
 def test_a_line_that_could_not_be_noted_outside_is_taken_back(
