@@ -5,7 +5,8 @@ In the case's folder:
 work/surface.ply         the surface as it was delivered, and its limb file beside it
 work/recipe.toml         the edits in order; work/history.json what undo and redo go to
 work/tape.json           girths read on the patient
-work/rectified-HASH.ply  a shape after a recipe, and its limb file; HASH is of that shape
+work/rectified-HASH.ply  a shape after a recipe, and its limb file; HASH is of that shape;
+                         the present one, and those that files for machines were made of
 work/files/              what was written for machines
 work/shapes/             shapes of elsewhere, to compare with
 work/.taken/             a surface with its limb file, whole, on the way to its place
@@ -31,7 +32,7 @@ from limbgram.cases.fingerprint import Fingerprints, file_sha256
 from limbgram.cases.record import read_kept, set_aside, unreadable, write_json
 from limbgram.cases.shelf import ShelvedCase
 from limbgram.core.errors import CaseError, LimbgramError, OptionsError
-from limbgram.core.files import read_content, write_bytes, written_whole
+from limbgram.core.files import json_of, read_content, write_bytes, written_whole
 from limbgram.core.typed import tree_of
 from limbgram.formats.limb_file import write_limb, write_limb_file
 from limbgram.formats.reading import ShapeFile, read_shape
@@ -351,14 +352,26 @@ class Bench:
         """The file of a shape after a recipe, written where it is not there yet.
 
         Its name has the hash of the shape, so that no other shape ever takes its place; and it goes
-        on saying that the capture was red. The limb file comes last: with it the file is whole.
+        on saying that the capture was red. Shapes of before go where nothing cites them: who reads
+        the file holds `MAKING` until it is read.
         """
         path = self.root / f"rectified-{digits_of(limb)}.ply"
         path = marked_red(path) if limb.doubt else path
         with MAKING.of(self.root):
-            if not limb_file_beside(path).is_file():
+            if not (path.is_file() and limb_file_beside(path).is_file()):
                 write_limb(limb, path)
+                self._remove_uncited(path)
         return path
+
+    def _remove_uncited(self, present: Path) -> None:
+        """Remove shapes of earlier recipes that no file for machines was made of."""
+        cited = [_cites(one) for one in self.files.glob("*.json")]
+        if None in cited:
+            return
+        stays = {present, *(self.root / name for name in cited if name)}
+        stays |= {limb_file_beside(one) for one in stays}
+        for one in set(self.root.glob("rectified-*")) - stays:
+            one.unlink(missing_ok=True)
 
     def tape(self) -> tuple[TapeReading, ...]:
         """Girths that were read on the patient, by height in the limb.
@@ -530,6 +543,15 @@ def _same_bytes(one: Path, other: Path) -> bool:
 @lru_cache(maxsize=4096)
 def _sha256(file: Path, _number: int, _changed_ns: int, _size: int) -> str:
     return file_sha256(file)
+
+
+def _cites(handed: Path) -> str | None:
+    """The rectified shape that a file was made of; empty for the scan, None where nobody knows."""
+    try:
+        tree = json_of(read_content(handed, _LARGEST, CaseError))
+        return str(tree["shape"]) if tree["recipe_edits"] else ""
+    except (CaseError, ValueError, KeyError, TypeError):
+        return None
 
 
 @lru_cache(maxsize=4096)

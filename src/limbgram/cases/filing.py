@@ -1,7 +1,7 @@
 """Filing: the record of the shape that was worked on in a case."""
 
 from limbgram.cases.assessing import cited
-from limbgram.cases.bench import Bench, TapeStanding, Work
+from limbgram.cases.bench import MAKING, Bench, TapeStanding, Work
 from limbgram.core.errors import CaseError
 from limbgram.core.interval import COVER
 from limbgram.formats.reading import ShapeFile, read_shape
@@ -22,8 +22,9 @@ def filed_record(bench: Bench, work: Work) -> Record:
     options = RecordOptions(case_id=bench.case.case_id, tape=_tape(bench, work))
     if not work.done.ledger.lines:
         return record_of(scan, case=_case(bench), options=options)
-    path = bench.rectified(work.done.limb)
-    shape = _source(read_shape(path), hash_of(limb_file_beside(path).read_bytes()))
+    with MAKING.of(bench.root):
+        path = bench.rectified(work.done.limb)
+        shape = _source(read_shape(path), hash_of(limb_file_beside(path).read_bytes()))
     recipe = RecipeSource(recipe=work.recipe, sha256=work.recipe_sha256)
     return record_of(shape, scan, recipe, _case(bench), options)
 

@@ -75,6 +75,9 @@ class HandedOver:
     recipe_sha256: str = ""
     """Of the recipe's file; empty in what was written before this was kept."""
     recipe_edits: int
+    shape: str = ""
+    """Name of the shape after the recipe, from which it was made; empty where that is the scan, and
+    in what was written before this was kept."""
     lines: tuple[str, ...]
     """What was read back, in sentences."""
     surface_within_mm: float | None = None
@@ -104,7 +107,8 @@ def hand_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOver:
 
 def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOver:
     edits = len(work.done.ledger.lines)
-    read = read_shape(bench.rectified(work.done.limb)) if edits else work.scan
+    rectified = bench.rectified(work.done.limb) if edits else None
+    read = work.scan if rectified is None else read_shape(rectified)
     if read.limb.doubt and not options.signed_by.strip():
         raise CarveError(
             f"Not written: {read.limb.doubt}. If it is meant all the same, somebody has to say "
@@ -134,6 +138,7 @@ def _handed_over(bench: Bench, work: Work, options: HandoverOptions) -> HandedOv
         scan_sha256=work.scan.sha256,
         recipe_sha256=work.recipe_sha256,
         recipe_edits=edits,
+        shape="" if rectified is None else rectified.name,
         doubt=read.limb.doubt,
         signed_by=options.signed_by.strip(),
         notes=tuple(dict.fromkeys((*work.done.limb.notes, *limb.notes))),

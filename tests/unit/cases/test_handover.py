@@ -22,6 +22,8 @@ from limbgram.core.mesh.topology import volume_mm3
 from limbgram.formats.aop.writing import AopOptions
 from limbgram.formats.ply import write_ply
 from limbgram.formats.reading import read_limb
+from limbgram.formats.sidecar import limb_file_beside
+from limbgram.report.record.record import RecordOptions
 from limbgram.report.record.sources import CaseSource, RecipeSource, ShapeSource
 from limbgram.workbench.carving.mapping import MapOptions
 from limbgram.workbench.carving.radius_map import RadiusMap
@@ -121,7 +123,11 @@ def test_a_record_is_of_one_shape_and_its_own_recipe(
     filed: list[tuple[ShapeSource, ShapeSource, RecipeSource]] = []
 
     def file(
-        shape: ShapeSource, scan: ShapeSource, recipe: RecipeSource, _: CaseSource | None
+        shape: ShapeSource,
+        scan: ShapeSource,
+        recipe: RecipeSource,
+        _case: CaseSource | None,
+        _options: RecordOptions,
     ) -> None:
         filed.append((shape, scan, recipe))
 
@@ -157,6 +163,46 @@ def test_files_that_were_asked_for_otherwise_have_other_names(
     assert [hand_over(bench, works[0], options) for options in asked] == made
     assert {file: file.stat().st_mtime_ns for file in bench.files.iterdir()} == before
     assert {one.name for one in handed_over(bench)} == {one.name for one in made}
+
+
+def rectified(bench: Bench) -> set[str]:
+    return {one.name for one in bench.root.glob("rectified-*.ply")}
+
+
+def test_shapes_of_before_go_but_those_that_files_were_made_of(
+    bench: Bench, works: tuple[Work, ...]
+) -> None:
+    first, second = (one.done.limb for one in works)
+    tried = bench.rectified(first)
+    present = bench.rectified(second)
+    assert rectified(bench) == {present.name}, "nothing was made of the first"
+    assert not limb_file_beside(tried).exists()
+    handed = hand_over(bench, works[0], STL)
+    assert handed.shape == tried.name
+    assert rectified(bench) == {tried.name}
+    bench.rectified(second)
+    assert rectified(bench) == {tried.name, present.name}, "the file is made of the first"
+
+    # What was written before the shape was cited may be made of any that is there.
+    file = bench.files / f"{handed.name}.json"
+    tree = json.loads(file.read_text("utf-8"))
+    del tree["shape"]
+    file.write_text(json.dumps(tree), "utf-8")
+    present.unlink()
+    bench.rectified(second)
+    assert rectified(bench) == {tried.name, present.name}
+
+
+@pytest.mark.parametrize("lost", ["shape", "limb file"])
+def test_a_shape_that_was_lost_is_written_again(
+    bench: Bench, works: tuple[Work, ...], lost: str
+) -> None:
+    path = bench.rectified(works[0].done.limb)
+    both = [path, limb_file_beside(path)]
+    whole = [one.read_bytes() for one in both]
+    both[lost != "shape"].unlink()
+    assert bench.rectified(works[0].done.limb) == path
+    assert [one.read_bytes() for one in both] == whole
 
 
 def test_a_file_that_was_damaged_is_made_again(bench: Bench, works: tuple[Work, ...]) -> None:

@@ -2583,6 +2583,11 @@ export interface components {
             recipe_sha256: string;
             /** Recipe Edits */
             recipe_edits: number;
+            /**
+             * Shape
+             * @default
+             */
+            shape: string;
             /** Lines */
             lines: string[];
             /** Surface Within Mm */
