@@ -562,6 +562,7 @@ _ACCURACY = json.dumps(
             "unit": "mm",
             "truth": None,
             "light": "green",
+            "headline": "GREEN.",
             "lengths": {"check": [{"label": "A-B"}], "check_rms": 0.0004, "check_worst": 0.001},
             "expected": {"rms_mm": 0.05, "p95_mm": 0.1, "basis": "vertex sigmas"},
         }
