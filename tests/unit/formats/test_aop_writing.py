@@ -295,7 +295,7 @@ def test_names_cannot_break_the_file(tmp_path: Path) -> None:
     limb = wavy([0, 0, 0], [0, 0, 0])
     mark = replace(limb.landmarks[0], name="Höhe des Fibulaköpfchens, außen, nach dem Abguss")
     report = write_aop(replace(limb, landmarks=(mark,)), tmp_path / "name.aop")
-    assert report.held.landmarks[0].name == "H?he des Fibulak?pfchens, au?en, nach de"
+    assert report.held.landmarks[0].name == "Hoehe des Fibulakoepfchens, aussen, nach"
     assert report.path.read_bytes().isascii()
 
 

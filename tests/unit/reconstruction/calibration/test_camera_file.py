@@ -41,7 +41,7 @@ def test_a_calibration_is_read_back_to_the_last_bit(
         ("version", 2, "version must be 1, not 2"),
         ("width_px", 0, "width_px"),
         ("width_px", 2000.5, "width_px"),
-        ("source", "guess", "source"),
+        ("source", "hearsay", "source"),
         ("covariance", [[1.0]], "covariance"),
         ("covariance", None, "covariance"),
         ("parameters", None, "parameters"),

@@ -38,7 +38,9 @@ class FromTheCloud(Run):
             case "measure":
                 return self._measured(args[2])
             case _:
-                return SimpleNamespace(scene=SimpleNamespace(views=()), floor_z_mm=None)
+                return SimpleNamespace(
+                    scene=SimpleNamespace(views=()), floor_z_mm=None, set_aside=()
+                )
 
     def _measured(self, mesh: Mesh) -> Mesh:
         assert mesh.repairs is not None
