@@ -109,7 +109,7 @@ def _about_surface(measures: Measures) -> Iterator[Finding]:
         yield Finding(
             topic="surface",
             what=measures.beside,
-            remedy="If another one is meant, measure it by a landmark on it (`--through`).",
+            remedy="If another one is meant, measure it by a landmark on it.",
         )
 
 
