@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int32, Int64
+from scipy.spatial import KDTree
 
 from limbgram.core.errors import OptionsError
 from limbgram.core.geometry.arrays import Points3, Vector3
@@ -24,6 +25,9 @@ _CLEARLY = 0.5
 """One is clearly nearer, or lies clearly less over another, at less than this share of the next."""
 _DRAWN_IN = 0.7
 """Half of an outline's area lies within it, drawn in so far: what only grazes lies not over it."""
+
+_BESIDE = 0.1
+"""Of an outline's size: so near to it, on average, lies the next one of the same limb."""
 
 Outline = Float64[np.ndarray, "_ 2"]
 """A closed polyline in a plane; several together have each their own number of points."""
@@ -222,6 +226,10 @@ def _clearest(
 def _continued(ring: Outline, rings: Sequence[Outline]) -> list[int]:
     """The outlines at the next height that lie over one: several where it is clearly none."""
     over = np.array([max(_share_in(ring, one), _share_in(one, ring)) for one in rings])
+    if not over.any():  # thin and bent, as the section of half a shell, whose middle is air
+        tree, own_mm = KDTree(ring), float(np.linalg.norm(np.ptp(ring, axis=0)))
+        away_mm = np.array([float(tree.query(one)[0].mean()) for one in rings])
+        over = np.where(away_mm < _BESIDE * own_mm, 1 / np.maximum(away_mm, 1e-9 * own_mm), 0.0)
     return np.flatnonzero((over > 0) & (over >= _CLEARLY * over.max(initial=0.0))).tolist()
 
 

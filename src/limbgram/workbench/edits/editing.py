@@ -63,11 +63,15 @@ def do_edit(limb: Limb, edit: Edit) -> Limb:
         EditError: the edit makes no sense on this limb, or would spoil its surface.
     """
     require_sense(edit)
-    return _without_lost_landmarks(limb, edit.apply(limb))
+    return _landmarks_on_it(limb, edit.apply(limb), moved=edit.effect.moves_skin)
 
 
-def _without_lost_landmarks(before: Limb, after: Limb) -> Limb:
-    """The limb without the landmarks that an edit left in the air, which its notes name."""
+def _landmarks_on_it(before: Limb, after: Limb, *, moved: bool) -> Limb:
+    """The limb with its landmarks on the surface.
+
+    Those that an edit left in the air go back to the skin where it moved the skin; where it cut
+    they are gone, and the notes name them.
+    """
     if not after.landmarks:
         return after
     off_mm = {mark.name: 0.0 for mark in after.landmarks} | _off_surface_mm(before)
@@ -75,6 +79,14 @@ def _without_lost_landmarks(before: Limb, after: Limb) -> Limb:
     lost = [name for name, found_mm in left.items() if found_mm > off_mm[name] + ON_IT_MM]
     if not lost:
         return after
+    if moved:
+        places = np.stack([mark.position_mm for mark in after.landmarks])
+        nearest = tree_on(after.mesh).closest(places).points_mm
+        glued = (
+            replace(mark, position_mm=place.copy()) if mark.name in lost else mark
+            for mark, place in zip(after.landmarks, nearest, strict=True)
+        )
+        return replace(after, landmarks=tuple(glued))
     kept = tuple(mark for mark in after.landmarks if mark.name not in lost)
     notes = tuple(f'The landmark "{name}" lay on what was cut off, and is gone.' for name in lost)
     return replace(after, landmarks=kept, notes=(*after.notes, *notes))
