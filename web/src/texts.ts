@@ -1046,6 +1046,7 @@ const TEXTS = {
   "sensitive.left trochanter": ["left trochanter", "linker Rollhügel"],
   "sensitive.pubic symphysis": ["pubic symphysis", "Schambeinfuge"],
   "why.its name is in no table, and bone or a nerve may lie under it": ["its name is in no table, and bone or a nerve may lie under it", "ihr Name steht in keiner Tabelle, Knochen oder Nerv kann darunter liegen"],
+  "why.the cut ends of bone lie under it": ["the cut ends of bone lie under it", "darunter liegen die Knochenstümpfe"],
   "sensitive.unknown place": ["unknown place", "unbekannte Stelle"],
   "sensitive.marked place": ["marked place", "markierte Stelle"],
   "against.before": ["Against the shape before edit {0}", "Gegen die Form vor Änderung {0}"],

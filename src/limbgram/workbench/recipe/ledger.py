@@ -172,13 +172,20 @@ def volume_change(before: Limb, after: Limb) -> VolumeChange | None:
         return None
     low = DISTAL_END if longest == 0 else float(starts[longest])
     high = PROXIMAL_END if longest == len(open_mm) else float(stops[longest])
-    volumes_ml = [one.between(low, high).value / 1000 for one in (old, new)]
+    volumes_ml = [_volume_ml(one, low, high) for one in (old, new)]
     return VolumeChange(
         low_mm=low if np.isfinite(low) else None,
         high_mm=high if np.isfinite(high) else None,
         before_ml=volumes_ml[0],
         after_ml=volumes_ml[1],
     )
+
+
+def _volume_ml(volumes: Volumes, low_mm: float, high_mm: float) -> float:
+    """Between two heights; beyond an end that is closed there is nothing more."""
+    low_mm = DISTAL_END if low_mm < volumes.lowest.min() else low_mm
+    high_mm = PROXIMAL_END if high_mm > volumes.tops[-1] else high_mm
+    return volumes.between(low_mm, high_mm).value / 1000
 
 
 def figures_of(limb: Limb, levels_mm: tuple[float, ...]) -> Figures:

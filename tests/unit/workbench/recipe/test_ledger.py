@@ -10,7 +10,7 @@ import trimesh
 
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.mesh import Mesh
-from limbgram.workbench.edits.cutting import Trimline
+from limbgram.workbench.edits.cutting import PlaneCut, Trimline
 from limbgram.workbench.edits.ends import Extension
 from limbgram.workbench.edits.percent import Reduction
 from limbgram.workbench.edits.regional import Relieve
@@ -148,6 +148,17 @@ def test_a_trimline_anywhere_leaves_a_volume_to_compare(share: float) -> None:
     area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
     assert line.volume.before_ml == pytest.approx(area_mm2 * line.volume.high_mm / 1000, rel=1e-6)
     assert line.volume.after_ml == pytest.approx(line.volume.before_ml, rel=1e-6)
+
+
+def test_what_a_capped_cut_takes_away_is_a_change_of_volume() -> None:
+    """Closed at 80 mm, the new shape has nothing between there and the brim of the old one."""
+    recipe = Recipe(name="cap", entries=(Entry(edit=PlaneCut(height_mm=80.0, capped=True)),))
+    (line,) = replay(recipe, cup(50.0, 200.0)).ledger.lines
+    area_mm2 = 160 / 2 * math.sin(2 * math.pi / 160) * 50.0**2
+    assert line.volume is not None
+    assert line.volume.high_mm == pytest.approx(200.0)
+    assert line.volume.before_ml == pytest.approx(area_mm2 * 200 / 1000, rel=1e-6)
+    assert line.volume.after_ml == pytest.approx(area_mm2 * 80 / 1000, rel=1e-3)
 
 
 def test_the_ledger_counts_the_relief_that_the_surface_lost_as_a_table_does() -> None:
