@@ -106,6 +106,10 @@ class Mesh:
         """Twice the area along the outward normal."""
         return crosses(self.vertices_mm, self.faces)
 
+    def area_mm2(self) -> float:
+        """Of all faces together."""
+        return float(lengths(self.face_normals()).sum()) / 2
+
     def vertex_normals(self) -> Float64[np.ndarray, "n 3"]:
         """Unit, area-weighted."""
         return unit(summed(self.face_normals(), self.faces, len(self.vertices_mm)))

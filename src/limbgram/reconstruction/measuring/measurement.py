@@ -21,7 +21,7 @@ from jaxtyping import Bool, Float32, Float64, Int32, Int64
 from limbgram.core.geometry.arrays import Faces
 from limbgram.core.geometry.lens import View
 from limbgram.core.mesh.folds import find_folds, unfolded
-from limbgram.core.mesh.mesh import Mesh, lengths
+from limbgram.core.mesh.mesh import Mesh
 from limbgram.core.mesh.topology import boundary_half_edges, with_any, with_faces
 from limbgram.core.run import track
 from limbgram.reconstruction.measuring.imagery import Crop, Imagery, load_crops, prepare
@@ -124,11 +124,11 @@ def _without_folds(mesh: Mesh) -> Mesh:
     What cannot be laid back is left out, and the surface is open there.
     """
     found = unfolded(mesh)
-    whole = _area_mm2(found.mesh)
+    whole = found.mesh.area_mm2()
     laid = torn_open(found.mesh) if len(found.left) else found.mesh
     if laid.repairs is None:
         return laid
-    lacks = laid.repairs.island_share + (1 - _area_mm2(laid) / whole if whole else 0.0)
+    lacks = laid.repairs.island_share + (1 - laid.area_mm2() / whole if whole else 0.0)
     return replace(
         laid, repairs=replace(laid.repairs, laid_back=found.vertices, island_share=lacks)
     )
@@ -142,10 +142,6 @@ def torn_open(mesh: Mesh) -> Mesh:
         mesh = with_faces(mesh, largest_manifold(mesh.vertices_mm, kept))
         folds = find_folds(mesh)
     return mesh
-
-
-def _area_mm2(mesh: Mesh) -> float:
-    return float(lengths(mesh.face_normals()).sum()) / 2
 
 
 def _by_patches(

@@ -73,7 +73,7 @@ def level_brim(mesh: Mesh, options: BrimOptions = DEFAULTS) -> Mesh:
     opened = capped.faces[~_opening(mesh, capped, upward, level_mm, notch_mm, options)]
     opened = largest_manifold(capped.vertices_mm, opened)
     result = with_faces(_carried(mesh, capped), opened)
-    much = _filled_area(result) - _filled_area(mesh) > options.most_share * _area(result)
+    much = _filled_area(result) - _filled_area(mesh) > options.most_share * result.area_mm2()
     if much or len(boundary_loops(result.faces)) > len(loops):
         return mesh
     return unfolded(result).mesh
@@ -188,10 +188,6 @@ def _filled_area(mesh: Mesh) -> float:
     if mesh.filled is None:
         return 0.0
     return float(_areas(mesh)[mesh.filled[mesh.faces].any(1)].sum())
-
-
-def _area(mesh: Mesh) -> float:
-    return float(_areas(mesh).sum())
 
 
 def _areas(mesh: Mesh) -> Float64[np.ndarray, " f"]:

@@ -183,13 +183,13 @@ class Wall:
                 "closed. Cut it open by a plane or a trimline first; a socket that is a solid "
                 "already needs no wall."
             )
-        whole_mm2 = _area_mm2(mesh)
+        whole_mm2 = mesh.area_mm2()
         for number in range(_TRIMMINGS):
             tried = _tried(mesh, self)
             if tried.refusal is None:
                 break
             trimmed = _trimmed(mesh, tried.spoilt, rows=_ROW + number * _DEEPER)
-            if trimmed is None or _area_mm2(trimmed) < (1 - _MOST_TRIMMED) * whole_mm2:
+            if trimmed is None or trimmed.area_mm2() < (1 - _MOST_TRIMMED) * whole_mm2:
                 raise tried.refusal
             mesh = trimmed
         else:
@@ -197,7 +197,7 @@ class Wall:
         if tried.refusal is not None:
             raise tried.refusal
         notes = list(tried.notes)
-        left_mm2 = whole_mm2 - _area_mm2(mesh)
+        left_mm2 = whole_mm2 - mesh.area_mm2()
         if left_mm2 > 0:
             notes.insert(
                 0,
@@ -394,10 +394,6 @@ def _tried(mesh: Mesh, edit: Wall) -> _Tried:
         except EditError as error:
             return replace(tried, spoilt=at | tried.spoilt, refusal=error)
     return tried
-
-
-def _area_mm2(mesh: Mesh) -> float:
-    return float(lengths(mesh.face_normals()).sum()) / 2
 
 
 def _trimmed(mesh: Mesh, spoilt: Bool[np.ndarray, " n"], rows: float) -> Mesh | None:
