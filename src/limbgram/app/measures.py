@@ -204,10 +204,17 @@ def change_tape(clinic: ClinicHere, bench: BenchHere, given: ReadingChange) -> l
 def accept_tape(clinic: ClinicHere, bench: BenchHere, given: Reading) -> list[Reading]:
     """Note, for the record, that somebody goes on in spite of what this reading says."""
     with clinic.desk.changing(bench):
-        found = [one for one in bench.tape() if abs(one.height_mm - given.height_mm) <= _SAME_MM]
-        asked = TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm)
-        same = [one for one in found if one.girth_mm == given.girth_mm]
-        bench.accept_tape(same[0] if same else asked)
+        bench.accept_tape(
+            next(
+                (
+                    one
+                    for one in bench.tape()
+                    if abs(one.height_mm - given.height_mm) <= _SAME_MM
+                    and one.girth_mm == given.girth_mm
+                ),
+                TapeReading(height_mm=given.height_mm, girth_mm=given.girth_mm),
+            )
+        )
     clinic.news.tell(bench.case.case_id, "work")
     return _readings(bench)
 

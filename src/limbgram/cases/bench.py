@@ -407,7 +407,7 @@ class Bench:
                 f"No girth of {reading.girth_mm:g} mm is kept at {reading.height_mm:g} mm. Look at "
                 "the readings again: another window may have changed them."
             )
-        self._put_tapes(kept.readings, (*kept.acts, _done("accepted", reading)))
+        self._put_tapes(kept.readings, (*self.tape_acts(), _done("accepted", reading)))
 
     def _tapes(self) -> _Tapes:
         kept = read_kept(self.tape_file, _Tapes, "What was read by tape in this case")

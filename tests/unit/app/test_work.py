@@ -393,6 +393,18 @@ def test_what_was_accepted_of_a_reading_ends_when_that_is_taken_back(
     ]
 
 
+def test_a_reading_of_before_acts_were_kept_stays_when_it_is_accepted(
+    client: TestClient, clinic: Clinic, aligned: str
+) -> None:
+    reading = {"height_mm": 80.0, "girth_mm": 200.0}
+    bench = Bench(clinic.shelf.case(aligned.rpartition("/")[2]))
+    bench.tape_file.write_text(json.dumps({"readings": [reading]}), "utf-8")
+    assert client.post(f"{aligned}/tape/accept", json=reading).status_code == 200
+    (standing,) = bench.tape_standings()
+    assert (standing.read.made, standing.withdrawn) == ("", "")
+    assert standing.accepted
+
+
 def test_work_stays_where_the_case_is_computed_again(
     client: TestClient, clinic: Clinic, aligned: str, limb: Mesh
 ) -> None:
