@@ -9,11 +9,13 @@ import "./design/phone.css";
 import { Gate } from "./screens/gate";
 import { watch } from "./state/person";
 import { applyTheme } from "./state/settings";
+import { watchWords } from "./state/words";
 import { language } from "./texts";
 
 applyTheme();
 document.documentElement.lang = language.value;
 watch();
+watchWords();
 render(
   <Gate>
     <App />

@@ -72,13 +72,18 @@ def plain_answers(root: Path) -> type[JSONResponse]:
 
 def plain(text: str, root: Path | None = None) -> str:
     """A sentence without commands, options and folders of the machine."""
-    if root is not None:
-        text = text.replace(f"{root}/", "").replace(str(root), root.name)
+    text = without_folders(text, root)
     text = _COMMAND.sub(_step, _EXAMPLE.sub("", text))
     text = _OPTION.sub(_setting, _SHORT.sub("", text)).replace("`", "")
     text = _DOUBLE.sub(r"\1 ", text)
-    text = _PATH.sub(lambda found: re.split(r"[/\\]", found[0])[-1], text)
     return _START.sub(lambda at: at[1] + at[2].upper(), text)
+
+
+def without_folders(text: str, root: Path | None = None) -> str:
+    """A text with the names of files alone in the place of their paths."""
+    if root is not None:
+        text = text.replace(f"{root}/", "").replace(str(root), root.name)
+    return _PATH.sub(lambda found: re.split(r"[/\\]", found[0])[-1], text)
 
 
 def _step(found: re.Match[str]) -> str:

@@ -9,8 +9,9 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.plain import plain
+from limbgram.app.plain import plain, without_folders
 from limbgram.core.errors import (
+    AS_IS,
     CaseError,
     ExportError,
     FoldedShapeError,
@@ -19,6 +20,23 @@ from limbgram.core.errors import (
     disk_advice,
     printable,
 )
+from limbgram.findings import Finding, Gravity, told
+
+
+class FindingReply(BaseModel):
+    """One thing that the program has to say, which words of its code tell (`/api/v1/words`)."""
+
+    code: str = Field(description="Its topic and its name, such as tape.conflict.")
+    gravity: Gravity
+    values: dict[str, Any] = Field(description="What fills in the sentence, named with units.")
+    sentence: str = Field(default="", description="In English.")
+
+    @classmethod
+    def of(cls, finding: Finding, root: Path | None = None) -> "FindingReply":
+        """A finding without folders of the machine; the cases lie in the root."""
+        change = plain if finding.code == AS_IS else without_folders
+        shown = finding.with_texts(lambda text: printable(change(text, root)))
+        return cls(**shown.tree(), sentence=told(shown, door="app"))
 
 
 class Refusal(BaseModel):
@@ -27,6 +45,7 @@ class Refusal(BaseModel):
     kind: str = Field(description="Name of the error, such as MeasureError; for experts.")
     message: str = Field(description="Plain sentences for people: what, why, what to do.")
     where: str = Field(default="", description="Which part of the request it is about, if one is.")
+    finding: FindingReply | None = Field(default=None, description="The same as data.")
 
 
 RESPONSES: dict[int | str, dict[str, Any]] = {
@@ -62,16 +81,19 @@ def missing(what: str) -> HTTPException:
 
 
 def refusal(
-    status: int, kind: str, message: str, where: str = "", root: Path | None = None
+    status: int, kind: str, message: str, where: str = "", found: FindingReply | None = None
 ) -> JSONResponse:
-    content = Refusal(kind=kind, message=printable(plain(message, root)), where=printable(where))
+    content = Refusal(
+        kind=kind, message=printable(plain(message)), where=printable(where), finding=found
+    )
     return JSONResponse(content.model_dump(), status_code=status)
 
 
 def answer_refusal(request: Request, error: Exception) -> JSONResponse:
     """A refusal of the library."""
     assert isinstance(error, LimbgramError)
-    return refusal(_status(error), type(error).__name__, str(error), root=_root(request))
+    found = FindingReply.of(error.finding, _root(request))
+    return refusal(_status(error), type(error).__name__, found.sentence, found=found)
 
 
 def answer_http(_request: Request, error: Exception) -> JSONResponse:
@@ -102,7 +124,7 @@ def answer_disk(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, OSError)
     if error.errno is None:  # no answer of the system: a fault of ours
         raise error
-    return refusal(507, "OSError", disk_advice(error), root=_root(request))
+    return refusal(507, "OSError", without_folders(disk_advice(error), _root(request)))
 
 
 def _root(request: Request) -> Path:

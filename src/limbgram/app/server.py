@@ -32,6 +32,7 @@ from limbgram.app import (
     session,
     surface,
     templates,
+    words,
 )
 from limbgram.app.access import Guard
 from limbgram.app.acts import OnceEach
@@ -69,6 +70,7 @@ _RESOURCES = (
     kit,
     templates,
     events,
+    words,
 )
 _DESCRIPTION = """Photos of a painted sock become a limb's surface in true millimetres; the surface
 is measured, adjusted, and leaves as files. Lengths are in mm, angles in degrees, sigmas are one

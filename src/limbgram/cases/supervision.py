@@ -21,6 +21,7 @@ from limbgram.cases.order import Answer, Job, plain_tree, read_answer
 from limbgram.core import errors
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import NEUTRAL_FOLDER
+from limbgram.findings import Finding
 
 Event = dict[str, Any]
 GRACE_S = 20.0
@@ -201,8 +202,8 @@ def _answer(last: Event) -> Answer:
     match last:
         case {"event": "finished", "answer": answer}:
             return read_answer(answer)
-        case {"event": "refused", "kind": str(kind), "message": str(message)}:
-            raise getattr(errors, kind, LimbgramError)(message)
+        case {"event": "refused", "kind": str(kind), "finding": dict(finding)}:
+            raise getattr(errors, kind, LimbgramError).of(Finding.from_tree(finding))
         case _:
             raise JobBug(str(last.get("traceback")))
 

@@ -30,6 +30,7 @@ from limbgram.cases.superseding import drop_superseded, finished, key_of, stands
 from limbgram.cases.supervision import GRACE_S
 from limbgram.core.errors import Cancelled, LimbgramError
 from limbgram.core.run import usual_budget_mb
+from limbgram.core.typed import tree_of
 
 _EVENT_STEP_S = 0.1
 
@@ -83,7 +84,7 @@ def work(job: Job, events: Events, stop: int) -> int:
             sweep(case)
             return _do_and_record(job, run, events)
     except LimbgramError as error:
-        events.send("refused", kind=type(error).__name__, message=str(error))
+        events.send("refused", kind=type(error).__name__, finding=tree_of(error.finding))
         return error.exit_code
     except BaseException:
         events.send("bug", traceback=traceback.format_exc())

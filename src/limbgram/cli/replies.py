@@ -23,6 +23,7 @@ from limbgram.core.errors import (
     disk_advice,
     printable,
 )
+from limbgram.findings import Finding
 
 P = ParamSpec("P")
 
@@ -124,15 +125,17 @@ def _say(reply: Reply) -> None:
         console.print(Text(printable(line), style=colour))
 
 
-def refuse_in_json(kind: str, message: str, exit_code: int) -> None:
+def refuse_in_json(kind: str, message: str, exit_code: int, finding: Finding | None = None) -> None:
     """A refusal as the one JSON document on standard output."""
-    refusal = {"error": {"kind": kind, "message": message}, "exit_code": exit_code}
-    sys.stdout.write(json.dumps(refusal) + "\n")
+    error: dict[str, Any] = {"kind": kind, "message": message}
+    if finding is not None:
+        error["finding"] = finding.tree()
+    sys.stdout.write(json.dumps({"error": error, "exit_code": exit_code}, allow_nan=False) + "\n")
 
 
 def _refuse(error: LimbgramError, as_json: bool) -> None:
     if as_json:
-        refuse_in_json(type(error).__name__, str(error), error.exit_code)
+        refuse_in_json(type(error).__name__, str(error), error.exit_code, error.finding)
         return
     console = Console(stderr=True, highlight=False)
     colour = "yellow" if isinstance(error, Cancelled) else "red"

@@ -35,7 +35,11 @@ What is told to people goes through `printable`: names of files come from anywhe
 """
 
 import errno
+import re
 import unicodedata
+from typing import Any, Self
+
+from limbgram.findings import Finding, Value, fault, told
 
 RED_EXIT_CODE = 7
 """Of a command whose own answer is a red verdict."""
@@ -43,15 +47,40 @@ UNDECIDED_EXIT_CODE = 8
 """Of a test of which nobody can tell how it ended."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 _IN_THE_WAY = (errno.EISDIR, errno.ENOTDIR, errno.EEXIST, errno.ENOTEMPTY)
+AS_IS = "said.as_is"
+"""Code of what a library, a system or an earlier version said, in its own words."""
+_CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
 _UNSEEN = ("Cc", "Cs", "Zl", "Zp")
 _REORDERING = "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 """Make a terminal show text in another order than it stands: `gpj.exe` as `exe.jpg`."""
 
 
 class LimbgramError(Exception):
-    """Root of every refusal; `exit_code` is what the command line returns."""
+    """Root of every refusal; `exit_code` is what the command line returns.
+
+    `EditError("edit.wall.thin", least_mm=2.0)` carries a finding, which words of that code tell;
+    as a text it is the English sentence and advice.
+    """
 
     exit_code = 4
+
+    def __init__(self, code: str, /, **values: Value) -> None:
+        super().__init__(code)
+        self.finding = fault(code, **values) if _CODE.fullmatch(code) else _in_words(code)
+
+    def __str__(self) -> str:
+        return told(self.finding)
+
+    @classmethod
+    def of(cls, finding: Finding) -> Self:
+        """The refusal that has this finding."""
+        error = cls.__new__(cls)
+        Exception.__init__(error, finding.code)
+        error.finding = finding
+        return error
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _raised_again, (type(self), self.finding), self.__dict__
 
 
 class OptionsError(LimbgramError):
@@ -140,6 +169,16 @@ class Cancelled(LimbgramError):
     """The user asked to stop; what is finished is kept."""
 
     exit_code = 130
+
+
+def _in_words(message: str) -> Finding:
+    """What a library or an earlier version said, in its own words."""
+    return fault(AS_IS, message=message)
+
+
+def _raised_again(kind: type[LimbgramError], finding: Finding) -> LimbgramError:
+    """A refusal that another process raised."""
+    return kind.of(finding)
 
 
 def is_full(error: OSError) -> bool:

@@ -19,6 +19,8 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
+from limbgram.findings import Finding, as_json
+
 T = TypeVar("T")
 
 Special = Callable[[object, Any, str], object]
@@ -81,14 +83,16 @@ def fields_of(tree: dict[str, Any], hint: type[T], at: str = "", by: Strictness 
 def tree_of(value: object) -> Any:
     """Frozen dataclasses, tuples, mappings and scalars as a tree that JSON can hold.
 
-    A field's name is its key. Where JSON has no number, for what is not known or infinite, the tree
-    has None.
+    A field's name is its key; a finding has its sentence beside its values. Where JSON has no
+    number, for what is not known or infinite, the tree has None.
     """
     match value:
         case None | bool() | int() | str():
             return value
         case float():
             return value if math.isfinite(value) else None
+        case Finding():
+            return as_json(value)
         case dict():
             known = cast(dict[str, object], value)
             return {name: tree_of(item) for name, item in known.items()}
@@ -111,6 +115,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         return _sequence(tree, parts, at, by)
     if not _may_be(tree, hint):
         raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
+    if hint is Finding:
+        return _finding(tree, at)
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
     if hint is float:
@@ -118,6 +124,13 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
             raise Mismatch(f"{at or 'it'} must be a number within reason, not {tree!r:.60}")
         return float(tree)
     return tree
+
+
+def _finding(tree: object, at: str) -> Finding:
+    try:
+        return Finding.from_tree(tree)
+    except ValueError as error:
+        raise Mismatch(f"{at or 'it'} must be a finding: {error}") from error
 
 
 def _one_of(tree: Any, parts: Sequence[Any], at: str, by: Strictness) -> Any:

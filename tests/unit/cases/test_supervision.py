@@ -50,7 +50,8 @@ def test_an_answer_comes_back(tmp_path: Path) -> None:
 
 
 def test_a_refusal_is_raised_as_it_was(tmp_path: Path) -> None:
-    body = 'send(event="refused", kind="ScaleError", message="No board."); sys.exit(4)'
+    found = {"code": "said.as_is", "gravity": "fault", "values": {"message": "No board."}}
+    body = f'send(event="refused", kind="ScaleError", finding={found}); sys.exit(4)'
     with pytest.raises(ScaleError, match=r"^No board\.$"):
         supervised(tmp_path, body)[0].wait()
 

@@ -9,6 +9,7 @@ import { signal } from "@preact/signals";
 import type { Readable } from "openapi-typescript-helpers";
 
 import { t } from "../texts";
+import { type Finding, told } from "../words";
 import type { components, paths } from "./schema";
 
 /** The shapes of what the server answers. */
@@ -41,6 +42,8 @@ export class Refused extends Error {
     readonly kind: string,
     message: string,
     readonly status: number,
+    /** What the library found; none where the page or the way to the server is at fault. */
+    readonly finding: Finding | null = null,
   ) {
     super(message);
   }
@@ -68,7 +71,8 @@ export async function taken<T>(call: Promise<Answer<T>>): Promise<T> {
 export function refusedBy(status: number, body: unknown): Refused {
   if (typeof body === "object" && body !== null && "message" in body) {
     const kind = "kind" in body ? String(body.kind) : "";
-    return new Refused(kind, String(body.message), status);
+    const finding = "finding" in body ? (body.finding as Finding | null) : null;
+    return new Refused(kind, finding ? told(finding) : String(body.message), status, finding);
   }
   return new Refused(`HTTP ${status}`, t("cannot"), status);
 }

@@ -1666,6 +1666,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/words/{language}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Words
+         * @description The sentences and the advice of all findings.
+         */
+        get: operations["words"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -2308,6 +2328,20 @@ export interface components {
             remarks: string[];
         };
         /**
+         * CodeWords
+         * @description What is said of a code; values stand in braces.
+         */
+        CodeWords: {
+            /** Says */
+            says: string;
+            /**
+             * Do
+             * @description What to do about it; empty where nothing is.
+             * @default
+             */
+            do: string;
+        };
+        /**
          * ComparisonReply
          * @description What changed from the first shape to the second.
          */
@@ -2497,6 +2531,31 @@ export interface components {
             roughness_mm: number;
         };
         /**
+         * FindingReply
+         * @description One thing that the program has to say, which words of its code tell (`/api/v1/words`).
+         */
+        FindingReply: {
+            /**
+             * Code
+             * @description Its topic and its name, such as tape.conflict.
+             */
+            code: string;
+            gravity: components["schemas"]["Gravity"];
+            /**
+             * Values
+             * @description What fills in the sentence, named with units.
+             */
+            values: {
+                [key: string]: unknown;
+            };
+            /**
+             * Sentence
+             * @description In English.
+             * @default
+             */
+            sentence: string;
+        };
+        /**
          * Freed
          * @description Room on the disk.
          */
@@ -2504,6 +2563,12 @@ export interface components {
             /** Bytes */
             bytes: number;
         };
+        /**
+         * Gravity
+         * @description How much a finding matters, the least first.
+         * @enum {string}
+         */
+        Gravity: "note" | "doubt" | "fault";
         /**
          * Guess
          * @description A place that may be a landmark: somebody confirms it.
@@ -3536,6 +3601,8 @@ export interface components {
              * @default
              */
             where: string;
+            /** @description The same as data. */
+            finding?: components["schemas"]["FindingReply"] | null;
         };
         /**
          * Ring
@@ -4028,6 +4095,23 @@ export interface components {
              * @default []
              */
             patch: number[];
+        };
+        /**
+         * WordsReply
+         * @description The words of every finding.
+         */
+        WordsReply: {
+            /** Codes */
+            codes: {
+                [key: string]: components["schemas"]["CodeWords"];
+            };
+            /**
+             * Terms
+             * @description Names of things, by their English ones.
+             */
+            terms: {
+                [key: string]: string;
+            };
         };
     };
     responses: never;
@@ -11067,6 +11151,73 @@ export interface operations {
                 };
                 content: {
                     "text/event-stream": string;
+                };
+            };
+            /** @description Nobody is signed in. */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description The request comes from another place. */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description There is no such thing. */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It does not fit what is there now. */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+            /** @description It cannot be done as it was asked for. */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Refusal"];
+                };
+            };
+        };
+    };
+    words: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                language: "en" | "de";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["WordsReply"];
                 };
             };
             /** @description Nobody is signed in. */

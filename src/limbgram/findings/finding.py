@@ -1,0 +1,113 @@
+"""A finding: one thing that the program has to say.
+
+A code names its words: `tape.conflict` stands under `[conflict]` in `words/en/tape.toml`. The
+values fill in the sentence; a value's name carries its unit (`height_mm`, `share`). By convention a
+place is told by `point_mm` (three numbers, in the shape's frame), `height_mm` (in the limb's), or
+`photo` (a name): what shows findings marks those.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Union, cast
+
+
+class Gravity(StrEnum):
+    """How much a finding matters, the least first."""
+
+    NOTE = "note"
+    """Good to know."""
+    DOUBT = "doubt"
+    """Weakens the result, or somebody has to look."""
+    FAULT = "fault"
+    """Spoils the result, or refuses it."""
+
+
+Value = Union[None, bool, int, float, str, "Finding", tuple["Value", ...]]
+"""What fills in a sentence; a finding inside another is the reason of it."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that the program has to say."""
+
+    code: str
+    """Its topic and its name, with dots: `tape.conflict`."""
+    gravity: Gravity = Gravity.NOTE
+    values: Mapping[str, Value] = field(default_factory=dict[str, Value], hash=False)
+
+    def tree(self) -> dict[str, Any]:
+        """Code, gravity and values, as JSON keeps them."""
+        values = {name: _tree_of(value) for name, value in self.values.items()}
+        return {"code": self.code, "gravity": self.gravity.value, "values": values}
+
+    def with_texts(self, change: Callable[[str], str]) -> "Finding":
+        """The same with other texts among its values, such as paths made short."""
+        values = {name: _changed(value, change) for name, value in self.values.items()}
+        return Finding(self.code, self.gravity, values)
+
+    @classmethod
+    def from_tree(cls, tree: object) -> "Finding":
+        """What `tree` wrote.
+
+        Raises:
+            ValueError: it is none.
+        """
+        match tree:
+            case {"code": str(code), "gravity": str(gravity), "values": dict(values)}:
+                known = cast(dict[str, object], values)
+                read = {name: _value_of(value) for name, value in known.items()}
+                return cls(code, Gravity(gravity), read)
+            case _:
+                raise ValueError("it is no finding")
+
+
+def note(code: str, /, **values: Value) -> Finding:
+    """Something good to know."""
+    return Finding(code, Gravity.NOTE, values)
+
+
+def doubt(code: str, /, **values: Value) -> Finding:
+    """Something that weakens the result, or that somebody has to look at."""
+    return Finding(code, Gravity.DOUBT, values)
+
+
+def fault(code: str, /, **values: Value) -> Finding:
+    """Something that spoils the result."""
+    return Finding(code, Gravity.FAULT, values)
+
+
+def _changed(value: Value, change: Callable[[str], str]) -> Value:
+    match value:
+        case str():
+            return change(value)
+        case Finding():
+            return value.with_texts(change)
+        case tuple():
+            return tuple(_changed(one, change) for one in value)
+        case _:
+            return value
+
+
+def _tree_of(value: Value) -> Any:
+    match value:
+        case Finding():
+            return value.tree()
+        case tuple():
+            return [_tree_of(one) for one in value]
+        case float():
+            return value if abs(value) < float("inf") else None  # NaN is not
+        case _:
+            return value
+
+
+def _value_of(tree: object) -> Value:
+    match tree:
+        case {"code": _}:
+            return Finding.from_tree(tree)
+        case list():
+            return tuple(_value_of(one) for one in cast(list[object], tree))
+        case None | bool() | int() | float() | str():
+            return tree
+        case _:
+            raise ValueError(f"{tree!r:.60} is no value of a finding")

@@ -1,0 +1,243 @@
+"""Telling: the sentence of a finding in a language, from the files of words.
+
+A file `words/LANGUAGE/TOPIC.toml` has a table for each code of its topic:
+
+    [conflict]
+    says = "At {height_mm:.0f} mm the tape reads {read_mm:.1f} mm, not {measured_mm:.1f} mm."
+    do = "Tape it again."
+
+`says` is what and why, `do` what to do about it (it may lack), and `app` the same where `do` names
+commands or options, which nobody sees before the browser app. In braces stands a value's name and,
+after a colon, how it is told:
+
+    {share:.1%}  {rms_mm:.2f}  {error_mm:+.1f}  {count:,}    a number; German has a decimal comma
+    {count:photo|photos}                                   the first where it is 1
+    {where:inside=im|outside=außerhalb}                    by value, `else=` for all others; a truth
+                                                           value is true or false, none is none
+    {names:and}  {names:first 4}                           "a, b and c"; "a, b, c, d ..."
+    {heights_mm:.0f}                                       each of several, with commas
+    {place:term}                                           by the table of `LANGUAGE/terms.toml`
+    {name!r}  {name:.60}  {name!r:.60}                     in quotes, cut to so many letters
+    {reason}  {reason:says}  {reason:clause}               a finding: whole, without advice, without
+                                                           its full stop
+
+What stands behind a colon may hold braces itself: `{more:true= ({names})|false=}`. The client words
+by the same rules (`web/src/words.ts`); both are held to the cases of `tests/data/words.json`.
+"""
+
+import re
+import string
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal, cast
+
+from limbgram.findings.finding import Finding, Value
+
+LANGUAGES = ("en", "de")
+"""The first is what everything is told in where nobody asked otherwise."""
+Door = Literal["command", "app"]
+"""Before which of the program's doors somebody stands: advice names what is at hand there."""
+_WORDS = files("limbgram.findings") / "words"
+_AND = {"en": "and", "de": "und"}
+_CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
+_NUMBER = re.compile(r"[+]?,?(\.\d+)?[dfg%]?")
+_FIRST = re.compile(r"first (\d+)")
+
+
+@dataclass(frozen=True)
+class Words:
+    """What is said of a code."""
+
+    says: str
+    do: str = ""
+    app: str | None = None
+    """The advice before the app; None where it is the same."""
+
+    def advice(self, door: Door) -> str:
+        return self.do if door == "command" or self.app is None else self.app
+
+
+def told(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
+    """What is found, and what to do about it."""
+    parts = (sentence(finding, language, door), advice(finding, language, door))
+    return " ".join(filter(None, parts))
+
+
+def sentence(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
+    """What is found, and why."""
+    words = _words_of(finding.code, language)
+    if words is None:  # a file of a later version may hold such
+        values = ", ".join(f"{name} {value}" for name, value in finding.values.items())
+        return f"{finding.code}: {values}." if values else f"{finding.code}."
+    return filled(words.says, finding.values, language, door)
+
+
+def advice(finding: Finding, language: str = LANGUAGES[0], door: Door = "command") -> str:
+    """What to do about it; empty where there is nothing to do."""
+    words = _words_of(finding.code, language)
+    if words is None:
+        return ""
+    return filled(words.advice(door), finding.values, language, door)
+
+
+def as_json(finding: Finding) -> dict[str, Any]:
+    """A finding as JSON keeps it, with the English sentence for readers without the words."""
+    return {**finding.tree(), "sentence": told(finding)}
+
+
+def all_words(language: str) -> dict[str, Words]:
+    """The words of every code."""
+    return {
+        code: words for topic in sorted(_topics(language)) for code, words in _read(topic, language)
+    }
+
+
+@cache
+def terms(language: str) -> Mapping[str, str]:
+    """Names of things, such as places of the body, by their English ones."""
+    file = _WORDS / language / "terms.toml"
+    return cast(dict[str, str], tomllib.loads(file.read_text(encoding="utf-8")))
+
+
+def filled(
+    template: str,
+    values: Mapping[str, Value],
+    language: str = LANGUAGES[0],
+    door: Door = "command",
+) -> str:
+    """A template with its values put in."""
+    return _filled(template, _Put(values, language, door))
+
+
+def placeholders(template: str) -> set[str]:
+    """The values that a template asks for."""
+    asked: set[str] = set()
+    for _text, name, how, _conversion in string.Formatter().parse(template):
+        if name is not None:
+            asked |= {name, *placeholders(how or "")}
+    return asked
+
+
+def _topics(language: str) -> Iterator[str]:
+    for file in (_WORDS / language).iterdir():
+        if file.name.endswith(".toml") and file.name != "terms.toml":
+            yield file.name.removesuffix(".toml")
+
+
+def _words_of(code: str, language: str) -> Words | None:
+    topic = code.partition(".")[0]
+    return _topic(topic, language).get(code) or _topic(topic, LANGUAGES[0]).get(code)
+
+
+@cache
+def _topic(topic: str, language: str) -> Mapping[str, Words]:
+    return dict(_read(topic, language))
+
+
+def _read(topic: str, language: str) -> Iterator[tuple[str, Words]]:
+    file = _WORDS / language / f"{topic}.toml"
+    if file.is_file():
+        yield from _flat(topic, tomllib.loads(file.read_text(encoding="utf-8")))
+
+
+def _flat(code: str, table: dict[str, Any]) -> Iterator[tuple[str, Words]]:
+    own = {name: item for name, item in table.items() if isinstance(item, str)}
+    if own:
+        yield code, Words(**own)
+    for name, item in table.items():
+        if isinstance(item, dict):
+            yield from _flat(f"{code}.{name}", cast(dict[str, Any], item))
+
+
+@dataclass(frozen=True)
+class _Put:
+    """What is put into a template, in which language and for which door."""
+
+    values: Mapping[str, Value]
+    language: str
+    door: Door
+
+
+def _filled(template: str, put: _Put) -> str:
+    parts: list[str] = []
+    for text, name, how, conversion in string.Formatter().parse(template):
+        parts.append(text)
+        if name is not None:
+            value = put.values.get(name)
+            parts.append(
+                format(repr(value), how or "") if conversion else _said(value, how or "", put)
+            )
+    return "".join(parts)
+
+
+def _said(value: Value, how: str, put: _Put) -> str:
+    if "|" in how:
+        return _filled(_chosen(value, how), put)
+    match value:
+        case Finding():
+            return _clause(value, how, put)
+        case tuple():
+            return _several(value, how, put)
+        case None:
+            return "?"
+        case bool():
+            return str(value).lower()
+        case int() | float():
+            return _number(value, how, put.language)
+        case str():
+            return terms(put.language).get(value, value) if how == "term" else format(value, how)
+
+
+def _chosen(value: Value, how: str) -> str:
+    """One of the alternatives between bars: by a key before `=`, or for one and for more."""
+    alternatives = _split(how)
+    keyed = [_CHOICE.fullmatch(one) for one in alternatives]
+    if all(keyed):
+        by_key = {found[1]: found[2] for found in keyed if found}
+        key = str(value).lower() if isinstance(value, bool) or value is None else str(value)
+        return by_key.get(key, by_key.get("else", ""))
+    one, more = alternatives
+    return one if value == 1 else more
+
+
+def _split(how: str) -> list[str]:
+    """The alternatives; bars inside braces belong to what stands there."""
+    parts, depth = [""], 0
+    for letter in how:
+        depth += {"{": 1, "}": -1}.get(letter, 0)
+        if letter == "|" and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def _clause(reason: Finding, how: str, put: _Put) -> str:
+    if not how:
+        return told(reason, put.language, put.door)
+    said = sentence(reason, put.language, put.door)
+    return said.removesuffix(".") if how == "clause" else said
+
+
+def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
+    first = _FIRST.fullmatch(how)
+    each = "" if first or how == "and" else how
+    said = [_said(one, each, put) for one in items]
+    if first and len(said) > int(first[1]):
+        return f"{', '.join(said[: int(first[1])])} ..."
+    if how == "and" and len(said) > 1:
+        return f"{', '.join(said[:-1])} {_AND[put.language]} {said[-1]}"
+    between = "; " if items and isinstance(items[0], Finding) else ", "
+    return between.join(said)
+
+
+def _number(value: float, how: str, language: str) -> str:
+    if not _NUMBER.fullmatch(how):
+        raise ValueError(f"{how!r} is no way to tell a number")
+    if not abs(value) < float("inf"):
+        return "?"
+    text = format(value, how) if how else repr(value).removesuffix(".0")
+    return text if language == "en" else text.translate(str.maketrans(".,", ",."))

@@ -1,0 +1,147 @@
+"""Every code that the source says has its words in both languages, and values for them."""
+
+import ast
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import limbgram
+from limbgram.findings import LANGUAGES, Finding, tell
+from limbgram.findings.tell import Words, all_words, placeholders
+
+SOURCE = Path(limbgram.__file__).parent
+CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
+SHARED: dict[str, Any] = json.loads(
+    (Path(__file__).parents[2] / "data/words.json").read_text(encoding="utf-8")
+)
+MAKERS = re.compile(
+    r"[A-Z]\w*(Error|Died|Refused|Cancelled)|Cancelled|note|doubt|fault|Finding|judge|says"
+)
+"""What is called with a code first and values behind it."""
+
+
+def calls() -> Iterator[tuple[str, frozenset[str] | None, str]]:
+    """Code, names of the values (None where they are handed on), and where, of each call."""
+    for file in sorted(SOURCE.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call) or not node.args:
+                continue
+            maker = (
+                node.func.attr
+                if isinstance(node.func, ast.Attribute)
+                else getattr(node.func, "id", "")
+            )
+            if not MAKERS.fullmatch(maker):
+                continue
+            handed_on = any(keyword.arg is None for keyword in node.keywords)
+            names = frozenset(keyword.arg for keyword in node.keywords if keyword.arg)
+            for code in codes_of(node.args[0]):
+                yield code, None if handed_on else names, f"{file.name}:{node.lineno}"
+
+
+def codes_of(node: ast.expr) -> Iterator[str]:
+    """A code, or the two of a conditional expression."""
+    if (
+        isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and CODE.fullmatch(node.value)
+    ):
+        yield node.value
+    elif isinstance(node, ast.IfExp):
+        yield from codes_of(node.body)
+        yield from codes_of(node.orelse)
+
+
+def literals() -> set[str]:
+    """Every text of the source that looks like a code."""
+    return {
+        node.value
+        for file in SOURCE.rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant)
+        and isinstance(node.value, str)
+        and CODE.fullmatch(node.value)
+    }
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_code_has_words_whose_values_are_given(language: str) -> None:
+    words = all_words(language)
+    faults: list[str] = []
+    for code, names, where in calls():
+        if code not in words:
+            faults.append(f"{where}: {code} has no words")
+            continue
+        asked = asked_by(words[code])
+        if names is not None and not asked <= names:
+            faults.append(f"{where}: {code} lacks {', '.join(sorted(asked - names))}")
+    assert not faults, "\n".join(faults)
+
+
+def asked_by(words: Words) -> set[str]:
+    return placeholders(words.says) | placeholders(words.do) | placeholders(words.app or "")
+
+
+def test_both_languages_tell_the_same_values_of_the_same_codes() -> None:
+    english, *others = (all_words(language) for language in LANGUAGES)
+    for other in others:
+        assert set(other) == set(english)
+        differing = [
+            code
+            for code, words in english.items()
+            if placeholders(other[code].says) != placeholders(words.says)
+            or bool(other[code].do) != bool(words.do)
+            or (other[code].app is None) != (words.app is None)
+        ]
+        assert not differing
+
+
+def test_no_words_are_left_that_nothing_says() -> None:
+    said = literals()
+    assert sorted(set(all_words("en")) - said) == []
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_app_names_no_commands(language: str) -> None:
+    naming = re.compile(r"`|(?<![\w-])--?[a-z]")
+    seen = {
+        code: words
+        for code, words in all_words(language).items()
+        if naming.search(words.advice("app"))
+    }
+    assert not seen
+
+
+def test_topics_are_told_apart_by_their_files() -> None:
+    of_topics: dict[str, set[str]] = defaultdict(set)
+    for language in LANGUAGES:
+        for code in all_words(language):
+            of_topics[code.partition(".")[0]].add(language)
+    assert all(found == set(LANGUAGES) for found in of_topics.values())
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("case", SHARED["cases"], ids=lambda case: case["template"])
+def test_templates_are_filled(
+    case: dict[str, Any], language: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = Finding.from_tree({"code": "a.b", "gravity": "note", "values": case["values"]}).values
+    monkeypatch.setattr(tell, "terms", lambda spoken: SHARED["terms"][spoken])
+    assert tell.filled(case["template"], values, language) == case[language]
+
+
+def test_a_finding_survives_json() -> None:
+    reason = Finding("said.as_is", values={"message": "torn"})
+    finding = Finding("edit.x", values={"k": (1, 2.5, None, True), "why": reason})
+    assert Finding.from_tree(json.loads(json.dumps(finding.tree()))) == finding
+
+
+def test_what_is_no_finding_is_refused() -> None:
+    for tree in ({}, {"code": "a.b"}, {"code": "a.b", "gravity": "mild", "values": {}}, "a.b"):
+        with pytest.raises(ValueError):
+            Finding.from_tree(tree)

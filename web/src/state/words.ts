@@ -1,0 +1,19 @@
+/** Fetches the words of findings: once for each language, as soon as the server answers. */
+import { effect } from "@preact/signals";
+
+import { api, link, taken } from "../api/client";
+import { language } from "../texts";
+import { words } from "../words";
+
+export function watchWords(): void {
+  effect(() => {
+    const spoken = language.value;
+    if (link.value !== "open" || words.peek()[spoken]) return;
+    taken(api.GET("/api/v1/words/{language}", { params: { path: { language: spoken } } })).then(
+      (got) => {
+        words.value = { ...words.peek(), [spoken]: got };
+      },
+      () => undefined, // English sentences stand till it answers
+    );
+  });
+}

@@ -1,0 +1,146 @@
+/**
+ * The sentence of a finding in the language chosen: by the program's own files of words, which say by
+ * which rules (`limbgram/findings/tell.py`). The server sends code and values, and the words once.
+ */
+import { signal } from "@preact/signals";
+
+import { type Language, language } from "./texts";
+
+export type Value = null | boolean | number | string | Finding | readonly Value[];
+
+export interface Finding {
+  readonly code: string;
+  readonly gravity: string;
+  readonly values: Readonly<Record<string, Value>>;
+  /** In English, for readers without the words. */
+  readonly sentence?: string;
+}
+
+interface Entry {
+  readonly says: string;
+  readonly do?: string;
+}
+
+/** What is said of each code, and the names of things by their English ones. */
+export interface Words {
+  readonly codes: Readonly<Record<string, Entry>>;
+  readonly terms: Readonly<Record<string, string>>;
+}
+
+export const words = signal<Partial<Record<Language, Words>>>({});
+
+/** What is found, and what to do about it. */
+export function told(finding: Finding): string {
+  return [sentence(finding), advice(finding)].filter(Boolean).join(" ");
+}
+
+/** What is found, and why. */
+export function sentence(finding: Finding): string {
+  const entry = words.value[language.value]?.codes[finding.code];
+  return entry ? filled(entry.says, finding.values) : (finding.sentence ?? finding.code);
+}
+
+/** What to do about it. */
+export function advice(finding: Finding): string {
+  const entry = words.value[language.value]?.codes[finding.code];
+  return entry?.do ? filled(entry.do, finding.values) : "";
+}
+
+/** A template with its values put in. */
+export function filled(template: string, values: Readonly<Record<string, Value>>): string {
+  let text = "";
+  for (let at = 0; at < template.length; ) {
+    if (template.startsWith("{{", at) || template.startsWith("}}", at)) {
+      text += template[at];
+      at += 2;
+    } else if (template[at] === "{") {
+      const end = closing(template, at);
+      const [, name, quoted, how] = /^(\w+)(!r)?(?::([\s\S]*))?$/.exec(template.slice(at + 1, end)) ?? [];
+      const value = values[name] ?? null;
+      text += quoted ? cut(quote(value), how ?? "") : said(value, how ?? "", values);
+      at = end + 1;
+    } else text += template[at++];
+  }
+  return text;
+}
+
+function said(value: Value, how: string, values: Readonly<Record<string, Value>>): string {
+  if (how.includes("|")) return filled(chosen(value, how), values);
+  if (value === null) return "?";
+  if (typeof value === "boolean") return String(value);
+  if (typeof value === "number") return numberIn(value, how);
+  if (typeof value === "string") return how === "term" ? (words.value[language.value]?.terms[value] ?? value) : cut(value, how);
+  if (isFinding(value)) return clause(value, how);
+  return several(value, how, values);
+}
+
+const isFinding = (value: Finding | readonly Value[]): value is Finding => "code" in value;
+
+function chosen(value: Value, how: string): string {
+  const alternatives = split(how);
+  const keyed = alternatives.map((one) => /^([\w ./-]*)=([\s\S]*)$/.exec(one));
+  if (keyed.every((one) => one !== null)) {
+    const byKey = new Map(keyed.map((one) => [one[1], one[2]]));
+    return byKey.get(value === null ? "none" : String(value)) ?? byKey.get("else") ?? "";
+  }
+  return alternatives[value === 1 ? 0 : 1];
+}
+
+function clause(reason: Finding, how: string): string {
+  if (!how) return told(reason);
+  return how === "clause" ? sentence(reason).replace(/\.$/, "") : sentence(reason);
+}
+
+function several(items: readonly Value[], how: string, values: Readonly<Record<string, Value>>): string {
+  const first = Number(/^first (\d+)$/.exec(how)?.[1] ?? Infinity);
+  const each = items.map((one) => said(one, how === "and" || first < Infinity ? "" : how, values));
+  if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
+  if (how === "and" && each.length > 1) return `${each.slice(0, -1).join(", ")} ${language.value === "de" ? "und" : "and"} ${each.at(-1)}`;
+  const one = items[0];
+  return each.join(typeof one === "object" && one !== null && !Array.isArray(one) ? "; " : ", ");
+}
+
+function numberIn(value: number, how: string): string {
+  const [, plus, grouped, places, kind] = /^(\+?)(,?)(?:\.(\d+))?([dfg%]?)$/.exec(how) ?? [];
+  const digits = places === undefined ? undefined : Number(places);
+  let text: string;
+  if (kind === "f") text = value.toFixed(digits ?? 6);
+  else if (kind === "%") text = `${(100 * value).toFixed(digits ?? 6)}%`;
+  else if (kind === "g") text = String(Number(value.toPrecision(digits ?? 6)));
+  else text = String(value);
+  if (grouped) text = text.replace(/^-?\d+/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, ","));
+  if (plus && !text.startsWith("-")) text = `+${text}`;
+  return language.value === "en" ? text : text.replace(/[.,]/g, (mark) => (mark === "." ? "," : "."));
+}
+
+function quote(value: Value): string {
+  const text = String(value);
+  return text.includes("'") && !text.includes('"') ? `"${text}"` : `'${text.replaceAll("'", "\\'")}'`;
+}
+
+function cut(text: string, how: string): string {
+  const most = /^\.(\d+)$/.exec(how)?.[1];
+  return most === undefined ? text : text.slice(0, Number(most));
+}
+
+/** Where the brace that opens here is closed. */
+function closing(text: string, start: number): number {
+  let depth = 0;
+  for (let at = start; at < text.length; at++) {
+    if (text[at] === "{") depth++;
+    else if (text[at] === "}" && --depth === 0) return at;
+  }
+  throw new Error(`${text} closes no brace`);
+}
+
+function split(how: string): string[] {
+  const parts = [""];
+  let depth = 0;
+  for (const letter of how) {
+    if (letter === "{") depth++;
+    else if (letter === "}") depth--;
+    if (letter === "|" && depth === 0) parts.push("");
+    else parts[parts.length - 1] += letter;
+  }
+  return parts;
+}
