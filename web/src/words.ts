@@ -91,11 +91,13 @@ function clause(reason: Finding, how: string): string {
   return how === "clause" ? sentence(reason).replace(/\.$/, "") : sentence(reason);
 }
 
+const JOINED_BY = { and: { en: "and", de: "und" }, or: { en: "or", de: "oder" } } as const;
+
 function several(items: readonly Value[], how: string, values: Readonly<Record<string, Value>>): string {
   const first = Number(/^first (\d+)$/.exec(how)?.[1] ?? Infinity);
-  const each = items.map((one) => said(one, how === "and" || first < Infinity ? "" : how, values));
+  const each = items.map((one) => said(one, how in JOINED_BY || first < Infinity ? "" : how, values));
   if (each.length > first) return `${each.slice(0, first).join(", ")} ...`;
-  if (how === "and" && each.length > 1) return `${each.slice(0, -1).join(", ")} ${language.value === "de" ? "und" : "and"} ${each.at(-1)}`;
+  if (how in JOINED_BY && each.length > 1) return `${each.slice(0, -1).join(", ")} ${JOINED_BY[how as keyof typeof JOINED_BY][language.value]} ${each.at(-1)}`;
   const one = items[0];
   return each.join(typeof one === "object" && one !== null && !Array.isArray(one) ? "; " : ", ");
 }

@@ -19,6 +19,7 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
+from limbgram.core.declared import Within, bare, within_of
 from limbgram.findings import Finding, as_json
 
 T = TypeVar("T")
@@ -105,6 +106,9 @@ def tree_of(value: object) -> Any:
 
 
 def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
+    limits, hint = within_of(hint), bare(hint)
+    if limits is not None:
+        return _within(_value(tree, hint, at, by), limits, at)
     found = NotImplemented if by.special is None else by.special(tree, hint, at)
     if found is not NotImplemented:
         return found
@@ -124,6 +128,15 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
             raise Mismatch(f"{at or 'it'} must be a number within reason, not {tree!r:.60}")
         return float(tree)
     return tree
+
+
+def _within(number: Any, limits: Within, at: str) -> Any:
+    """A number that lies within its limits; None has none."""
+    if number is not None and not limits.holds(number):
+        raise Mismatch(
+            f"{at or 'it'} must lie between {limits.least:g} and {limits.most:g}, not {number:g}"
+        )
+    return number
 
 
 def _finding(tree: object, at: str) -> Finding:
@@ -207,7 +220,7 @@ def _place(at: str, name: str) -> str:
 
 @cache
 def _schema(hint: type) -> dict[str, Any]:
-    hints = typing.get_type_hints(hint)
+    hints = typing.get_type_hints(hint, include_extras=True)
     return {field.name: hints[field.name] for field in fields(cast(Any, hint)) if field.init}
 
 

@@ -14,7 +14,7 @@ after a colon, how it is told:
     {count:photo|photos}                                   the first where it is 1
     {where:inside=im|outside=außerhalb}                    by value, `else=` for all others; a truth
                                                            value is true or false, none is none
-    {names:and}  {names:first 4}                           "a, b and c"; "a, b, c, d ..."
+    {names:and}  {names:or}  {names:first 4}               "a, b and c"; "a or b"; "a, b, c, d ..."
     {heights_mm:.0f}                                       each of several, with commas
     {place:term}                                           by the table of `LANGUAGE/terms.toml`
     {name!r}  {name:.60}  {name!r:.60}                     in quotes, cut to so many letters
@@ -41,7 +41,7 @@ LANGUAGES = ("en", "de")
 Door = Literal["command", "app"]
 """Before which of the program's doors somebody stands: advice names what is at hand there."""
 _WORDS = files("limbgram.findings") / "words"
-_AND = {"en": "and", "de": "und"}
+_JOINED_BY = {"and": {"en": "and", "de": "und"}, "or": {"en": "or", "de": "oder"}}
 _CHOICE = re.compile(r"([\w ./-]*)=(.*)", re.DOTALL)
 _NUMBER = re.compile(r"[+]?,?(\.\d+)?[dfg%]?")
 _FIRST = re.compile(r"first (\d+)")
@@ -224,12 +224,12 @@ def _clause(reason: Finding, how: str, put: _Put) -> str:
 
 def _several(items: tuple[Value, ...], how: str, put: _Put) -> str:
     first = _FIRST.fullmatch(how)
-    each = "" if first or how == "and" else how
+    each = "" if first or how in _JOINED_BY else how
     said = [_said(one, each, put) for one in items]
     if first and len(said) > int(first[1]):
         return f"{', '.join(said[: int(first[1])])} ..."
-    if how == "and" and len(said) > 1:
-        return f"{', '.join(said[:-1])} {_AND[put.language]} {said[-1]}"
+    if how in _JOINED_BY and len(said) > 1:
+        return f"{', '.join(said[:-1])} {_JOINED_BY[how][put.language]} {said[-1]}"
     between = "; " if items and isinstance(items[0], Finding) else ", "
     return between.join(said)
 
