@@ -11,6 +11,9 @@ from typing import Any
 
 from fastapi.responses import JSONResponse
 
+from limbgram.core.errors import AS_IS, printable
+from limbgram.findings import Finding, told
+
 _SENTENCES = "doubt facts headline line lines message notes photos_note problem"
 _REASONS = "reason reasons refusal remark remarks sentence told unreadable why"
 SAID = frozenset(f"{_SENTENCES} {_REASONS}".split())
@@ -70,6 +73,13 @@ def plain_answers(root: Path) -> type[JSONResponse]:
     return PlainAnswer
 
 
+def finding_for_app(finding: Finding, root: Path | None = None) -> dict[str, Any]:
+    """A finding as the app answers it: without folders of the machine, advice in its words."""
+    change = plain if finding.code == AS_IS else without_folders
+    shown = finding.with_texts(lambda text: printable(change(text, root)))
+    return {**shown.tree(), "sentence": told(shown, door="app")}
+
+
 def plain(text: str, root: Path | None = None) -> str:
     """A sentence without commands, options and folders of the machine."""
     text = without_folders(text, root)
@@ -105,6 +115,8 @@ def _plain_in(content: Any, root: Path, *, said: bool) -> Any:
             return plain(content, root) if said else content
         case list():
             return [_plain_in(one, root, said=said) for one in content]
+        case {"code": str(), "gravity": str(), "values": dict()}:
+            return finding_for_app(Finding.from_tree(content), root)
         case dict():
             return {name: _plain_in(one, root, said=name in SAID) for name, one in content.items()}
         case _:

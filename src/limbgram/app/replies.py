@@ -11,7 +11,6 @@ from starlette.exceptions import HTTPException as StarletteHTTPException
 
 from limbgram.app.plain import plain, without_folders
 from limbgram.core.errors import (
-    AS_IS,
     CaseError,
     ExportError,
     FoldedShapeError,
@@ -20,7 +19,7 @@ from limbgram.core.errors import (
     disk_advice,
     printable,
 )
-from limbgram.findings import Finding, Gravity, told
+from limbgram.findings import Finding, Gravity
 
 
 class FindingReply(BaseModel):
@@ -34,9 +33,7 @@ class FindingReply(BaseModel):
     @classmethod
     def of(cls, finding: Finding, root: Path | None = None) -> "FindingReply":
         """A finding without folders of the machine; the cases lie in the root."""
-        change = plain if finding.code == AS_IS else without_folders
-        shown = finding.with_texts(lambda text: printable(change(text, root)))
-        return cls(**shown.tree(), sentence=told(shown, door="app"))
+        return cls(**finding_for_app(finding, root))
 
 
 class Refusal(BaseModel):

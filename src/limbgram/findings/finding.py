@@ -61,6 +61,27 @@ class Finding:
             case _:
                 raise ValueError("it is no finding")
 
+    @classmethod
+    def __get_pydantic_core_schema__(cls, _source: Any, _handler: Any) -> Any:
+        """A dataclass that holds findings is an answer or a body of the app as it stands."""
+        from pydantic_core import core_schema as schema
+
+        fields = {
+            "code": schema.typed_dict_field(schema.str_schema()),
+            "gravity": schema.typed_dict_field(
+                schema.literal_schema([one.value for one in Gravity])
+            ),
+            "values": schema.typed_dict_field(schema.dict_schema(schema.str_schema())),
+            "sentence": schema.typed_dict_field(schema.str_schema(), required=False),
+        }
+        return schema.no_info_after_validator_function(
+            cls.from_tree,
+            schema.typed_dict_schema(fields, cls_name="Finding"),
+            serialization=schema.plain_serializer_function_ser_schema(
+                cls.tree, return_schema=schema.typed_dict_schema(fields, cls_name="Finding")
+            ),
+        )
+
 
 def note(code: str, /, **values: Value) -> Finding:
     """Something good to know."""
