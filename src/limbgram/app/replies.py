@@ -9,7 +9,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException as StarletteHTTPException
 
-from limbgram.app.plain import plain, without_folders
+from limbgram.app.plain import finding_for_app, plain, without_folders
 from limbgram.core.errors import (
     CaseError,
     ExportError,
