@@ -3,17 +3,17 @@
     @asking
     def measure_command(shape: ShapeArgument, ask: MeasureRequest) -> Reply: ...
 
-`asking` turns each parameter whose type is a request into one option for each of its fields, with
-the field's type, default, limits and meaning, and calls the command with the request. Several kinds
-of one thing, such as the files that are written, are a mapping of requests: the options of all
-stand side by side, and one that the chosen kind does not have is refused.
+`asking` turns a parameter whose type is a request into one option for each of its fields, with the
+field's type, default, limits and meaning, and calls the command with the request. Of several kinds
+of one thing, `ask: Annotated[Export, Kinds(EXPORTS, by="to")]`, the options of all stand side by
+side; the option `to` chooses the kind, and what it does not have is refused.
 """
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, is_dataclass
+from dataclasses import MISSING, dataclass, is_dataclass
 from functools import wraps
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin
 
 import typer
 
@@ -23,68 +23,81 @@ from limbgram.core.errors import OptionsError
 R = TypeVar("R")
 
 
+@dataclass(frozen=True)
+class Kinds:
+    """Several kinds of one request, of which an option chooses one."""
+
+    requests: Mapping[str, type]
+    by: str
+    """The parameter of the command that has the name of the kind."""
+
+    def options(self) -> list[inspect.Parameter]:
+        """Each once, with the names of the kinds that have it."""
+        fields: dict[str, tuple[Declared, list[str]]] = {}
+        for kind, request in self.requests.items():
+            for field in declared(request):
+                fields.setdefault(field.name, (field, []))[1].append(kind)
+        return [_option(field, ", ".join(of)) for field, of in fields.values()]
+
+    def made(self, given: dict[str, Any], kind: str) -> Any:
+        """The request of a kind; takes the options of all kinds out of what was given.
+
+        Raises:
+            OptionsError: an option of another kind was typed, or a number beyond its limits.
+        """
+        every = {one.name: one for request in self.requests.values() for one in declared(request)}
+        taken = {name: given.pop(name) for name in every}
+        typed = {name: value for name, value in taken.items() if value not in (None, False)}
+        request = self.requests[kind]
+        others = sorted(set(typed) - {field.name for field in declared(request)})
+        if others:
+            having = {name for name in self.requests if others[0] in _names(self.requests[name])}
+            raise OptionsError(
+                "ask.other_kind",
+                options=tuple(f"--{every[name].flag}" for name in others),
+                kinds=tuple(name for name in self.requests if name in having),
+                kind=kind,
+            )
+        return made(request, typed)
+
+
 def asking(command: Callable[..., R]) -> Callable[..., R]:
     """The command with options in the place of its requests."""
     plain = inspect.signature(command)
     requests = {
         name: one.annotation
         for name, one in plain.parameters.items()
-        if isinstance(one.annotation, type) and is_dataclass(one.annotation)
+        if is_dataclass(one.annotation) or _kinds_of(one.annotation) is not None
     }
-    parameters: list[inspect.Parameter] = []
-    for name, one in plain.parameters.items():
-        parameters += _options(requests[name]) if name in requests else [one]
+    parameters = [one for name, one in plain.parameters.items() if name not in requests]
+    for request in requests.values():
+        parameters += _options(request)
 
     @wraps(command)
     def ask(**given: Any) -> R:
-        for name, kind in requests.items():
-            values = {field.name: given.pop(field.name) for field in declared(kind)}
-            given[name] = made(kind, values)
+        for name, request in requests.items():
+            kinds = _kinds_of(request)
+            if kinds is None:
+                values = {field.name: given.pop(field.name) for field in declared(request)}
+                given[name] = made(cast(type, request), values)
+            else:
+                given[name] = kinds.made(given, given[kinds.by])
         return command(**given)
 
-    ask.__signature__ = plain.replace(parameters=parameters)  # pyright: ignore[reportAttributeAccessIssue, reportFunctionMemberAccess]
+    named = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in parameters]
+    vars(ask)["__signature__"] = plain.replace(parameters=named)
     ask.__annotations__ = {one.name: one.annotation for one in parameters}
     return ask
 
 
-def options_of_kinds(kinds: Mapping[str, type]) -> list[inspect.Parameter]:
-    """The options of several requests, each once, with the names of those that have it."""
-    fields: dict[str, tuple[Declared, list[str]]] = {}
-    for kind, request in kinds.items():
-        for field in declared(request):
-            fields.setdefault(field.name, (field, []))[1].append(kind)
-    return [_option(field, ", ".join(of)) for field, of in fields.values()]
-
-
-def chosen(kinds: Mapping[str, type[R]], kind: str, given: Mapping[str, Any]) -> R:
-    """The request of a kind from the options that were typed.
-
-    Raises:
-        OptionsError: an option of another kind was typed, or a number beyond its limits.
-    """
-    typed = {name: value for name, value in given.items() if value is not None}
-    own = {field.name for field in declared(kinds[kind])}
-    others = [name for name in typed if name not in own]
-    if others:
-        flags = {field.name: field.flag for one in kinds.values() for field in declared(one)}
-        having = [one for one in kinds if set(others) & {f.name for f in declared(kinds[one])}]
-        raise OptionsError(
-            "ask.other_kind",
-            options=tuple(f"--{flags[name]}" for name in others),
-            kinds=tuple(having),
-            kind=kind,
-        )
-    return made(kinds[kind], typed)
-
-
-def made(request: type[R], given: Mapping[str, Any]) -> R:
+def made(request: Callable[..., R], given: Mapping[str, Any]) -> R:
     """A request from the options that were typed; what was not typed has its default.
 
     Raises:
         OptionsError: a number beyond its limits.
     """
     values: dict[str, Any] = {}
-    for field in declared(request):
+    for field in declared(cast(type, request)):
         value = given.get(field.name)
         if value is None:
             continue
@@ -92,6 +105,15 @@ def made(request: type[R], given: Mapping[str, Any]) -> R:
         if field.within is not None:
             _require_within(field, value)
     return request(**values)
+
+
+def _kinds_of(hint: Any) -> Kinds | None:
+    beside = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
+    return next((one for one in beside if isinstance(one, Kinds)), None)
+
+
+def _names(request: type) -> set[str]:
+    return {field.name for field in declared(request)}
 
 
 def _require_within(field: Declared, value: Any) -> None:
@@ -108,25 +130,30 @@ def _require_within(field: Declared, value: Any) -> None:
             )
 
 
-def _options(request: type) -> list[inspect.Parameter]:
-    return [_option(field) for field in declared(request)]
+def _options(request: Any) -> list[inspect.Parameter]:
+    kinds = _kinds_of(request)
+    return [_option(one) for one in declared(request)] if kinds is None else kinds.options()
 
 
 def _option(field: Declared, of: str = "") -> inspect.Parameter:
-    """One option: None where nothing is typed, so that the request's own default stands."""
+    """One option: None where nothing is typed, so that the request's own default stands.
+
+    A truth value is a switch, which is off in every request that nobody switches.
+    """
     several = get_origin(field.hint) is tuple
     hint = list[bare(get_args(field.hint)[0])] if several else field.hint
     meaning = f"{of}: {field.meaning}" if of else field.meaning
-    known = field.default not in (None, MISSING, ()) and field.hint is not bool
+    switch = field.hint is bool
+    known = field.default not in (None, MISSING, ()) and not switch
     option = typer.Option(
         f"--{field.flag}",
-        help=meaning if not several else f"{meaning} Repeatable.",
+        help=f"{meaning} Repeatable." if several else meaning,
         show_default=str(field.default) if known else False,
     )
-    default = ... if field.required and not of else None
+    needed = field.required and not of
     return inspect.Parameter(
         field.name,
         inspect.Parameter.KEYWORD_ONLY,
-        default=default,
-        annotation=Annotated[hint if default is ... else hint | None, option],
+        default=... if needed else False if switch else None,
+        annotation=Annotated[hint if needed or switch else hint | None, option],
     )

@@ -109,6 +109,21 @@ def purpose_of(kind: type) -> str:
     return " ".join(inspect.cleandoc(kind.__doc__ or "").split("\n\n")[0].split())
 
 
+def words_of(request: Any) -> list[str]:
+    """A request as it is typed on the command line; what has its default is not typed."""
+    words: list[str] = []
+    for field in declared(type(request)):
+        value = getattr(request, field.name)
+        if value == field.default:
+            continue
+        if field.hint is bool:
+            words.append(f"--{field.flag}")
+        else:
+            several = value if isinstance(value, tuple) else (value,)
+            words += [f"--{field.flag}={one}" for one in cast(tuple[Any, ...], several)]
+    return words
+
+
 def bare(hint: Any) -> Any:
     """A type without what is said beside it."""
     return get_args(hint)[0] if get_origin(hint) is Annotated else hint

@@ -17,6 +17,7 @@ import typing
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
 from limbgram.core.declared import Within, bare, within_of
@@ -90,6 +91,8 @@ def tree_of(value: object) -> Any:
     match value:
         case None | bool() | int() | str():
             return value
+        case Path():
+            return str(value)
         case float():
             return value if math.isfinite(value) else None
         case Finding():
@@ -121,6 +124,8 @@ def _value(tree: Any, hint: Any, at: str, by: Strictness) -> Any:
         raise Mismatch(f"{at or 'it'} must be {_words(hint)}, not {tree!r:.60}")
     if hint is Finding:
         return _finding(tree, at)
+    if hint is Path:
+        return Path(tree)
     if is_dataclass(hint) and isinstance(hint, type):
         return fields_of(cast(dict[str, Any], tree), hint, at, by)
     if hint is float:
@@ -186,6 +191,8 @@ def _may_be(tree: object, hint: Any) -> bool:
         return isinstance(tree, dict)
     if hint is float:
         return isinstance(tree, int | float) and not isinstance(tree, bool)
+    if hint is Path:
+        return isinstance(tree, str)
     if hint in (bool, int, str, None, types.NoneType):
         return isinstance(tree, types.NoneType if hint is None else hint) and (
             hint is bool or not isinstance(tree, bool)
@@ -210,6 +217,7 @@ _KINDS: dict[Any, str] = {
     int: "a whole number",
     bool: "true or false",
     str: "a text",
+    Path: "the name of a file",
     types.NoneType: "nothing",
 }
 

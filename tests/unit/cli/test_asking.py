@@ -7,7 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from limbgram.cli.asking import asking, chosen
+from limbgram.cli.asking import Kinds, asking
 from limbgram.core.declared import Flag, Within
 from limbgram.core.errors import OptionsError
 
@@ -95,10 +95,12 @@ def test_words_that_are_no_choice_are_refused() -> None:
 
 
 def test_an_option_of_another_kind_is_refused() -> None:
-    kinds: dict[str, type] = {"dxf": Drawing, "gcode": Program}
-    assert chosen(kinds, "gcode", {"tool_mm": 8.0, "spacing_mm": None}) == Program(tool_mm=8.0)
+    kinds = Kinds({"dxf": Drawing, "gcode": Program}, by="to")
+    assert [one.name for one in kinds.options()] == ["spacing_mm", "tool_mm"]
+    typed = {"tool_mm": 8.0, "spacing_mm": None}
+    assert kinds.made(dict(typed), "gcode") == Program(tool_mm=8.0)
     with pytest.raises(OptionsError) as refused:
-        chosen(kinds, "dxf", {"tool_mm": 8.0})
+        kinds.made(dict(typed), "dxf")
     assert refused.value.finding.code == "ask.other_kind"
     assert refused.value.finding.values == {
         "options": ("--tool",),

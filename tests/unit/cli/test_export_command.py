@@ -10,17 +10,17 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from limbgram.cli import export as exporting
-from limbgram.cli.export import dxf_reply
+from limbgram.cli.export import reply_of
 from limbgram.cli.main import app
 from limbgram.core.geometry.frames import Rigid
 from limbgram.core.mesh.folds import find_folds
 from limbgram.core.mesh.mesh import Mesh
 from limbgram.formats.aop.cost import AopReport
-from limbgram.formats.aop.writing import AopOptions, write_aop
+from limbgram.formats.aop.writing import write_aop
 from limbgram.formats.gcode.machine import read_machine
 from limbgram.formats.limb_file import write_limb
-from limbgram.formats.reading import read_limb
+from limbgram.formats.reading import read_limb, read_shape
+from limbgram.services import export as exporting
 from limbgram.workbench.carving.radius_map import RadiusMap
 from limbgram.workbench.limb import Limb, LimbFrame
 
@@ -262,7 +262,8 @@ def test_a_dxf_says_what_its_trimline_is(tmp_path: Path, change: str, told: str)
     if change == "doubled":
         faces = np.concatenate([faces, faces[:1]])
     limb = Limb(mesh=Mesh(vertices_mm=np.asarray(box.vertices), faces=faces))
-    reply = dxf_reply(limb, tmp_path / "box.dxf", 25.0, polyface=False)
+    asked = exporting.Drawing(spacing_mm=25.0)
+    reply = reply_of(exporting._drawing(limb, tmp_path / "box.dxf", asked))
     assert told in reply.lines
     assert f"({reply.content['sections']} sections" in reply.lines[0].replace("mm; ", "")
 
@@ -274,7 +275,9 @@ def test_no_girth_change_where_no_section_was_compared(
         return replace(write_aop(*given), girths=(), bodies_left_out=1)
 
     monkeypatch.setattr(exporting, "write_aop", without_sections)
-    reply = exporting.aop_reply(read_limb(scan), scan.with_suffix(".aop"), AopOptions())
+    asked = exporting.Aop()
+    written = exporting.export(read_shape(scan), asked, scan.with_suffix(".aop"), "left")
+    reply = reply_of(written)
     assert reply.content["girth_change_mm"] is None
     assert reply.content["girth_change"] is None
     assert "1 body inside the limb was left out." in reply.lines
@@ -306,7 +309,7 @@ def test_no_file_with_a_side_that_a_landmark_contradicts(scan: Path, kind: str) 
 def test_an_option_of_another_format_is_refused(scan: Path) -> None:
     assert "--tool: for gcode only" in refused(scan, "--to", "stl", "--tool", "3")
     assert "--line-end: for aop only" in refused(scan, "--to", "dxf", "--line-end", "cr")
-    assert "--spacing: for aop or dxf only" in refused(scan, "--to", "ply", "--spacing", "3")
+    assert "--spacing: for dxf or aop only" in refused(scan, "--to", "ply", "--spacing", "3")
 
 
 def test_heights_are_refused_along_a_fitted_axis(scan: Path) -> None:

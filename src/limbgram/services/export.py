@@ -1,0 +1,573 @@
+"""Export: a shape for printers, CAD programs and carvers, and what was read back of each file.
+
+In      a shape as read; the request of one kind of file; for a carver the side, confirmed now.
+Out     the file, proved by reading it back; Exported: what was read, in findings and figures.
+Fails   not aligned, another side, a surface that folds, a shape that the format cannot hold.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+
+from limbgram.core.declared import Flag, Within
+from limbgram.core.errors import OptionsError
+from limbgram.core.files import write_bytes
+from limbgram.core.geometry.frames import angle_between_deg
+from limbgram.core.mesh.mesh import Mesh
+from limbgram.findings import Finding, note
+from limbgram.formats.aop.cost import AopReport
+from limbgram.formats.aop.profiles import Profile
+from limbgram.formats.aop.writing import AopOptions, LineEnd, Own, write_aop
+from limbgram.formats.dxf import Curves, curves_of, write_polyface_dxf, write_triangles
+from limbgram.formats.gate import admit, sure_in_limb_frame
+from limbgram.formats.gcode.control import Coolant, DialectName, FeedMode, RotaryWord, Winding
+from limbgram.formats.gcode.machine import Machine, read_machine, require_place, write_machine
+from limbgram.formats.gcode.writing import write_gcode
+from limbgram.formats.limb_file import write_limb
+from limbgram.formats.reading import ShapeFile
+from limbgram.formats.table import FORMATS, format_of
+from limbgram.workbench.bodies import Apart, Outside, kept, left_out, without_loose
+from limbgram.workbench.carving.setup import FAST
+from limbgram.workbench.limb import Landmark, Limb, Side
+
+_IN_LIMB = "in_limb_mm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Triangles:
+    """A mesh, for printers and other programs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """A drawing of faces, sections and trimline, for CAD programs."""
+
+    spacing_mm: Annotated[float, Within(0.5, 200), Flag("spacing")] = 10.0
+    """Between slices or sections, mm."""
+    polyface: bool = False
+    """Joined meshes, not single faces."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aop:
+    """A radius map, as carvers and programs of the trade take it."""
+
+    spokes: Annotated[int | None, Within(8, 3600)] = None
+    """Radii round a slice; without it an AOP's own spokes and slices, else 120."""
+    spacing_mm: Annotated[float | None, Within(0.1, 50), Flag("spacing")] = None
+    """Between slices or sections, mm."""
+    distal_slices: Annotated[int | None, Within(0, 100)] = None
+    """More slices at the rounded tip."""
+    from_mm: float | None = None
+    """Height of the first slice in the limb; not with --axis fit."""
+    to_mm: float | None = None
+    """Height of the last; not with --axis fit."""
+    axis: Literal["limb", "fit"] | None = None
+    """The limb's own axis, or one fitted so that radii are single; this from end to end, without
+    --from-mm and --to-mm."""
+    profile: Profile = "mm"
+    """Whose habits."""
+    line_end: LineEnd = "lf"
+    """End of lines."""
+    list_spokes: bool = False
+    """Every angle one by one."""
+    even_slices: bool = False
+    """The spacing in place of every height."""
+
+    def options(self, own: Own | None) -> AopOptions:
+        """As the writer takes them; an AOP keeps its own grid if nothing else is asked for."""
+        asked = {name: getattr(self, name) for name in _OF_MAP}
+        given = {name: value for name, value in asked.items() if value is not None}
+        usual = AopOptions()
+        return AopOptions(
+            map=replace(usual.map, **given),
+            own=None if given or self.axis else own,
+            axis=self.axis or usual.axis,
+            profile=self.profile,
+            line_end=self.line_end,
+            spokes_listed=self.list_spokes,
+            slices_listed=not self.even_slices,
+        )
+
+
+_OF_MAP = ("spokes", "spacing_mm", "distal_slices", "from_mm", "to_mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gcode:
+    """A program for a four-axis carver; what is not given is as in the machine file, else usual."""
+
+    machine: Path | None = None
+    """Machine file; what is typed goes over it."""
+    preset: Literal["fine", "fast"] = "fine"
+    """Fine, or fast: a 19 mm tool and ridges of 0.15 mm."""
+    to_mm: float | None = None
+    """Height of the last; not with --axis fit."""
+    tool_diameter_mm: Annotated[float | None, Flag("tool")] = None
+    """Diameter of the ball end, mm."""
+    tool_reach_mm: Annotated[float | None, Flag("reach")] = None
+    """Tool's tip to holder, mm."""
+    blank_diameter_mm: Annotated[float | None, Flag("blank")] = None
+    """Diameter of the blank, mm."""
+    blank_length_mm: Annotated[float | None, Flag("blank-length")] = None
+    """Length of it, mm."""
+    spigot_mm: Annotated[float | None, Flag("spigot")] = None
+    """Radius of the stub left for a tailstock, mm."""
+    mandrel_diameter_mm: Annotated[float | None, Flag("mandrel")] = None
+    """Diameter of a bar through the blank, mm."""
+    scallop_mm: Annotated[float | None, Flag("scallop")] = None
+    """Height of ridges, mm."""
+    rough_depth_mm: Annotated[float | None, Flag("rough-depth")] = None
+    """Depth of a roughing layer, mm."""
+    feed_mm_min: Annotated[float | None, Flag("feed")] = None
+    """Feed over the surface, mm/min."""
+    plunge_mm_min: Annotated[float | None, Flag("plunge")] = None
+    """Feed into the blank, mm/min."""
+    turn_deg_min: Annotated[float | None, Flag("turn-rate")] = None
+    """Fastest turning, degrees/min."""
+    spindle_rpm: Annotated[int | None, Flag("spindle")] = None
+    """Turns a minute; 0 leaves it to you."""
+    pattern: Literal["helix", "rings"] | None = None
+    """Way of finishing."""
+    a_turns: Literal["tool", "work"] | None = None
+    """What turns counter-clockwise, seen from proximal, as A grows."""
+    dialect: DialectName | None = None
+    """The control."""
+    winding: Winding | None = None
+    """Unwind turns back in time; reset takes turns off by G92; rollover writes places within one
+    turn, as the control must be set; continuous winds on."""
+    a_limit_deg: Annotated[float | None, Flag("a-limit")] = None
+    """Degrees that A may count to either side."""
+    feed: Annotated[FeedMode | None, Flag("feed-mode")] = None
+    """Inverse time (G93), or per minute; without it as the dialect does."""
+    rotary_word: RotaryWord | None = None
+    """Letter of the axis that turns about X."""
+    tool_number: int | None = None
+    """Called by T, M6 and G43; 0 for no call."""
+    spindle_start_s: Annotated[float | None, Flag("spindle-start")] = None
+    """Seconds to wait for the spindle."""
+    coolant: Coolant | None = None
+    """M7, M8 or none."""
+    program_number: int | None = None
+    """O number for fanuc."""
+    write_machine: Path | None = None
+    """Keep all this as a machine file (.toml)."""
+
+    def set_up(self) -> Machine:
+        """What was given, over the preset, over the machine file, over what is usual.
+
+        The preset takes the larger tool only where neither names one.
+        """
+        kept = Machine() if self.machine is None else read_machine(self.machine)
+        fast = dict(FAST) if self.preset == "fast" else {}
+        if self.machine is not None:
+            fast.pop("tool_diameter_mm", None)
+        return Machine(
+            control=replace(kept.control, **self._given_of(kept.control)),
+            carving=replace(kept.carving, **{**fast, **self._given_of(kept.carving)}),
+        )
+
+    def _given_of(self, options: Any) -> dict[str, Any]:
+        names = {one.name for one in fields(options)} & {one.name for one in fields(self)}
+        asked = {name: getattr(self, name) for name in names - {"to_mm"}}
+        return {name: value for name, value in asked.items() if value is not None}
+
+
+Export = Triangles | Drawing | Aop | Gcode
+EXPORTS: Final[dict[str, type[Export]]] = {
+    **{one.name: Triangles for one in FORMATS if one.write is not None},
+    "dxf": Drawing,
+    "aop": Aop,
+    "gcode": Gcode,
+}
+"""The request of each kind of file that is written; all doors offer these."""
+FOR_CARVERS: Final = frozenset({"aop", "gcode"})
+"""Kinds for machines that cannot ask: aligned, and the side confirmed."""
+_LETTERS: dict[Side, str] = {"left": "-L", "right": "-R", "none": ""}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported:
+    """A file that was written, and what was read back of it."""
+
+    path: Path
+    limb: Limb
+    """What was written, in its frame."""
+    unit: Literal["mm", "m"]
+    said: tuple[Finding, ...]
+    """What was read back, and what to know of it."""
+    figures: Mapping[str, Any]
+    """The same in numbers, as JSON holds them."""
+    shown: Mesh
+    """What the file holds, in the limb frame."""
+    marks: tuple[Landmark, ...]
+    surface_within_mm: float | None = None
+    """Largest distance between the shape and the file."""
+    girth_change_mm: float | None = None
+    volume_change: float | None = None
+    """Share."""
+    minutes: float | None = None
+    """Of cutting."""
+
+    @property
+    def side(self) -> Side:
+        return "none" if self.limb.frame is None else self.limb.frame.side
+
+
+def file_name(stem: str, kind: str, side: Side) -> str:
+    """What a file is called: a limb's side stands in its name."""
+    return f"{stem}{_LETTERS[side]}.{'nc' if kind == 'gcode' else kind}"
+
+
+def export(
+    read: ShapeFile, ask: Export, path: Path, side: Side | None = None, picture: Path | None = None
+) -> Exported:
+    """Write a shape for another program or machine, read the file back, and compare.
+
+    Args:
+        path: Its ending says the kind of a mesh.
+        side: Of the patient, as somebody confirms it now; carvers demand it.
+        picture: Where the mirror check is drawn: what the file holds, to be held against the
+            patient.
+
+    Raises:
+        OptionsError: nobody confirmed the side, or an option cannot be.
+        CarveError: not aligned, another side, or a shape that the format cannot hold.
+        FoldedShapeError: the surface branches, or folds where that cannot be laid back.
+    """
+    match ask:
+        case Aop():
+            own = _own_grid(read)
+            exported = _aop(admit(read.limb, side), path, ask.options(own))
+        case Gcode():
+            machine = ask.set_up()
+            _require_apart(ask, path)
+            exported = _gcode(admit(read.limb, side), path, ask, machine)
+        case Drawing():
+            exported = _drawing(sure_in_limb_frame(read.limb), path, ask)
+        case Triangles():
+            exported = _triangles(sure_in_limb_frame(read.limb), path)
+    return exported if picture is None else _with_picture(exported, picture)
+
+
+def _with_picture(exported: Exported, picture: Path) -> Exported:
+    """Draw the mirror check; what draws takes longer to import than a mesh to write."""
+    from limbgram.report.drawings.drawing import png
+    from limbgram.report.drawings.mirrorcheck import mirror_check
+
+    drawing = mirror_check(exported.shown, exported.marks, exported.side, exported.path.name)
+    write_bytes(picture, png(drawing.figure).tobytes())
+    return replace(
+        exported,
+        said=(*exported.said, note("exported.mirror_check", path=str(picture))),
+        figures={**exported.figures, "mirror_check": str(picture)},
+    )
+
+
+def _own_grid(read: ShapeFile) -> Own | None:
+    """Spokes, slices and axis of an AOP, as long as its axes are the limb's still."""
+    frame, declared = read.limb.frame, read.declared
+    if read.grid is None or frame is None or declared is None:
+        return None
+    own, now = declared.limb_from_mesh, frame.limb_from_mesh
+    same = np.array_equal(own.rotation, now.rotation) and np.array_equal(
+        own.translation, now.translation
+    )
+    return Own(grid=read.grid, limb_from_file=own) if same else None
+
+
+def _aop(limb: Limb, path: Path, options: AopOptions) -> Exported:
+    report = write_aop(limb, path, options)
+    mapped, worst = report.mapped, report.worst_girth
+    said = (
+        note(
+            "exported.aop.written",
+            path=str(path),
+            spokes=report.spokes,
+            slices=report.slices,
+            height_mm=report.height_mm,
+            profile=options.profile,
+        ),
+        *((note("exported.aop.own_grid"),) if options.own is not None else ()),
+        *_fitted_axis(report),
+        *_costs(report),
+        *_left_out(report.bodies_left_out, report.loose),
+        note(
+            "exported.aop.cut",
+            distal_mm=mapped.distal_cut_mm,
+            proximal_mm=mapped.proximal_cut_mm,
+            mended=mapped.rays_mended,
+            rays=mapped.rays,
+        ),
+    )
+    figures = {
+        "side": report.held.frame.side,
+        "profile": options.profile,
+        "own_grid": options.own is not None,
+        "spokes": report.spokes,
+        "slices": report.slices,
+        "height_mm": report.height_mm,
+        "max_mm": report.max_mm,
+        "rms_mm": report.rms_mm,
+        "volume_ml": report.volume_ml,
+        "volume_change": report.volume_change,
+        "girth_change": None if worst is None else report.girth_change,
+        "girth_change_mm": None if worst is None else worst.change_mm,
+        "girths": [
+            {
+                "height_mm": level.height_mm,
+                "limb_mm": level.limb_mm,
+                "file_mm": level.file_mm,
+                "change_mm": level.change_mm,
+            }
+            for level in report.girths
+        ],
+        "above_cap_max_mm": report.above_cap_max_mm,
+        "cap": None if report.cap is None else asdict(report.cap),
+        "axis_from_limb": {
+            "rotation": report.axis_from_limb.rotation.tolist(),
+            "translation_mm": report.axis_from_limb.translation.tolist(),
+        },
+        "bodies_left_out": report.bodies_left_out,
+        "loose_bodies": _places(report.loose, _IN_LIMB),
+        "distal_cut_mm": mapped.distal_cut_mm,
+        "proximal_cut_mm": mapped.proximal_cut_mm,
+        "rays_mended": mapped.rays_mended,
+    }
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=said,
+        figures=figures,
+        shown=report.held.radius_map.surface(),
+        marks=report.held.landmarks,
+        surface_within_mm=report.above_cap_max_mm,
+        girth_change_mm=None if worst is None else worst.change_mm,
+        volume_change=report.volume_change,
+    )
+
+
+def _fitted_axis(report: AopReport) -> tuple[Finding, ...]:
+    motion = report.axis_from_limb
+    if not np.any(motion.translation) and np.array_equal(motion.rotation, np.eye(3)):
+        return ()
+    middle = np.array([0.0, 0.0, report.mapped.first_mm + report.height_mm / 2])
+    right_mm, front_mm, _ = motion.inverse.apply(middle[None])[0].tolist()
+    tilt_deg = angle_between_deg(motion.rotation, np.eye(3))
+    return (note("exported.aop.axis", tilt_deg=tilt_deg, right_mm=right_mm, front_mm=front_mm),)
+
+
+def _costs(report: AopReport) -> tuple[Finding, ...]:
+    """What the format costs above the rounded tip, then at it."""
+    worst, cap = report.worst_girth, report.cap
+    above_mm = None if cap is None else report.mapped.first_mm + cap.to_mm
+    girths = (
+        note("exported.aop.no_girths")
+        if worst is None
+        else note(
+            "exported.aop.girths",
+            share=report.girth_change,
+            change_mm=worst.change_mm,
+            girth_mm=worst.limb_mm,
+            height_mm=worst.height_mm,
+        )
+    )
+    within_mm = report.above_cap_max_mm
+    at_tip = (
+        ()
+        if cap is None
+        else (
+            note(
+                "exported.aop.tip",
+                to_mm=cap.to_mm,
+                within_mm=cap.max_mm,
+                change_ml=cap.volume_change_ml,
+            ),
+        )
+    )
+    return (
+        note("exported.aop.costs", above_mm=above_mm, within_mm=within_mm, girths=girths),
+        *at_tip,
+        note("exported.aop.in_all", rms_mm=report.rms_mm, share=report.volume_change),
+    )
+
+
+def _require_apart(ask: Gcode, path: Path) -> None:
+    if ask.write_machine is not None:
+        require_place(ask.write_machine)
+    for other in (ask.machine, ask.write_machine):
+        if other is not None and other.resolve() == path.resolve():
+            raise OptionsError("exported.gcode.one_name", name=path.name)
+
+
+def _gcode(limb: Limb, path: Path, ask: Gcode, machine: Machine) -> Exported:
+    options, control = replace(machine.carving, to_mm=ask.to_mm), machine.control
+    report = write_gcode(limb, path, options, control)
+    kept_as = None if ask.write_machine is None else write_machine(machine, ask.write_machine)
+    check, blank = report.check, report.toolpath.blank
+    least_deg, most_deg = report.rotary_deg
+    said = (
+        note("exported.gcode.written", path=str(path), lines=report.lines, minutes=check.minutes),
+        note(
+            "exported.gcode.control",
+            dialect=control.dialect,
+            winding=control.winding,
+            word=control.rotary_word,
+            least_deg=least_deg,
+            most_deg=most_deg,
+            inverse_time=control.inverse_time,
+        ),
+        note(
+            "exported.gcode.blank",
+            diameter_mm=2 * blank.radius_mm,
+            from_mm=blank.from_mm,
+            chuck_mm=blank.to_mm + options.ball_mm,
+            tool_mm=options.tool_diameter_mm,
+            a_turns=options.a_turns,
+        ),
+        note(
+            "exported.gcode.carved",
+            gouge_mm=check.gouge_mm,
+            scallop_mm=check.scallop_mm,
+            left_mm=check.left_mm,
+            left_share=check.left_share,
+        ),
+        note("said.as_is", message=report.standing),
+        *_left_out(report.bodies_left_out, report.loose),
+        *(() if kept_as is None else (note("exported.gcode.machine", path=str(kept_as)),)),
+    )
+    figures = {
+        "side": "none" if limb.frame is None else limb.frame.side,
+        "dialect": control.dialect,
+        "winding": control.winding,
+        "rotary_deg": list(report.rotary_deg),
+        "machine": None if kept_as is None else str(kept_as),
+        "shape_sha256": report.shape_sha256,
+        "bodies_left_out": report.bodies_left_out,
+        "loose_bodies": _places(report.loose, _IN_LIMB),
+        "lines": report.lines,
+        "minutes": check.minutes,
+        "blank_diameter_mm": 2 * blank.radius_mm,
+        "blank_from_mm": blank.from_mm,
+        "blank_to_mm": blank.to_mm,
+        "a_turns": options.a_turns,
+        "gouge_mm": check.gouge_mm,
+        "scallop_mm": check.scallop_mm,
+        "left_mm": check.left_mm,
+        "left_share": check.left_share,
+        "last_row_mm": report.above.last_mm,
+        "proximal_cut_mm": report.above.rise_mm,
+        "proximal_cut_at": report.above.side,
+        "proximal_cut_share": report.above.share,
+        "rapid_hits": check.rapid_hits,
+    }
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=said,
+        figures=figures,
+        shown=check.carved.surface(),
+        marks=limb.landmarks,
+        surface_within_mm=check.gouge_mm,
+        minutes=check.minutes,
+    )
+
+
+def _drawing(limb: Limb, path: Path, ask: Drawing) -> Exported:
+    found = without_loose(limb.mesh)
+    if ask.polyface:
+        report = write_polyface_dxf(found.mesh, path, spacing_mm=ask.spacing_mm)
+        curves, meshes = report.curves, {"meshes": report.meshes}
+        split = (note("exported.dxf.split", meshes=report.meshes),) if report.meshes > 1 else ()
+    else:
+        curves, meshes, split = curves_of(found.mesh, ask.spacing_mm), {}, ()
+        write_triangles(found.mesh, path, "mm", curves)
+    sections = len(curves.sections)
+    said = (
+        note("exported.dxf.written", path=str(path), sections=sections),
+        *split,
+        _trimline(curves),
+        _axes(limb),
+        *_said_of_bodies(found, limb),
+    )
+    figures = {"sections": sections, **meshes, **_bodies(found, limb)}
+    return Exported(
+        path=path,
+        limb=limb,
+        unit="mm",
+        said=said,
+        figures=figures,
+        shown=found.mesh,
+        marks=limb.landmarks,
+    )
+
+
+def _trimline(curves: Curves) -> Finding:
+    """What lies on the layer of the trimline, or why there is none."""
+    loops = curves.trimline
+    if not loops:
+        return note("exported.dxf.no_trimline", joined=loops is not None)
+    ahead = (np.roll(loop, -1, axis=0) - loop for loop in loops)
+    lengths_mm = tuple(float(np.linalg.norm(step, axis=1).sum()) for step in ahead)
+    return note("exported.dxf.trimline", lengths_mm=lengths_mm)
+
+
+def _triangles(limb: Limb, path: Path) -> Exported:
+    found = without_loose(limb.mesh)
+    written = limb.with_mesh(found.mesh)
+    write_limb(written, path)
+    kind = format_of(path)
+    unit = "mm" if kind is None else kind.unit
+    said = (
+        note("exported.mesh.written", path=str(path), unit=unit),
+        _axes(limb),
+        *_said_of_bodies(found, limb),
+    )
+    return Exported(
+        path=path,
+        limb=limb,
+        unit=unit,
+        said=said,
+        figures=_bodies(found, limb),
+        shown=found.mesh,
+        marks=limb.landmarks,
+        surface_within_mm=0.0,
+        volume_change=0.0,
+    )
+
+
+def _axes(limb: Limb) -> Finding:
+    return note("exported.axes" if limb.frame is not None else "exported.not_aligned")
+
+
+def _left_out(bodies: int, loose: tuple[Apart, ...]) -> tuple[Finding, ...]:
+    return tuple(map(_as_finding, left_out(bodies, loose, frame="in the limb frame")))
+
+
+def _said_of_bodies(found: Outside, limb: Limb) -> tuple[Finding, ...]:
+    """The loose bodies that a printer would have made, and what else there is."""
+    frame = "the file" if limb.frame is None else "the limb frame"
+    told = (*left_out(len(found.loose), found.loose, frame=f"in {frame}"), *kept(found))
+    return tuple(map(_as_finding, told))
+
+
+def _as_finding(sentence: str) -> Finding:
+    return note("said.as_is", message=f"{sentence}.")
+
+
+def _bodies(found: Outside, limb: Limb) -> dict[str, Any]:
+    key = "in_mesh_mm" if limb.frame is None else _IN_LIMB
+    return {
+        "bodies_left_out": len(found.loose),
+        "loose_bodies": _places(found.loose, key),
+        "bodies_inside": found.inside,
+    }
+
+
+def _places(loose: tuple[Apart, ...], key: str) -> list[dict[str, Any]]:
+    return [{key: body.place_mm.tolist(), "size_mm": body.size_mm} for body in loose]
